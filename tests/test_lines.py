@@ -31,7 +31,7 @@ def test_rooms_are_counted_by_kind_without_what_is_generated(tree: Path) -> None
             "capsule_sym/_cli.py",
             "capsule_sym/_files.py",
             "capsule_sym/paper.toml",
-            "codegen/templates/run.c.in",
+            "capsule_sym/codegen/backends/c/run.c.in",
             "generated/c/run.c",
         )
     ):

@@ -16,13 +16,13 @@ from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
-from capsule_sym.generated.switching import FIELDS
+from capsule_sym.generated.facts import FIELD_OF
 
 _SAMPLES = 200  # per excitation period
 _MOST_SAMPLES = 200_000
 _BLOCK = 2000
 _MOST_CALLS = 15_000  # of the right-hand side
-_MODES = {field: mode for mode, field in FIELDS.items()}
+_MODES = {field: mode for mode, field in FIELD_OF.items()}
 
 State = tuple[float, float, float]
 
@@ -54,7 +54,7 @@ def _fields(start: Start, first_switch: _First) -> tuple[int, ...]:
     p, state, now = start.parameters, start.state, start.phase
     end = start.periods * p.period
     contact, drift = int(state[0] >= p.delta), _sign(state[2])
-    field = FIELDS[contact, drift or _drift_at_rest(p, contact, state)]
+    field = FIELD_OF[contact, drift or _drift_at_rest(p, contact, state)]
     fields: list[int] = []
     while len(fields) < start.max_segments:
         passed = first_switch(field, now, state, end)
@@ -68,7 +68,7 @@ def _fields(start: Start, first_switch: _First) -> tuple[int, ...]:
         else:
             state = (*state[:2], 0.0)
             drift = _drift_at_rest(p, contact, state) if drift else (1 if fired == 1 else -1)
-        field = FIELDS[contact, drift]
+        field = FIELD_OF[contact, drift]
     return tuple(fields)
 
 
@@ -77,7 +77,7 @@ def _sign(value: float) -> int:
 
 
 def _force(p: Parameters, contact: int, x_r: Any, v_r: Any) -> Any:
-    c = NumpyBackend().constants(FIELDS[contact, 0], p)
+    c = NumpyBackend().constants(FIELD_OF[contact, 0], p)
     return formulas.force(c, x_r, x_r - p.delta, v_r)
 
 

@@ -14,7 +14,8 @@ from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.location import SegmentStart, Start
 from capsule_sym.generated import formulas
-from capsule_sym.generated.switching import FIELDS, PLACES, TRANSITIONS
+from capsule_sym.generated.facts import FIELD_OF
+from capsule_sym.generated.switching import PLACES, TRANSITIONS
 
 
 class State(NamedTuple):
@@ -86,7 +87,7 @@ def select_field(
 def _candidates(state: State) -> list[int]:
     contacts = (0, 1) if state.gap == 0 else (int(state.gap > 0),)
     drifts = (1, 0, -1) if state.v_c == 0 else (1 if state.v_c > 0 else -1,)
-    return [FIELDS[contact, drift] for contact in contacts for drift in drifts]
+    return [FIELD_OF[contact, drift] for contact in contacts for drift in drifts]
 
 
 def place_of(backend: Backend, constants: Any, state: State) -> str | None:
@@ -99,7 +100,7 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
         return PLACES.get((*signs, 0))
     if state.bound:
         return PLACES[*signs, 2 * state.bound]
-    c = constants[FIELDS[int(state.gap > 0), 0] - 1]
+    c = constants[FIELD_OF[int(state.gap > 0), 0] - 1]
     force = formulas.force(c, state.x_r, state.gap, state.v_r)
     added = formulas.force_size(c, abs(state.x_r), abs(state.gap), abs(state.v_r))
     within = formulas.friction_guard(c, -1 if force > 0 else 1, force)

@@ -14,7 +14,7 @@ from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
-from capsule_sym.generated.switching import FIELDS
+from capsule_sym.generated.facts import FIELD_OF
 
 UNSETTLED = 16
 """Excitation periods, at most, that are drawn of a run that does not end in a steady motion."""
@@ -118,5 +118,5 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
 
 def interaction(arc: Arc, parameters: Parameters) -> Array:
     """The force between mass and capsule along an arc: P3, in contact P4 (dimensionless)."""
-    c = NumpyBackend().constants(FIELDS[int(arc.contact), 0], parameters)
+    c = NumpyBackend().constants(FIELD_OF[int(arc.contact), 0], parameters)
     return formulas.force(c, arc.x_r, arc.x_r - parameters.delta, arc.v_r)  # type: ignore[no-any-return]

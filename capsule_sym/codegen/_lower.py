@@ -1,14 +1,12 @@
-"""From a block of expressions to the text of a straight-line function."""
+"""From a block of expressions to the steps of a straight-line function."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
 import sympy as sp
 
 from capsule_sym.codegen._blocks import Assignments
-from capsule_sym.codegen._printers import Language
 
 
 @dataclass(frozen=True)
@@ -23,95 +21,15 @@ class Kernel:
     returns: tuple[str, ...]
     results: tuple[sp.Expr, ...]
     operations: int
-    typed: bool = False
-    """Whether Python's function has annotations."""
     array: bool = False
-    """Whether C writes the results into one array."""
+    """Whether the results are entries of one array."""
     single: bool = False
-    """Whether Python gets its one result alone, not in a tuple."""
+    """Whether its one result is returned alone, not in a tuple."""
 
-    def text(self, language: Language) -> str:
-        """The function in a target language."""
-        lines = [language.unpack.format(name) for name in self.constants]
-        lines += [
-            language.assign.format(name, language.expression(step)) for name, step in self.steps
-        ]
-        results = [language.expression(result) for result in self.results]
-        fields = returned = ""
-        if language.comment == "#":
-            signature = ", ".join(("c", *self.arguments))
-            if self.typed:
-                signature = ", ".join(f"{name}: Any" for name in ("c", *self.arguments))
-                returned = " -> Any"
-            joined = ", ".join(results) if self.single else f"({', '.join(results)},)"
-        elif language.comment == "%":
-            signature = ", ".join(("c", *self.arguments))
-            joined = f"[{', '.join(self.returns)}] = "
-            # All at once: a result may have an argument's name.
-            lines.append(f"{joined}deal({', '.join(results)});")
-        elif language.kind == "double":
-            doubles = (f"double {name}" for name in self.arguments)
-            signature = ", ".join(("const capsule_constants *restrict c", *doubles))
-            joined = ", ".join(results)
-            fields = f"    double {', '.join(self.returns)};\n"
-        else:
-            constants = "segment" if language.kind == "real" else "segment_sizes"
-            arguments = tuple(f"{language.kind} {name}" for name in self.arguments)
-            given = (f"const {constants} *c", *arguments)
-            if not self.constants:
-                lines.insert(0, "(void)c;")
-            if self.array:
-                returned = "void"
-                given += (f"{language.kind} by[{len(self.returns)}]",)
-                joined = "".join(f"    by[{i}] = {value};\n" for i, value in enumerate(results))
-            elif self.single:
-                returned, joined = language.kind, f"    return {results[0]};\n"
-            else:
-                returned = "void"
-                given += tuple(f"{language.kind} *{name}" for name in self.returns)
-                pairs = zip(self.returns, results, strict=True)
-                joined = "".join(f"    *{name} = {value};\n" for name, value in pairs)
-            signature = ", ".join(given)
-        text = language.function.format(
-            name=self.name,
-            doc=self.doc,
-            operations=f"{self.operations} operation{'s' * (self.operations != 1)}",
-            signature=signature,
-            body="".join(f"    {line}\n" for line in lines),
-            results=joined,
-            fields=fields,
-            returned=returned,
-        )
-        return text
-
-
-_WIDTH = 100
-
-
-def wrapped(text: str, mark: str = "", comment: str = "") -> str:
-    """The text with its long lines broken at spaces.
-
-    Code goes on after a mark, a comment in a comment of its own, where the language has them.
-    """
-    lines: list[str] = []
-    for line in text.splitlines():
-        start = re.match(r"\s*", line)
-        indent, end = (start[0] if start else "") + "    ", mark
-        if comment and line.lstrip().startswith(comment):
-            indent, end = f"{start[0] if start else ''}{comment} ", ""
-        if not mark and len(line) > _WIDTH and (named := _ASSIGNED.fullmatch(line)):
-            line = f"{named[1]}({named[2]})"  # Python breaks lines within brackets only
-        while len(line) > _WIDTH:
-            cut = line.rfind(" ", len(indent), _WIDTH + 1 - len(end))
-            if cut < 0:
-                break
-            lines.append(line[:cut] + end)
-            line = indent + line[cut + 1 :]
-        lines.append(line)
-    return "\n".join(lines) + "\n"
-
-
-_ASSIGNED = re.compile(r"(\s*\w+ = )([^(].*[^;])")
+    @property
+    def cost(self) -> str:
+        """The number of operations, in words."""
+        return f"{self.operations} operation{'s' * (self.operations != 1)}"
 
 
 def lower(

@@ -9,8 +9,8 @@ import sympy as sp
 from mpmath import MPContext
 
 from capsule_sym._symbolic.model.formulas import formulas as formulas_of_the_model
+from capsule_sym.codegen._derived import lowered
 from capsule_sym.codegen._lower import lower
-from capsule_sym.codegen._render import _formula
 from capsule_sym.codegen._rounding import sizes, units
 from capsule_sym.generated import formulas
 from capsule_sym.generated.mp import kernels as exact
@@ -58,7 +58,7 @@ def test_sizes_are_what_the_counted_terms_add_up_to() -> None:
     for formula in formulas_of_the_model():
         if not formula.sized:
             continue
-        for found, (_, size) in zip(sizes(_formula(formula)), formula.size.results, strict=True):
+        for found, (_, size) in zip(sizes(lowered(formula)), formula.size.results, strict=True):
             named = {s: sp.Symbol(s.name, positive=True) for s in size.free_symbols}
             ones = {sp.Symbol(name, positive=True): 1 for name in ("cos_theta", "sin_theta")}
             assert sp.simplify(found.subs(ones) - size.xreplace(named)) == 0, formula.name

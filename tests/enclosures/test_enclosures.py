@@ -55,7 +55,7 @@ from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import alpha, omega, tau
 from capsule_sym._symbolic.proofs import theorems
 from capsule_sym._symbolic.proofs.resting import GRAZE
-from capsule_sym.codegen._fields import matrices
+from capsule_sym.codegen._derived import matrices
 from tests.enclosures.certified import digits_changed, rejected
 
 EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}

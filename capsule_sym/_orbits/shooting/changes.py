@@ -17,7 +17,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, Inequality
 from capsule_sym._orbits.shooting.equations import ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
-from capsule_sym.generated.switching import FIELDS
+from capsule_sym.generated.facts import FIELD_OF
 
 
 class Change(NamedTuple):
@@ -52,7 +52,7 @@ def insert_segment(
     fields, i, zero = itinerary.fields, failed.segment, numbers.number(0)
     f, following = fields[i], itinerary.neighbour(i + 1)
     if failed.kind == LANDING:
-        comes = FIELDS[contact(f), 0 if drift(following) else -drift(f)]
+        comes = FIELD_OF[contact(f), 0 if drift(following) else -drift(f)]
         longer = _itinerary((*fields[: i + 1], comes, *fields[i + 1 :]), itinerary)
         kept = tuple(k + (k > i) for k in range(len(itinerary)))
         return Change(longer, np.array([*z[: 5 + i], zero, *z[5 + i :]]), kept), i + 1
@@ -72,10 +72,10 @@ def insert_segment(
 def _comes(field: int, guard: Guard | None) -> int:
     """The field that a segment of F`field` touches where this guard has a minimum of 0."""
     if guard is Guard.GAP:
-        return FIELDS[1 - contact(field), drift(field)]
+        return FIELD_OF[1 - contact(field), drift(field)]
     if guard is Guard.DRIFT:
-        return FIELDS[contact(field), 0]
-    return FIELDS[contact(field), 1 if guard is Guard.UPPER else -1]
+        return FIELD_OF[contact(field), 0]
+    return FIELD_OF[contact(field), 1 if guard is Guard.UPPER else -1]
 
 
 def swap_segment(itinerary: Itinerary, z: Vector, segment: int) -> Change | None:
@@ -88,7 +88,7 @@ def swap_segment(itinerary: Itinerary, z: Vector, segment: int) -> Change | None
         return None
     gap_first = contact(during) != contact(before)
     first, second = (before, after) if gap_first else (after, before)
-    comes = FIELDS[contact(first), drift(second)]
+    comes = FIELD_OF[contact(first), drift(second)]
     fields = itinerary.fields
     other = _itinerary((*fields[:segment], comes, *fields[segment + 1 :]), itinerary)
     return Change(other, z, tuple(range(len(itinerary))))

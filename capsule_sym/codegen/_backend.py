@@ -1,0 +1,117 @@
+"""What all backends have in common: functions, templates and the files made of them."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+from string import Template
+from typing import ClassVar
+
+import sympy as sp
+from sympy.printing.codeprinter import CodePrinter
+
+from capsule_sym._symbolic.model import jacobian
+from capsule_sym.codegen._derived import PARAMETER_NAMES, Derived
+from capsule_sym.codegen._lower import Kernel
+
+WIDTH = 100
+"""Characters that a line may have, where it can be broken."""
+
+
+def wrapped(text: str, mark: str = "", comment: str = "") -> str:
+    """The text with its long lines broken at spaces.
+
+    Code goes on after a mark, a comment in a comment of its own, where the language has them.
+    """
+    lines: list[str] = []
+    for line in text.splitlines():
+        start = re.match(r"\s*", line)
+        indent, end = (start[0] if start else "") + "    ", mark
+        if comment and line.lstrip().startswith(comment):
+            indent, end = f"{start[0] if start else ''}{comment} ", ""
+        while len(line) > WIDTH:
+            cut = line.rfind(" ", len(indent), WIDTH + 1 - len(end))
+            if cut < 0:
+                break
+            lines.append(line[:cut] + end)
+            line = indent + line[cut + 1 :]
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+class Backend:
+    """A language: its printer, its spelling of functions, and its files.
+
+    Templates are files of the backend's folder, or of a folder of a backend that it derives from.
+    In them `$name` is one of `texts`, or the template `name.part.in`.
+    """
+
+    printer: CodePrinter
+    comment: str
+    """What begins a comment."""
+    unpack = "{0} = c.{0}"
+    """Reads a constant."""
+    assign = "{} = {}"
+    """Assigns a step."""
+    files: ClassVar[dict[str, str]]
+    """Template of each file, by its path below `generated/`."""
+    omitted: tuple[str, ...] = ()
+    """Kernels that the templates do not need."""
+
+    def __init__(self, derived: Derived) -> None:
+        self.derived = derived
+
+    def expression(self, expression: sp.Expr) -> str:
+        """An expression."""
+        return str(self.printer.doprint(expression))
+
+    def body(self, kernel: Kernel) -> str:
+        """The lines of a kernel before its results: its constants and its steps."""
+        lines = [self.unpack.format(name) for name in kernel.constants]
+        lines += [self.assign.format(name, self.expression(step)) for name, step in kernel.steps]
+        return "".join(f"    {line}\n" for line in lines)
+
+    def function(self, kernel: Kernel) -> str:
+        """A kernel as a function."""
+        raise NotImplementedError(f"{type(self).__name__} has no functions")
+
+    def kernels(self) -> str:
+        """The functions of all kernels that are not omitted."""
+        chosen = (k for k in self.derived.kernels if k.name not in self.omitted)
+        return "\n\n".join(map(self.function, chosen))
+
+    def texts(self) -> dict[str, str]:
+        """What stands for the names in templates; a backend adds its own."""
+        derived = self.derived
+        return {
+            "header": derived.header,
+            "marked_header": "\n".join(f"{self.comment} {r}" for r in derived.header.split("\n\n")),
+            "digest": derived.digest,
+            "jet_order": str(derived.jet_order),
+            "series_terms": str(derived.series_terms),
+            "parameters": ", ".join(PARAMETER_NAMES),
+            "jacobian_columns": ", ".join(f'"{column}"' for column in jacobian.COLUMNS),
+        }
+
+    def laid_out(self, text: str) -> str:
+        """The text of a file with its lines broken as the language allows."""
+        return text
+
+    def templates(self) -> dict[str, Template]:
+        """Templates by name, a backend's own in place of those that it derives."""
+        kinds = [kind for kind in type(self).__mro__ if issubclass(kind, Backend)]
+        folders = (Path(inspect.getfile(kind)).parent for kind in reversed(kinds))
+        paths = (path for folder in folders for path in folder.glob("*.in"))
+        return {path.name: Template(path.read_text(encoding="utf-8")) for path in paths}
+
+    def written(self) -> dict[str, str]:
+        """The text of each file by its path."""
+        texts, templates = self.texts(), self.templates()
+
+        def filled(name: str) -> str:
+            named = templates[name].get_identifiers()
+            parts = {n: filled(f"{n}.part.in") for n in named if f"{n}.part.in" in templates}
+            return templates[name].substitute(texts | parts)
+
+        return {path: self.laid_out(filled(name)) for path, name in self.files.items()}

@@ -1,0 +1,134 @@
+"""All that backends print, derived from the model that was chosen."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy as sp
+
+from capsule_sym._symbolic.model import declaration, jacobian
+from capsule_sym._symbolic.model.enclosure import coefficients, extended_rates
+from capsule_sym._symbolic.model.formulas import Formula, formulas
+from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.symbols import PARAMETERS
+from capsule_sym.codegen import INPUTS
+from capsule_sym.codegen._blocks import blocks, segment_constants
+from capsule_sym.codegen._interface import Interface
+from capsule_sym.codegen._lower import Kernel, lower
+from capsule_sym.codegen._rounding import CIRCULAR_UNITS, units
+
+PARAMETER_NAMES = tuple(map(str, PARAMETERS))
+CONSTANTS = (
+    *PARAMETER_NAMES,
+    *("contact", "drift", "m", "kappa", "push", "friction", "sigma", "K"),
+    *("q", "nu", "slow", "Z2", "resonant", "fast", "rate"),
+)
+"""Names of a segment's constants."""
+
+Matrix = Sequence[Sequence[sp.Expr]]
+
+
+@dataclass(frozen=True)
+class Derived:
+    """What is printed in each language."""
+
+    header: str
+    """By what files are generated, and from what."""
+    digest: str
+    jet_order: int
+    series_terms: int
+    kernels: tuple[Kernel, ...]
+    formulas: tuple[Kernel, ...]
+    sizes: tuple[Kernel, ...]
+    """The sizes of those formulas that have one."""
+    units: dict[str, int]
+    """By how many units of its size each formula is off."""
+    interface: Interface
+
+    @property
+    def bounds(self) -> list[str]:
+        """The friction bounds."""
+        return sorted({str(bound) for bound in declaration.chosen().bounds.values()})
+
+
+def derive(header: str, digest: str) -> Derived:
+    """What the inputs name, derived."""
+    config, interface = (
+        tomllib.loads((INPUTS / f"{name}.toml").read_text(encoding="utf-8"))
+        for name in ("kernels", "interface")
+    )
+    found = formulas()
+    return Derived(
+        header,
+        digest,
+        config["jet_order"],
+        config["series_terms"],
+        tuple(_kernels(config)),
+        tuple(map(lowered, found)),
+        tuple(lowered(formula.size) for formula in found if formula.sized),
+        _units(found),
+        Interface(interface),
+    )
+
+
+def _kernels(config: dict[str, Any]) -> Iterable[Kernel]:
+    derivations = blocks(config["jet_order"])
+    for entry in config["kernel"]:
+        block = derivations[entry.get("block", entry["name"])]()
+        returns = entry["returns"]
+        if returns[0].startswith("@"):
+            hidden = ("drive",)
+            returns = [str(target) for target, _ in block if not str(target).startswith(hidden)]
+        columns = ", ".join(map(str, jacobian.COLUMNS))
+        doc = entry["doc"].replace("@jacobian_columns", columns)
+        arguments = tuple(entry["arguments"])
+        yield lower(entry["name"], doc, block, arguments, tuple(returns), frozenset(CONSTANTS))
+
+
+def lowered(formula: Formula) -> Kernel:
+    """The kernel of a formula."""
+    names = tuple(str(argument) for argument in formula.arguments)
+    results = [(sp.Symbol(f"_{name}"), value) for name, value in formula.results]
+    returns = tuple(f"_{name}" for name, _ in formula.results)
+    single, constants = len(returns) == 1, frozenset(CONSTANTS)
+    kernel = lower(formula.name, formula.doc, results, names, returns, constants, single=single)
+    # The results themselves, not names for them.
+    steps = dict(kernel.steps)
+    values = tuple(steps.pop(name) for name in returns)
+    plain = tuple(name for name, _ in formula.results)
+    steps_left = tuple(steps.items())
+    return replace(kernel, steps=steps_left, results=values, returns=plain, array=formula.array)
+
+
+def _units(found: Iterable[Formula]) -> dict[str, int]:
+    """Names and numbers of the roundings of all formulas that have a size."""
+    given = dict.fromkeys(("cos_theta", "sin_theta"), CIRCULAR_UNITS)
+    for segment in SEGMENTS:
+        for name, value in segment_constants(segment.index):
+            block = [(sp.Symbol("_value"), value)]
+            kernel = lower(str(name), "", block, PARAMETER_NAMES, ("_value",), frozenset())
+            given[str(name)] = max(given.get(str(name), 0), units(kernel, {}) - 1)
+    numbers = {}
+    for formula in found:
+        if formula.sized:
+            kernel = lowered(formula)
+            for argument in formula.carried:
+                numbers[f"{formula.name}_{argument}_units"] = units(kernel, given, str(argument))
+            if not formula.carried:
+                numbers[f"{formula.name}_units"] = units(kernel, given)
+    return {name.upper(): number for name, number in numbers.items()}
+
+
+def matrices(segment: Segment) -> dict[str, Matrix]:
+    """Rates and guards of a field: rows of coefficients of `EXTENDED` and, last, of 1."""
+    found = {"rates": extended_rates(segment), "guards": segment.guards}
+    return {name: [coefficients(row) for row in rows] for name, rows in found.items()}
+
+
+def entries(matrix: Matrix) -> list[tuple[int, int, sp.Expr]]:
+    """The entries of a matrix that are not 0, by row and column."""
+    rows = enumerate(matrix)
+    return [(i, j, sp.factor(a)) for i, row in rows for j, a in enumerate(row) if a != 0]

@@ -1,0 +1,103 @@
+"""Facts of parameters, state, fields and devices, and dataclasses of parameters, in Python."""
+
+from __future__ import annotations
+
+from pprint import pformat
+
+from capsule_sym._symbolic.model.consistency import UNITS
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.parts import shown, spelled
+from capsule_sym._symbolic.model.symbols import MODEL
+
+
+def texts() -> dict[str, str]:
+    """Constants, and the members of dataclasses."""
+    return {
+        "facts": assigned(_facts(), _ABOUT),
+        "parameter_fields": "\n".join(
+            f"    {p.name}: float = {float(p.default)!r}\n"
+            f'    """{p.label[:1].upper()}{p.label[1:]}, {p.definition}."""'
+            for p in MODEL.parameters
+        ),
+        "device_fields": "\n".join(
+            f"    {q.name}: float{f' = {float(q.value)!r}' if q.optional else ''}\n"
+            f'    """{q.about.removesuffix(".")} ({q.unit or "dimensionless"})."""'
+            for q in MODEL.quantities
+        ),
+        "relations": _relations(),
+    }
+
+
+def assigned(values: dict[str, object], about: dict[str, str]) -> str:
+    """Assignments of constants, each with its docstring."""
+    return "\n".join(
+        f'{name} = {pformat(value, width=90, sort_dicts=False)}\n"""{about[name]}"""'
+        for name, value in values.items()
+    )
+
+
+_ABOUT = {
+    "PARAMETERS": "Parameters of the model, in their order.",
+    "STATE": "Symbols of the state.",
+    "DEFAULTS": "Parameters that are not given.",
+    "RANGES": "Least and largest value that a run takes.",
+    "POSITIVE": "Parameters, dimensionless and of a device, above 0.",
+    "SIGNED": "Parameters of either sign; all others are at least 0.",
+    "LABELS": "Names of parameters and state in words.",
+    "TEX": "Their symbols in TeX.",
+    "DEVICE": "Quantities of a device with their units, in their order.",
+    "DEVICE_LABELS": "Their names in words.",
+    "DEVICE_DEFAULTS": "Those that need not be given.",
+    "DRIVEN": "Quantities to which one parameter is in proportion, it, and their units.",
+    "BOUNDS": "The friction bounds, by the way of drift.",
+    "SYMMETRIC": "Whether a motion without contact has a mirror image, half a period later.",
+    "FIELDS": "Fields by number: whether the second spring acts, and the drift's way (0 at rest).",
+    "FIELD_OF": "Number of the field by both.",
+    "MODES": "Modes of operation of the fields in the paper's notation, in their order.",
+}
+
+
+def _facts() -> dict[str, object]:
+    own, device = MODEL.parameters, MODEL.quantities
+    fields = {g.index: (int(g.contact), g.drift) for g in SEGMENTS}
+    return {
+        "PARAMETERS": tuple(p.name for p in own),
+        "STATE": tuple(MODEL.state_labels),
+        "DEFAULTS": {p.name: float(p.default) for p in own},
+        "RANGES": {p.name: (float(p.low), float(p.high)) for p in own},
+        "POSITIVE": (*(p.name for p in own if p.positive), *(q.name for q in device if q.low > 0)),
+        "SIGNED": tuple(p.name for p in own if p.signed),
+        "LABELS": {p.name: p.label for p in own} | MODEL.state_labels,
+        "TEX": {p.name: p.tex for p in own} | {name: name for name in MODEL.state_labels},
+        "DEVICE": {q.name: q.unit for q in device},
+        "DEVICE_LABELS": {q.name: q.label for q in device},
+        "DEVICE_DEFAULTS": {q.name: float(q.value) for q in device if q.optional},
+        "DRIVEN": MODEL.driven,
+        "BOUNDS": {way: str(bound) for way, bound in MODEL.bounds.items()},
+        "SYMMETRIC": MODEL.bounds[1] == MODEL.bounds[-1] and MODEL.load == 0,
+        "FIELDS": fields,
+        "FIELD_OF": {mode: number for number, mode in fields.items()},
+        "MODES": tuple(g.mode for g in SEGMENTS),
+    }
+
+
+def _relations() -> str:
+    """The device's units as properties, and the method `ratios`, of which each is a relation."""
+    own = {unit.letter: unit.name for unit in MODEL.units}
+
+    def written(relation: str) -> str:
+        return spelled(relation, lambda name: f"self.{own.get(name, name)}", "_root")
+
+    properties = (
+        f"    @property\n    def {unit.name}(self: Any) -> float:\n"
+        f'        """{unit.about}: {unit.letter} = {shown(unit.relation)}'
+        f' ({UNITS[unit.name]})."""\n'
+        f"        return {written(unit.relation)}\n\n"
+        for unit in MODEL.units
+    )
+    ratios = (f'            "{p.name}": {written(p.si)},\n' for p in MODEL.parameters if p.si)
+    return (
+        f"{''.join(properties)}    def ratios(self: Any) -> dict[str, Any]:\n"
+        '        """The dimensionless parameters by name, in the arithmetic of the quantities."""\n'
+        f"        return {{\n{''.join(ratios)}        }}"
+    )

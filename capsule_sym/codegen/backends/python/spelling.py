@@ -1,0 +1,82 @@
+"""Functions in Python, for any numbers that have its operators, and what its kernels share."""
+
+from __future__ import annotations
+
+import re
+
+import sympy as sp
+from sympy.printing.pycode import PythonCodePrinter
+
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym.codegen._backend import WIDTH, Backend, wrapped
+from capsule_sym.codegen._blocks import segment_constants
+from capsule_sym.codegen._derived import CONSTANTS, PARAMETER_NAMES
+from capsule_sym.codegen._lower import Kernel
+from capsule_sym.codegen._printers import Products
+
+
+class _Printer(Products, PythonCodePrinter):
+    """Python code whose functions are plain names, imported by the template."""
+
+    def _print_Function(self, expr: sp.Function) -> str:
+        name = type(expr).__name__
+        return f"{name}({', '.join(self._print(argument) for argument in expr.args)})"
+
+    _print_sin = _print_cos = _print_exp = _print_expm1 = _print_Function
+
+
+_ASSIGNED = re.compile(r"(\s*\w+ = )([^(].*)")
+
+
+class PythonSpelling(Backend):
+    """How all that is Python spells functions."""
+
+    printer = _Printer()
+    comment = "#"
+
+    def function(self, kernel: Kernel, kind: str = "") -> str:
+        """A kernel as a function, whose numbers are annotated as a kind if there is one."""
+        names = ("c", *kernel.arguments)
+        given = ", ".join(f"{name}: {kind}" if kind else name for name in names)
+        returned = f" -> {kind}" if kind else ""
+        results = ", ".join(map(self.expression, kernel.results))
+        return (
+            f"def {kernel.name}({given}){returned}:\n"
+            f'    """{kernel.doc}\n\n    {kernel.cost}.\n    """\n'
+            f"{self.body(kernel)}    return {results if kernel.single else f'({results},)'}\n"
+        )
+
+    def laid_out(self, text: str) -> str:
+        """The text with long lines broken, which Python allows within brackets."""
+        lines = (
+            _ASSIGNED.sub(r"\1(\2)", line) if len(line) > WIDTH else line
+            for line in text.splitlines()
+        )
+        return wrapped("\n".join(lines))
+
+
+class PythonKernels(PythonSpelling):
+    """Kernels in Python, with the choice between closed forms."""
+
+    def texts(self) -> dict[str, str]:
+        """Fields of a tuple of constants, functions that give the constants, and kernels."""
+        return {
+            **super().texts(),
+            "constants_fields": "\n".join(f"    {name}: float" for name in CONSTANTS),
+            "segment_constants": self._segment_constants(),
+            "kernels": self.kernels(),
+        }
+
+    def _segment_constants(self) -> str:
+        texts = []
+        for segment in SEGMENTS:
+            results = [self.expression(value) for _, value in segment_constants(segment.index)]
+            texts.append(
+                f"def _constants_{segment.name}({', '.join(PARAMETER_NAMES)}):\n"
+                f'    """m, kappa, push, friction, sigma and K of {segment.mode}."""\n'
+                f"    return ({', '.join(results)})\n"
+            )
+        names = ", ".join(f"_constants_{segment.name}" for segment in SEGMENTS)
+        modes = ", ".join(f"({int(g.contact)}, {g.drift})" for g in SEGMENTS)
+        texts.append(f"_CONSTANTS = ({names})\n_MODES = ({modes})  # contact, drift\n")
+        return "\n\n".join(texts)
