@@ -1,6 +1,6 @@
 /* The step of WIDTH runs at a time that are in the same linear flow, each in its own lane. */
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__aarch64__))
-CONTRACTED
+#define FUSED 1
 #include "batch.h"
 #include "step.h"
 

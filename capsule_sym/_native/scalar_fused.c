@@ -3,7 +3,7 @@
 #include "target.h"
 
 FOR("avx2,fma" TUNED)
-CONTRACTED
+#define FUSED 1
 #define CODE capsule_code_fused
 #include "scalar.c"
 FOR_ALL

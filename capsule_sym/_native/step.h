@@ -33,7 +33,7 @@ typedef struct {
 
 inlined bound bound_dot(const double *t, const bound *size)
 {
-    return (t[0] * size[0] + t[1] * size[1]) + (t[2] * size[2] + t[3] * size[3]);
+    return fused(all(t[1]), size[1], t[0] * size[0]) + fused(all(t[3]), size[3], t[2] * size[2]);
 }
 
 /* A combination of rows of a table. */
@@ -62,8 +62,8 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     const bound margin_error =
         (MARGIN_AT_UNITS + 1) * UNIT * (margin_at_size(b, x, gap, v) + friction_bounds(b));
     for (int i = 0; i < CAPSULE_LIMITS; i++)
-        e.limit[i] = (t->limit[0][i] * e.size[0] + t->limit[1][i] * e.size[1]) +
-                     (t->limit[2][i] * e.size[2] + t->limit[3][i] * e.size[3]);
+        e.limit[i] = fused(all(t->limit[1][i]), e.size[1], t->limit[0][i] * e.size[0]) +
+                     fused(all(t->limit[3][i]), e.size[3], t->limit[2][i] * e.size[2]);
     e.x_own = e.limit[X_ERROR] + 2.0 * UNIT * gap + UNDERFLOW;
     e.second_own = e.limit[SECOND_ERROR] + UNDERFLOW;
     e.slope = num(0.0);
@@ -213,7 +213,7 @@ inlined void form_of(const table *t, const expansion *e, int which, int level, i
         g->form[j] = other ? neg(other->form[j])
                            : combined(u, rows[0][j], rows[1][j], rows[2][j], rows[3][j]);
         if (drift && which != GAP)
-            g->form[j] = add(g->form[j], mul(slope, part(num(j + 1.0), DEGREE)));
+            g->form[j] = mad(slope, part(num(j + 1.0), DEGREE), g->form[j]);
     }
 }
 
@@ -300,11 +300,14 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
         open |= not(found[i].clear | found[i].crossing);
         crossing |= found[i].crossing;
     }
-    /* The signs alone never have both friction guards cross: both would be negative at r. */
+    /* Of two friction guards that cross, C is the one with the smaller `to`, T the other one: then T is
+       positive up to C's `to`. For T is 2 f_b - C or more, so more than 2 f_b there, which is more than its
+       bounds are apart (below): its lower bound is positive there, and changes its sign once up to T's
+       `to`. So no two `to` are equal, and in lanes, where each is r, one of them crosses at most. */
     const mask lower =
         drift ? none
               : found[SECOND].crossing &
-                    (not(found[FIRST].crossing) | lt(found[SECOND].near, found[FIRST].near));
+                    (not(found[FIRST].crossing) | lt(found[SECOND].to, found[FIRST].to));
     mask is_gap, both, corner = none;
     {
         const mask by_friction = drift ? found[FIRST].crossing
@@ -450,14 +453,15 @@ again:
     }
 #if WIDTH == 1
     /* Before whatever else may be: another guard that crosses once up to `to`, and is positive at this
-       root before that, crosses later. Of the friction guards one is at 2 f_b where the other is 0; of
-       the gap and one of these it was proved above; of the gap and the third guard nothing is. */
+       root before that, crosses later. Of the gap and the first friction guard it was proved above; the
+       other friction guard crosses later still, where 2 f_b is more than its isolation is off by. */
+    if (sure && !drift && found[FIRST].crossing && found[SECOND].crossing)
+        sure = friction_bounds(b) > 3.0 * (g[FIRST].rounding + g[FIRST].tail) + ROOT_UNIT * g[FIRST].range;
     if (crossing && sure)
         for (int i = 0; i < count; i++)
             sure &= i == (is_gap ? GAP : lower ? last_guard : FIRST) || found[i].clear ||
                     found[i].from > near_to(at) + error ||
-                    (found[i].crossing && near_to(at) + error <= found[i].to &&
-                     (!is_gap || i == (lower ? SECOND : FIRST)));
+                    (found[i].crossing && near_to(at) + error <= found[i].to);
     if (crossing && !sure && --tries == 1) { /* is it the other one? */
         is_gap = !is_gap;
         corner = 0;

@@ -1,6 +1,5 @@
 /* Instructions that not every processor of a kind has. FOR("avx2,fma") compiles for them what
-   follows, up to FOR_ALL; CONTRACTED lets products and sums there be fused: that saves time, and
-   roundings, which the error bounds count. */
+   follows, up to FOR_ALL. */
 #define PRAGMA(text) _Pragma(#text)
 #if !(defined(__x86_64__) && defined(__GNUC__))
 #define FOR(features)
@@ -12,11 +11,6 @@
 #else
 #define FOR(features) PRAGMA(GCC target(features))
 #define FOR_ALL
-#endif
-#ifdef __clang__
-#define CONTRACTED PRAGMA(clang fp contract(fast))
-#else
-#define CONTRACTED PRAGMA(GCC optimize("fp-contract=fast"))
 #endif
 #ifdef __clang__
 #define TUNED

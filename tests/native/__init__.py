@@ -17,7 +17,13 @@ def place_of(text: str, directory: Path, name: str = "") -> Path:
     return max(found, key=lambda path: found[path])
 
 
-def built(directory: Path, program: str, *flags: str, change: tuple[str, str] | None) -> Path:
+def built(
+    directory: Path,
+    program: str,
+    *flags: str,
+    change: tuple[str, str] | None = None,
+    compiler: str = "cc",
+) -> Path:
     """A program with the library, one text of whose sources is changed: (old, new)."""
     shutil.copytree(LIBRARY, directory, ignore=shutil.ignore_patterns("build", "__pycache__"))
     if change:
@@ -25,7 +31,7 @@ def built(directory: Path, program: str, *flags: str, change: tuple[str, str] | 
         place.write_text(place.read_text().replace(*change))
     (directory / "program.c").write_text(program)
     sources = [file.name for file in directory.glob("*.c")]
-    command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-I.", f"-I{KERNELS}", *flags]
+    command = [compiler, "-std=c99", "-O1", "-ffp-contract=off", "-I.", f"-I{KERNELS}", *flags]
     command += [*sources, str(KERNELS / "capsule_kernels.c"), "-lm", "-o", "built"]
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -10,6 +10,31 @@ from random import Random
 from capsule_sym import Parameters
 from tests.native.certificate import WIDTHS, Start, Truth, mp, mpf
 
+Ordered = tuple[tuple[float, float, float], ...]
+# alpha, omega, zeta, beta, gamma, f_b (delta is 0); x_r, v_r at rest, phase
+ORDERED: list[Ordered] = [
+    (
+        (2.3837827716870166, 1.0690716566096392, 0.3082677339729205),
+        (0.9891951494972765, 4.942143517142021, 0.05416355459881703),
+        (-0.02096709732463163, -0.011608767544829108, 1.1685358814730318),
+    ),
+    (
+        (1.0920262664902491, 1.2006372326031984, 0.3256947501430873),
+        (1.7464861081931033, 1.4706432112019958, 0.06240025762064204),
+        (-0.029281921560665457, 0.040629844749590714, 0.9762053397573378),
+    ),
+    (
+        (2.9061109533748755, 0.8678388032148538, 0.5628869736731561),
+        (0.34613253808203426, 5.470109283036071, 0.06276324435884041),
+        (-0.006330451848614541, -0.04389248398030901, 1.5158942297580225),
+    ),
+    (
+        (1.4948031519179055, 0.9706343786048014, 0.5142225889774076),
+        (2.9233641566496713, 5.46900586323855, 0.034748153255739184),
+        (-0.003724053656182954, -0.02052128124669291, 1.3280098703996766),
+    ),
+]
+
 WAY = {1: 1, 2: 0, 3: -1, 4: 1, 5: 0, 6: -1}
 
 
@@ -267,6 +292,13 @@ def grazed(random: Random) -> Start:
     return before(p, 4, target, angle % (2 * math.pi), random.uniform(0.2, 0.9) / _rate(p, 4))
 
 
+def both_bounds(random: Random) -> Start:
+    """P rises past f_b, x_r meets delta, P falls past -f_b, all within one expansion."""
+    (alpha, omega, zeta), (beta, gamma, f_b), (x_r, v_r, phase) = random.choice(ORDERED)
+    p = Parameters(alpha, omega, 0.0, zeta, beta, gamma, f_b)
+    return Start(p, 2, (x_r, v_r, 0.0), phase * omega)
+
+
 def level(random: Random) -> Start:
     """P is +-f_b, and neither rises nor falls there but by a rounding; then it comes back."""
     p = Parameters(1.0, random.uniform(0.5, 2), 9.0, random.uniform(0.1, 0.5), 1.5, 3.3)
@@ -358,6 +390,7 @@ FAMILIES: dict[str, tuple[Callable[[Random], Start], float, tuple[str, ...]]] = 
     "late": (late, 4.5, (*WIDTHS,)),
     "inflected": (inflected, 0.0, DOUBLES),
     "grazed": (grazed, 0.0, (*WIDTHS,)),
+    "both bounds": (both_bounds, 0.0, (*WIDTHS,)),
     "level": (level, 0.0, DOUBLES),
     "tiny": (tiny, 0.0, DOUBLES),
     "tiny, 106 bits": (tiny_wide, 0.0, ("106 bits",)),

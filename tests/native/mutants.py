@@ -72,6 +72,7 @@ TERMS: tuple[Term, ...] = (
     _term("a simple root", "gt(0.5 * steepness * straight, apart + apart)", "gt(straight, all(-1.0))", {"inflected": ("1",)}),
     _term("the remainder in P or v_c", "t->limit[k][SECOND_ERROR] += left", "t->limit[k][SECOND_ERROR] += 0.0*left", {"late": WIDE}),
     _term("a third guard", "near_to(at) + error <= found[i].to", "1", {"grazed": SCALAR}),
+    _term("which friction bound is met first", "lt(found[SECOND].to, found[FIRST].to)", "gt(found[SECOND].to, found[FIRST].to)", {"both bounds": ("1",)}),
     _term("rounding where signs do not tell", "g->rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest", "0.0", {"level": ("1",)}),
     _term("a switch past a run's end", "o.crossing ? 0 : field", "field", {"interrupted": SCALAR}),
     _term("a batch: a switch past a run's end", "crosses ? 0 : field", "field", {"interrupted": LANES}),
@@ -92,10 +93,9 @@ BEHIND: tuple[Term, ...] = (
     # Bounds add up, so it has its place: but it is 1e-15 of the responses at most at the library's own
     # reach, where their rounding counts 3e-15, and on longer expansions Taylor's remainder is larger.
     _term("remainder of the series of 14 terms", "rest[k] + change[k]", "rest[k]", {}),
-    # It decides only where, of two friction guards that both cross, the one with the later root is
-    # isolated nearer to the start. That it cannot be is not proved, so the condition stays; among five
-    # million pairs that were drawn and then bent towards it none was.
-    _term("a third guard beside the gap's", "(!is_gap || i == (lower ? SECOND : FIRST))", "1", {}),
+    # Decides only where both friction guards cross in one expansion while 2 f_b is some 1e-8 of P's
+    # change; what their isolation is off by is 1e-12 of it.
+    _term("friction bounds beside an isolation's error", "friction_bounds(b) > 3.0 * (g[FIRST].rounding + g[FIRST].tail) + ROOT_UNIT * g[FIRST].range", "1", {}),
 )  # fmt: skip
 """Terms that no start shows, as others stand before them."""
 
