@@ -76,36 +76,28 @@ def group(context: click.Context) -> None:
 
 
 for _name, _module, _text in (
-    ("run", "capsule_sym._commands.run", "Run the map and show its steady motion."),
-    (
-        "paper",
-        "capsule_sym._commands.paper",
-        "Compute the case study beside the paper.",
-    ),
-    ("verify", "capsule_sym._commands.verify", "Prove the derivations with SymPy."),
-    ("enclose", "capsule_sym._commands.enclose", "Prove Section 4 in ball arithmetic."),
-    ("bench", "capsule_sym._commands.bench", "Measure speed against error, beside peers."),
-    ("sweep", "capsule_sym._commands.sweep", "Run a grid of parameters or starts, resumably."),
-    ("basin", "capsule_sym._commands.sweep", "Run a basin of attraction; tell its attractors."),
-    ("sweep-info", "capsule_sym._commands.sweep", "Show what the results of a sweep hold."),
-    ("orbit", "capsule_sym._commands.orbit", "Close the periodic orbit exactly."),
-    (
-        "branch",
-        "capsule_sym._commands.branch",
-        "Follow an orbit in a parameter, with bifurcations.",
-    ),
-    ("curve", "capsule_sym._commands.curve", "Follow bifurcations in two parameters."),
-    ("design", "capsule_sym._commands.design", "Study the drives of one device."),
-    ("optimise", "capsule_sym._commands.optimise", "Find the best parameters for a metric."),
-    ("steer", "capsule_sym._commands.optimise", "Find the best drives both ways, and a path."),
-    ("fit", "capsule_sym._commands.optimise", "Find parameters from measured series."),
-    ("figure", "capsule_sym._commands.figures", "Draw a figure of the case study."),
-    ("diagram", "capsule_sym._commands.figures", "Draw branches of orbits, labelled."),
-    ("sweep-figure", "capsule_sym._commands.figures", "Draw the results of a sweep or a basin."),
-    ("report", "capsule_sym._commands.figures", "Write the case study as one page of HTML."),
-    ("explore", "capsule_sym._commands.explore", "Open the exact map as a page in a browser."),
+    ("run", "run", "Run the map and show its steady motion."),
+    ("paper", "paper", "Compute the case study beside the paper."),
+    ("verify", "verify", "Prove the derivations with SymPy."),
+    ("enclose", "enclose", "Prove Section 4 in ball arithmetic."),
+    ("bench", "bench", "Measure speed against error, beside peers."),
+    ("sweep", "sweep", "Run a grid of parameters or starts, resumably."),
+    ("basin", "sweep", "Run a basin of attraction; tell its attractors."),
+    ("sweep-info", "sweep", "Show what the results of a sweep hold."),
+    ("orbit", "orbit", "Close the periodic orbit exactly."),
+    ("branch", "branch", "Follow an orbit in a parameter, with bifurcations."),
+    ("curve", "curve", "Follow bifurcations in two parameters."),
+    ("design", "design", "Study the drives of one device."),
+    ("optimise", "optimise", "Find the best parameters for a metric."),
+    ("steer", "optimise", "Find the best drives both ways, and a path."),
+    ("fit", "optimise", "Find parameters from measured series."),
+    ("figure", "figures", "Draw a figure of the case study."),
+    ("diagram", "figures", "Draw branches of orbits, labelled."),
+    ("sweep-figure", "figures", "Draw the results of a sweep or a basin."),
+    ("report", "figures", "Write the case study as one page of HTML."),
+    ("explore", "explore", "Open the exact map as a page in a browser."),
 ):
-    group.add(_name, _module, _text)
+    group.add(_name, f"capsule_sym._commands.{_module}", _text)
 
 
 def main(arguments: Sequence[str] | None = None, commands: click.Group = group) -> NoReturn:

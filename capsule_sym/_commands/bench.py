@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -11,9 +12,8 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from capsule_sym._bench.parts import Study
+
 
 REPEATS = options.count("Repeats of which the median counts, or the best.", 3, 1)
 ONLY = option("Only the peers with this in their name.", default="", metavar="TEXT")

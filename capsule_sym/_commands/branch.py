@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -14,10 +16,8 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym.generated.facts import DEFAULTS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
     from capsule_sym._native import Watch
+
 
 _SAME_SIZE = 1e-6  # entries of a term that differ by a smaller share are as large
 

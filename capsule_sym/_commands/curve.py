@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import click
 
@@ -11,10 +13,6 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.branch import followed, tell_early_end
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
 
 @command()

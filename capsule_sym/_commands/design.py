@@ -11,13 +11,11 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import (
-    bounds_of,
     drawing,
     finite,
     margin_option,
     over_option,
     print_steering,
-    shares_of,
     subject_option,
     table_of,
     telling,
@@ -33,10 +31,10 @@ from capsule_sym._errors import InvalidInput
 @command()
 def design(
     system: options.System = options.parameters(),
-    over: tuple[Any, ...] = over_option,
+    over: dict[str, Any] = over_option,
     subject_to: tuple[str, ...] = subject_option,
     margin: float | None = margin_option,
-    tolerances: tuple[tuple[str, float], ...] = tolerance_option,
+    tolerances: dict[str, float] = tolerance_option,
     points: int = options.count("Points of the front of speed and cost.", 20, *POINTS),
     max_seconds: float = options.max_seconds(),
     out: Path | None = options.out(
@@ -59,9 +57,8 @@ def design(
 
     parameters, device = system.load()
     which = device or parameters
-    bounds = bounds_of(over) or usual_drive(which)
-    shares = shares_of(tolerances)
-    scenarios_of(((0.0, 0.0, 0.0),), shares, which)  # refused before work begins
+    bounds = over or usual_drive(which)
+    scenarios_of(((0.0, 0.0, 0.0),), tolerances, which)  # refused before work begins
     watch = Watch(checked_seconds(max_seconds))
     with telling("") as progress:
 
@@ -84,8 +81,8 @@ def design(
                 "speed_per_work", bounds, which, **asked("Economical")
             ),
         }
-        if shares:
-            robust = {"tolerances": shares, **asked("Robust")}
+        if tolerances:
+            robust = {"tolerances": tolerances, **asked("Robust")}
             found["most robust"] = capsule_sym.optimise("speed", bounds, which, **robust)
     for one in found.values():
         if one.status is capsule_sym.OptimumStatus.INFEASIBLE:

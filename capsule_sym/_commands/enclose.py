@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from capsule_sym._commands.signature import command, option
 from capsule_sym._processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from capsule_sym._native import Watch
 
 
 def _growing(text: str) -> Any:
@@ -36,6 +37,7 @@ def enclose(
         default=3600.0,
         show_default=True,
     ),
+    max_seconds: float = options.max_seconds(),
     out: Path | None = options.out(
         "Write certificates of all bifurcations, and of the orbits of Fig. 7, here.", "FILE.json"
     ),
@@ -49,15 +51,16 @@ def enclose(
     proved, box by box, but for 6e-13 on either side of a bifurcation. Takes some two minutes on two
     cores.
     The two mass ratios between them at which two bifurcations coincide are enclosed too, and the
-    curves of both are proved to cross there. Exits with 1 where a step is left unproved.
+    curves of both are proved to cross there. Exits with 1 where a step is left unproved, as after
+    --max-seconds.
 
     With --region the plane 0.001 <= alpha <= 2, 1.5 <= gamma <= 5 is proved patch by patch: one
     stable orbit with one itinerary all over each. With --from-rest, at both mass ratios and for
     alpha in [0.001, 2], the motion from (0, 0, 0) is proved to tend to a periodic one, interval by
     interval. Both tell what share of the whole is proved.
     """
-    options.check_beside("region", never=("from_rest", "thresholds", "out"))
-    options.check_beside("from_rest", never=("thresholds", "out"))
+    options.check_beside("region", never=("from_rest", "thresholds", "out", "max_seconds"))
+    options.check_beside("from_rest", never=("thresholds", "out", "max_seconds"))
     options.check_beside("seconds", needs=("region", "from_rest"))
     options.require("proof", "flint")
     if region is not None or from_rest is not None:
@@ -68,10 +71,12 @@ def enclose(
     from capsule_sym._records import dumps
 
     begin = perf_counter()
+    deadline = begin + max_seconds
     calls: list[tuple[Any, ...]] = [
-        (_proved, gamma, not thresholds, out is not None) for gamma in GAMMAS
+        (_proved, gamma, not thresholds, out is not None, deadline) for gamma in GAMMAS
     ]
-    *told, (meetings, unmet) = _on_two_cores([*calls, (_met,)], "Enclosing both mass ratios")
+    calls.append((_met, deadline))
+    *told, (meetings, unmet) = _on_two_cores(calls, "Enclosing both mass ratios")
     records = [section for section, _, _ in told]
     seconds = perf_counter() - begin
     if as_json:
@@ -84,9 +89,9 @@ def enclose(
         held = [one for _, kept, _ in told for one in kept]
         write_whole(out, dumps({"certificates": held}) + "\n", "--out")
         click.echo(f"wrote {len(held)} certificates to {out}", err=True)
-        if missing:
-            present.fail(f"not proved: {'; '.join(missing)}", 1)
-    if missing or any(one["failed"] for one in records):
+    if missing:
+        present.fail(f"not proved: {'; '.join(dict.fromkeys(missing))}", 1)
+    if any(one["failed"] for one in records):
         raise click.exceptions.Exit(1)
 
 
@@ -134,25 +139,37 @@ def _on_two_cores(calls: Sequence[tuple[Any, ...]], text: str) -> list[Any]:
 
 
 def _proved(
-    gamma: str, intervals: bool, certify: bool
+    gamma: str, intervals: bool, certify: bool, deadline: float
 ) -> tuple[dict[str, Any], list[dict[str, Any]], list[str]]:
     """The record of a mass ratio, and if wanted its certificates and why any is missing."""
     from capsule_sym._enclosures.certificates.section4 import certified, prove_section, record
 
-    kept, missing = certified(gamma) if certify else ([], [])
-    return record(prove_section(gamma, intervals=intervals)), kept, missing
+    limit = _until(deadline)
+    kept, missing = certified(gamma, limit.left) if certify else ([], [])
+    section = prove_section(gamma, intervals=intervals, max_seconds=limit.left)
+    return record(section), kept, missing
 
 
-def _met() -> tuple[list[dict[str, Any]], list[str]]:
+def _met(deadline: float) -> tuple[list[dict[str, Any]], list[str]]:
     """The records of the mass ratios at which two bifurcations coincide, and why any is missing."""
     from capsule_sym._enclosures.case import EXACT
+    from capsule_sym._enclosures.certificates.section4 import TIME_OVER
     from capsule_sym._enclosures.numbers.balls import Unproved
     from capsule_sym._enclosures.orbits.codimension_two import record, section4
 
     try:
-        return [record(one) for one in section4(EXACT)], []
+        with _until(deadline):
+            return [record(one) for one in section4(EXACT)], []
     except Unproved as error:
         return [], [str(error)]
+    return [], [TIME_OVER]
+
+
+def _until(deadline: float) -> Watch:
+    """A watch in a worker until a time of `perf_counter`, which is that of all processes."""
+    from capsule_sym._native import Watch
+
+    return Watch(deadline - perf_counter())
 
 
 def _one_orbit() -> float:

@@ -38,10 +38,19 @@ class NamedRange(options.Range):
         return name, (options.Range.convert(options.Range(), ends, param, ctx) if mark else None)
 
 
+def _by_name(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> dict[str, Any]:
+    """Pairs as a dictionary; raises InvalidInput for a name that is there twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise InvalidInput(given.opts[0], [name for name, _ in pairs], "different parameters")
+    return found
+
+
 over_option = option(
     "A parameter that varies, and its bounds: of the seven, or of the device. Any number.",
     type=NamedRange(),
     multiple=True,
+    callback=_by_name,
 )
 subject_option = option(
     "A constraint, such as 'peak_force <= 2'. Any number.",
@@ -55,6 +64,7 @@ tolerance_option = option(
     "--tolerance",
     type=(str, float),
     multiple=True,
+    callback=_by_name,
     metavar="NAME SHARE",
 )
 _search = several(
@@ -66,35 +76,18 @@ _search = several(
 )
 
 
-def shares_of(tolerances: Sequence[tuple[str, float]]) -> dict[str, float]:
-    """The tolerances by name; raises InvalidInput for a name that is there twice."""
-    return _by_name("--tolerance", tolerances)
-
-
-def _by_name(option: str, given: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(given)
-    if len(found) < len(given):
-        raise InvalidInput(option, [name for name, _ in given], "different parameters")
-    return found
-
-
-def bounds_of(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    """The ranges by name; raises InvalidInput for a name that is there twice."""
-    return _by_name("--over", over)
-
-
 @command()
 def optimise(
     system: options.System = options.parameters(),
     maximise: str | None = option("What is to be greatest.", metavar="METRIC"),
     minimise: str | None = option("What is to be least.", metavar="METRIC"),
-    over: tuple[Any, ...] = over_option,
+    over: dict[str, Any] = over_option,
     how: dict[str, Any] = _search,
     against: str | None = option(
         "The front against this being small.", "--pareto", metavar="METRIC"
     ),
     points: int = options.count("Points of the front of --pareto.", 50, *POINTS),
-    tolerances: tuple[tuple[str, float], ...] = tolerance_option,
+    tolerances: dict[str, float] = tolerance_option,
     state: tuple[float, float, float] = options.state(),
     out: Path | None = options.out(
         "Write the JSON here, of a front with its table as CSV and its picture."
@@ -118,19 +111,16 @@ def optimise(
         raise click.UsageError("give --maximise or --minimise METRIC")
     parameters, device = system.load()
     which = device or parameters
-    how |= {"maximise": maximise is not None, "starts": (state,)}
-    how["tolerances"] = shares_of(tolerances)
+    how |= {"maximise": maximise is not None, "starts": (state,), "tolerances": tolerances}
     found: capsule_sym.Optimum | capsule_sym.Front
     show: Callable[[], None]
     with telling("Optimising") as progress:
         how["progress"] = progress
         if against is None:
-            found = one = capsule_sym.optimise(metric, bounds_of(over), which, **how)
+            found = one = capsule_sym.optimise(metric, over, which, **how)
             show = partial(_print_optimum, one)
         else:
-            found = front = capsule_sym.pareto(
-                metric, against, bounds_of(over), which, points=points, **how
-            )
+            found = front = capsule_sym.pareto(metric, against, over, which, points=points, **how)
             show = partial(_print_front, front)
     if found.status is capsule_sym.OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(how["subject_to"]), f"possible: {found.message}")
@@ -141,7 +131,7 @@ def optimise(
 @command()
 def steer(
     system: options.System = options.parameters(),
-    over: tuple[Any, ...] = over_option,
+    over: dict[str, Any] = over_option,
     how: dict[str, Any] = _search,
     out: Path | None = options.out("Write the JSON here, the path as CSV, and its picture."),
     as_json: bool = options.as_json,
@@ -154,9 +144,8 @@ def steer(
     Exits with 3 where one of the drives is not found, or time is short. A broken path is a result.
     """
     parameters, device = system.load()
-    which, bounds = device or parameters, bounds_of(over) or None
     with telling("Steering") as progress:
-        found = capsule_sym.steer(which, bounds, progress=progress, **how)
+        found = capsule_sym.steer(device or parameters, over or None, progress=progress, **how)
     _report(found, "steering", lambda: print_steering(found), out, as_json)
     if found.status in ("no-optimum", "time-limit"):
         _end(found)

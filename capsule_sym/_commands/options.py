@@ -71,9 +71,7 @@ class Range(click.ParamType):  # type: ignore[type-arg]
     def __init__(self, counted: bool = False) -> None:
         self.counted, self.name = counted, "LOW:HIGH:COUNT" if counted else "LOW:HIGH"
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, ...]:
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
         """The numbers of a text."""
         if isinstance(value, tuple):
             return value
@@ -100,9 +98,7 @@ class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
         self.range, self.device = Range(counted), device
         self.name = self.range.name if device else f"float | {self.range.name}"
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float | None:
+    def convert(self, value: Any, param: Any, ctx: Any) -> float | None:
         """The value of a text; of a range it is None."""
         if not self.device and (not isinstance(value, str) or ":" not in value):
             try:
@@ -112,8 +108,6 @@ class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
                 if not more and meant(value, 1):  # a range without its count
                     more = f" A range is {self.range.name}, such as 0.1:2:20."
                 self.fail(error.message + more, param, ctx)
-        assert param is not None
-        assert ctx is not None
         ctx.meta.setdefault(_RANGES, {})[param.name] = self.range.convert(value, param, ctx)
         return None
 
@@ -251,9 +245,7 @@ class Seconds(click.FloatRange):
     def __init__(self) -> None:
         super().__init__(min=0, min_open=True)
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
         """The number of a text."""
         number = float(super().convert(value, param, ctx))
         if math.isnan(number):

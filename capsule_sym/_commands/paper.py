@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -10,8 +11,6 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from capsule_sym._study.casestudy import Case
     from capsule_sym._study.thresholds import Threshold
 

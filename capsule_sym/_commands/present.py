@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from string import Formatter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
@@ -16,8 +17,6 @@ import capsule_sym
 from capsule_sym._errors import NotInstalled
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.figure import Figure
     from rich.console import Console
     from rich.progress import Progress, ProgressColumn
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from capsule_sym._enclosures.certificates.certify import Certified
     from capsule_sym._native import Watch
     from capsule_sym._study.data import Track
+
 
 _Item = TypeVar("_Item")
 

@@ -78,8 +78,6 @@ def sweep(
     with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
     options.require(*_EXTRA)
-    from capsule_sym._sweeps.results import info_record
-
     options.check_beside("compute", never=("stride",))
     over = options.ranges()
     settings = {"periods": periods, "compute": compute and compute.split(",")}
@@ -94,16 +92,11 @@ def sweep(
     with _executor(**how) as given:
         if stride is None:
             summary = capsule_sym.run_sweep(loaded, store, **given)
-            record = {**_summary(summary, loaded.periods), **info_record(Path(store))}
+            record = _summary(summary, loaded.periods, store)
         else:
             chart = capsule_sym.refine_sweep(loaded, store, stride=stride, **given)
-            record = {
-                "store": store,
-                **_ended(chart),
-                **chart.statistics,
-                "cells": loaded.size,
-                "fraction_computed": chart.fraction,
-            }
+            size = {"cells": loaded.size, "fraction_computed": chart.fraction}
+            record = {"store": store} | _ended(chart) | size
     _tell(record, as_json)
 
 
@@ -150,8 +143,6 @@ def basin(
     Newton's method; `attractor` in DIR/results.zarr is the number of each cell's.
     """
     options.require(*_EXTRA)
-    from capsule_sym._sweeps.results import info_record
-
     given = {name: window for name, window in windows.items() if window}
     axes = tuple(capsule_sym.Axis.linear(name, *window) for name, window in given.items())
     if not axes:
@@ -161,8 +152,7 @@ def basin(
     chosen = capsule_sym.Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
     with _executor(**how) as settings:
         summary, _ = capsule_sym.run_basin(chosen, store, **settings)
-    record = {**_summary(summary, periods), **info_record(Path(store))}
-    _tell(record, as_json)
+    _tell(_summary(summary, periods, store), as_json)
 
 
 @command()
@@ -193,15 +183,15 @@ def _ended(result: Any) -> dict[str, Any]:
         "success": result.success,
         "status": str(result.status),
         "message": result.message,
+        **result.statistics,
     }
 
 
-def _summary(summary: Any, periods: int) -> dict[str, Any]:
-    return {
-        **_ended(summary),
-        **summary.statistics,
-        "periods_per_second_and_core": summary.periods_per_second_and_core(periods),
-    }
+def _summary(summary: Any, periods: int, store: str) -> dict[str, Any]:
+    from capsule_sym._sweeps.results import info_record
+
+    rate = summary.periods_per_second_and_core(periods)
+    return _ended(summary) | {"periods_per_second_and_core": rate} | info_record(Path(store))
 
 
 @contextmanager

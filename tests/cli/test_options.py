@@ -24,6 +24,7 @@ REFUSED = [
     # an option that does nothing without another, or beside it
     ("enclose --seconds 5", "--seconds is for --region or --from-rest, which is missing"),
     ("enclose --region a --thresholds", "--region and --thresholds exclude each other"),
+    ("enclose --region a --max-seconds 3", "--region and --max-seconds exclude each other"),
     ("enclose --from-rest a --out a.json", "--from-rest and --out exclude each other"),
     ("orbit --seed 3", "--seed is for --starts, which is missing"),
     ("orbit --starts 2 --seed -1", "-1 is not in the range x>=0"),

@@ -17,6 +17,7 @@ from capsule_sym._enclosures.certificates import checker, section4
 from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._enclosures.passage.runs import enclose_run
 from capsule_sym._map.trajectory import Kept
+from capsule_sym._native import present
 
 
 def certificates(path: Path) -> list[dict]:
@@ -129,3 +130,21 @@ def test_two_proofs_at_once_are_refused() -> None:
     )
     assert run.exit_code == 2
     assert "--region and --from-rest exclude each other" in run.output
+
+
+def test_section_4_within_a_time_limit_keeps_what_was_proved(tmp_path: Path) -> None:
+    file = tmp_path / "section4.json"
+    line = ["enclose", "--thresholds", "--max-seconds", "1e-9", "--json", "--out", str(file)]
+    run = CliRunner().invoke(group, line)
+    record = json.loads(run.stdout)
+    assert run.exit_code == 1
+    assert [one["failed"] for one in record["sections"]] == ["the time was over"] * 2
+    assert [one["thresholds"] for one in record["sections"]] == [[], []]
+    assert (record["codimension_two"], certificates(file)) == ([], [])
+    assert run.stderr.splitlines()[-1] == "not proved: the time was over"
+
+
+def test_bifurcations_proved_before_the_time_is_over_are_kept() -> None:
+    section = section4.prove_section("3.3", report=lambda box: present().stop(), max_seconds=1e9)
+    assert len(section.events) == 8
+    assert (section.intervals, section.failed) == ((), "the time was over")

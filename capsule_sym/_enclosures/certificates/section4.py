@@ -26,6 +26,7 @@ from capsule_sym._paper import panels, read
 from capsule_sym._parameters import Parameters
 
 FIRST, LAST = Fraction(1, 1000), Fraction(2)
+TIME_OVER = "the time was over"
 
 
 @dataclass(frozen=True)
@@ -53,37 +54,46 @@ def prove_section(
     *,
     intervals: bool = True,
     report: Callable[[Box], object] = lambda box: None,
+    max_seconds: float = math.inf,
 ) -> Section:
-    """Every bifurcation of Section 4 at a mass ratio and, unless told not to, every interval."""
-    exact = EXACT | {"gamma": gamma}
-    found, start = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
-    events: list[Event] = []
-    proved: list[ProvedInterval] = []
-    try:
-        events.extend(threshold(one, exact) for one in found)
-        if intervals:
-            with precision(128):
-                first, last = ball(FIRST), ball(LAST)
-            proved.extend(prove_intervals(events, start, exact, first, last, report))
-    except Unproved as error:
-        return Section(gamma, tuple(events), tuple(proved), str(error))
-    return Section(gamma, tuple(events), tuple(proved), "")
+    """Every bifurcation of Section 4 at a mass ratio and, unless told not to, every interval.
 
-
-def certified(gamma: str) -> tuple[list[dict[str, Any]], list[str]]:
-    """Certificates at a mass ratio: all bifurcations, and the orbits of Fig. 7's amplitudes.
-
-    Beside them is why any of them is missing.
+    What is proved within `max_seconds` is kept, and `failed` says that the time was over.
     """
     exact = EXACT | {"gamma": gamma}
-    found, _ = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
-    orbits = [
-        solve_orbit(Parameters(gamma=float(gamma), alpha=float(alpha)))
-        for alpha in panels(read()).values()
-    ]
-    settled = [one for one in orbits if one.success]
-    kept, missing = certificates((*found, *settled), Watch(math.inf), exact)
-    return kept, missing + [one.message for one in orbits if not one.success]
+    events: list[Event] = []
+    proved: list[ProvedInterval] = []
+    failed = TIME_OVER
+    with Watch(max_seconds):
+        try:
+            found, start = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
+            events.extend(threshold(one, exact) for one in found)
+            if intervals:
+                with precision(128):
+                    first, last = ball(FIRST), ball(LAST)
+                proved.extend(prove_intervals(events, start, exact, first, last, report))
+            failed = ""
+        except Unproved as error:
+            failed = str(error)
+    return Section(gamma, tuple(events), tuple(proved), failed)
+
+
+def certified(gamma: str, max_seconds: float = math.inf) -> tuple[list[dict[str, Any]], list[str]]:
+    """Certificates at a mass ratio: all bifurcations, and the orbits of Fig. 7's amplitudes.
+
+    Beside them is why any of them is missing, also those for which the time was over.
+    """
+    exact = EXACT | {"gamma": gamma}
+    with Watch(max_seconds) as watch:
+        found, _ = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
+        orbits = [
+            solve_orbit(Parameters(gamma=float(gamma), alpha=float(alpha)))
+            for alpha in panels(read()).values()
+        ]
+        settled = [one for one in orbits if one.success]
+        kept, missing = certificates((*found, *settled), watch, exact)
+        return kept, missing + [one.message for one in orbits if not one.success]
+    return [], [TIME_OVER]
 
 
 def record(section: Section) -> dict[str, Any]:
