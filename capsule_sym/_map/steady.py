@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, Outcome
-from capsule_sym._map.backend import Number
+from capsule_sym._map.backend import Number, NumpyBackend
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Records, Segment
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
-from capsule_sym.generated.facts import FIELDS
+from capsule_sym.generated.facts import FIELD_OF, FIELDS
 
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
 
@@ -126,10 +126,12 @@ def _rests(run: _Run, tolerance: float) -> bool:
     loaded = formulas.load_force(p) != 0
     if loaded or p.alpha > 0 or v_c != 0 or not run.success or not run.segments:
         return False
-    # Twice the energy at rest: v_r^2 + x_r^2 + beta (x_r - delta)^2 in contact.
-    size = 1.000001 * math.hypot(v_r, x_r, math.sqrt(p.beta) * max(0.0, x_r - p.delta))
-    pressed = SimpleNamespace(kappa=p.beta, zeta=p.zeta)
-    force = float(formulas.force_change_size(pressed, size, size))
+    # Twice the energy at rest: v_r^2 + k x_r^2 + kappa (x_r - delta)^2 in contact.
+    free, pressed = (NumpyBackend().constants(FIELD_OF[side, 0], p) for side in (0, 1))
+    energy = v_r, math.sqrt(free.K) * x_r, math.sqrt(pressed.kappa) * max(0.0, x_r - p.delta)
+    speed = 1.000001 * math.hypot(*energy)
+    size = speed / min(1.0, math.sqrt(free.K))
+    force = float(formulas.force_change_size(pressed, size, speed))
     return size <= tolerance and force < min(formulas.friction_guard(p, way, 0) for way in (-1, 1))
 
 
@@ -161,9 +163,9 @@ def _last_period(run: _Run) -> Segment:
     """The last excitation period of a run that ends without switches, as a segment."""
     last, state = run.segments[-1], tuple(run.stroboscopic[-2].tolist())
     x_r, v_r, v_c = state
-    delta, zeta = type(x_r)(run.parameters.delta), type(x_r)(run.parameters.zeta)
-    free = SimpleNamespace(kappa=x_r * 0, zeta=zeta)
-    force = formulas.force(free, x_r, x_r - delta, v_r)
+    given = {name: type(x_r)(value) for name, value in run.parameters.to_dict().items()}
+    free = SimpleNamespace(kappa=x_r * 0, **given)
+    force = formulas.force(free, x_r, x_r - free.delta, v_r)
     plane = f"Σ{last.field}"
     return replace(
         last,
@@ -175,7 +177,7 @@ def _last_period(run: _Run) -> Segment:
         tangencies=(),
         position=last.position + last.advance,
         advance=last.advance * 0,
-        closed=type(last.closed)(x_r, x_r - delta, v_r, v_c, force, x_r * 0 + 1, x_r * 0),
+        closed=type(last.closed)(x_r, x_r - free.delta, v_r, v_c, force, x_r * 0 + 1, x_r * 0),
     )
 
 

@@ -80,6 +80,16 @@ WRONG = {
         "stiffness=x_r)",
         "no polynomial >= 0 of parameters",
     ),
+    "damping by another parameter": (
+        "2 * zeta * v_r",
+        "2 * (zeta + beta) * v_r",
+        "is not zeta times a number above 0, at most 2",
+    ),
+    "a second spring of another parameter": (
+        "stiffness=beta)",
+        "stiffness=beta + zeta)",
+        "the stiffness beta + zeta is not beta times what is above 0",
+    ),
     "friction that is a number": (
         'model.drift("BD", v_c < 0, against=f_b)',
         'model.drift("BD", v_c < 0, against=1)',

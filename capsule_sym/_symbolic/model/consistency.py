@@ -158,6 +158,10 @@ class Declared:
                 f"that are polynomials of the parameters, and with {self.stiffness}*(x_r - delta) "
                 "for the second spring",
             )
+        damping = sp.cancel(rest.coeff(v_r) / self.symbol("zeta"))
+        if not (damping.is_number and 0 < damping <= 2):
+            said = f"the damping {rest.coeff(v_r)} is not zeta times a number above 0, at most 2"
+            raise self.refusal("interaction", said)
 
     def _affine(self, function: sp.Expr) -> bool:
         """Whether it is affine in the state, and a polynomial of the parameters."""
@@ -183,6 +187,9 @@ class Declared:
             raise self.refusal(
                 second.line, f"the stiffness {second.stiffness} is no polynomial >= 0 of parameters"
             )
+        if not sp.cancel(second.stiffness / self.symbol("beta")).is_positive:
+            said = f"the stiffness {second.stiffness} is not beta times what is above 0"
+            raise self.refusal(second.line, said)
         if sp.expand(excess(first.where[0]) + excess(second.where[0])) != 0:
             raise self.refusal(
                 second.line,

@@ -35,7 +35,7 @@ from capsule_sym._symbolic.model.parts import (
 __all__ = ["DEFAULT", "BadDeclaration", "Model", "choose", "chosen", "load", "path", "tau"]
 
 DEFAULT = Path(__file__).with_name("capsule.py")
-_RESERVED = ("alpha", "omega", "delta", "gamma")
+_RESERVED = ("alpha", "omega", "delta", "zeta", "beta", "gamma")
 _STATE = ("x_r", "v_r", "v_c")
 _NEEDED = {"region": "state", "interaction": "state"} | dict.fromkeys(
     ("drift", "rest", "mass"), "interaction"
@@ -121,8 +121,8 @@ class Model(Declared):
         if missing := [n for n in _RESERVED if n not in [one.name for one in self.parameters]]:
             raise self.refusal(
                 "state",
-                f"no parameter {missing[0]}: amplitude, frequency, gap and mass ratio"
-                f" are named {', '.join(_RESERVED)}",
+                f"no parameter {missing[0]}: amplitude, frequency, gap, damping, stiffness of the "
+                f"second spring and mass ratio are named {', '.join(_RESERVED)}",
             )
         if tuple(labels) != _STATE:
             raise self.refusal(
