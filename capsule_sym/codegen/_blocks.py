@@ -5,8 +5,6 @@ A block is a list of assignments (symbol, expression); later ones may use earlie
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import sympy as sp
 
 from capsule_sym._symbolic.model import basis, flow, jacobian, jets
@@ -34,57 +32,41 @@ def flow_parameters() -> set[sp.Symbol]:
     return {omega, gamma}.union(*found)
 
 
-def _relative_flow() -> Assignments:
+def _flow_blocks() -> dict[str, Assignments]:
+    """The flow by x_r, the gap and v_r, each as exact as it is known."""
     derived = flow.derive()
-    keep_gap = {flow.spring: _spring()}
-    return [
-        (position, derived.position.subs(keep_gap)),
-        (velocity, derived.velocity.subs(keep_gap)),
-    ]
-
-
-def _spring() -> sp.Expr:
-    return jets.with_gap(flow.SPRING)
-
-
-def _drift_short() -> Assignments:
-    return [(drift_change, flow.derive().drift_short.subs(flow.spring, _spring()))]
-
-
-def _drift_long() -> Assignments:
-    derived = flow.derive()
-    return [(drift_change, derived.drift_long.subs(derived.velocity, velocity))]
-
-
-def _advance() -> Assignments:
-    derived = flow.derive()
-    return [(advance, derived.advance.subs(derived.position, position))]
-
-
-def _jacobian(stick: bool) -> Assignments:
-    rows = jacobian.rows(stick)
-    return [
-        (sp.Symbol(f"d{i}_{column}"), entry.subs(flow.spring, _spring()))
-        for i, row in enumerate(rows)
-        for column, entry in zip(jacobian.COLUMNS, row, strict=True)
-    ]
-
-
-def blocks(jet_order: int) -> dict[str, Callable[[], Assignments]]:
-    """Name of each block, and the derivation that gives it."""
+    keep_gap = {flow.spring: jets.with_gap(flow.SPRING)}
+    long = derived.drift_long.subs(derived.velocity, velocity)
     return {
-        "oscillating": lambda: list(basis.OSCILLATING.items()),
-        "overdamped": lambda: list(basis.OVERDAMPED.items()),
-        "detached": lambda: list(basis.detached().items()),
-        "double": lambda: list(basis.double().items()),
-        "sensitivities": lambda: list(basis.sensitivities().items()),
-        "double_sensitivities": lambda: list(basis.double_sensitivities().items()),
-        "relative_flow": _relative_flow,
-        "drift_short": _drift_short,
-        "drift_long": _drift_long,
-        "capsule_advance": _advance,
-        "jet": lambda: jets.jet(jet_order),
-        "jet_magnitudes": lambda: jets.magnitudes(jets.jet(jet_order)),
-        "jacobian_drift": lambda: _jacobian(stick=False),
-        "jacobian_stick": lambda: _jacobian(stick=True),
+        "relative_flow": [
+            (position, derived.position.subs(keep_gap)),
+            (velocity, derived.velocity.subs(keep_gap)),
+        ],
+        "drift_short": [(drift_change, derived.drift_short.subs(keep_gap))],
+        "drift_long": [(drift_change, long)],
+        "capsule_advance": [(advance, derived.advance.subs(derived.position, position))],
+        **{
+            name: [
+                (sp.Symbol(f"d{i}_{column}"), entry.subs(keep_gap))
+                for i, row in enumerate(jacobian.rows(stick=stick))
+                for column, entry in zip(jacobian.COLUMNS, row, strict=True)
+            ]
+            for name, stick in (("jacobian_drift", False), ("jacobian_stick", True))
+        },
+    }
+
+
+def blocks(jet_order: int) -> dict[str, Assignments]:
+    """What each block assigns, by its name."""
+    jet = jets.jet(jet_order)
+    return {
+        "oscillating": list(basis.OSCILLATING.items()),
+        "overdamped": list(basis.OVERDAMPED.items()),
+        "detached": list(basis.detached().items()),
+        "double": list(basis.double().items()),
+        "sensitivities": list(basis.sensitivities().items()),
+        "double_sensitivities": list(basis.double_sensitivities().items()),
+        "jet": jet,
+        "jet_magnitudes": jets.magnitudes(jet),
+        **_flow_blocks(),
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
@@ -77,7 +77,7 @@ def derive(header: str, digest: str) -> Derived:
 def _kernels(config: dict[str, Any]) -> Iterable[Kernel]:
     derivations = blocks(config["jet_order"])
     for entry in config["kernel"]:
-        block = derivations[entry.get("block", entry["name"])]()
+        block = derivations[entry.get("block", entry["name"])]
         returns = entry["returns"]
         if returns[0].startswith("@"):
             hidden = ("drive",)
@@ -90,17 +90,17 @@ def _kernels(config: dict[str, Any]) -> Iterable[Kernel]:
 
 def lowered(formula: Formula) -> Kernel:
     """The kernel of a formula."""
-    names = tuple(str(argument) for argument in formula.arguments)
-    results = [(sp.Symbol(f"_{name}"), value) for name, value in formula.results]
-    returns = tuple(f"_{name}" for name, _ in formula.results)
-    single, constants = len(returns) == 1, frozenset(CONSTANTS)
-    kernel = lower(formula.name, formula.doc, results, names, returns, constants, single=single)
-    # The results themselves, not names for them.
-    steps = dict(kernel.steps)
-    values = tuple(steps.pop(name) for name in returns)
-    plain = tuple(name for name, _ in formula.results)
-    steps_left = tuple(steps.items())
-    return replace(kernel, steps=steps_left, results=values, returns=plain, array=formula.array)
+    return lower(
+        formula.name,
+        formula.doc,
+        [(sp.Symbol(name), value) for name, value in formula.results],
+        tuple(map(str, formula.arguments)),
+        tuple(name for name, _ in formula.results),
+        frozenset(CONSTANTS),
+        inline=True,
+        single=len(formula.results) == 1,
+        array=formula.array,
+    )
 
 
 def _units(found: Iterable[Formula]) -> dict[str, int]:

@@ -40,11 +40,14 @@ def lower(
     returns: tuple[str, ...],
     constants: frozenset[str],
     *,
+    inline: bool = False,
     single: bool = False,
+    array: bool = False,
 ) -> Kernel:
     """The kernel of a block: only what the results need, common subexpressions shared.
 
-    Raises ValueError for a symbol that is neither argument, constant nor assigned in the block.
+    Results are steps of their names, or `inline` expressions. Raises ValueError for a symbol that
+    is neither argument, constant nor assigned in the block.
     """
     given = set(arguments)
     expressions = _needed(block, returns, given)
@@ -53,10 +56,10 @@ def lower(
     )
     values = dict(zip(expressions, reduced, strict=True))
     # A result with an argument's name (a doubled response, say) must not replace it midway.
-    steps = {str(symbol): expression for symbol, expression in shared}
-    steps |= {target: value for target, value in values.items() if target not in given}
-    ordered = _in_order(steps)
-    results = tuple(values[target] if target in given else sp.Symbol(target) for target in returns)
+    named = {} if inline else {key: value for key, value in values.items() if key not in given}
+    steps = {str(symbol): expression for symbol, expression in shared} | named
+    ordered = tuple(_in_order(steps))
+    results = tuple(sp.Symbol(key) if key in named else values[key] for key in returns)
     free = {str(symbol) for value in (*steps.values(), *results) for symbol in value.free_symbols}
     unknown = free - given - constants - steps.keys()
     if unknown:
@@ -64,7 +67,7 @@ def lower(
     used = tuple(sorted(free & constants))
     operations = int(sp.count_ops([*steps.values(), *results]))
     return Kernel(
-        name, doc, arguments, used, tuple(ordered), returns, results, operations, single=single
+        *(name, doc, arguments, used, ordered, returns, results, operations), array, single
     )
 
 

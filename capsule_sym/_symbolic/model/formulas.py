@@ -94,13 +94,13 @@ class Formula:
         )
 
 
-def _forced() -> tuple[tuple[str, sp.Expr], ...]:
+def _forced() -> dict[str, sp.Expr]:
     """Re(e^(i theta)/Q(i omega)) and its rate, for a forcing cos(theta) of amplitude alpha."""
     real, imaginary = sp.expand(Q.subs(s, sp.I * omega)).as_real_imag()
     norm = real**2 + imaginary**2
     x = alpha * (real * cos_theta + imaginary * sin_theta) / norm
     rate = x.subs({cos_theta: -sin_theta, sin_theta: cos_theta}, simultaneous=True) * omega
-    return ("x_forced", x), ("v_forced", rate)
+    return {"x_forced": x, "v_forced": rate}
 
 
 def _next(operator: sp.Expr, source: sp.Expr) -> sp.Expr:
@@ -121,119 +121,146 @@ def _next(operator: sp.Expr, source: sp.Expr) -> sp.Expr:
 
 def formulas() -> tuple[Formula, ...]:
     """All of them, in the order in which they are printed."""
-    state = (x_r, gap, v_r)
-    accelerated = push - m * with_gap(SPRING) - 2 * sigma * v_r + forcing(0)
-    motion = STIFFNESS * x_change + DAMPER * v_change
+    return (*_forces(), *_motion(), *_points(), *_gradients(), *_recurrences())
+
+
+def _formula(
+    name: str, doc: str, arguments: tuple[sp.Symbol, ...], sized: bool = False, **results: sp.Expr
+) -> Formula:
+    return Formula(name, doc, arguments, tuple(results.items()), sized)
+
+
+_STATE = (x_r, gap, v_r)
+
+
+def _forces() -> tuple[Formula, ...]:
+    """The interaction force and friction."""
     drifting = {a: b.subs(drift, way) for a, b in general_constants(stick=False).items()}
-    rest_force = push - m * with_gap(SPRING)
-    gain = STIFFNESS**2 + (DAMPER * omega) ** 2
-    centre = (push - m * SPRING).subs(x_r, 0) / K  # K is m times SPRING's slope
     return (
-        Formula("force", "The interaction force P.", state, (("force", with_gap(P)),), True),
-        Formula(
+        _formula("force", "The interaction force P.", _STATE, True, force=with_gap(P)),
+        _formula(
             "margin_at",
             "P - friction, which drives the capsule.",
-            state,
-            (("margin", with_gap(P) - friction),),
+            _STATE,
             True,
+            margin=with_gap(P) - friction,
         ),
-        Formula(
+        _formula(
             "friction_at",
             "Friction in drift of a way (1, -1; 0 at rest), which is P where that way begins.",
             (way,),
-            (("friction", drifting[friction]),),
+            friction=drifting[friction],
         ),
-        Formula(
+        _formula(
             "push_at",
             "What friction accelerates the relative motion by, in drift of a way.",
             (way,),
-            (("push", drifting[push]),),
+            push=drifting[push],
         ),
-        Formula(
+        _formula(
             "friction_guard",
             "How far P is from its bound ahead (sign -1) or behind (sign 1), of a capsule at rest.",
             (sign, pull),
-            (("guard", bound_of(-sign) + sign * pull),),
+            guard=bound_of(-sign) + sign * pull,
         ),
-        Formula(
+        _formula(
             "force_change",
             "The change of P with x_r and v_r; of their rates, the rate of P.",
             (x_change, v_change),
-            (("change", motion),),
             True,
+            change=_change(x_change, v_change),
         ),
-        Formula(
+        _formula(
             "rest_force",
             "What accelerates the relative motion where v_r and the forcing vanish.",
             (x_r, gap),
-            (("force", rest_force),),
             True,
+            force=_rest_force(),
         ),
-        Formula("v_rate", "v_r'.", (*state, cos_theta), (("rate", accelerated),), True),
-        Formula(
-            "v_second",
-            "v_r''.",
-            (v_r, v_rate, sin_theta),
-            (("second", -K * v_r - 2 * sigma * v_rate + _rate_of_forcing()),),
-            True,
-        ),
-        Formula("v_c_rate", "v_c' in drift.", (margin,), (("rate", margin / gamma),)),
-        Formula(
+    )
+
+
+def _motion() -> tuple[Formula, ...]:
+    """Rates, the forcing, and what bounds the forced and the free motion."""
+    rate = _rest_force() - 2 * sigma * v_r + forcing(0)
+    second = -K * v_r - 2 * sigma * v_rate + _rate_of_forcing()
+    return (
+        _formula("v_rate", "v_r'.", (*_STATE, cos_theta), True, rate=rate),
+        _formula("v_second", "v_r''.", (v_r, v_rate, sin_theta), True, second=second),
+        _formula("v_c_rate", "v_c' in drift.", (margin,), rate=margin / gamma),
+        _formula(
             "forcing_terms",
             "The forcing and its rate.",
             (cos_theta, sin_theta),
-            (("drive", forcing(0)), ("drive_rate", _rate_of_forcing())),
             True,
+            drive=forcing(0),
+            drive_rate=_rate_of_forcing(),
         ),
-        Formula("forced", "The forced response: x_r and v_r.", (cos_theta, sin_theta), _forced()),
-        Formula(
+        _formula(
+            "forced", "The forced response: x_r and v_r.", (cos_theta, sin_theta), **_forced()
+        ),
+        _formula(
             "force_gain2",
             "The amplitude of P over that of x_r in forced motion, squared.",
             (),
-            (("gain", gain),),
+            gain=STIFFNESS**2 + (DAMPER * omega) ** 2,
         ),
-        Formula(
+        _formula(
             "force_per_energy",
             "|P| at most, where sqrt(v_r^2 + K x_r^2) is 1; root_K is the root of K.",
             (root_K,),
-            (("force", STIFFNESS / root_K + DAMPER),),
+            force=STIFFNESS / root_K + DAMPER,
         ),
-        Formula(
+    )
+
+
+def _points() -> tuple[Formula, ...]:
+    """Positions and velocities at which the motion rests, or P has a value or turns."""
+    turning = sp.solve(_change(v_r, v_rate), v_r)[0]
+    return (
+        _formula(
             "centre",
             "x_r where the unforced segment rests.",
             (),
-            (("x_r", centre),),
+            x_r=(push - m * SPRING).subs(x_r, 0) / K,  # K is m times SPRING's slope
         ),
-        Formula(
+        _formula(
             "position_at",
             "x_r at which P has a value.",
             (level, v_r),
-            (("x_r", sp.together(sp.solve(P - level, x_r)[0])),),
+            x_r=sp.together(sp.solve(P - level, x_r)[0]),
         ),
-        Formula(
+        _formula(
             "velocity_at",
             "v_r at which P has a value on the impact surface.",
             (level,),
-            (("v_r", sp.solve(P.subs(x_r, delta) - level, v_r)[0]),),
+            v_r=sp.solve(P.subs(x_r, delta) - level, v_r)[0],
         ),
-        Formula(
+        _formula(
             "turning_velocity",
             "v_r at which P turns, where v_r' is given.",
             (v_rate,),
-            (("v_r", sp.solve(motion.subs({x_change: v_r, v_change: v_rate}), v_r)[0]),),
+            v_r=turning,
         ),
-        Formula(
+        _formula(
             "load_force",
             "The constant force on the mass, beside drive and interaction.",
             (),
-            (("force", LOAD),),
+            force=LOAD,
         ),
-        Formula(
+        _formula(
             "rest_centre",
             "x_r about which the mass moves at rest without contact.",
             (),
-            (("x_r", LOAD / segment(2).here(STIFFNESS)),),
+            x_r=LOAD / segment(2).here(STIFFNESS),
         ),
+    )
+
+
+def _gradients() -> tuple[Formula, ...]:
+    """Gradients of what guards and forces are made of."""
+    limit = P - friction_of(way)
+    return (
         _gradient("gap", "the gap x_r - delta", (), x_r - delta),
         _gradient("speed", "the capsule's velocity v_c", (), v_c),
         _gradient("force", "the interaction force P", (gap, v_r), P),
@@ -241,21 +268,20 @@ def formulas() -> tuple[Formula, ...]:
         _gradient("contact", "the second spring's force", (gap,), P.coeff(kappa) * kappa),
         _gradient("friction", "the friction of drift of a way", (way,), friction_of(way)),
         _gradient("load_force", "the constant force on the mass", (), LOAD),
-        _gradient(
-            "limit",
-            "P less the friction of drift of a way",
-            (way, gap, v_r),
-            P - friction_of(way),
-        ),
-        _gradient(
-            "slip", "v_c' in drift of a way", (way, x_r, gap, v_r), (P - friction_of(way)) / gamma
-        ),
+        _gradient("limit", "P less the friction of drift of a way", (way, gap, v_r), limit),
+        _gradient("slip", "v_c' in drift of a way", (way, x_r, gap, v_r), limit / gamma),
+    )
+
+
+def _recurrences() -> tuple[Formula, ...]:
+    """Coefficients of power series by those before."""
+    return (
         Formula(
             "response_next",
             "Coefficient n + 2 of a response in h/reach, from the drive's and those before.",
             (index, reach, drive, last, before),
             (("next", _next(Q, drive)),),
-            True,
+            sized=True,
             carried=(drive, last, before),
         ),
         Formula(
@@ -263,10 +289,19 @@ def formulas() -> tuple[Formula, ...]:
             "Coefficient n + 2 of cos(omega h) or sin(omega h) in h/reach, from coefficient n.",
             (index, reach, before),
             (("next", _next(W, sp.S.Zero)),),
-            True,
+            sized=True,
             carried=(before,),
         ),
     )
+
+
+def _change(x: sp.Expr, v: sp.Expr) -> sp.Expr:
+    """The change of P with changes of x_r and v_r."""
+    return STIFFNESS * x + DAMPER * v
+
+
+def _rest_force() -> sp.Expr:
+    return push - m * with_gap(SPRING)
 
 
 GRADIENT = (*STATE, theta, *PARAMETERS)
