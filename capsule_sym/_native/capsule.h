@@ -281,7 +281,8 @@ typedef struct {
 capsule_system capsule_equations_in(double *block, int count);
 capsule_system capsule_system_in(double *block, int count);
 
-/* Evaluates the equations of an itinerary at unknowns z. */
+/* Evaluates the equations of an itinerary at unknowns z. The residual is not a number where z or the
+   parameters are not, or are infinite, and where a duration is below -1/rate of its field's constants. */
 capsule_stop capsule_evaluate_itinerary(const capsule_parameters *parameters,
                                         const capsule_itinerary *itinerary, const double *z,
                                         capsule_system *system);

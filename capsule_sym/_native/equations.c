@@ -66,6 +66,11 @@ int capsule_itinerary_allowed(const capsule_itinerary *it)
     return 1;
 }
 
+int capsule_system_allowed(const capsule_system *system)
+{
+    return system && system->flows && system->residual && system->monodromy && system->workspace;
+}
+
 /* A segment of a duration from a state. A duration of 0 would leave nothing to divide by; within
    rounding the limit is the same. */
 static void run_segment(const capsule_constants *c, const double state[STATES], angle_sum angle, double h,
@@ -78,7 +83,7 @@ static void run_segment(const capsule_constants *c, const double state[STATES], 
     double change[STATES] = {0.0};
     memcpy(p->start, &start, sizeof p->start);
     p->angle = angle.whole;
-    p->duration = fabs(h) > UNIT ? h : UNIT;
+    p->duration = fabs(h) <= UNIT ? UNIT : h;
     capsule_flow(c, &start, p->duration, change);
     const double slid = c->drift != 0.0 ? change[2] : -state[2];
     p->moved[0] = change[0];
@@ -209,6 +214,12 @@ static double *guard_row(const capsule_system *to, int segment)
     return to->workspace + (ptrdiff_t)segment * ROW;
 }
 
+/* The duration, where the closed form has it: not a number far below 0, and where it is infinite. */
+static double duration_of(const capsule_constants *c, double h)
+{
+    return h >= -1.0 / c->rate && c->rate * h < INFINITY ? h : NAN;
+}
+
 int capsule_evaluate_equations(const capsule_equations *e, const double *z, capsule_system *to)
 {
     angle_sum angle = {z[ANGLE], 0.0};
@@ -219,8 +230,8 @@ int capsule_evaluate_equations(const capsule_equations *e, const double *z, caps
             to->residual[0] = NAN;
             return 1;
         }
-        run_segment(&e->field[e->itinerary->fields[i] - 1], i ? to->flows[i - 1].end : z, angle,
-                    z[DURATION + i], p);
+        const capsule_constants *c = &e->field[e->itinerary->fields[i] - 1];
+        run_segment(c, i ? to->flows[i - 1].end : z, angle, duration_of(c, z[DURATION + i]), p);
         to->advance += p->moved[2];
         if (guard_of(e->itinerary, i) == NEVER) {
             double *const row = memset(guard_row(to, i), 0, ROW * sizeof *row);
@@ -345,7 +356,7 @@ capsule_stop capsule_evaluate_itinerary(const capsule_parameters *parameters,
                                         const capsule_itinerary *itinerary, const double *z,
                                         capsule_system *system)
 {
-    if (!parameters || !capsule_itinerary_allowed(itinerary) || !z || !system || !system->flows)
+    if (!parameters || !capsule_itinerary_allowed(itinerary) || !z || !capsule_system_allowed(system))
         return CAPSULE_REFUSED;
     const capsule_equations e = capsule_equations_of(parameters, itinerary, NULL);
     capsule_evaluate_equations(&e, z, system);

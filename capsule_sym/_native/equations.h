@@ -29,6 +29,9 @@ static inline double *taken(double **block, size_t count)
 /* Whether an itinerary has fields that one guard each leads to, and periods. */
 int capsule_itinerary_allowed(const capsule_itinerary *itinerary);
 
+/* Whether a system has the arrays that it must have. */
+int capsule_system_allowed(const capsule_system *system);
+
 /* The equations at z: segments, guards' rows, residual and advance. Returns 1 where the watch stopped it:
    then the residual is not a number. */
 int capsule_evaluate_equations(const capsule_equations *equations, const double *z, capsule_system *to);

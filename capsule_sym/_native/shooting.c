@@ -255,7 +255,7 @@ capsule_stop capsule_solve_itinerary(const capsule_itinerary *itinerary,
                                      capsule_system *system, capsule_solution *solution)
 {
     if (!capsule_itinerary_allowed(itinerary) || !request || !request->workspace || !parameters || !z ||
-        !system || !system->flows || !solution || !capsule_parameters_allowed(parameters))
+        !capsule_system_allowed(system) || !solution || !capsule_parameters_allowed(parameters))
         return CAPSULE_REFUSED;
     const int n = itinerary->count, unknowns = CAPSULE_UNKNOWNS(n);
     if (request->direction && (request->held < 0 || request->held >= unknowns))

@@ -427,11 +427,17 @@ static int itineraries(void)
     }
     const capsule_itinerary good = {FIELDS[0], 2, 1, 0}, bad[] = {{NULL, 2, 1, 0}, {FIELDS[0], 0, 1, 0}};
     const capsule_itinerary_request room = {.workspace = workspace}, none = {0};
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 9; i++) {
         capsule_parameters p = any_parameters(0);
         capsule_system system = capsule_system_in(block, 2);
         capsule_solution solution;
-        double z[6] = {0};
+        double z[6] = {0}, *const arrays[] = {system.residual, system.monodromy, system.workspace};
+        system.flows = i == 5 ? NULL : system.flows;
+        system.residual = i == 6 ? NULL : arrays[0];
+        system.monodromy = i == 7 ? NULL : arrays[1];
+        system.workspace = i == 8 ? NULL : arrays[2];
+        if (i > 4 && capsule_evaluate_itinerary(&p, &good, z, &system) != CAPSULE_REFUSED)
+            return failed("a system without an array", &p);
         if (capsule_solve_itinerary(i == 0 ? NULL : i < 3 ? &bad[i - 1] : &good,
                                     i == 3 ? NULL : i == 4 ? &none : &room, &p, z, &system,
                                     &solution) != CAPSULE_REFUSED)
@@ -440,10 +446,101 @@ static int itineraries(void)
     return solved < TRIED / 8 ? failed("hardly an itinerary", &(capsule_parameters){0}) : 0;
 }
 
+/* Whether what an itinerary's equations give at unknowns is no number. */
+static int without_value(const capsule_parameters *p, const double z[8])
+{
+    enum { COUNT = 4 };
+    static const int32_t FIELDS[COUNT] = {5, 4, 5, 2};
+    static double block[CAPSULE_SYSTEM_ROOM(COUNT)], workspace[CAPSULE_ITINERARY_ROOM(COUNT)];
+    const capsule_itinerary itinerary = {FIELDS, COUNT, 1, 0};
+    const capsule_itinerary_request request = {.workspace = workspace};
+    capsule_system system = capsule_system_in(block, COUNT);
+    capsule_parameters at = *p;
+    capsule_solution solution = {0};
+    double found[8], matrix[9], largest = 0.0;
+    memcpy(found, z, sizeof found);
+    if (capsule_evaluate_itinerary(p, &itinerary, z, &system) != CAPSULE_DONE ||
+        capsule_monodromy(p, &itinerary, system.flows, 0, matrix) != CAPSULE_DONE)
+        return 0;
+    for (int k = 0; k < 8; k++)
+        largest = isfinite(system.residual[k]) ? fmax(largest, fabs(system.residual[k])) : INFINITY;
+    const capsule_stop stop = capsule_solve_itinerary(&itinerary, &request, &at, found, &system, &solution);
+    return !isfinite(largest) &&
+           (stop == CAPSULE_REFUSED || (stop == CAPSULE_DONE && solution.status == CAPSULE_NOT_FINITE));
+}
+
+/* Numbers that are no parameters, states, times or durations: no call comes to harm by them. */
+static int hostile(void)
+{
+    enum { TRIED = 5, NUMBERS = 4 + CAPSULE_PARAMETER_COUNT + 7 };
+    static const double BAD[TRIED] = {NAN, INFINITY, -INFINITY, 1e308, -1e308};
+    static capsule_map map, none;
+    static capsule_segment segments[ROOM], one;
+    static capsule_workspace workspace;
+    const capsule_parameters good = {0.7, 0.8, 0.02, 0.05, 1.5, 3.3, 1};
+    const double z[8] = {0.02, -0.3, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    capsule_outcome open;
+    size_t count;
+    capsule_map_make(&good, &map);
+    capsule_state state = capsule_state_at(&map, 0.02, 0.3, 0.0, 0.1);
+    capsule_run(&map, &state, 1, &(capsule_request){.segments = segments, .room = ROOM}, &count, &open);
+    for (int i = 0; i < TRIED; i++)
+        for (int k = 0; k < NUMBERS; k++) {
+            capsule_parameters p = good;
+            capsule_constants c = map.field[4];
+            capsule_start begin = {.x_r = 0.3, .gap = 0.28, .v_r = 0.1, .cos_theta = 1};
+            capsule_watch watch = {.most = CAPSULE_WORK};
+            capsule_extremum found[4];
+            capsule_slopes slopes;
+            capsule_orbit orbit;
+            double far[8], values[CAPSULE_PARAMETER_COUNT], times[2] = {0.5, BAD[i]}, states[2][4];
+            double rows[2][4][CAPSULE_COLUMN_COUNT], energies[3] = {0};
+            memcpy(far, z, sizeof far);
+            far[k % 8] = BAD[i];
+            if (k < 8 && fabs(BAD[i]) != 1e308 && !without_value(&good, far))
+                return failed("a residual of no unknowns", &good);
+            without_value(&good, far);
+            far[k % 8] = -20.0;
+            if (k % 8 > 3 && !without_value(&good, far))
+                return failed("a residual far below duration 0", &good);
+            memcpy(values, &p, sizeof values);
+            values[k % CAPSULE_PARAMETER_COUNT] = BAD[i];
+            memcpy(&p, values, sizeof p);
+            if (!isfinite(BAD[i]) && !without_value(&p, z))
+                return failed("a residual of no parameters", &p);
+            without_value(&p, z);
+            if (capsule_map_make(&p, &none) != CAPSULE_REFUSED && !isfinite(BAD[i]))
+                return failed("a map of no parameters", &p);
+            capsule_constants_of(1 + k % CAPSULE_FIELD_COUNT, &p, &c);
+            capsule_find_extrema(&c, &begin, CAPSULE_FORCE, 0, 3.0, found, 4);
+            ((double *)&begin)[k % 7] = BAD[i];
+            capsule_find_extrema(&map.field[k % 6], &begin, CAPSULE_SPEED, 0, 3.0, found, 4);
+            one = segments[0];
+            ((double *)one.start)[k % CAPSULE_STATE_COUNT] = BAD[i];
+            capsule_evaluate(&map, &one, 1, 0, times, 2, states, &watch);
+            capsule_slopes_start(&slopes);
+            capsule_differentiate(&map, &one, 1, &slopes, NULL, times, 2, rows, &watch);
+            capsule_add_energies(&map, &one, 1, &watch, energies);
+            one = segments[0], one.duration = BAD[i];
+            capsule_differentiate(&map, &one, 1, &slopes, NULL, times, 2, rows, &watch);
+            capsule_add_energies(&map, &one, 1, &watch, energies);
+            const capsule_orbit_request request = {segments + 1, ROOM - 1, 1, 1, 1, &watch};
+            double start[3] = {0.02, 0.3, 0.0};
+            start[k % 3] = BAD[i];
+            capsule_solve_orbit(&map, start, 1, &request, &orbit);
+            state = capsule_state_at(&map, start[0], start[1], start[2], k % 2 ? 0.1 : BAD[i]);
+            int8_t stop;
+            const capsule_batch batch = {.stride = 1, .parameters = &p, .states = &state,
+                                         .stops = &stop, .watch = &watch};
+            capsule_run_many(&batch, 1, 1, &workspace);
+        }
+    return 0;
+}
+
 int main(int argc, char **argv)
 {
     (void)argv;
-    if (refused() || nulls() || limited())
+    if (refused() || nulls() || hostile() || limited())
         return 1;
     if (argc > 1) /* what is refused, and no more */
         return 0;
