@@ -9,6 +9,12 @@ from functools import cache as _cache
 # What an extra brings and a module cannot do without; the others ask for it when they are called.
 _NEEDS = {
     "flint": ("_enclosures.certificates.certify", "_enclosures.certificates.checker"),
+    "matplotlib": (
+        *("_figures.branches", "_figures.charts", "_figures.curves", "_figures.design"),
+        *("_figures.device", "_figures.diagrams", "_figures.events", "_figures.evolution"),
+        *("_figures.portraits", "_figures.precision", "_figures.statespace", "_figures.style"),
+        *("_figures.sweeps", "_figures.switching"),
+    ),
     "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.refinement", "_sweeps.results"),
 }
 
@@ -28,7 +34,14 @@ def __getattr__(name: str) -> object:
     from importlib import import_module
 
     if name in (homes := _homes()):
-        found: object = getattr(import_module(f"{__name__}.{homes[name]}"), name)
+        try:
+            found: object = getattr(import_module(f"{__name__}.{homes[name]}"), name)
+        except ModuleNotFoundError as missing:
+            if not str(missing.name).startswith("matplotlib"):
+                raise
+            from capsule_sym._errors import NotInstalled
+
+            raise NotInstalled(missing) from missing
     elif name == "__version__":
         from importlib.metadata import version
 

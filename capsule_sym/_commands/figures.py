@@ -33,9 +33,9 @@ class Picture:
 
     def check(self, moving: bool = False) -> float:
         """The width; raises InvalidInput for what no picture can have, before it is computed."""
+        options.require("plot", "matplotlib")
         from capsule_sym._figures.style import check_ending, check_resolution
 
-        options.require("plot", "matplotlib")
         check_ending(self.out.with_suffix(".png") if moving else self.out)
         check_resolution(self.dpi)
         if self.width is not None and not NARROWEST <= self.width <= WIDEST:
@@ -126,10 +126,10 @@ def diagram(
     unstable ones dashed; every bifurcation has its label. Of the curves of one curves.json a colour
     is a type of bifurcation; a circle is a point of codimension two.
     """
+    wide = picture.check()
     from capsule_sym._figures.curves import plot_curves
     from capsule_sym._orbits.continuation.branches.saved import read_curves
 
-    wide = picture.check()
     curves = read_curves(paths[0]) if len(paths) == 1 else None
     if curves and options.is_given("quantity"):
         raise click.UsageError(f"--of is for branches, and {paths[0]} has curves")

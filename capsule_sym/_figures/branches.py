@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.transforms import offset_copy
 
 from capsule_sym._figures.layout import NARROW, add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
@@ -23,12 +27,6 @@ from capsule_sym._figures.style import (
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import PhysicalParameters
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-
 
 Record = Mapping[str, Any]
 """A branch as plain data; `data.branch_record` describes it."""
@@ -163,8 +161,6 @@ def name_bifurcations(record: Record, axes: Axes, units: Units) -> None:
 
     Where there are too many, neighbours have one label.
     """
-    from matplotlib.transforms import offset_copy
-
     low, high = axes.get_xlim()
     found = sorted(record["bifurcations"], key=lambda one: one["value"])
     found = [one for one in found if low <= one["value"] <= high]

@@ -6,6 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+from matplotlib.patheffects import Stroke
 
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, axes_for
@@ -25,8 +30,6 @@ from capsule_sym._study.regions import Array, Curve, Plane, Region, by_cells
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _PLACES = 24  # points across a chart at which a region's name is tried
 _SMALL, _TINY = 0.01, 0.001  # of a chart: a region of an itinerary that is named, or is not
@@ -94,9 +97,6 @@ def by_area(plane: Plane, regions: Sequence[Region]) -> list[str]:
 
 
 def _fill(axes: Axes, regions: Sequence[Region]) -> None:
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path
-
     plane = Plane("", "", axes.get_xlim(), axes.get_ylim())
     itineraries = by_area(plane, regions)
     for region in regions:
@@ -155,8 +155,6 @@ def _middles(plane: Plane, region: Region) -> Array:
 
 
 def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
-    from matplotlib.patheffects import Stroke
-
     colour, style = CURVES.get(curve["type"], OTHER_CURVE)
     points = curve["points"]
     # On a white rim, so that it is seen on dark regions as well.
@@ -176,8 +174,6 @@ def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
 
 
 def _legend(figure: Figure, axes: Axes, regions: Sequence[Region]) -> None:
-    from matplotlib.patches import Patch
-
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
     if not all(region.itinerary for region in regions):

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import Names
@@ -11,10 +14,6 @@ from capsule_sym._figures.layout import add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import CURVES, OTHER_CURVE, describe, draw_points, figure_style
 from capsule_sym._figures.units import named, said
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 @figure_style()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
 
 from capsule_sym._figures.layout import axes_for, canvas
 from capsule_sym._figures.sizes import PAGE
@@ -12,9 +14,6 @@ from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describ
 from capsule_sym._parameters import PhysicalParameters
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-
     from capsule_sym._design.fit import Fit
     from capsule_sym._design.pareto import Front
     from capsule_sym._design.steering import Steering

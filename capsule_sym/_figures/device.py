@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from subprocess import CalledProcessError
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import FancyBboxPatch, Rectangle
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import add_key, canvas, new_figure
@@ -17,11 +21,6 @@ from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
 from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._study.arcs import Motion, arcs, cycle
-
-if TYPE_CHECKING:
-    from matplotlib.animation import AbstractMovieWriter
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
 
 _INK, _SHELL, _MASS, _SOFT = "#16202c", "#eef1f5", "#56B4E9", "#52606f"
 _HALF, _HIGH, _ROUND = 2.6, 1.1, 0.55  # half length, height and rounding of the shell
@@ -44,8 +43,6 @@ class Frame(NamedTuple):
 
 def draw_capsule(axes: Axes, frame: Frame, colour: str = _MASS) -> list[Any]:
     """The capsule at a frame: its artists, which may be removed again."""
-    from matplotlib.patches import FancyBboxPatch, Rectangle
-
     at, mass = frame.capsule, frame.capsule + frame.mass
     left, right = at - _HALF, at + _HALF
     shell = FancyBboxPatch(
@@ -95,8 +92,6 @@ def _damper(axes: Axes, begin: float, end: float, height: float) -> list[Any]:
 
 def ground(axes: Axes, left: float, right: float) -> None:
     """The ground on which the capsule lies, hatched below, and nothing else on the axes."""
-    from matplotlib.patches import Rectangle
-
     axes.plot([left, right], [0, 0], color=_INK, linewidth=1.0)
     axes.add_patch(
         Rectangle(
@@ -214,8 +209,6 @@ def animate(
 
 
 def _writer(path: Path) -> AbstractMovieWriter:
-    from matplotlib.animation import FFMpegWriter, PillowWriter
-
     ending = path.suffix.lower()
     if ending == ".gif":
         return PillowWriter(fps=_PER_SECOND)

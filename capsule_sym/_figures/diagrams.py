@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import draw_runs, shared
 from capsule_sym._figures.labels import Names
@@ -15,9 +18,6 @@ from capsule_sym._figures.units import named, said
 from capsule_sym._study.data import orbit_of, strobe
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from capsule_sym._orbits.shooting.orbit import Orbit
 
 Record = Mapping[str, Any]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
 
 from capsule_sym._figures.labels import PATCH, Names
 from capsule_sym._figures.layout import across, add_key, canvas, fit_view
@@ -18,10 +20,6 @@ from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 from capsule_sym._study.boundaries import lines as boundary_lines
 from capsule_sym._study.events import Event, nearest
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
-
 
 _STYLES: dict[int, Any] = {
     -1: (0, (1, 1)),
@@ -96,8 +94,6 @@ def _name_lines(axes: Any, parameters: Parameters, box: Box, names: Names) -> No
 
 
 def _style_handles(events: Sequence[Event]) -> list[Any]:
-    from matplotlib.lines import Line2D
-
     drawn = {int(np.sign(alpha - event.middle)) for event in events for alpha in event.alphas}
     names = {-1: "below", 0: "at", 1: "above"}
     return [

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Patch
 
 from capsule_sym._figures.branches import Record, in_units, name_bifurcations, units_of
 from capsule_sym._figures.layout import NARROW, add_key, axes_for, canvas, fit_view
@@ -25,10 +29,6 @@ from capsule_sym._figures.units import Units
 from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 from capsule_sym.generated.facts import FIELDS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
 
 
 @figure_style()
@@ -95,8 +95,6 @@ def plot_itineraries(
 
     Drawn into `axes`, without the names, if they are given; with a `device` over its amplitude.
     """
-    from matplotlib.patches import Patch
-
     alone = axes is None
     figure, axes = axes_for(axes, width, 2.9)
     units = units_of(record, device)
@@ -123,8 +121,6 @@ def draw_itineraries(
     All are drawn over the excitation periods of the longest motion; the column of a run that does
     not end in a steady motion stays white.
     """
-    from matplotlib.collections import PolyCollection
-
     motions = sorted(motions, key=lambda m: m.parameters.alpha)
     units = units or Units()
     alphas = units.scale("alpha") * np.array([m.parameters.alpha for m in motions])

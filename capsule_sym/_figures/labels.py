@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import FancyArrowPatch
+from matplotlib.path import Path
+from matplotlib.quiver import Quiver
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-    from matplotlib.path import Path as Curve
-    from matplotlib.text import Text
 
 Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]
@@ -136,9 +139,6 @@ class Names:
 
     def settle(self) -> None:
         """Put each name where it meets least, in the order in which they were given."""
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.path import Path
-
         if not self._names:
             return
         whole: Figure = self.figure.get_figure(root=True)
@@ -208,50 +208,37 @@ def _meet(one: Box, other: Box) -> bool:
     return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
-def _extent(curve: Curve) -> Box:
+def _extent(curve: Path) -> Box:
     points = np.asarray(curve.vertices)
     with np.errstate(invalid="ignore"):
         low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
 
-def _crosses(curve: Curve, box: Box) -> bool:
-    from matplotlib.transforms import Bbox
-
+def _crosses(curve: Path, box: Box) -> bool:
     return bool(curve.intersects_bbox(Bbox.from_extents(*box), filled=False))
 
 
 def _box(text: Text, renderer: Any) -> Box:
-    from matplotlib.text import Text
-
     return tuple(Text.get_window_extent(text, renderer).extents)  # type: ignore[return-value]
 
 
 def _texts(figure: Figure | SubFigure) -> Iterable[Text]:
-    from matplotlib.text import Text
-
     for text in figure.findobj(Text):
         if isinstance(text, Text) and text.get_visible() and text.get_text():
             yield text
 
 
-def _marks(line: Any, path: Curve) -> Iterable[Curve]:
+def _marks(line: Any, path: Path) -> Iterable[Path]:
     """The outlines of a line's markers."""
-    from matplotlib.path import Path
-
     half = line.get_markersize() * line.get_figure(root=True).dpi / 72 / 2
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
     return [Path(at + half * corners) for at in np.asarray(path.vertices)]
 
 
-def _curves(figure: Figure | SubFigure) -> list[tuple[Artist, Curve]]:
+def _curves(figure: Figure | SubFigure) -> list[tuple[Artist, Path]]:
     """All that is drawn as a line, in pixels, with what draws it."""
-    from matplotlib.collections import LineCollection
-    from matplotlib.patches import FancyArrowPatch
-    from matplotlib.path import Path
-    from matplotlib.quiver import Quiver
-
-    found: list[tuple[Artist, Curve]] = []
+    found: list[tuple[Artist, Path]] = []
     for axes in figure.axes:
         for line in axes.lines:
             if line.get_visible() and np.isfinite(line.get_path().vertices).any():

@@ -5,18 +5,21 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+from mpl_toolkits.mplot3d import proj3d
 from numpy.typing import NDArray
 
+from capsule_sym._figures.notebook import NotebookFigure
 from capsule_sym._figures.style import figure_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
-    from matplotlib.legend import Legend
-    from matplotlib.text import Text
-    from matplotlib.transforms import Bbox
 
 NARROW = 5.0
 """Inches of a page that has no room for panels of many texts side by side, nor for words."""
@@ -60,8 +63,6 @@ def add_key(
 
 def add_words(page: Figure | SubFigure, words: Iterable[str], *, below: bool = True) -> None:
     """A key of words alone, such as what the labels in the panels stand for."""
-    from matplotlib.lines import Line2D
-
     handles = [Line2D([], [], linestyle="", label=one) for one in words]
     add_key(page, handles, below=below, handlelength=0, handletextpad=0)
 
@@ -85,18 +86,12 @@ def _legend(
 
 def _size(legend: Legend) -> tuple[float, float]:
     """Width and height in dots."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
     whole: Figure = legend.get_figure(root=True)  # type: ignore[assignment]
     box = legend.get_window_extent(FigureCanvasAgg(whole).get_renderer())  # type: ignore[no-untyped-call]
     return box.width, box.height
 
 
 def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    from capsule_sym._figures.notebook import NotebookFigure
-
     whole = figure_of(page)
     high = page.bbox.height / whole.dpi
     if isinstance(page, NotebookFigure):
@@ -118,8 +113,6 @@ def fit_view(axes: Any, title: Text | None = None) -> None:
 
     Matplotlib gives it a square, of which it fills a part, or more than it.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
     page = axes.get_figure(root=False)
     whole = figure_of(page)
     renderer = FigureCanvasAgg(whole).get_renderer()  # type: ignore[no-untyped-call]
@@ -152,9 +145,6 @@ def fit_view(axes: Any, title: Text | None = None) -> None:
 
 def _extent(axes: Any, renderer: Any) -> Bbox:
     """What a view in perspective takes, in dots: the corners of its box, and axes with texts."""
-    from matplotlib.transforms import Bbox
-    from mpl_toolkits.mplot3d import proj3d
-
     corners = np.array(list(product(axes.get_xlim(), axes.get_ylim(), axes.get_zlim())))
     x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
     at = axes.transData.transform(np.column_stack([x, y]))
@@ -164,8 +154,6 @@ def _extent(axes: Any, renderer: Any) -> Bbox:
 
 def new_figure(width: float, height: float, **options: Any) -> Figure:
     """An empty figure, sizes in inches, that no global list of figures keeps."""
-    from capsule_sym._figures.notebook import NotebookFigure
-
     return NotebookFigure(figsize=(width, height), **options)
 
 

@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from string import ascii_lowercase
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
 
 from capsule_sym._figures.layout import across, add_key, axes_for, canvas
 from capsule_sym._figures.sizes import PAGE
@@ -30,11 +33,6 @@ from capsule_sym._parameters import Parameters, PhysicalParameters
 from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
 from capsule_sym._study.boundaries import lines
 from capsule_sym.generated.facts import MODES
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-    from matplotlib.lines import Line2D
 
 _MARGIN = 0.08  # of the range of a curve, left free around it
 
@@ -132,8 +130,6 @@ def field_handles(figure: Figure, colours: Colours = "safe") -> list[Line2D]:
 
     What is drawn of a segment is labelled by its field, such as F1 or _F1.
     """
-    from matplotlib.lines import Line2D
-
     drawn = labels_of(figure)
     return [
         Line2D([], [], color=field_colour(field, colours), label=f"$F_{field}$ {mode}")
@@ -144,8 +140,6 @@ def field_handles(figure: Figure, colours: Colours = "safe") -> list[Line2D]:
 
 def unsettled_handles(motions: Sequence[Motion]) -> list[Line2D]:
     """Legend entry for motions that are not periodic; none where all are."""
-    from matplotlib.lines import Line2D
-
     if all(map(is_periodic, motions)):
         return []
     return [
@@ -160,8 +154,6 @@ def labels_of(figure: Figure) -> set[str]:
 
 def boundary_handles(figure: Figure) -> list[Line2D]:
     """Legend entries for mass and capsule, and for the boundary lines that are drawn."""
-    from matplotlib.lines import Line2D
-
     looks: list[tuple[str, Any, str, float]] = [
         ("$x_m$", "--", "0.4", 1.1),
         ("$x_c$", "-", "0.4", 1.1),

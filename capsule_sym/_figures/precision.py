@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
 
 from capsule_sym._figures.layout import across, add_key, canvas
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import describe, figure_style
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
 
 Row = Mapping[str, Any]
 _MARKERS = "osD^v<>ph*XP"

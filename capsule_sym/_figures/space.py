@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from capsule_sym._figures.style import LOOKS, Colours, field_colour
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc
 from capsule_sym._study.boundaries import Array, Limits, lines, surfaces
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 EYE = (24.0, -64.0)  # elevation and azimuth in degrees
 _TINT = 0.16
@@ -72,20 +72,12 @@ def add_space(figure: Figure, place: Any, box: Box, eye: tuple[float, float] = E
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.pane.set_visible(False)
         axis._axinfo["grid"].update(linewidth=0.0)
-        axis.set_major_locator(_ticks())
+        axis.set_major_locator(MaxNLocator(4))
     return axes
-
-
-def _ticks() -> Any:
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(4)
 
 
 def draw_space(parameters: Parameters, axes: Any, box: Box, colours: Colours = "safe") -> None:
     """The surfaces S1-S10 and the lines L1-L9 that meet the box."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
     order = _order(axes)
     if box.v_c[0] <= 0 <= box.v_c[1]:
         for name, polygon in surfaces(parameters, box.x_r, box.v_r).items():

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from mpl_toolkits.mplot3d import proj3d
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import PATCH, Names
@@ -22,11 +25,6 @@ from capsule_sym._figures.style import (
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, Limits, corners, lines, surfaces
 from capsule_sym._study.sections import SCHEMATIC, line_point
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-
 
 GAPS = (0.4, 1.0, 1.6)
 """Gaps delta below, at and above the friction bound f_b = 1."""
@@ -174,7 +172,5 @@ def _name_space(axes: Any, parameters: Parameters, box: Box, names: Names) -> No
 
 def projected(axes: Any, places: Any) -> Array:
     """Places (n, 3) of the state space as coordinates (n, 2) of its picture."""
-    from mpl_toolkits.mplot3d import proj3d
-
     x, y, _ = proj3d.proj_transform(*np.asarray(places, dtype=float).T, axes.get_proj())
     return np.column_stack([x, y])

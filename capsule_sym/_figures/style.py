@@ -8,21 +8,20 @@ from contextlib import contextmanager
 from importlib.resources import as_file, files
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
 import capsule_sym
-from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import FORMATS, RESOLUTION, RESOLUTIONS
 from capsule_sym._files import write_whole
 from capsule_sym.generated import facts
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
 
 Colours = Literal["safe", "paper"]
 _FIELDS: dict[str, tuple[str, ...]] = {
@@ -100,18 +99,8 @@ def mathematical(name: str) -> str:
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """The style file in force, for making, drawing and saving a figure.
-
-    Raises NotInstalled, an ImportError, without matplotlib.
-    """
-    try:
-        import matplotlib
-    except ModuleNotFoundError as missing:
-        raise NotInstalled(missing) from missing
-    with (
-        as_file(files(__package__) / "capsule.mplstyle") as path,
-        matplotlib.rc_context(fname=path),
-    ):
+    """The style file in force, for making, drawing and saving a figure."""
+    with as_file(files(__package__) / "capsule.mplstyle") as path, rc_context(fname=path):
         yield
 
 

@@ -5,6 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
@@ -16,8 +20,6 @@ from capsule_sym._sweeps import itineraries
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 _SAME_UNIT = {"x_r": "progression", "v_r": "velocity", "v_c": "velocity"}
@@ -31,9 +33,6 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     first, named by its itinerary; where there is none it is white. Drawn into `axes` if they are
     given. Raises InvalidInput for results of another kind.
     """
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-    from matplotlib.patches import Patch
-
     if "attractor" not in results or len(results["attractor"].dims) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
     codes = results["attractor"]

@@ -7,9 +7,11 @@ inside: where the paper sketches one trajectory, all its neighbours are drawn, f
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import PATCH, Names
@@ -31,10 +33,6 @@ from capsule_sym._study.sections import (
     line_point,
     sections,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
 
 Bundles = Sequence[Sequence[Trajectory]]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import InvalidInput, NotInstalled, figure_style, plot, plot_motion, save_figure
+from capsule_sym import InvalidInput, figure_style, plot, plot_motion, save_figure
 from capsule_sym._figures.layout import new_figure
 from capsule_sym._figures.sizes import COLUMN, PAGE
 from tests.figures.test_parts import fitted
@@ -16,7 +16,7 @@ from tests.figures.test_parts import fitted
 
 def test_matplotlib_is_imported_when_something_is_drawn() -> None:
     code = (
-        "import sys\nfrom capsule_sym import Parameters, simulate, plot, plot_motion, plot_fig7\n"
+        "import sys\nfrom capsule_sym import Parameters, simulate, plot\n"
         "print('matplotlib' in sys.modules)\n"
         "plot(simulate(Parameters(), periods=4))\n"
         "print('matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
@@ -84,12 +84,14 @@ def test_the_style_is_found_by_matplotlib_too() -> None:
         assert matplotlib.rcParams["svg.hashsalt"] == "capsule-sym"
 
 
-def test_without_matplotlib_a_message_says_how_to_install_it(monkeypatch) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with (
-        pytest.raises(
-            NotInstalled, match=r"matplotlib is missing: pip install 'capsule-sym\[plot\]'"
-        ),
-        figure_style(),
-    ):
-        new_figure(1, 1)
+_DRAWN = "plot(capsule_sym.solve_orbit(capsule_sym.Parameters()))"
+
+
+@pytest.mark.parametrize("name", ["plot_motion", "animate", "figure_style", "save_figure", _DRAWN])
+def test_without_matplotlib_a_message_says_how_to_install_it(name: str) -> None:
+    code = (
+        "import sys\nsys.modules['matplotlib'] = None\nimport capsule_sym\n"
+        f"try: capsule_sym.{name}\nexcept capsule_sym.NotInstalled as missing: print(missing)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "matplotlib is missing: pip install 'capsule-sym[plot]'\n"
