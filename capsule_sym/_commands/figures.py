@@ -84,11 +84,11 @@ def figure(
     directory, so that drawing it again takes a second; the parameters are in the picture's
     metadata.
     """
+    moving = name == "motion" and picture.out.suffix.lower() in MOVING
+    wide = picture.check(moving)
     from capsule_sym._figures.style import describe
     from capsule_sym._study.data import Store
 
-    moving = name == "motion" and picture.out.suffix.lower() in MOVING
-    wide = picture.check(moving)
     parameters, device = system.load()
     with present.tracking() as track:
         study = Study(Store(track), parameters, colours, wide, system.chosen, device)

@@ -9,7 +9,7 @@ segment its slow mode is expanded too, and the fast one bounded by its present s
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point
@@ -66,11 +66,13 @@ def expand_forced(
     return _guards(backend, c, at, centre, steps, sizes, free, derivative)
 
 
-class _Free:
+class _Free(NamedTuple):
     """Bounds on the fast free part: of x_r, of changes of v_r, of P, and of its rate of change."""
 
-    def __init__(self, x: Number, v: Number, force: Number, fastest: Number) -> None:
-        self.x, self.v, self.force, self.fastest = x, v, force, fastest
+    x: Number
+    v: Number
+    force: Number
+    fastest: Number
 
 
 def _guards(

@@ -16,7 +16,7 @@ from capsule_sym._map.backend import Number, NumpyBackend
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
-from capsule_sym._map.segments import Instant, Records, Segment
+from capsule_sym._map.segments import Instant, Records, Segment, Triple
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
 from capsule_sym.generated.facts import FIELD_OF, FIELDS
@@ -112,9 +112,9 @@ def steady_motion(run: _Run, tolerance: float, longest: int) -> SteadyMotion | N
             _last_periods(run, period_number, 1),
         )
         if not segments and not previous:
-            return SteadyMotion(
-                (_last_period(run),), 1, run.segments[-1].advance * 0, run.parameters
-            )
+            x_r, v_r, v_c = run.stroboscopic[-2].tolist()
+            last = _last_period(run, (x_r, v_r, v_c), run.segments[-1].field)
+            return SteadyMotion((last,), 1, last.advance, run.parameters)
         if _labels(segments) == _labels(previous):
             return _steady(segments, period_number, run.parameters)
     return None
@@ -137,47 +137,32 @@ def _rests(run: _Run, tolerance: float) -> bool:
 
 def _rest(run: _Run) -> Segment:
     """The last excitation period, at rest."""
-    last, zero = run.segments[-1], run.segments[-1].duration * 0
-    gap = zero - run.parameters.delta
-    field = 2 if gap else 5  # the region with contact is the closed one
+    zero, end = run.segments[-1].duration * 0, run.final[0].period
+    field = 2 if run.parameters.delta else 5  # the region with contact is the closed one
+    rest = zero, zero, zero
+    found = replace(_last_period(run, rest, field), field=field, end=Instant(end, zero))
+    return replace(found, end_state=rest, outcome=Outcome.NEVER, evaluations=0)
+
+
+def _last_period(run: _Run, state: Triple, field: int) -> Segment:
+    """The last excitation period of a run that ends without switches, as a segment."""
+    last, (x_r, v_r, v_c) = run.segments[-1], state
+    number = type(x_r)
+    given = {name: number(value) for name, value in run.parameters.to_dict().items()}
+    free = SimpleNamespace(kappa=x_r * 0, **given)
+    gap = x_r - free.delta
+    force = formulas.force(free, x_r, gap, v_r)
     return replace(
         last,
-        field=field,
         source=f"Σ{field}",
         target=f"Σ{field}",
-        start=Instant(last.end.period - 1, zero),
-        end=Instant(last.end.period, zero),
-        start_state=(zero, zero, zero),
-        end_state=(zero, zero, zero),
-        duration=zero + run.parameters.period,
-        outcome=Outcome.NEVER,
-        tangencies=(),
-        evaluations=0,
-        position=last.position + last.advance,
-        advance=zero,
-        closed=type(last.closed)(zero, gap, zero, zero, zero, zero + 1, zero),
-    )
-
-
-def _last_period(run: _Run) -> Segment:
-    """The last excitation period of a run that ends without switches, as a segment."""
-    last, state = run.segments[-1], tuple(run.stroboscopic[-2].tolist())
-    x_r, v_r, v_c = state
-    given = {name: type(x_r)(value) for name, value in run.parameters.to_dict().items()}
-    free = SimpleNamespace(kappa=x_r * 0, **given)
-    force = formulas.force(free, x_r, x_r - free.delta, v_r)
-    plane = f"Σ{last.field}"
-    return replace(
-        last,
-        source=plane,
-        target=plane,
         start=Instant(last.end.period - 1, x_r * 0),
         start_state=state,
-        duration=type(x_r)(run.parameters.period),
+        duration=number(run.parameters.period),
         tangencies=(),
         position=last.position + last.advance,
         advance=last.advance * 0,
-        closed=type(last.closed)(x_r, x_r - free.delta, v_r, v_c, force, x_r * 0 + 1, x_r * 0),
+        closed=type(last.closed)(x_r, gap, v_r, v_c, force, x_r * 0 + 1, x_r * 0),
     )
 
 
