@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+import capsule_sym
 from capsule_sym import InvalidInput, Parameters, performance, solve_orbit
-from capsule_sym._figures import charts, sweeps
+from capsule_sym._figures import sweeps
 from tests.figures.test_command import run_here
 
 pytest.importorskip("zarr")
@@ -82,7 +83,7 @@ def test_curves_that_the_command_wrote_are_drawn(
 ) -> None:
     drawn = []
     monkeypatch.setattr(
-        charts, "plot_chart", lambda _, lines, width: drawn.append(lines) or Figure()
+        capsule_sym, "plot_chart", lambda _, lines, width: drawn.append(lines) or Figure()
     )
     line = ["curve", "--alpha", "0.8:1.1", "--omega", "0.79:0.81", "--bifurcation", "adding"]
     done = run_here(*line, "--points", "1", "--json", cwd=tmp_path)
