@@ -235,6 +235,68 @@ static void one_step(const segment *c, const segment_sizes *b, const table *t, i
         step(c, b, t, 0, 1, 0, ends, way, guess, s, to, o);
 }
 
+/* The state at the end of a run, from the last expansion. */
+static void end_run(capsule_context *context, capsule_state *state, const outcome *o, int field,
+                    capsule_result *p)
+{
+    p->advance = near_to(o->end.position);
+    /* A switch may come within a rounding, so that the state is past it: it tells then. */
+    *state = (capsule_state){.x_r = near_to(o->end.x_r), .gap = near_to(o->end.gap),
+                             .v_r = near_to(o->end.v_r), .v_c = near_to(o->end.v_c),
+                             .position = state->position + p->advance, .period = context->periods,
+                             .field = o->crossing ? 0 : field};
+    context->exact.known = 0;
+}
+
+/* The state at a switch, and the field that takes over; where that stays open, nothing. */
+static void switch_field(capsule_context *context, capsule_state *state, const outcome *o,
+                         const point *at, int contact, int64_t period, capsule_result *p)
+{
+    const known end = {at->x_r, at->gap, at->v_r, at->v_c, at->angle, at->angle_rest,
+                       (int)o->bound_at};
+    const int following = o->undetermined ? successor_of(context->map, &end)
+                                    : FIELD_OF[o->at_gap ? !contact : contact][(int)o->way + 1];
+    if (!following)
+        return; /* The switch itself is certain, but not where it leads. */
+    p->outcome = CAPSULE_REGULAR;
+    p->switched = 1;
+    p->advance = near_to(at->position);
+    const double v_r = near_to(at->v_r), v_c = near_to(at->v_c);
+    *state = (capsule_state){
+        .x_r = near_to(at->x_r), .gap = near_to(at->gap), .v_r = v_r, .v_c = v_c,
+        .angle = near_to(at->angle), .angle_rest = at->angle_rest,
+        .position = state->position + p->advance, .period = period, .bound = (int)o->bound_at,
+        /* Eq. (24): by the field to come where the capsule rests. */
+        .plane = v_c == 0.0 ? following : IMPACT_PLANE[v_c > 0.0][v_r > 0.0], .field = following};
+    context->exact.known = 0;
+    context->angle = state->angle;
+    context->cosine = near_to(at->cosine), context->sine = near_to(at->sine);
+#ifdef WIDE
+    state->angle_rest += at->angle.lo;
+    context->exact = (capsule_exact){{at->x_r.hi, at->x_r.lo}, {at->gap.hi, at->gap.lo},
+                                    {at->v_r.hi, at->v_r.lo}, {at->v_c.hi, at->v_c.lo},
+                                    {at->angle.hi, at->angle.lo}, 1};
+#endif
+}
+
+/* The table of a field's flow; in 106 bits it is made where a run first meets that flow. */
+static const table *table_of(capsule_context *context, int field, const segment *c)
+{
+    const int flow = FLOW_OF[field - 1];
+#ifdef WIDE
+    if (!context->wide_made[flow]) {
+        bases base;
+        bases_make(&base);
+        table_make(&base, &context->map->field[field - 1], c, &context->wide[flow]);
+        context->wide_made[flow] = 1;
+    }
+    return &context->wide[flow];
+#else
+    (void)c;
+    return &context->map->table[flow];
+#endif
+}
+
 static void run_segment(capsule_context *context, capsule_state *state, capsule_result *p)
 {
     const capsule_map *map = context->map;
@@ -251,18 +313,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     segment_sizes b_room;
     const segment *c = segment_of(map, field, &c_room);
     const segment_sizes *b = sizes_of(c, &b_room);
-#ifdef WIDE
-    table *t = &context->wide[FLOW_OF[field - 1]];
-    int *made = &context->wide_made[FLOW_OF[field - 1]];
-    if (!*made) {
-        bases base;
-        bases_make(&base);
-        table_make(&base, k, c, t);
-        *made = 1;
-    }
-#else
-    const table *t = &map->table[FLOW_OF[field - 1]];
-#endif
+    const table *t = table_of(context, field, c);
     const int can_rest = field == FIELD_OF[0][1] && map->may_rest;
     const point from = point_at(c, field, &start, context), *here = &from;
     point later[2], *next = later;
@@ -320,13 +371,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
                 if (rests_forever(c, k, &last))
                     p->outcome = CAPSULE_NEVER;
             }
-            p->advance = near_to(o.end.position);
-            /* A switch may come within a rounding, so that the state is past it: it tells then. */
-            *state = (capsule_state){.x_r = near_to(o.end.x_r), .gap = near_to(o.end.gap),
-                                     .v_r = near_to(o.end.v_r), .v_c = near_to(o.end.v_c),
-                                     .position = state->position + p->advance, .period = period,
-                                     .field = o.crossing ? 0 : field};
-            context->exact.known = 0;
+            end_run(context, state, &o, field, p);
             return;
         }
         if (o.crossing)
@@ -339,29 +384,5 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
         o.undetermined = 1;
     }
 #endif
-    const known end = {next->x_r, next->gap, next->v_r, next->v_c, next->angle, next->angle_rest,
-                       (int)o.bound_at};
-    const int following = o.undetermined ? successor_of(map, &end)
-                                    : FIELD_OF[o.at_gap ? !contact : contact][(int)o.way + 1];
-    if (!following)
-        return; /* The switch itself is certain, but not where it leads. */
-    p->outcome = CAPSULE_REGULAR;
-    p->switched = 1;
-    p->advance = near_to(next->position);
-    const double v_r = near_to(next->v_r), v_c = near_to(next->v_c);
-    *state = (capsule_state){
-        .x_r = near_to(next->x_r), .gap = near_to(next->gap), .v_r = v_r, .v_c = v_c,
-        .angle = near_to(next->angle), .angle_rest = next->angle_rest,
-        .position = state->position + p->advance, .period = period, .bound = (int)o.bound_at,
-        /* Eq. (24): by the field to come where the capsule rests. */
-        .plane = v_c == 0.0 ? following : IMPACT_PLANE[v_c > 0.0][v_r > 0.0], .field = following};
-    context->exact.known = 0;
-    context->angle = state->angle;
-    context->cosine = near_to(next->cosine), context->sine = near_to(next->sine);
-#ifdef WIDE
-    state->angle_rest += next->angle.lo;
-    context->exact = (capsule_exact){{next->x_r.hi, next->x_r.lo}, {next->gap.hi, next->gap.lo},
-                                    {next->v_r.hi, next->v_r.lo}, {next->v_c.hi, next->v_c.lo},
-                                    {next->angle.hi, next->angle.lo}, 1};
-#endif
+    switch_field(context, state, &o, next, contact, period, p);
 }
