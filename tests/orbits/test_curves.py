@@ -17,8 +17,9 @@ from capsule_sym import (
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.curves.curve import CurveRun
 from capsule_sym._orbits.continuation.families.arclength import corrected
-from capsule_sym._orbits.continuation.families.states import Axis, Problem
+from capsule_sym._orbits.continuation.families.states import Problem
 from capsule_sym._orbits.continuation.families.stepping import Continuation
+from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
 from capsule_sym._orbits.continuation.points.conditions import of_matrix
 from capsule_sym._orbits.continuation.points.kinds import (
@@ -77,7 +78,7 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
             states.append(continuation.advance(states[-1], 0.1, 0.1).state)
         run = CurveRun(continuation, GRAZING, 2)
         old, new = states[1:]
-        middle = corrected(continuation.equations, (old.u + new.u) / 2, new.u - old.u)
+        middle = corrected(continuation.evaluate, (old.u + new.u) / 2, new.u - old.u)
         assert middle is not None
         first = continuation.state(middle.u, begin.tangent, middle)
         run.first = first

@@ -7,7 +7,7 @@ import math
 import operator
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -122,6 +122,19 @@ class ParameterPath:
             result = result + by_p[:, PARAMETERS.index(name)] * slope
         return result
 
+    # A path is a coordinate as an axis is: by its value.
+    share = value
+    width = 1.0
+
+    @property
+    def path(self) -> ParameterPath:
+        """The path itself."""
+        return self
+
+    def by(self, by_p: Matrix, values: Sequence[Number]) -> Vector:
+        """The derivative by what varies at parameters on the path, as `along`."""
+        return self.along(by_p, self.value(values))
+
     def _affine(self) -> tuple[str, Function]:
         """A tied parameter that is an affine function of what varies."""
         for name, function in self.ties:
@@ -158,6 +171,41 @@ class ParameterPath:
         return all(
             abs(a - b) <= _ON_PATH * (abs(a) + abs(b)) for a, b in zip(values, placed, strict=True)
         )
+
+
+class Axis(NamedTuple):
+    """A path of parameters, and the range that the coordinate q from 0 to 1 stands for."""
+
+    path: ParameterPath
+    begin: float
+    end: float
+
+    @property
+    def name(self) -> str:
+        """Name of what varies."""
+        return self.path.name
+
+    @property
+    def width(self) -> float:
+        """Change of what varies over the range."""
+        return self.end - self.begin
+
+    def value(self, values: Sequence[Number]) -> float:
+        """The value of what varies, at these parameters."""
+        return float(self.path.value(values))
+
+    def share(self, values: Sequence[Number]) -> float:
+        """The q of these parameters."""
+        return (self.value(values) - self.begin) / self.width
+
+    def placed(self, values: Sequence[float], q: float) -> list[float]:
+        """All parameters at q; its ends, 0 and 1, give those of the range to the last bit."""
+        near, share = (self.end, q - 1) if q > 0.5 else (self.begin, q)
+        return self.path.placed(values, float(near + share * self.width))
+
+    def by(self, by_p: Matrix, values: Sequence[float]) -> Vector:
+        """The derivative by q, from those by the parameters, (many, parameters)."""
+        return self.path.by(by_p, values) * self.width
 
 
 def parameter_path(name: str, ties: Mapping[str, Function | str] | None = None) -> ParameterPath:

@@ -18,7 +18,8 @@ from capsule_sym._orbits.continuation.branches.continuing import (
     axis_within,
     follow_both_ways,
 )
-from capsule_sym._orbits.continuation.families.states import Axis, Ending
+from capsule_sym._orbits.continuation.families.states import Ending
+from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.admissibility import rerun

@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._orbits.continuation.families.arclength import Vector
 from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.families.states import (
-    Axis,
     Ending,
     Event,
     SmoothEvent,
@@ -25,6 +23,7 @@ from capsule_sym._orbits.continuation.families.states import (
     Stop,
 )
 from capsule_sym._orbits.continuation.families.stepping import Continuation, Run
+from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import (
     Bifurcation,
@@ -33,6 +32,7 @@ from capsule_sym._orbits.continuation.points.bifurcation import (
 )
 from capsule_sym._orbits.continuation.points.extended import EventSolution, orbit_at
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
+from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.identity import same, same_start
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of

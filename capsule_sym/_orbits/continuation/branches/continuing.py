@@ -11,17 +11,17 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchRun
-from capsule_sym._orbits.continuation.families.arclength import Vector
-from capsule_sym._orbits.continuation.families.states import Axis, Ending, Problem, State, Stop
+from capsule_sym._orbits.continuation.families.states import Ending, Problem, State, Stop
 from capsule_sym._orbits.continuation.families.stepping import Continuation, first_half
 from capsule_sym._orbits.continuation.parameter_paths import (
+    Axis,
     Function,
     ParameterPath,
     parameter_path,
 )
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.admissibility import is_admissible
-from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -182,7 +182,7 @@ class _PassingRun(BranchRun):
             solution = Continuation(self.problem, state.orbit).corrected_at(guess, -1, mark)
             if solution is None:
                 continue
-            orbit: Orbit = whole_orbit(solution.at.made)
+            orbit: Orbit = whole_orbit(solution.at.orbit)
             if min(orbit.durations) > 0 and is_admissible(orbit):
                 return orbit
         return None

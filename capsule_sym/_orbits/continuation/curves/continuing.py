@@ -13,7 +13,6 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._orbits.continuation.curves.curve import Curve, CurveRun
 from capsule_sym._orbits.continuation.families.states import (
     OUT_OF_TIME,
-    Axis,
     Ending,
     Problem,
     State,
@@ -25,7 +24,7 @@ from capsule_sym._orbits.continuation.families.stepping import (
     doubled_starts,
     vanishing,
 )
-from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.parameter_paths import Axis, ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CodimensionTwoPoint
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing

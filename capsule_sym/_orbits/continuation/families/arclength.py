@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._orbits.continuation.points.extended import Evaluation
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
 
 _ROUNDING = 2.0**-51
-
-
-class Evaluation(NamedTuple):
-    """Equations at a point: residual (m,), derivative (m, m + 1), and what it was made from."""
-
-    residual: Vector
-    by: Matrix
-    made: Any
 
 
 class Solution(NamedTuple):
@@ -43,7 +33,7 @@ def tangent(by: Matrix, along: Vector) -> Vector:
     right = np.zeros(len(along))
     right[-1] = 1.0
     direction = np.linalg.solve(np.vstack([by, along]), right)
-    return direction / np.linalg.norm(direction)
+    return np.asarray(direction / np.linalg.norm(direction))
 
 
 def corrected(

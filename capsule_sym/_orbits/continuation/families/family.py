@@ -6,31 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from capsule_sym._orbits.continuation.families.arclength import (
-    Evaluation,
-    Solution,
-    Vector,
-    corrected,
-    tangent,
-)
+from capsule_sym._orbits.continuation.families.arclength import Solution, corrected, tangent
 from capsule_sym._orbits.continuation.families.states import Ending, Problem, State, Stop
 from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.conditions import (
-    EXACT,
-    Vanishing,
-    evaluate_test_functions,
-    gradient_of_test_function,
-    noise,
-    value_of,
-)
+from capsule_sym._orbits.continuation.points.conditions import Condition, evaluate_test_functions
 from capsule_sym._orbits.continuation.points.extended import (
-    Condition,
     EventSolution,
     ExtendedSystem,
-    orbit_at,
+    OrbitEquations,
 )
 from capsule_sym._orbits.shooting.admissibility import Inequality, inequalities
-from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 
 # What else may vanish along a curve of a smooth bifurcation; a cusp is seen by the curve's tangent.
@@ -41,12 +27,11 @@ _WATCHED = {
 }
 
 
-class Family:
+class Family(OrbitEquations):
     """Orbits of one itinerary with free parameters, and a condition for each but one of them.
 
     The condition is that the segment `zero_segment` has the duration 0, or that the test function
-    `critical` of a smooth bifurcation vanishes. The unknowns u are z, without the duration of a
-    segment `zero_segment`, and q of each axis.
+    `critical` of a smooth bifurcation vanishes.
     """
 
     def __init__(
@@ -56,52 +41,27 @@ class Family:
         zero_segment: int | None = None,
         critical: str | None = None,
     ) -> None:
-        self.problem, (self.numbers, self.axes, self.settings) = problem, problem
-        self.itinerary, self.zero_segment, self.critical = orbit.itinerary, zero_segment, critical
-        self.values = [float(value) for value in orbit.values]
+        self.problem, (numbers, self.axes, self.settings) = problem, problem
+        values, self.critical = [float(value) for value in orbit.values], critical
+        segments = () if zero_segment is None else (zero_segment,)
+        conditions = () if critical is None else (Condition(critical),)
+        super().__init__(numbers, values, self.axes, orbit.itinerary, segments, conditions)
 
-    def unknowns(self, orbit: Orbit) -> Vector:
-        """The unknowns of an orbit."""
-        z = self._without_segment(np.array(orbit.z, dtype=float))
-        return np.array([*z, *(axis.share(orbit.values) for axis in self.axes)])
+    @property
+    def zero_segment(self) -> int | None:
+        """The segment that has the duration 0."""
+        return self.segments[0] if self.segments else None
 
     def direction(self, segment: int) -> Vector:
         """The unknowns' direction (many,) in which the duration of a segment grows."""
         unit = np.eye(kinds.DURATIONS + len(self.itinerary))[kinds.DURATIONS + segment]
-        return np.append(self._without_segment(unit), np.zeros(len(self.axes)))
-
-    def _without_segment(self, by_z: Vector) -> Vector:
-        """Entries by z, along the last axis, without that of the segment of duration 0."""
-        if self.zero_segment is None:
-            return by_z
-        return np.delete(by_z, kinds.DURATIONS + self.zero_segment, axis=-1)
-
-    def orbit(self, u: Vector) -> Orbit:
-        """The orbit, or what is to become one, of these unknowns."""
-        count = len(self.axes)
-        z, values = u[:-count], list(self.values)
-        if self.zero_segment is not None:
-            z = np.insert(z, kinds.DURATIONS + self.zero_segment, 0.0)
-        for axis, q in zip(self.axes, u[-count:], strict=True):
-            values = axis.placed(values, float(q))
-        return orbit_at(self.numbers, values, self.itinerary, z)
-
-    def equations(self, u: Vector) -> Evaluation:
-        """The equations at u, and the orbit."""
-        orbit = self.orbit(u)
-        system = orbit.system
-        by_q = [axis.along(system.by_p, orbit.values) for axis in self.axes]
-        by = np.column_stack([self._without_segment(system.by_z), *by_q])
-        if self.critical is None:
-            return Evaluation(system.residual, by, orbit)
-        residual = np.append(system.residual, evaluate_test_functions(orbit)[self.critical])
-        return Evaluation(residual, np.vstack([by, self.row(orbit, self.critical)]), orbit)
+        return np.append(unit[self.rest], np.zeros(len(self.axes)))
 
     def corrected(
         self, guess: Vector, normal: Vector, tolerance: float | None = None
     ) -> Solution | None:
         """The family's point in the plane through the guess, by Newton's method; None if none."""
-        return corrected(self.equations, guess, normal, self.settings, tolerance)
+        return corrected(self.evaluate, guess, normal, self.settings, tolerance)
 
     def corrected_at(self, guess: Vector, k: int, value: float) -> Solution | None:
         """The family's point near a guess at which the unknown k has this value; None if none."""
@@ -109,21 +69,9 @@ class Family:
         guess[k] = value
         return self.corrected(guess, normal)
 
-    def row(self, orbit: Orbit, name: str) -> Vector:
-        """Gradient of a test function by the unknowns."""
-        row, count = self._gradient(orbit, name), len(self.axes)
-        widths = [axis.end - axis.begin for axis in self.axes]
-        return np.append(self._without_segment(row[:-count]), row[-count:] * widths)
-
-    def _gradient(self, orbit: Orbit, name: str) -> Vector:
-        """Gradient of a test function of the monodromy matrix by z and what varies."""
-        unit = np.eye(len(PARAMETERS))
-        along = [axis.path.along(unit, axis.value(orbit.values)) for axis in self.axes]
-        return gradient_of_test_function(self.numbers, orbit, name, np.array(along))
-
     def state(self, u: Vector, along: Vector, solution: Solution | None = None) -> State:
         """The state at u, which a solution may be of, with its tangent in the direction `along`."""
-        _, by, orbit = solution.at if solution else self.equations(u)
+        _, by, orbit = solution.at if solution else self.evaluate(u)
         orbit = replace(orbit, iterations=solution.steps if solution else 0)
         held = inequalities(self.numbers, orbit.itinerary, orbit.system, self.zero_segment)
         try:
@@ -144,15 +92,8 @@ class Family:
         """The test functions at an orbit of the path."""
         found = evaluate_test_functions(orbit)
         others = [name for name in self.watched if name not in found]
-        return found | {n: value_of(self.numbers, orbit, n, self.zero_segment) for n in others}
-
-    def _condition(self, name: str, like: Vector) -> Condition:
-        def vanishing(orbit: Orbit) -> Vanishing:
-            value = value_of(self.numbers, orbit, name, self.zero_segment, like)
-            gradient = self._gradient(orbit, name) if name in EXACT else None
-            return Vanishing(value, noise(orbit), gradient)
-
-        return vanishing
+        tests = [Condition(name, self.zero_segment) for name in others]
+        return found | {one.name: one.value(self.numbers, orbit) for one in tests}
 
     def solved(
         self, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
@@ -163,7 +104,7 @@ class Family:
         """
         free = tuple(axis.path for axis in self.axes)
         like = np.linalg.svd(orbit.system.by_z)[2][-1]
-        conditions = [self._condition(name, like) for name in names]
+        conditions = [Condition(name, self.zero_segment, like) for name in names]
         try:
             return ExtendedSystem(
                 self.numbers, orbit.values, free, orbit.itinerary, orbit.z, segments, conditions

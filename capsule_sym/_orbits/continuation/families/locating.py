@@ -75,7 +75,7 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
         guess = family.corrected(old.u + share * change, normal)
         if guess is None:
             break
-        orbit = guess.at.made
+        orbit = guess.at.orbit
         found = family.solved(orbit, conditions, segments)
         if found is not None and 0 <= (at := _share(family, old, new, found)) <= 1:
             real = name == kinds.NEIMARK_SACKER and not has_rotations(found.orbit)
@@ -91,7 +91,7 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
     if real or name not in kinds.SMOOTH:
         return None
     again = [family.corrected(state.u, normal) for state in (old, new)]
-    signs = [np.sign(evaluate_test_functions(one.at.made)[name]) for one in again if one]
+    signs = [np.sign(evaluate_test_functions(one.at.orbit)[name]) for one in again if one]
     if signs not in ([-1, 1], [1, -1]):
         return None
     both = zip(*(family.problem.values(state.orbit) for state in (old, new)), strict=True)
@@ -134,7 +134,7 @@ def hides(family: Family, old: State, new: State, event: Event) -> bool:
         solution = family.corrected(u, change / length)
         if solution is None:
             return True
-        orbit = solution.at.made
+        orbit = solution.at.orbit
         held = inequalities(family.numbers, orbit.itinerary, orbit.system, family.zero_segment)
         if any(one.value <= 0 for one in held):
             return True

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
-from capsule_sym._map.backend import Backend, Number
-from capsule_sym._orbits.continuation.families.arclength import Vector
-from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._map.backend import Backend
+from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
 from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import Change
-from capsule_sym._orbits.shooting.equations import Matrix
+from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 
 
@@ -49,36 +47,6 @@ class Stop(Exception):
     def __init__(self, ending: Ending, detail: str) -> None:
         super().__init__(detail)
         self.ending, self.detail = ending, detail
-
-
-class Axis(NamedTuple):
-    """A path of parameters, and the range that q from 0 to 1 stands for."""
-
-    path: ParameterPath
-    begin: float
-    end: float
-
-    @property
-    def name(self) -> str:
-        """Name of what varies."""
-        return self.path.name
-
-    def value(self, values: Sequence[Number]) -> float:
-        """The value of what varies, at these parameters."""
-        return float(self.path.value(values))
-
-    def share(self, values: Sequence[Number]) -> float:
-        """The q of these parameters."""
-        return (self.value(values) - self.begin) / (self.end - self.begin)
-
-    def placed(self, values: Sequence[float], q: float) -> list[float]:
-        """All parameters at q; its ends, 0 and 1, give those of the range to the last bit."""
-        near, share = (self.end, q - 1) if q > 0.5 else (self.begin, q)
-        return self.path.placed(values, near + share * (self.end - self.begin))
-
-    def along(self, by_p: Matrix, values: Sequence[float]) -> Vector:
-        """The derivative by q, from those by the parameters, (many, parameters)."""
-        return self.path.along(by_p, self.value(values)) * (self.end - self.begin)
 
 
 class Problem(NamedTuple):

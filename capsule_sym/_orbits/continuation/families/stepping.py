@@ -13,7 +13,6 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._native import TimeUp
 from capsule_sym._orbits.continuation.families.arclength import (
     Solution,
-    Vector,
     least_between,
     least_slope_between,
     tangent,
@@ -27,7 +26,6 @@ from capsule_sym._orbits.continuation.families.locating import (
 )
 from capsule_sym._orbits.continuation.families.states import (
     OUT_OF_TIME,
-    Axis,
     Ending,
     Event,
     Problem,
@@ -36,12 +34,14 @@ from capsule_sym._orbits.continuation.families.states import (
     Step,
     Stop,
 )
+from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.points.conditions import EXACT
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.continuation.points.kinds import DEGENERATE, FOLD
 from capsule_sym._orbits.continuation.points.normal_forms import doubled
 from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
 from capsule_sym._orbits.shooting.changes import Change, remove_segment, swap_segment
+from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at
@@ -210,8 +210,8 @@ class Continuation(Family):
         if self.zero_segment is None:
             half = first_half(state.orbit, self.axes)
         else:
-            unchanged = None, self.zero_segment
-            half, self.zero_segment = halved_at(state.orbit, self.zero_segment) or unchanged
+            half, segment = halved_at(state.orbit, self.zero_segment) or (None, self.zero_segment)
+            self.segments = () if segment is None else (segment,)
         if half is None:
             return state
         self.itinerary, count = half.itinerary, len(self.axes)
@@ -220,15 +220,14 @@ class Continuation(Family):
         return self.state(u, along)
 
     def _keep(self, change: Change) -> None:
-        if self.zero_segment is None:
-            return
-        self.zero_segment = change.kept[self.zero_segment]
-        if self.zero_segment is None:
+        kept = [change.kept[segment] for segment in self.segments]
+        self.segments = tuple(segment for segment in kept if segment is not None)
+        if None in kept:
             raise Stop(Ending.CODIMENSION_TWO, "the segment of duration 0 merges with another")
 
     def directions(self, u: Vector) -> list[Vector]:
         """The two directions of the curve of solutions at u."""
-        null = np.linalg.svd(self.equations(u).by)[2][-1]
+        null = np.linalg.svd(self.evaluate(u).by)[2][-1]
         return [null, -null]
 
     def around(self, u: Vector) -> Iterator[State]:
@@ -238,7 +237,7 @@ class Continuation(Family):
         tried; each curve may come several times.
         """
         settings = self.settings
-        _, sizes, right = np.linalg.svd(self.equations(u).by)
+        _, sizes, right = np.linalg.svd(self.evaluate(u).by)
         one_curve = sizes[-1] > settings.crossing_ratio * sizes[0]
         count = 2 if one_curve else settings.crossing_directions
         for turn in np.arange(count) * (2 * np.pi / count):
@@ -252,7 +251,7 @@ class Continuation(Family):
 
         Nearer to u where another event is that near.
         """
-        at = self.equations(u)
+        at = self.evaluate(u)
         try:
             direction = tangent(at.by, along)
         except np.linalg.LinAlgError:
@@ -269,7 +268,7 @@ class Continuation(Family):
             del states[1:]
         if not states:
             return None
-        state, point = states[-1], State(u, at.made, [], direction, self.tests(at.made))
+        state, point = states[-1], State(u, at.orbit, [], direction, self.tests(at.orbit))
         found = smooth_between(self, point, state, 1.0)
         # Where the point is a degenerate one its own test function is rounding.
         return Start(self, state, [one for one in found if one.type != DEGENERATE])

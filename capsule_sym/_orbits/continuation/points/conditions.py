@@ -20,17 +20,6 @@ _COMPLEX = 1e-6  # imaginary part of a multiplier, above which it is no real one
 EXACT = (*kinds.SMOOTH, kinds.RESONANCE_1_1, kinds.RESONANCE_1_2)  # with an exact gradient
 
 
-class Vanishing(NamedTuple):
-    """A quantity that is to vanish, the rounding in it, and its gradient where known.
-
-    The gradient (n + 4 + free,) is by z and what varies.
-    """
-
-    value: float
-    rounding: float
-    gradient: Vector | None = None
-
-
 def evaluate_test_functions(orbit: Orbit) -> dict[str, float]:
     """The functions of the monodromy matrix that vanish at a smooth bifurcation of an orbit."""
     return of_matrix(monodromy_matrix(orbit))
@@ -86,22 +75,27 @@ def noise(orbit: Orbit) -> float:
     return _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy_matrix(orbit))))) ** 3
 
 
-def value_of(
-    numbers: Backend, orbit: Orbit, name: str, zero_segment: int | None, like: Vector | None = None
-) -> float:
-    """The test function of a type at an orbit.
+class Condition(NamedTuple):
+    """A test function that is to vanish.
 
     That of a degenerate border collision is of its segment of duration 0; that of a cusp needs a
     direction `like` that of the fold.
     """
-    if name == kinds.CUSP:
-        return quadratic(numbers, orbit, like).term
-    if name == kinds.GENERALIZED_DOUBLING:
-        there = cubic(numbers, orbit)
-        return there.term / there.by_multiplier
-    if name == kinds.DEGENERATE and zero_segment is not None:
-        return degeneracy(numbers, orbit, zero_segment)
-    return evaluate_test_functions(orbit)[name]
+
+    name: str
+    zero_segment: int | None = None
+    like: Vector | None = None
+
+    def value(self, numbers: Backend, orbit: Orbit) -> float:
+        """The test function at an orbit."""
+        if self.name == kinds.CUSP:
+            return quadratic(numbers, orbit, self.like).term
+        if self.name == kinds.GENERALIZED_DOUBLING:
+            there = cubic(numbers, orbit)
+            return there.term / there.by_multiplier
+        if self.name == kinds.DEGENERATE and self.zero_segment is not None:
+            return degeneracy(numbers, orbit, self.zero_segment)
+        return evaluate_test_functions(orbit)[self.name]
 
 
 def has_rotations(orbit: Orbit) -> bool:

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points.conditions import Vanishing
+from capsule_sym._orbits.continuation.parameter_paths import Axis, ParameterPath
+from capsule_sym._orbits.continuation.points.conditions import (
+    EXACT,
+    Condition,
+    gradient_of_test_function,
+    noise,
+)
 from capsule_sym._orbits.continuation.points.kinds import DURATIONS
 from capsule_sym._orbits.shooting.equations import (
+    PARAMETERS,
     ROUNDINGS,
     Matrix,
     ShootingSystem,
@@ -27,9 +35,6 @@ _MOST_STEPS = 20
 _LARGEST_RESIDUAL = 1024  # units of rounding
 _RANK = 1e-9  # singular values below this share of the largest are taken for zero
 _DIFFERENCE = 1e-6  # of the unknowns, for the gradient of a condition
-
-#: What vanishes where no segment has the duration 0.
-Condition = Callable[[Orbit], Vanishing]
 
 
 class EventSolution(NamedTuple):
@@ -59,26 +64,103 @@ def orbit_at(
     return Orbit(tuple(values), itinerary, z, system, numbers.name, iterations)
 
 
-@dataclass
-class ExtendedSystem:
+class Evaluation(NamedTuple):
+    """Equations at some unknowns: residual (m,), derivative (m, many), and the orbit there."""
+
+    residual: Vector
+    by: Matrix
+    orbit: Orbit
+
+
+@lru_cache(maxsize=64)
+def _without(size: int, segments: tuple[int, ...]) -> NDArray[np.intp]:
+    """Indices of z, of so many entries, but those of some segments' durations."""
+    return np.delete(np.arange(size), [DURATIONS + segment for segment in segments])
+
+
+class OrbitEquations:
     """The equations of an orbit on which some segments have the duration 0 and conditions hold.
 
-    Unknowns are the other entries of z and as many parameters as there are such segments and
-    `conditions`, those that vary on the paths `free`; `z` and `values` hold the guess. Conditions,
-    which vanish too, are for double precision; there may be one too many if it follows from others.
+    Unknowns are the other entries of z and, for each that is `free`, its coordinate: a path's
+    value, or the share of an axis' range. The other parameters are those of `values`.
     """
 
-    numbers: Backend
-    values: Sequence[Number]
-    free: tuple[ParameterPath, ...]
-    itinerary: Itinerary
-    z: Vector
-    segments: tuple[int, ...] = ()
-    conditions: Sequence[Condition] = ()
+    def __init__(
+        self,
+        numbers: Backend,
+        values: Sequence[Number],
+        free: Sequence[ParameterPath | Axis],
+        itinerary: Itinerary,
+        segments: tuple[int, ...] = (),
+        conditions: Sequence[Condition] = (),
+    ) -> None:
+        self.numbers, self.values, self.free = numbers, values, free
+        self.itinerary, self.segments, self.conditions = itinerary, segments, conditions
 
-    def __post_init__(self) -> None:
-        gone = [DURATIONS + segment for segment in self.segments]
-        self.rest = [i for i in range(len(self.z)) if i not in gone]
+    @property
+    def rest(self) -> NDArray[np.intp]:
+        """Indices of z that are unknown."""
+        return _without(DURATIONS + len(self.itinerary), self.segments)
+
+    def unknowns(self, orbit: Orbit) -> Vector:
+        """The unknowns of an orbit."""
+        return np.array([*orbit.z[self.rest], *(one.share(orbit.values) for one in self.free)])
+
+    def orbit(self, u: Vector, kept: ShootingSystem | None = None) -> Orbit:
+        """The orbit, or what is to become one, of these unknowns."""
+        many, values = len(u) - len(self.free), list(self.values)
+        z = u[:many]
+        if self.segments:
+            z = np.full(DURATIONS + len(self.itinerary), self.numbers.number(0))
+            z[self.rest] = u[:many]
+        for one, share in zip(self.free, u[many:], strict=True):
+            values = one.placed(values, share)
+        return orbit_at(self.numbers, values, self.itinerary, z, kept=kept)
+
+    def evaluate(self, u: Vector, kept: ShootingSystem | None = None) -> Evaluation:
+        """The equations; the gradient of a condition that has no exact one is left as 0."""
+        orbit = self.orbit(u, kept)
+        system = orbit.system
+        by_free = [one.by(system.by_p, orbit.values) for one in self.free]
+        by = np.column_stack([system.by_z[:, self.rest], *by_free])
+        if not self.conditions:
+            return Evaluation(system.residual, by, orbit)
+        values = [one.value(self.numbers, orbit) for one in self.conditions]
+        rows = np.array([self.row(orbit, one.name) for one in self.conditions])
+        return Evaluation(np.append(system.residual, values), np.vstack([by, rows]), orbit)
+
+    def row(self, orbit: Orbit, name: str) -> Vector:
+        """Gradient of a test function by the unknowns; zeros if it has no exact one."""
+        size, count = DURATIONS + len(self.itinerary), len(self.free)
+        if name not in EXACT:
+            return np.zeros(size - len(self.segments) + count)
+        unit = np.eye(len(PARAMETERS))
+        along = np.array([one.path.by(unit, orbit.values) for one in self.free])
+        row = gradient_of_test_function(self.numbers, orbit, name, along)
+        widths = [one.width for one in self.free]
+        return np.array([*row[:size][self.rest], *row[size:] * widths])
+
+
+class ExtendedSystem(OrbitEquations):
+    """Such equations with as many free parameters as segments of duration 0 and conditions.
+
+    `z` and `values` hold the guess. Conditions are for double precision; there may be one too many
+    if it follows from others.
+    """
+
+    def __init__(
+        self,
+        numbers: Backend,
+        values: Sequence[Number],
+        free: Sequence[ParameterPath],
+        itinerary: Itinerary,
+        z: Vector,
+        segments: tuple[int, ...] = (),
+        conditions: Sequence[Condition] = (),
+    ) -> None:
+        super().__init__(numbers, values, free, itinerary, segments, conditions)
+        at = [path.value(values) for path in free]
+        self.guess = np.array([*np.array(list(z))[self.rest], *at])
         self._kept: ShootingSystem | None = None
         # Of conditions without an exact gradient: differences at first, then Broyden's updates. An
         # error of them costs steps of Newton's method only.
@@ -91,9 +173,8 @@ class ExtendedSystem:
         In 50 digits the derivatives are computed at the guess alone: a step then leaves as much of
         the error as the guess was off, which is far less than a half.
         """
-        numbers, many = self.numbers, len(self.rest)
-        at = [path.value(self.values) for path in self.free]
-        unknowns = np.array([*np.array(list(self.z))[self.rest], *at])
+        numbers, unknowns = self.numbers, self.guess
+        many = len(unknowns) - len(self.free)
         # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink
         # by that. Where equations are nearly dependent, rounding alone moves the unknowns by more:
         # the last step may be one whose square is rounding.
@@ -105,7 +186,7 @@ class ExtendedSystem:
                 if not all(abs(value) < float("inf") for value in found.residual):
                     return None
                 try:
-                    step = _newton_step(numbers, found.matrix, found.residual)
+                    step = _newton_step(numbers, found.by, found.residual)
                 except np.linalg.LinAlgError:
                     return None
                 unknowns, self._step = unknowns - step, -step
@@ -118,42 +199,28 @@ class ExtendedSystem:
                         return solution
         return None
 
-    def _orbit(self, unknowns: Vector) -> Orbit:
-        z, values = np.full(len(self.z), self.numbers.number(0)), list(self.values)
-        z[self.rest] = unknowns[: len(self.rest)]
-        for path, value in zip(self.free, unknowns[len(self.rest) :], strict=True):
-            values = path.placed(values, value)
-        return orbit_at(self.numbers, values, self.itinerary, z, kept=self._kept)
-
-    def _evaluate(self, unknowns: Vector) -> _Evaluation:
-        orbit = self._orbit(unknowns)
-        system = orbit.system
+    def _evaluate(self, unknowns: Vector) -> Evaluation:
+        found = self.evaluate(unknowns, self._kept)
         if self._kept is None and self.numbers.name == "mpmath":
-            self._kept = system
-        by = [path.along(system.by_p, path.value(orbit.values)) for path in self.free]
-        matrix = np.column_stack([system.by_z[:, self.rest], *by])
-        if not self.conditions:
-            return _Evaluation(orbit, system.residual, [], matrix)
-        found = [condition(orbit) for condition in self.conditions]
-        rows = np.zeros((len(found), matrix.shape[1]))
-        unknown = [k for k, one in enumerate(found) if one.gradient is None]
-        for row, one in zip(rows, found, strict=True):
-            if one.gradient is not None:
-                row[:] = [*one.gradient[self.rest], *one.gradient[len(self.z) :]]
-        if unknown:
-            rows[unknown] = self._secants(unknowns, unknown, [found[k].value for k in unknown])
-        residual = np.append(system.residual, [one.value for one in found])
-        roundings = [one.rounding for one in found]
-        return _Evaluation(orbit, residual, roundings, np.vstack([matrix, rows]))
+            self._kept = found.orbit.system
+        inexact = [k for k, one in enumerate(self.conditions) if one.name not in EXACT]
+        if inexact:
+            which = [len(found.orbit.system.residual) + k for k in inexact]
+            conditions = [self.conditions[k] for k in inexact]
+            found.by[which] = self._secants(unknowns, conditions, found.residual[which])
+        return found
 
-    def _secants(self, unknowns: Vector, which: list[int], values: list[float]) -> Matrix:
-        """The gradients (many, size) of some conditions, which have these values."""
-        now, step = np.array(values), self._step
+    def _secants(self, unknowns: Vector, conditions: list[Condition], now: Vector) -> Matrix:
+        """The gradients (many, size) of some conditions, which have the values `now`."""
+        numbers, step = self.numbers, self._step
         if self._rows is None:
-            conditions, columns = [self.conditions[k] for k in which], []
+            columns = []
             for change in _DIFFERENCE * np.eye(len(unknowns)):
-                ahead, behind = self._orbit(unknowns + change), self._orbit(unknowns - change)
-                columns.append([one(ahead).value - one(behind).value for one in conditions])
+                ahead, behind = self.orbit(unknowns + change), self.orbit(unknowns - change)
+                both = [
+                    (one.value(numbers, ahead), one.value(numbers, behind)) for one in conditions
+                ]
+                columns.append([after - before for after, before in both])
             self._rows = np.array(columns).T / (2 * _DIFFERENCE)
         else:
             missed = now - self._last - self._rows @ step
@@ -162,18 +229,18 @@ class ExtendedSystem:
         return self._rows
 
     def _solution(
-        self, found: _Evaluation, unknowns: Vector, iterations: int
+        self, found: Evaluation, unknowns: Vector, iterations: int
     ) -> EventSolution | None:
         """The solution and its uncertainties; None where the residual is not that of rounding."""
-        numbers, free, (orbit, residual, roundings, matrix) = self.numbers, len(self.free), found
+        numbers, free, (residual, matrix, orbit) = self.numbers, len(self.free), found
         closed, off = np.split(residual, [len(orbit.system.residual)])
         if not max(abs(closed)) <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
             return None
-        if not all(abs(value) <= limit for value, limit in zip(off, roundings, strict=True)):
-            return None
         rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
-        if roundings:
-            rounding[len(closed) :] = roundings
+        if len(off):
+            rounding[len(closed) :] = noise(orbit)
+            if not max(abs(off)) <= noise(orbit):
+                return None
         if len(residual) > len(unknowns):
             rows = np.linalg.pinv(matrix)[-free:]
         else:
@@ -186,15 +253,6 @@ class ExtendedSystem:
             orbit = orbit_at(numbers, orbit.values, orbit.itinerary, orbit.z)
         orbit = replace(orbit, iterations=iterations)
         return EventSolution(orbit, self.segments, max(abs(residual)), uncertainties)
-
-
-class _Evaluation(NamedTuple):
-    """The orbit at some unknowns, all equations there, roundings of conditions, derivatives."""
-
-    orbit: Orbit
-    residual: Vector
-    roundings: list[float]
-    matrix: Matrix
 
 
 def _newton_step(numbers: Backend, matrix: Matrix, residual: Vector) -> Vector:

@@ -137,10 +137,6 @@ def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
     return PERSISTENCE if signs[0] * signs[1] > 0 else NON_SMOOTH_FOLD
 
 
-def _by_path(orbit: Orbit, path: ParameterPath) -> Vector:
-    return path.along(orbit.system.by_p, path.value(orbit.values))
-
-
 def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
     """A curve from z, of so many coefficients."""
     rows = [z, *coefficients]
@@ -151,7 +147,7 @@ def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, o
     """(parameter - value) / duration^order of the segment that is inserted."""
     z, column = orbit.z, kinds.DURATIONS + segment
     rest = [i for i in range(len(z)) if i != column]
-    matrix = np.column_stack([orbit.system.by_z[:, rest], _by_path(orbit, path)])
+    matrix = np.column_stack([orbit.system.by_z[:, rest], path.by(orbit.system.by_p, orbit.values)])
     many = order + 1 + orbit.itinerary.zeros(segment)
     along = 0 * z
     along[column] = 1
@@ -220,7 +216,7 @@ def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
 
 def _fold(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
     left, _, term, by_multiplier = quadratic(numbers, orbit)
-    growth = -term / (left @ _by_path(orbit, path))
+    growth = -term / (left @ path.by(orbit.system.by_p, orbit.values))
     return NormalForm(2, float(growth), float(abs(term / by_multiplier)), None, 2, "")
 
 
@@ -229,7 +225,7 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
     coefficient = term / by_multiplier
     # The multiplier's change along the branch, by five-point differences of exact derivatives.
     value = path.value(orbit.values)
-    moved = -np.linalg.solve(orbit.system.by_z, _by_path(orbit, path))
+    moved = -np.linalg.solve(orbit.system.by_z, path.by(orbit.system.by_p, orbit.values))
     step = _DIFFERENCE / max(1.0, abs(moved).max())
 
     def closed(k: int) -> float:
