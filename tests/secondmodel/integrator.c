@@ -6,8 +6,8 @@
 
    Taylor series of order 20 of each linear piece, in long double; events where a condition changes its
    sign, found by looking at 32 places of each step and halving. Prints the final state, the smallest
-   rate at which a condition changed its sign, and the modes passed: 1 forward, 2 rest, 3 backward,
-   three more in contact. */
+   rate at which a condition changed its sign, the modes passed: 1 forward, 2 rest, 3 backward,
+   three more in contact, and the capsule's way. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,6 +57,15 @@ static state at(const series *s, real h)
     return z;
 }
 
+/* The capsule's way. */
+static real moved(const series *s, real h)
+{
+    real way = 0;
+    for (int n = ORDER; n >= 0; n--)
+        way = way * h + s->c[n] / (n + 1);
+    return way * h;
+}
+
 /* What stays positive while a mode lasts. */
 static real least(const scene *p, int contact, int way, state z)
 {
@@ -79,7 +88,7 @@ int main(int argc, char **argv)
                          given[5], given[6], given[7], given[8]};
         state z = {start[0], start[1], start[2]};
         int contact = z.x > p.delta;
-        real f = pull(&p, contact, z.x, z.v), t = 0, steepest = 1e9L;
+        real f = pull(&p, contact, z.x, z.v), t = 0, steepest = 1e9L, advance = 0;
         int way = z.c > 0 ? 1 : z.c < 0 ? -1 : f > p.f_plus ? 1 : f < -p.f_minus ? -1 : 0;
         const real end = periods * 6.283185307179586476925286766559005768L / p.omega;
         char modes[4096];
@@ -99,6 +108,7 @@ int main(int argc, char **argv)
             }
             if (high == 0) {
                 z = at(&s, h);
+                advance += moved(&s, h);
                 t += h;
                 continue;
             }
@@ -113,6 +123,7 @@ int main(int argc, char **argv)
             const state beyond = at(&s, high + width);
             steepest = fminl(steepest, -least(&p, contact, way, beyond) / width);
             z = at(&s, high);
+            advance += moved(&s, high);
             t += high;
             const real side = contact ? z.x - p.delta : p.delta - z.x;
             f = pull(&p, contact, z.x, z.v);
@@ -129,6 +140,6 @@ int main(int argc, char **argv)
             modes[count++] = (char)('0' + 3 * contact + (way > 0 ? 1 : way < 0 ? 3 : 2));
         }
         modes[count] = 0;
-        printf("%.18Lg %.18Lg %.18Lg %.3Lg %s\n", z.x, z.v, z.c, steepest, modes);
+        printf("%.18Lg %.18Lg %.18Lg %.3Lg %s %.18Lg\n", z.x, z.v, z.c, steepest, modes, advance);
     }
 }

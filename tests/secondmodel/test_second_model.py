@@ -1,7 +1,8 @@
 """A second model as the judge: declared in a file of its own, generated, compiled and run.
 
 Nothing of the package is edited for it. What it gives is compared with an integrator that knows the
-equations of motion alone (`integrator.c`), and with 50 digits of the package's reference map.
+equations of motion alone (`integrator.c`), and with 50 digits of the package's reference map. Its
+orbits, their monodromy matrices and gradients are compared with differences of the integrator's.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ import subprocess
 import sys
 import sysconfig
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from tests.native import LIBRARY, ROOT
@@ -51,10 +54,10 @@ def random_rows(count: int) -> list[Row]:
     ]
 
 
-def printed(program: Path, rows: list[Row]) -> list[list[str]]:
+def printed(program: Path, rows: list[Row], periods: int = PERIODS) -> list[list[str]]:
     text = "".join(" ".join(map(repr, row)) + "\n" for row in rows)
     done = subprocess.run(
-        [program, str(PERIODS)], input=text, capture_output=True, text=True, check=False
+        [program, str(periods)], input=text, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     return [line.split() for line in done.stdout.splitlines()]
@@ -76,13 +79,42 @@ def generated(folder: Path) -> Path:
     return folder / "generated"
 
 
+def compiled(folder: Path, generated: Path, *flags: str) -> list[Path]:
+    """Objects of the C library with generated code."""
+    sources = [*LIBRARY.glob("*.c"), generated / "c" / "capsule_kernels.c"]
+    folder.mkdir()
+    command = ["cc", "-c", "-O0", *WARNED, *flags, f"-I{LIBRARY}", f"-I{generated / 'c'}", *sources]
+    subprocess.run(command, cwd=folder, check=True)
+    return sorted(folder.glob("*.o"))
+
+
+def program(name: str, objects: list[Path], generated: Path, *flags: str) -> Path:
+    """A driver of this folder, linked with the library."""
+    made = objects[0].with_name(name)
+    paths = [f"-I{LIBRARY}", f"-I{generated / 'c'}"]
+    command = ["cc", "-O0", *WARNED, *flags, *paths, HERE / f"{name}.c", *objects, "-lm"]
+    subprocess.run([*command, "-o", made], check=True)
+    return made
+
+
 @pytest.fixture(scope="module")
-def judged(folder: Path) -> tuple[list[Row], Ends]:
-    """Runs by the integrator."""
-    program, rows = folder / "integrator", random_rows(300)
-    command = ["cc", "-O2", *WARNED[:-1], HERE / "integrator.c", "-lm", "-o", program]
+def library(folder: Path, generated: Path) -> list[Path]:
+    return compiled(folder / "library", generated, *SANITIZED)
+
+
+@pytest.fixture(scope="module")
+def integrator(folder: Path) -> Path:
+    made = folder / "integrator"
+    command = ["cc", "-O2", *WARNED[:-1], HERE / "integrator.c", "-lm", "-o", made]
     subprocess.run(command, check=True)
-    lines = printed(program, rows)
+    return made
+
+
+@pytest.fixture(scope="module")
+def judged(integrator: Path) -> tuple[list[Row], Ends]:
+    """Runs by the integrator."""
+    rows = random_rows(300)
+    lines = printed(integrator, rows)
     return rows, [(tuple(map(float, line[:3])), line[4]) for line in lines]
 
 
@@ -99,16 +131,11 @@ def test_the_fields_of_the_balls_take_the_parameters_that_they_name(generated: P
 
 
 def test_the_c_library_moves_as_the_integrator(
-    folder: Path, generated: Path, judged: tuple[list[Row], Ends]
+    library: list[Path], generated: Path, judged: tuple[list[Row], Ends]
 ) -> None:
     """Alone and side by side, under sanitizers: every field passed, and final states to 1e-11."""
-    program = folder / "driver"
-    sources = [*LIBRARY.glob("*.c"), generated / "c" / "capsule_kernels.c", HERE / "driver.c"]
-    paths = [f"-I{LIBRARY}", f"-I{generated / 'c'}"]
-    command = ["cc", "-O0", *WARNED, *SANITIZED, *paths, *sources, "-lm", "-o", program]
-    subprocess.run(command, check=True)
     rows, expected = judged
-    lines = printed(program, rows)
+    lines = printed(program("driver", library, generated, *SANITIZED), rows)
     for alone, many, (state, fields) in zip(
         lines[: len(rows)], lines[len(rows) :], expected, strict=True
     ):
@@ -116,6 +143,79 @@ def test_the_c_library_moves_as_the_integrator(
         assert alone[4] == fields
         assert difference(tuple(map(float, alone[1:4])), state) < 1e-11
         assert difference(tuple(map(float, many[1:4])), state) < 1e-11
+
+
+class Found(NamedTuple):
+    """An orbit, by the C library or by differences of the integrator's, with what it depends on."""
+
+    state: np.ndarray
+    monodromy: np.ndarray
+    by_parameter: np.ndarray
+    progression: float
+    gradient: np.ndarray
+
+
+STEP = 1e-4
+
+
+def by_differences(integrator: Path, row: Row, state: np.ndarray, periods: int) -> Found | None:
+    """The period's end from an orbit, and its slopes to fourth order in STEP.
+
+    None where the itinerary is not the same in all directions: there are no two-sided slopes.
+    """
+    at = np.array([*row[: len(row) - 3], *state])
+    steps = [k * STEP * e for e in np.eye(len(at)) for k in (-2, -1, 1, 2)]
+    lines = printed(integrator, [list(map(float, at + d)) for d in (0 * at, *steps)], periods)
+    if len({line[4] for line in lines}) > 1:
+        return None
+    ends = np.array([[*map(float, line[:3]), float(line[5])] for line in lines])
+    rows = ends[1:].reshape(len(at), 4, 4)
+    slopes = (rows[:, 0] - 8 * rows[:, 1] + 8 * rows[:, 2] - rows[:, 3]).T / (12 * STEP)
+    m = len(at) - 3
+    moved = np.linalg.solve(np.eye(3) - slopes[:3, m:], slopes[:3, :m])
+    gradient = (slopes[3, :m] + slopes[3, m:] @ moved) / periods
+    return Found(ends[0, :3], slopes[:3, m:], moved, ends[0, 3] / periods, gradient)
+
+
+def orbits(program: Path, rows: list[Row], periods: int) -> list[tuple[Row, Found, np.ndarray]]:
+    """Orbits that drift at angle 0, and residual, trace and determinant of their itineraries."""
+    m, found = len(rows[0]) - 3, []
+    for row, (fit, *texts) in zip(rows, printed(program, rows, periods), strict=True):
+        if int(fit):
+            places = np.cumsum([3, 9, 3 * m, 1, m])
+            state, by, moved, (advance,), gradient, rest = np.split(np.array(texts, float), places)
+            orbit = Found(state, by.reshape(3, 3), moved.reshape(3, m), advance, gradient)
+            found.append((row, orbit, rest))
+    return found
+
+
+def apart(first: np.ndarray, second: np.ndarray) -> float:
+    return float(np.max(np.abs(first - second)) / (1 + np.max(np.abs(second))))
+
+
+@pytest.mark.parametrize(("periods", "least"), [(1, 25), (2, 2)])
+def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
+    periods: int, least: int, library: list[Path], generated: Path, integrator: Path
+) -> None:
+    """State and progression to rounding; slopes to what is left of STEP^4 and of 1 - multipliers.
+
+    The itinerary's own equations come to the same multipliers.
+    """
+    made = program("orbits", library, generated, *SANITIZED)
+    compared = 0
+    for row, orbit, (residual, trace, determinant) in orbits(made, random_rows(60), periods):
+        assert residual < 1e-13
+        if (judge := by_differences(integrator, row, orbit.state, periods)) is None:
+            continue
+        compared += 1
+        assert apart(orbit.state, judge.state) < 1e-13
+        assert abs(orbit.progression - judge.progression) < 1e-12
+        assert apart(orbit.monodromy, judge.monodromy) < 1e-10
+        assert apart(orbit.by_parameter, judge.by_parameter) < 1e-8
+        assert apart(orbit.gradient, judge.gradient) < 1e-8
+        assert abs(trace - np.trace(judge.monodromy)) < 1e-10
+        assert abs(determinant - np.linalg.det(judge.monodromy)) < 1e-10
+    assert compared >= least
 
 
 SIMULATED = """
@@ -177,17 +277,37 @@ MUTANTS = {
 }
 
 
-@pytest.mark.parametrize("change", MUTANTS.values(), ids=MUTANTS)
-def test_a_changed_declaration_is_noticed(
-    change: tuple[str, str], folder: Path, tmp_path: Path, judged: tuple[list[Row], Ends]
-) -> None:
+def mutated(folder: Path, name: str) -> Path:
+    """Generated code of a mutant, made once."""
+    old, new = MUTANTS[name]
     text = MODEL.read_text(encoding="utf-8")
-    assert text.count(change[0]) == 1
-    (tmp_path / "mutant.py").write_text(text.replace(*change), encoding="utf-8")
-    generate(tmp_path / "mutant.py", tmp_path / "generated")
+    assert text.count(old) == 1
+    mutant = folder / f"{name.replace(' ', '_')}.py"
+    if not mutant.exists():
+        mutant.write_text(text.replace(old, new), encoding="utf-8")
+        generate(mutant, mutant.with_suffix(""))
+    return mutant.with_suffix("")
+
+
+@pytest.mark.parametrize("name", MUTANTS)
+def test_a_changed_declaration_is_noticed(
+    name: str, folder: Path, tmp_path: Path, judged: tuple[list[Row], Ends]
+) -> None:
     rows, expected = judged
-    found = simulated(tmp_path / "tree", tmp_path / "generated", rows[:12], "numpy")
+    found = simulated(tmp_path / "tree", mutated(folder, name), rows[:12], "numpy")
     off = [
         difference(state, judge) for (state, _), (judge, _) in zip(found, expected, strict=False)
     ]
     assert max(off) > 1e-3
+
+
+def test_orbits_of_a_changed_declaration_are_noticed(
+    folder: Path, tmp_path: Path, integrator: Path
+) -> None:
+    generated = mutated(folder, "the bias pulls the other way")
+    made = program("orbits", compiled(tmp_path / "library", generated), generated)
+    found = orbits(made, random_rows(12), 1)
+    assert found
+    for row, orbit, _ in found:
+        judge = by_differences(integrator, row, orbit.state, 1)
+        assert judge is None or apart(orbit.state, judge.state) > 1e-3
