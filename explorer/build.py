@@ -27,7 +27,7 @@ MODEL = ROOT / "generated" / "page" / "model.ts"
 
 LIBRARY = (
     *("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c", "linear.c", "equations.c"),
-    *("blocks.c", "shooting.c", "sensitivities.c", "orbit.c", "metrics.c", "peaks.c"),
+    *("blocks.c", "shooting.c", "sensitivities.c", "orbit.c", "metrics.c", "extrema.c"),
 )
 """What of the C library the page needs: no lanes, no fused multiply-adds."""
 FLAGS = (

@@ -39,14 +39,24 @@ static inline void chain_total(const double *restrict row, const double *restric
         total[columns - CAPSULE_PARAMETER_COUNT + k] += row[BY_PARAMETER + k];
 }
 
-/* The row of a function of state and parameters with this gradient, of a state with these rows. */
-static inline void chain_gradient(const double gradient[CAPSULE_SLOPE_COUNT], double rows[][ROW],
-                                  double row[ROW])
+/* The row of a function of state and parameters with this gradient, of a state whose rows have so many
+   columns, the last of them by the parameters, and lie `stride` apart. */
+static inline void chain_gradient(const double gradient[CAPSULE_SLOPE_COUNT], const double *rows,
+                                  int stride, int columns, double *row)
 {
-    for (int k = 0; k < ROW; k++)
-        row[k] = gradient[0] * rows[0][k] + gradient[1] * rows[1][k] + gradient[2] * rows[2][k];
+    for (int k = 0; k < columns; k++)
+        row[k] = gradient[0] * rows[k] + gradient[1] * rows[stride + k] +
+                 gradient[2] * rows[2 * stride + k];
     for (int k = 0; k < CAPSULE_PARAMETER_COUNT; k++)
-        row[BY_PARAMETER + k] += gradient[STATES + 1 + k];
+        row[columns - CAPSULE_PARAMETER_COUNT + k] += gradient[STATES + 1 + k];
+}
+
+/* Derivatives at a time that has `moved`, from those at one that stays, with the rate of change last. */
+static inline void chain_moved(const double by[CAPSULE_COLUMN_COUNT],
+                               const double moved[CAPSULE_SLOPE_COUNT], double to[CAPSULE_SLOPE_COUNT])
+{
+    for (int k = 0; k < CAPSULE_SLOPE_COUNT; k++)
+        to[k] = by[k] + by[CAPSULE_SLOPE_COUNT] * moved[k];
 }
 
 /* The row of the guard that ends a segment: of x_r - delta where contact changes, of v_c where a slip
@@ -61,7 +71,7 @@ static inline void chain_guard(const capsule_constants *c, const capsule_constan
         speed_gradient(c, gradient);
     else
         limit_gradient(c, next->drift, end[0] - c->delta, end[1], gradient);
-    chain_gradient(gradient, rows, guard);
+    chain_gradient(gradient, &rows[0][0], ROW, ROW, guard);
 }
 
 /* Takes deviations of the state, a column each, over a landing: v_r' jumps by as much as v_c' does, the

@@ -120,7 +120,7 @@ static double divided_guard(const capsule_constants *c, const capsule_constants 
         for (int k = 0; k < STATES; k++)
             start[k][k] = 1.0;
         slip_gradient(c, c->drift, p->start[0], p->start[1], p->start[2], gradient);
-        chain_gradient(gradient, start, slip);
+        chain_gradient(gradient, &start[0][0], ROW, ROW, slip);
         gained -= rate * h;
         for (int k = 0; k < ROW; k++)
             row[k] -= slip[k] * h;

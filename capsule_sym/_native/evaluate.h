@@ -28,8 +28,7 @@ static void interval_make(const capsule_map *map, const capsule_segment *s, cons
                        .margin = s->margin, .cosine = s->cosine, .sine = s->sine,
                        .position = s->position};
     if (node > 0.0) {
-        const capsule_start start = {s->start[0], s->gap,    s->start[1], s->start[2],
-                                     s->margin,   s->cosine, s->sine};
+        const capsule_start start = capsule_start_of(s);
         const double h = p->begins, turned = k->omega * h;
         const double cosine = cos(turned), sine = sin(turned);
         double change[3] = {0.0, 0.0, 0.0};

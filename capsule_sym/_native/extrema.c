@@ -1,15 +1,22 @@
 /* All extrema of a quantity inside a segment, each proved: where its rate changes sign, and that it
    keeps its sign elsewhere. The rate is expanded as the guards of the reference map are, with the
    same bounds on remainder and rounding; its sign is told by Bernstein coefficients. What double
-   precision leaves open, or takes many stretches, is left to the caller. */
+   precision leaves open, or takes many stretches, is left to the caller.
+
+   The largest size along a run is found by the same search: it leaves out what stays below the size
+   known, and the bounds on rounding. */
 #include <math.h>
 
 #include "number.h"
+#include "orbit.h"
 
-#define ORDER 8         /* derivatives of the rate, itself the first */
+#define ORDER 8          /* derivatives of the rate, itself the first */
 #define SIZE (ORDER + 2) /* of the polynomials that bound it */
-#define REACH_OF_RATE 3.0
-#define MOST_STRETCHES 512
+#define REACH_OF_RATE 3.0 /* of the first stretch that is tried, over the fastest rate */
+#define MOST_PROVED (1 << 16) /* stretches, some 30 ms */
+#define MOST_ROUNDS 80
+#define SMALL 1e-9     /* a step of Newton's method, beside the time */
+#define NOTHING 1e-270 /* a quantity below is none */
 #define SHORTEST 0x1p-40 /* of a segment */
 #define FORM_UNITS 8.0   /* of the closed form, measured: below 4 */
 #define FAINT 32.0       /* errors of a rate, below which its sign is not taken for granted */
@@ -17,25 +24,36 @@
 /* A segment and the quantity that is looked at. */
 typedef struct {
     const capsule_constants *c;
-    segment_sizes sizes;
     const capsule_start *start;
     capsule_quantity quantity;
+    double rounding; /* 1 where its bounds count, 0 of a peak */
     double force, largest_x, largest_v, gap_error; /* of the closed form's error bounds */
 } course;
 
 /* The rate at a time: derivatives over factorials, bounds on their errors, and on the remainder. */
 typedef struct {
     double value, rate[ORDER], error[ORDER], rest, growth; /* value: of the quantity itself */
+    double x_r, gap, v_r;
 } expansion;
 
+/* A search through a segment: for its extrema, or for a size larger than the peak's. */
+typedef struct {
+    course of;
+    double duration;
+    int zeros, most; /* stretches at the most */
+    capsule_extremum *extrema;
+    int room, found;
+    capsule_peak *peak; /* or null */
+    size_t segment;     /* its number */
+    capsule_watch *watch;
+} search;
+
 static course course_of(const capsule_constants *c, const capsule_start *start,
-                        capsule_quantity quantity)
+                        capsule_quantity quantity, double rounding)
 {
-    course f = {.c = c, .start = start, .quantity = quantity};
+    course f = {.c = c, .start = start, .quantity = quantity, .rounding = rounding};
     const double x = fabs(start->x_r), gap = fabs(start->gap);
-    segment_sizes room;
-    f.sizes = *sizes_of(c, &room);
-    f.force = rest_force_size(&f.sizes, x, gap);
+    f.force = rest_force_size(c, x, gap);
     f.largest_x = f.largest_v = INFINITY;
     if (c->Z2 > 0.0) {
         const double detuning = fabs(c->K - c->omega * c->omega), both = c->omega + sqrt(c->K);
@@ -57,7 +75,7 @@ static void errors_at(const course *f, double h, double x_r, double *of_x, doubl
     const double v_terms = v + f->force * g + c->alpha * forced_v;
     const double phase = c->q >= 0.0 ? c->fast * h / (1.0 + c->sigma * h) : 1.0;
     const double units = FORM_UNITS * UNIT * (1.0 + phase + c->omega * h);
-    const double carried = 2.0 * (1.0 + c->zeta) * f->gap_error;
+    const double carried = 2.0 * f->gap_error;
     const double late = 2.0 * UNIT * TWO_PI * c->alpha;
     *of_x = units * x_terms + UNIT * fabs(x_r) + carried + late * forced_x + UNDERFLOW;
     *of_v = units * v_terms + root_K * carried + late * forced_v + UNDERFLOW;
@@ -66,7 +84,6 @@ static void errors_at(const course *f, double h, double x_r, double *of_x, doubl
 static expansion expand(const course *f, double h)
 {
     const capsule_constants *c = f->c;
-    const segment_sizes *b = &f->sizes;
     const capsule_start *s = f->start;
     const double turned = c->omega * h, co = cos(turned), si = sin(turned);
     const double cosine = s->cos_theta * co - s->sin_theta * si;
@@ -85,7 +102,7 @@ static expansion expand(const course *f, double h)
     /* An error of the point counts as if it were so many roundings of its value. */
     size[0] = fabs(x_r) + x_error / UNIT, size[1] = fabs(v_r) + v_error / UNIT;
     x[2] = v_rate(c, x_r, gap, v_r, cosine);
-    size[2] = v_rate_size(b, size[0], fabs(gap) + x_error / UNIT, size[1]);
+    size[2] = v_rate_size(c, size[0], fabs(gap) + x_error / UNIT, size[1]);
     double drive = c->alpha;
     for (int n = 3; n < ORDER + 3; n++) {
         const double wave = n % 2 ? sine : cosine;
@@ -97,12 +114,13 @@ static expansion expand(const course *f, double h)
     const int speed = f->quantity == CAPSULE_SPEED, gaps = f->quantity == CAPSULE_GAP;
     /* The remainder is the derivative of x_r's, or of the force's, whose order this is. */
     const int last = speed || gaps ? ORDER : ORDER + 1;
-    const double slack = (8.0 * (ORDER + 3) + 8.0) * UNIT + late;
+    const double slack = f->rounding * ((8.0 * (ORDER + 3) + 8.0) * UNIT + late);
     const double high = fabs(x[last + 1]) + slack * size[last + 1];
     const double low = fabs(x[last]) + slack * size[last];
     double factor = (1.0 + 8.0 * UNIT) * hypot(high, sqrt(c->K) * low), inverse = 1.0;
     double forcing = c->alpha * pow(c->omega, last) * (1.0 + 32.0 * UNIT);
-    expansion e = {.value = gaps ? gap : speed ? s->v_c + change[2] : margin + c->friction};
+    expansion e = {.value = gaps ? gap : speed ? s->v_c + change[2] : margin + c->friction,
+                   .x_r = x_r, .gap = gap, .v_r = v_r};
     if (!gaps)
         factor *= per_energy, forcing *= per_energy;
     if (speed)
@@ -114,30 +132,37 @@ static expansion expand(const course *f, double h)
             e.error[n] = n ? rounded * size[n + 1] : v_error;
         } else if (speed && n == 0) {
             e.rate[0] = v_c_rate(c, margin);
-            e.error[0] = (force_change_size(b, x_error, v_error) +
+            e.error[0] = (force_change_size(c, x_error, v_error) +
                           MARGIN_AT_UNITS * UNIT *
-                              margin_at_size(b, fabs(x_r), fabs(gap), fabs(v_r))) / c->gamma;
+                              margin_at_size(c, fabs(x_r), fabs(gap), fabs(v_r))) / c->gamma;
         } else {
             const int k = speed ? n : n + 1;
             const double by = speed ? 1.0 / c->gamma : 1.0;
             e.rate[n] = by * force_change(c, x[k], x[k + 1]);
-            e.error[n] = by * rounded * force_change_size(b, size[k], size[k + 1]);
+            e.error[n] = by * rounded * force_change_size(c, size[k], size[k + 1]);
         }
-        e.rate[n] *= inverse, e.error[n] = e.error[n] * inverse + UNDERFLOW;
+        e.rate[n] *= inverse, e.error[n] = f->rounding * e.error[n] * inverse + UNDERFLOW;
         inverse /= n + 1;
     }
     e.rest = factor * inverse + UNDERFLOW, e.growth = forcing * inverse + UNDERFLOW;
     return e;
 }
 
+/* One over the binomial coefficients of the degrees that occur. */
+static const double SHARE[3][SIZE] = {
+    {1.0, 1.0 / 7.0, 1.0 / 21.0, 1.0 / 35.0, 1.0 / 35.0, 1.0 / 21.0, 1.0 / 7.0, 1.0},
+    {1.0, 1.0 / 8.0, 1.0 / 28.0, 1.0 / 56.0, 1.0 / 70.0, 1.0 / 56.0, 1.0 / 28.0, 1.0 / 8.0, 1.0},
+    {1.0, 1.0 / 9.0, 1.0 / 36.0, 1.0 / 84.0, 1.0 / 126.0, 1.0 / 126.0, 1.0 / 84.0, 1.0 / 36.0,
+     1.0 / 9.0, 1.0},
+};
+
 /* The Bernstein coefficients on (0, 1) of a polynomial of powers, in place; the largest size. */
 static double bernstein(double *a, int count)
 {
-    double binomial = 1.0, largest = 0.0;
-    for (int i = 1; i < count; i++) {
-        binomial = binomial * (count - i) / i;
-        a[i] /= binomial;
-    }
+    const double *const share = SHARE[count - ORDER];
+    double largest = 0.0;
+    for (int i = 1; i < count; i++)
+        a[i] *= share[i];
     for (int k = 1; k < count; k++)
         for (int j = count - 1; j >= k; j--)
             a[j] += a[j - 1];
@@ -151,48 +176,126 @@ static double bernstein(double *a, int count)
 static int shown(const expansion *e, double sign, int zeros, double h)
 {
     const int count = SIZE - zeros;
-    double lower[SIZE], upper[SIZE], slope[SIZE], power = 1.0;
+    double lower[SIZE], slope[SIZE], power = 1.0, end = 0.0, terms = 0.0;
     for (int i = 0; i < count; i++, power *= h) {
         const int n = i + zeros;
         const double slack = 8.0 * SIZE * UNIT;
         const double value = n < ORDER ? sign * e->rate[n] : 0.0;
         const double error = n < ORDER ? e->error[n] * (1.0 + slack) + slack * fabs(value)
                                        : (n == ORDER ? e->rest : e->growth) * (1.0 + slack);
-        lower[i] = (value - error) * power, upper[i] = (value + error) * power;
+        lower[i] = (value - error) * power;
+        end += (value + error) * power, terms += (fabs(value) + error) * power;
         /* Of the remainder R over d^m: |R'|/d^m + m |R|/d^(m + 1), and R' is bounded by ORDER R/d. */
         slope[i] = n < ORDER ? i * (value + error) * power : (ORDER + zeros) * error * power;
     }
-    const double least = bernstein(lower, count), most = bernstein(upper, count);
-    const double falling = bernstein(slope + 1, count - 1);
-    int positive = 1, falls = upper[count - 1] < -32.0 * UNIT * most;
+    const double least = bernstein(lower, count);
+    int positive = 1, falls = end < -32.0 * UNIT * terms;
     for (int i = 0; i < count; i++)
         positive &= lower[i] > 32.0 * UNIT * least;
+    if (positive || !falls)
+        return positive;
+    const double falling = bernstein(slope + 1, count - 1);
     for (int i = 1; i < count; i++)
         falls &= slope[i] < -32.0 * UNIT * falling - UNDERFLOW;
-    return positive ? 1 : falls ? -1 : 0;
+    return -falls;
 }
 
-/* The root of the rate in a bracket with one, and the quantity there. */
-static void extremum_in(const course *f, double sign, double low, double high,
-                        capsule_extremum *extremum)
+/* The root of the rate over h after an expansion, by Newton's method: first of the polynomial, which
+   costs next to nothing, then of the closed form, to where rounding keeps steps from becoming shorter. */
+static double root_after(const course *f, const expansion *begin, double now, double sign, double h)
 {
-    double h = 0.5 * (low + high);
-    for (int round = 0; round < 80; round++) {
-        const expansion e = expand(f, h);
-        if (sign * e.rate[0] > 0.0)
-            low = h;
-        else
-            high = h;
-        double next = h - e.rate[0] / e.rate[1];
-        if (!(next > low && next < high))
-            next = 0.5 * (low + high);
-        const int close = fabs(next - h) <= 2.0 * UNIT * next || next == low || next == high;
-        h = next;
-        if (close)
-            break;
+    double at = now + 0.5 * h;
+    for (int closed_form = 0; closed_form < 2; closed_form++) {
+        double low = now, high = now + h, last = INFINITY;
+        for (int round = 0; round < MOST_ROUNDS; round++) {
+            double rate = 0.0, slope = 0.0;
+            if (closed_form) {
+                const expansion e = expand(f, at);
+                rate = e.rate[0], slope = e.rate[1];
+            } else {
+                for (int n = ORDER - 1; n >= 0; n--) {
+                    slope = slope * (at - now) + rate;
+                    rate = rate * (at - now) + begin->rate[n];
+                }
+            }
+            if (sign * rate > 0.0)
+                low = at;
+            else
+                high = at;
+            const double step = rate / slope, next = at - step;
+            if (fabs(step) <= 2.0 * UNIT * at || (last <= SMALL * at && fabs(step) >= 0.5 * last))
+                break;
+            last = fabs(step);
+            at = next > low && next < high ? next : 0.5 * (low + high);
+        }
     }
-    extremum->time = h;
-    extremum->value = expand(f, h).value;
+    return at;
+}
+
+/* Notes an extremum; whether there is room for it. Of a peak only a larger one is noted. */
+static int note(search *s, int kind, double h)
+{
+    const expansion e = expand(&s->of, h);
+    if (s->peak) {
+        if (fabs(e.value) >= s->peak->size)
+            *s->peak = (capsule_peak){fabs(e.value), h, e.x_r, e.gap, e.v_r, s->segment, 0};
+        return 1;
+    }
+    if (s->found == s->room)
+        return 0;
+    s->extrema[s->found++] = (capsule_extremum){kind, h, e.value};
+    return 1;
+}
+
+/* Whether the quantity's size stays below the peak's over h but for rounding, by the coefficients of its
+   polynomial. */
+static int below(const expansion *e, const capsule_peak *peak, double h)
+{
+    double a[ORDER + 1] = {e->value}, power = h;
+    for (int n = 0; n < ORDER; n++, power *= h)
+        a[n + 1] = e->rate[n] * power / (n + 1);
+    const double left = (e->rest + e->growth * h) * power / (ORDER + 1);
+    return bernstein(a, ORDER + 1) + left <= peak->size * (1.0 + 4.0 * UNIT) + NOTHING;
+}
+
+/* As `shown`, but that the search for a peak passes also what is smaller, and the shortest stretches. */
+static int passed(const search *s, const expansion *e, double sign, int zeros, double h)
+{
+    if (s->peak && (h <= SHORTEST * s->duration || below(e, s->peak, h)))
+        return 1;
+    return shown(e, sign, zeros, h);
+}
+
+/* Looks through the segment, stretch by stretch, each twice as long as the one before if it can be. */
+static capsule_stop look(search *s)
+{
+    const course *f = &s->of;
+    double now = 0.0, ahead = REACH_OF_RATE / f->c->rate;
+    for (int tried = 0; now < s->duration; tried++) {
+        if (tried == s->most)
+            return CAPSULE_OPEN;
+        if (capsule_asked(s->watch, 1))
+            return CAPSULE_STOPPED;
+        const expansion e = expand(f, now);
+        const int skipped = now == 0.0 ? s->zeros : 0;
+        const int faint = !(fabs(e.rate[skipped]) > FAINT * e.error[skipped]);
+        if (faint && !s->peak)
+            return CAPSULE_OPEN;
+        /* Of a later stretch it is the one that was shown of the end before, as both are proved. */
+        const double sign = (faint ? -e.rate[1] : e.rate[skipped]) > 0.0 ? 1.0 : -1.0;
+        double h = fmin(ahead, s->duration - now);
+        int how = passed(s, &e, sign, skipped, h);
+        for (; !how; how = passed(s, &e, sign, skipped, h)) {
+            h *= 0.5;
+            if (h <= SHORTEST * s->duration && !s->peak)
+                return CAPSULE_OPEN;
+        }
+        if (how < 0 && !note(s, (int)-sign, faint ? now : root_after(f, &e, now, sign, h)))
+            return CAPSULE_OPEN;
+        now = h == s->duration - now ? s->duration : now + h;
+        ahead = 2.0 * h;
+    }
+    return CAPSULE_DONE;
 }
 
 int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
@@ -202,34 +305,36 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
     if (!c || !start || !extrema || room < 0 || zeros < 0 || zeros > 1 || isnan(duration) ||
         (quantity != CAPSULE_GAP && quantity != CAPSULE_FORCE && quantity != CAPSULE_SPEED))
         return -1;
-    const course f = course_of(c, start, quantity);
-    double now = 0.0, ahead = REACH_OF_RATE / c->rate;
-    int found = 0;
-    for (int tried = 0; now < duration; tried++) {
-        const expansion e = expand(&f, now);
-        const int skipped = now == 0.0 ? zeros : 0;
-        const double first = e.rate[skipped];
-        if (!(fabs(first) > FAINT * e.error[skipped]))
-            return -1;
-        /* Of a later stretch it is the one that was shown of the end before, as both are proved. */
-        const double sign = first > 0.0 ? 1.0 : -1.0;
-        double h = fmin(fmin(ahead, REACH_OF_RATE / c->rate), duration - now);
-        int how = shown(&e, sign, skipped, h);
-        for (; !how; how = shown(&e, sign, skipped, h)) {
-            h *= 0.5;
-            if (h <= SHORTEST * duration)
-                return -1;
-        }
-        if (how < 0) {
-            if (found == room)
-                return -1;
-            extrema[found].kind = (int)-sign;
-            extremum_in(&f, sign, now, now + h, &extrema[found++]);
-        }
-        if (tried == MOST_STRETCHES)
-            return -1;
-        now = h == duration - now ? duration : now + h;
-        ahead = 4.0 * h;
+    search s = {.of = course_of(c, start, quantity, 1.0), .duration = duration, .zeros = zeros,
+                .most = MOST_PROVED, .extrema = extrema, .room = room};
+    return look(&s) == CAPSULE_DONE ? s.found : -1;
+}
+
+capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_quantity quantity,
+                               capsule_watch *watch, capsule_peak *peak)
+{
+    *peak = (capsule_peak){0};
+    for (size_t i = 0; i < run->count; i++) {
+        const capsule_segment *s = &run->segments[i];
+        const capsule_constants *c = &run->map->field[s->field - 1];
+        const double gap = s->end[0] - c->delta;
+        const double value = quantity == CAPSULE_FORCE ? force(c, s->end[0], gap, s->end[1]) : gap;
+        /* Where the run ends nothing need happen: what turns there is found in a segment. */
+        const double size = fabs(value) * (s->target ? 1.0 : 1.0 - 16.0 * UNIT);
+        if (size > peak->size && (quantity == CAPSULE_FORCE || c->contact != 0.0))
+            *peak = (capsule_peak){size, s->duration, s->end[0], gap, s->end[1], i, 1};
     }
-    return found;
+    for (size_t i = 0; i < run->count; i++) {
+        const capsule_segment *at = &run->segments[i];
+        const capsule_constants *c = &run->map->field[at->field - 1];
+        const capsule_start start = capsule_start_of(at);
+        if (quantity == CAPSULE_GAP && c->contact == 0.0)
+            continue;
+        search s = {.of = course_of(c, &start, quantity, 0.0), .duration = at->duration,
+                    .most = MOST_STRETCHES, .peak = peak, .segment = i, .watch = watch};
+        const capsule_stop stop = look(&s);
+        if (stop != CAPSULE_DONE)
+            return stop;
+    }
+    return CAPSULE_DONE;
 }

@@ -71,6 +71,12 @@ static inline int capsule_same_flows(const capsule_parameters *p, const capsule_
     return 1 CAPSULE_FLOW_PARAMETERS(EQUAL);
 }
 
+/* Where the closed form of a recorded segment starts. */
+static inline capsule_start capsule_start_of(const capsule_segment *s)
+{
+    return (capsule_start){s->start[0], s->gap, s->start[1], s->start[2], s->margin, s->cosine, s->sine};
+}
+
 /* Whether these are parameters of a map. */
 int capsule_parameters_allowed(const capsule_parameters *parameters);
 

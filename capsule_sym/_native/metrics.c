@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "number.h"
+#include "chain.h"
 #include "orbit.h"
 
 /* Rules of n nodes, symmetric, for panels h of functions of exponential type lambda. Their error on
@@ -35,10 +35,13 @@ static const struct {
                 {0.9445750230732326, 0.062253523938647894},
                 {0.9894009349916499, 0.027152459411754096}}}};
 
-enum { VELOCITY, PROGRESSION, WORK, DAMPER, FRICTION, PEAK_FORCE };
+enum { VELOCITY, PROGRESSION, WORK, DAMPER, FRICTION, PEAK_FORCE, PEAKS = METRICS - PEAK_FORCE };
 
-/* Adds the damper's loss in a segment, the drive's work if that is asked for, and the integral of its derivatives at times that stay: those
-   by its ends cancel from segment to segment. */
+/* What the peak metrics are of: the force between the bodies, and that of the second spring by the gap. */
+static const capsule_quantity PEAKED[PEAKS] = {CAPSULE_FORCE, CAPSULE_GAP};
+
+/* Adds the damper's loss in a segment, the drive's work if that is asked for, and the integral of the
+   loss's derivatives at times that stay: those by its ends cancel from segment to segment. */
 static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segment *s, double start,
                              const capsule_orbit_request *request, capsule_slopes *at, double *loss,
                              double *work, double slopes[SLOPES])
@@ -67,23 +70,20 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
                                                          (size_t)nodes, by, request->watch))
             return CAPSULE_STOPPED;
         for (int n = 0; n < nodes; n++) {
-            const double v_r = states[n][1], damper = force_change(c, 0.0, v_r);
-            double by_damper[SLOPES];
+            const double v_r = states[n][1];
+            double gradient[SLOPES], row[SLOPES];
             const double weight = width * RULE[rule].pair[n < half ? half - 1 - n : n - half][1];
-            *loss += weight * damper * v_r;
+            *loss += weight * damper_power(c, v_r);
             if (work) {
-                double drive, rate;
                 const double angle = s->start_angle + c->omega * (times[n] - start);
-                forcing_terms(c, cos(angle), sin(angle), &drive, &rate);
-                *work += weight * drive * (v_r + states[n][2]);
+                *work += weight * drive_power(c, cos(angle), v_r, states[n][2]);
             }
             if (!request->gradients)
                 continue;
+            damper_power_gradient(c, v_r, gradient);
+            chain_gradient(gradient, by[n][0], COLUMNS_AT, SLOPES, row);
             for (int k = 0; k < SLOPES; k++)
-                slopes[k] += weight * 2.0 * damper * by[n][1][k];
-            damper_gradient(c, v_r, by_damper);
-            for (int k = PARAMETER; k < SLOPES; k++)
-                slopes[k] += weight * by_damper[k] * v_r;
+                slopes[k] += weight * row[k];
         }
     }
     return CAPSULE_DONE;
@@ -91,16 +91,23 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
 
 /* Derivatives of a peak in this segment, which follows its end where it lies there. */
 static void add_peak(const capsule_closed_run *run, const capsule_segment *s, double start,
-                     capsule_force force, const capsule_peak *peak, capsule_slopes *at,
+                     capsule_quantity quantity, const capsule_peak *peak, capsule_slopes *at,
                      const double ends[SLOPES], double slopes[SLOPES])
 {
-    const double time = start + peak->after;
-    double by[4][COLUMNS_AT], rows[2][SLOPES];
+    const capsule_constants *c = &run->map->field[s->field - 1];
+    const double time = start + peak->after, still[SLOPES] = {0.0};
+    double by[4][COLUMNS_AT], rows[STATES][SLOPES], gradient[SLOPES];
     capsule_differentiate(run->map, s, 1, at, NULL, &time, 1, &by, NULL);
-    for (int row = 0; row < 2; row++)
+    for (int row = 0; row < STATES; row++)
+        chain_moved(by[row], peak->at_end ? ends : still, rows[row]);
+    if (quantity == CAPSULE_FORCE)
+        force_gradient(c, peak->gap, peak->v_r, gradient);
+    else
+        contact_gradient(c, peak->gap, gradient);
+    chain_gradient(gradient, rows[0], SLOPES, SLOPES, slopes);
+    if (quantity == CAPSULE_FORCE && force(c, peak->x_r, peak->gap, peak->v_r) < 0.0)
         for (int k = 0; k < SLOPES; k++)
-            rows[row][k] = by[row][k] + (peak->at_end ? by[row][RATE] * ends[k] : 0.0);
-    capsule_peak_slopes(&run->map->field[s->field - 1], force, peak, rows, slopes);
+            slopes[k] = -slopes[k];
 }
 
 /* Derivatives of x_c at a segment's end, and of the time of that. */
@@ -117,8 +124,7 @@ static void pass_segment(const capsule_closed_run *run, size_t i, capsule_slopes
     capsule_differentiate(run->map, s, 1, at, NULL, &run->end, 1, &by, NULL);
     memset(at->time, 0, sizeof at->time);
     at->time[PARAMETER + OMEGA_AT] = run->end_by_omega;
-    for (int k = 0; k < SLOPES; k++)
-        advance_by[k] = by[3][k] + by[3][RATE] * at->time[k];
+    chain_moved(by[STATES], at->time, advance_by);
 }
 
 capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *request,
@@ -128,11 +134,11 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     const double load = load_force(run->map->field), per_period = 1.0 / run->periods, per_turn = p->omega / TWO_PI;
     double by[SLOPES], slip[SLOPES] = {0.0}; /* of friction by parameters, and times the advance */
     double advance = 0.0, loss = 0.0, lost = 0.0, before[SLOPES] = {0.0};
-    capsule_peak peak[2];
+    capsule_peak peak[PEAKS];
     capsule_slopes at;
     capsule_stop stop = CAPSULE_DONE;
-    for (int force = BETWEEN; request->forces && force <= CONTACT && !stop; force++)
-        stop = capsule_find_peak(run, (capsule_force)force, request->watch, &peak[force]);
+    for (int k = 0; request->forces && k < PEAKS && !stop; k++)
+        stop = capsule_find_peak(run, PEAKED[k], request->watch, &peak[k]);
     if (stop != CAPSULE_DONE)
         return stop;
     memset(slopes, 0, METRICS * sizeof *slopes);
@@ -159,10 +165,9 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
         for (int k = 0; k < SLOPES; k++)
             slopes[FRICTION][k] += friction * (after[k] - before[k]);
         memcpy(before, after, sizeof before);
-        for (int force = BETWEEN; request->forces && force <= CONTACT; force++)
-            if (peak[force].size != 0.0 && peak[force].segment == i)
-                add_peak(run, s, start, (capsule_force)force, &peak[force], &here, at.time,
-                         slopes[PEAK_FORCE + force]);
+        for (int k = 0; request->forces && k < PEAKS; k++)
+            if (peak[k].size != 0.0 && peak[k].segment == i)
+                add_peak(run, s, start, PEAKED[k], &peak[k], &here, at.time, slopes[PEAK_FORCE + k]);
     }
     orbit->progression = advance * per_period;
     orbit->velocity = orbit->progression * per_turn;
@@ -172,15 +177,15 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
         orbit->work = orbit->damper_loss + orbit->friction_loss - load * orbit->progression;
     }
     if (request->forces) {
-        orbit->peak_force = peak[BETWEEN].size;
-        const int field = run->segments[peak[CONTACT].segment].field;
-        orbit->peak_contact = force(&run->map->field[field - 1], 0.0, peak[CONTACT].size, 0.0);
+        orbit->peak_force = peak[0].size;
+        const int field = run->segments[peak[1].segment].field;
+        orbit->peak_contact = force(&run->map->field[field - 1], 0.0, peak[1].size, 0.0);
     }
     if (!request->gradients)
         return CAPSULE_DONE;
     const capsule_segment *last = &run->segments[run->count - 1];
-    const double damper = force_change(&run->map->field[last->field - 1], 0.0, last->end[1]);
-    slopes[DAMPER][PARAMETER + OMEGA_AT] += damper * last->end[1] * run->end_by_omega;
+    const double power = damper_power(&run->map->field[last->field - 1], last->end[1]);
+    slopes[DAMPER][PARAMETER + OMEGA_AT] += power * run->end_by_omega;
     for (int k = 0; k < SLOPES; k++) {
         slopes[PROGRESSION][k] = before[k] * per_period;
         slopes[VELOCITY][k] = slopes[PROGRESSION][k] * per_turn;

@@ -23,12 +23,9 @@ typedef struct {
 /* Derivatives where the run starts; of a capsule at rest there are none by v_c. */
 void capsule_slopes_of_run(const capsule_closed_run *run, capsule_slopes *at);
 
-/* The force between the bodies, or that of the second spring. */
-typedef enum { BETWEEN, CONTACT } capsule_force;
-
-/* Where a force is largest: in which segment, and how long after its start, or at its end. */
+/* Where a quantity is largest: in which segment, and how long after its start, or at its end. */
 typedef struct {
-    double size, after; /* the size is 0 of a spring that is not touched */
+    double size, after; /* the size is 0 of a gap that never closes */
     double x_r, gap, v_r;
     size_t segment;
     int at_end;
@@ -37,13 +34,10 @@ typedef struct {
 /* A segment that takes more panels or stretches stays open: it is very slow beside its flow. */
 #define MOST_STRETCHES (1 << 20)
 
-/* Finds the largest size of a force along the run, to rounding. The watch may be null. */
-capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_force force,
+/* Finds the largest size of the force along the run, or of the gap in contact, to rounding. The watch
+   may be null. */
+capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_quantity quantity,
                                capsule_watch *watch, capsule_peak *peak);
-
-/* Derivatives of its size there, of x_r and v_r with these derivatives. */
-void capsule_peak_slopes(const capsule_constants *c, capsule_force force, const capsule_peak *peak,
-                         double by[2][SLOPES], double slopes[SLOPES]);
 
 /* Writes the metrics that are asked for. `slopes` receives, if so, their derivatives by the start
    and the parameters, in the order of the record. */

@@ -20,8 +20,7 @@ static passing passing_of(const capsule_map *map, const capsule_segment *s,
 {
     const double omega = map->parameters.omega;
     passing p = {.c = &map->field[s->field - 1],
-                 .start = {s->start[0], s->gap, s->start[1], s->start[2], s->margin, s->cosine,
-                           s->sine},
+                 .start = capsule_start_of(s),
                  .time = ((double)s->start_period * TWO_PI + s->start_angle) / omega,
                  .at = at};
     for (int k = 0; k < N; k++)

@@ -32,9 +32,9 @@ GAP, FORCE, SPEED = range(3)
 LONGER = 16.0
 REMAINDERS = {
     "factor * inverse": 4,
-    "forcing * inverse": 6,
-    "fabs(x[last + 1]) + slack * size[last + 1]": 4,
-    "sqrt(c->K) * low": 1541,
+    "forcing * inverse": 313,
+    "fabs(x[last + 1]) + slack * size[last + 1]": 133,
+    "sqrt(c->K) * low": 194,
     "force_per_energy(c, sqrt(c->K))": 30,
 }
 # The units of the coefficients' own roundings stand behind these.
@@ -43,7 +43,7 @@ ROUNDINGS = (
     "(8.0 * (n + 3) + 8.0) * UNIT + late",
     "FAINT * e.error[skipped]",
     "MARGIN_AT_UNITS * UNIT",
-    "force_change_size(b, x_error, v_error)",
+    "force_change_size(c, x_error, v_error)",
 )
 # What an expansion of the gap is off by, after long or at other starts: each with a parameter set
 # (alpha, omega, delta, zeta, beta, gamma), a field, x_r, v_r and angle at the start, a time, and
@@ -87,10 +87,15 @@ int probe_shown(const expansion *e, int zeros)
 {
     return shown(e, 1.0, zeros, 1.0);
 }
+int probe_below(const expansion *e, double size)
+{
+    const capsule_peak peak = {size};
+    return below(e, &peak, 1.0);
+}
 void probe_expand(const capsule_constants *c, const capsule_start *start, int quantity, double h,
                   expansion *e)
 {
-    const course f = course_of(c, start, quantity);
+    const course f = course_of(c, start, quantity, 1.0);
     *e = expand(&f, h);
 }
 """
@@ -104,8 +109,7 @@ class Expanded(ctypes.Structure):
         ("value", ctypes.c_double),
         ("rate", ctypes.c_double * ORDER),
         ("error", ctypes.c_double * ORDER),
-        ("rest", ctypes.c_double),
-        ("growth", ctypes.c_double),
+        *((name, ctypes.c_double) for name in ("rest", "growth", "x_r", "gap", "v_r")),
     )
 
 
@@ -326,6 +330,22 @@ def test_a_rate_falls_in_spite_of_all_that_its_slope_may_miss(
         assert library.library.probe_shown(ctypes.byref(e), zeros) == shown
 
 
+@pytest.mark.parametrize(("part", "most"), [("rest", 4.5), ("growth", 4.5), ("rate", 0.5)])
+def test_a_size_stays_below_another_in_spite_of_all_that_its_polynomial_leaves_out(
+    part: str, most: float, library: Library
+) -> None:
+    """A quantity of 1/2 over 1, whose rate is t^8 at the most, t^9, or exactly 1."""
+    for size in (most * 0.99, most * 1.01):
+        e = Expanded()
+        e.value = 0.5
+        if part == "rate":
+            e.rate[0] = size
+        else:
+            setattr(e, part, size)
+        found = library.library.probe_below(ctypes.byref(e), ctypes.c_double(1.0))
+        assert found == (size < most)
+
+
 @pytest.fixture
 def swinging() -> Segment:
     """x_r = sin h, for long."""
@@ -344,11 +364,11 @@ def test_extrema_stay_open_that_there_is_no_room_for(library: Library, swinging:
 
 
 def test_what_takes_many_stretches_stays_open(library: Library, swinging: Segment) -> None:
-    """A stretch is 3 long at the most."""
-    found = library.found(swinging._replace(duration=300.0), 4096)
+    """A stretch has one extremum at the most, and 2^16 stretches are the most."""
+    found = library.found(swinging._replace(duration=1800.0), 1 << 18)
     assert found is not None
-    assert len(found) == 95  # pi/2 + 94 pi < 300
-    assert library.found(swinging._replace(duration=3.0 * 600), 4096) is None
+    assert len(found) == 573  # pi/2 + 572 pi < 1800
+    assert library.found(swinging._replace(duration=math.pi * 2**17), 1 << 18) is None
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -34,6 +34,7 @@ from capsule_sym._orbits.shooting.equations import (
     SegmentFlow,
     Vector,
 )
+from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym.generated import formulas
 
@@ -134,25 +135,14 @@ def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, 
     c, h = flow.c, flow.h
     check_time()
     fractions, weights = _panels(forms.numbers, c, abs(float(h)))
-    v_r, v_c, cosine, sine, v_r_by, v_c_by = _sample(forms, flow, fractions)
-    v_m, v_m_by = v_r + v_c, v_r_by + v_c_by
-    drive, drive_rate = formulas.forcing_terms(c, cosine, sine)
-    power_by, turned = drive * v_m_by, drive_rate / c.omega * v_m
-    power_by[BY["alpha"]] += cosine * v_m
-    power_by[BY_ANGLE] += turned
-    power_by[BY_TIME] += turned * c.omega * fractions
-    power_by[BY["omega"]] += turned * fractions * h
-    work = _integral(drive * v_m, power_by, weights, h)
-    damper = formulas.force_change(c, 0, v_r)
-    loss_by = 2 * damper * v_r_by
-    for name, slope in zip(PARAMETERS, formulas.damper_gradient(c, v_r)[STATES + 1 :], strict=True):
-        loss_by[BY[name]] += slope * v_r
-    damper_loss = _integral(damper * v_r, loss_by, weights, h)
+    v_r, v_c, cosine, sine, by, angle_by = _sample(forms, flow, fractions)
+    power_by = chained(formulas.drive_power_gradient(c, cosine, sine, v_r, v_c), by, angle_by)
+    work = _integral(formulas.drive_power(c, cosine, v_r, v_c), power_by, weights, h)
+    power_by = chained(formulas.damper_power_gradient(c, v_r), by)
+    damper_loss = _integral(formulas.damper_power(c, v_r), power_by, weights, h)
     friction, advance = formulas.friction_at(c, c.drift), flow.moved[2]
-    friction_by = friction * flow.matrix[STATES]
-    slopes = formulas.friction_gradient(c, c.drift)[STATES + 1 :]
-    for name, slope in zip(PARAMETERS, slopes, strict=True):
-        friction_by[BY[name]] += slope * advance
+    friction_by = chained(formulas.friction_gradient(c, c.drift), flow.matrix)
+    friction_by = friction * flow.matrix[STATES] + advance * friction_by
     return work, damper_loss, (friction * advance, friction_by)
 
 
@@ -167,19 +157,23 @@ def _integral(values: Vector, by: Matrix, weights: Vector, h: Number) -> _Energy
 def _sample(
     forms: ClosedForms, flow: SegmentFlow, fractions: Vector
 ) -> tuple[Vector, Vector, Vector, Vector, Matrix, Matrix]:
-    """v_r, v_c, cosine and sine of the forcing angle, and derivatives (12, many) of v_r and v_c.
+    """v_r, v_c, cosine and sine of the forcing angle, and derivatives of state and angle.
 
-    The derivative by the duration is at a fixed fraction of it.
+    These are (3, 12, many) and (12, many), that by the duration at a fixed fraction of it.
     """
     c, times = flow.c, fractions * flow.h
     runs = [forms.run(flow.segment.field, c, flow.closed, time) for time in times]
     v_r = np.array([values[1] for values, _ in runs])
     v_c = flow.closed.v_c + np.array([values[2] for values, _ in runs]) if c.drift else 0 * v_r
-    rows = np.stack([matrix[1:3] for _, matrix in runs], axis=-1)
+    rows = np.stack([matrix[:STATES] for _, matrix in runs], axis=-1)
     rows[:, BY_TIME] = rows[:, BY_TIME] * fractions
+    angle_by = 0 * rows[0]
+    angle_by[BY_ANGLE] += 1
+    angle_by[BY_TIME] += c.omega * fractions
+    angle_by[BY["omega"]] += times
     turned = [forms.numbers.cos_sin(flow.angle + c.omega * time) for time in times]
     cosine, sine = (np.array(column) for column in zip(*turned, strict=True))
-    return v_r, v_c, cosine, sine, rows[0], rows[1]
+    return v_r, v_c, cosine, sine, rows, angle_by
 
 
 def _panels(numbers: Backend, c: Any, h: float) -> tuple[Vector, Vector]:

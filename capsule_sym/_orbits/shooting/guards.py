@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map.expansion import Guard
@@ -14,14 +13,18 @@ from capsule_sym.generated import facts, formulas
 _STATE, _PARAMETERS = len(facts.STATE), len(facts.PARAMETERS)
 
 
-def chained(gradient: Sequence[Any], by: NDArray[Any]) -> NDArray[Any]:
-    """Gradient (n,) of a function of state and parameters; that of the state is `by` (3, n).
+def chained(
+    gradient: Sequence[Any], by: NDArray[Any], angle_by: NDArray[Any] | None = None
+) -> NDArray[Any]:
+    """Gradient (n, ...) of a function of state and parameters; `by` (3, n, ...) are the state's.
 
-    `gradient` is that by state, phase and parameters, as formulas give it; the last columns of `by`
-    are the parameters.
+    `gradient` is that by state, phase and parameters, as formulas give it; the last of the n are by
+    the parameters. A function that depends on the phase needs that of the angle, (n, ...).
     """
-    found: NDArray[Any] = np.array(gradient[:_STATE]) @ by[:_STATE]
-    found[-_PARAMETERS:] = found[-_PARAMETERS:] + np.array(gradient[-_PARAMETERS:])
+    rows = by[:_STATE] if angle_by is None else [*by[:_STATE], angle_by]
+    found: NDArray[Any] = sum(slope * row for slope, row in zip(gradient, rows, strict=False))
+    for column, slope in enumerate(gradient[-_PARAMETERS:], -_PARAMETERS):
+        found[column] += slope
     return found
 
 

@@ -243,6 +243,15 @@ def _points() -> tuple[Formula, ...]:
             v_r=turning,
         ),
         _formula(
+            "damper_power", "The power that the damper takes.", (v_r,), power=DAMPER * v_r**2
+        ),
+        _formula(
+            "drive_power",
+            "The power of the drive on the mass.",
+            (cos_theta, v_r, v_c),
+            power=forcing(0) * (v_r + v_c),
+        ),
+        _formula(
             "load_force",
             "The constant force on the mass, beside drive and interaction.",
             (),
@@ -264,7 +273,13 @@ def _gradients() -> tuple[Formula, ...]:
         _gradient("gap", "the gap x_r - delta", (), x_r - delta),
         _gradient("speed", "the capsule's velocity v_c", (), v_c),
         _gradient("force", "the interaction force P", (gap, v_r), P),
-        _gradient("damper", "the damper's force", (v_r,), DAMPER * v_r),
+        _gradient("damper_power", "the damper's power", (v_r,), DAMPER * v_r**2),
+        _gradient(
+            "drive_power",
+            "the drive's power",
+            (cos_theta, sin_theta, v_r, v_c),
+            forcing(0).subs(cos_theta, sp.cos(theta)) * (v_r + v_c),
+        ),
         _gradient("contact", "the second spring's force", (gap,), P.coeff(kappa) * kappa),
         _gradient("friction", "the friction of drift of a way", (way,), friction_of(way)),
         _gradient("load_force", "the constant force on the mass", (), LOAD),
@@ -311,7 +326,8 @@ GRADIENT = (*STATE, theta, *PARAMETERS)
 def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: sp.Expr) -> Formula:
     """The gradient of a function of state and parameters, in an array."""
     whole = function.subs(kappa, contact * STOP)
-    slopes = (with_gap(sp.diff(whole, by)).subs(contact * STOP, kappa) for by in GRADIENT)
+    known = {contact * STOP: kappa, sp.cos(theta): cos_theta, sp.sin(theta): sin_theta}
+    slopes = (with_gap(sp.diff(whole, by)).subs(known) for by in GRADIENT)
     results = tuple((f"by_{by}", slope) for by, slope in zip(GRADIENT, slopes, strict=True))
     doc = f"Derivatives of {doc} by state, phase and parameters."
     return Formula(f"{name}_gradient", doc, arguments, results, array=True)
