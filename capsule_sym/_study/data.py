@@ -124,7 +124,7 @@ class Store:
         """
         from capsule_sym._study import regions
 
-        cut = regions.faces(plane, self.curves(parameters, plane))
+        cut = regions.patches(plane, self.curves(parameters, plane))
         places = regions.samples(plane, cut, _ACROSS)
 
         def compute() -> list[list[Any]]:

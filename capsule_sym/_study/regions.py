@@ -72,7 +72,7 @@ PLANE = Plane("alpha", "gamma", (0.005, 2.0), (1.5, 5.0))
 """Where the case study's motions are charted."""
 
 
-def faces(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
+def patches(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
     """The parts into which curves cut the unit square of a plane, as polygons of shapely.
 
     Raises NotInstalled without shapely.
@@ -91,7 +91,7 @@ def faces(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
         ends = [(p[plane.first], p[plane.second]) for p in curve["codimension_two"]]
         lines.append(LineString(_through(line, plane.unit(ends))))
     cut = polygonize([unary_union(lines, grid_size=_GRID)])
-    return [face for face in cut.geoms if face.area > _LEAST and square.covers(face.centroid)]
+    return [patch for patch in cut.geoms if patch.area > _LEAST and square.covers(patch.centroid)]
 
 
 def _through(line: Any, codimension_two: Array) -> Array:
@@ -111,15 +111,15 @@ def _through(line: Any, codimension_two: Array) -> Array:
 
 
 def samples(plane: Plane, cut: Sequence[Any], across: int) -> list[tuple[int, float, float]]:
-    """Points within the faces: one of each and those of a grid; each with the face's number."""
+    """Points within the patches: one of each and those of a grid; each with the patch's number."""
     import shapely
 
     side = (np.arange(across) + 0.5) / across
     grid = np.column_stack([v.ravel() for v in np.meshgrid(side, side)])
     found = []
-    for number, face in enumerate(cut):
-        inner = face.buffer(-0.2 / across)
-        middle = shapely.point_on_surface(face)
+    for number, patch in enumerate(cut):
+        inner = patch.buffer(-0.2 / across)
+        middle = shapely.point_on_surface(patch)
         inside = grid[shapely.contains_xy(inner, *grid.T)]
         points = plane.back([(middle.x, middle.y), *inside])
         found += [(number, float(x), float(y)) for x, y in points]
@@ -127,13 +127,13 @@ def samples(plane: Plane, cut: Sequence[Any], across: int) -> list[tuple[int, fl
 
 
 def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]]) -> list[Region]:
-    """The faces as regions, each with the itinerary that most of its samples have."""
+    """The patches as regions, each with the itinerary that most of its samples have."""
     itineraries: dict[int, Counter[str]] = {}
     for number, itinerary in found:
         itineraries.setdefault(number, Counter())[itinerary] += 1
     return [
-        _region(plane, face, itineraries[number].most_common(1)[0][0])
-        for number, face in enumerate(cut)
+        _region(plane, patch, itineraries[number].most_common(1)[0][0])
+        for number, patch in enumerate(cut)
         if number in itineraries
     ]
 
@@ -141,7 +141,7 @@ def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]
 def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[Region]]:
     """The regions of a sweep over two parameters, `results` as `open_results` gives them.
 
-    The curves bound them; within a face in which motions differ, its cells do. Raises InvalidInput
+    The curves bound them; within a patch in which motions differ, its cells do. Raises InvalidInput
     for results of another kind.
     """
     import shapely
@@ -153,7 +153,7 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     first, second = map(str, sizes)
     x, y = (np.asarray(results[name].values, dtype=float) for name in (first, second))
     plane = Plane(first, second, (x[0], x[-1]), (y[0], y[-1]))
-    cut = faces(plane, curves)
+    cut = patches(plane, curves)
     codes, texts = results["itinerary"].values, itineraries.texts(results)
     middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     at = plane.unit(middles.reshape(-1, 2)).reshape(middles.shape)
@@ -161,9 +161,9 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     steps = [0.5 / (len(v) - 1) for v in (x, y)]
     rim = shapely.box(0.0, 0.0, 1.0, 1.0).boundary.buffer(_GRID)
     found = []
-    for face in cut:
-        inside = shapely.contains_xy(face, within[..., 0], within[..., 1])
-        own, parts = face.boundary.difference(rim), []
+    for patch in cut:
+        inside = shapely.contains_xy(patch, within[..., 0], within[..., 1])
+        own, parts = patch.boundary.difference(rim), []
         known, counts = np.unique(codes[inside], return_counts=True)
         most = ""
         for rank, code in enumerate(known[np.argsort(-counts)]):
@@ -178,9 +178,9 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
                 continue
             boxes = shapely.box(*(cells - steps).T, *(cells + steps).T)
             parts.append(
-                (itinerary, shapely.unary_union(boxes, grid_size=_GRID).intersection(face))
+                (itinerary, shapely.unary_union(boxes, grid_size=_GRID).intersection(patch))
             )
-        rest = face.difference(shapely.unary_union([part for _, part in parts]))
+        rest = patch.difference(shapely.unary_union([part for _, part in parts]))
         for itinerary, part in ((most, rest), *parts):
             found += [
                 _region(plane, piece, itinerary)

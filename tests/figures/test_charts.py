@@ -11,7 +11,7 @@ import xarray as xr
 from capsule_sym import Parameters, plot_chart
 from capsule_sym._figures.charts import by_area, draw_regions
 from capsule_sym._study.data import Store
-from capsule_sym._study.regions import Plane, by_cells, by_samples, faces, samples
+from capsule_sym._study.regions import Plane, by_cells, by_samples, patches, samples
 
 WHITE = "no periodic motion found"
 CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}
@@ -67,13 +67,13 @@ def test_a_curve_that_ends_in_a_meeting_closes_its_region() -> None:
         "codimension_two": [{"alpha": 0.5, "gamma": 0.25}],
     }
     for end in (short, {**short, "points": short["points"][::-1]}):
-        cut = faces(plane, [straight, end])
-        assert sorted(face.area for face in cut) == pytest.approx([0.125, 0.375, 0.5])
+        cut = patches(plane, [straight, end])
+        assert sorted(patch.area for patch in cut) == pytest.approx([0.125, 0.375, 0.5])
 
 
 def test_samples_lie_in_their_faces_and_the_most_frequent_itinerary_names_them() -> None:
     plane = Plane("alpha", "gamma", (0.0, 2.0), (1.0, 3.0))
-    cut = faces(plane, [CURVE])
+    cut = patches(plane, [CURVE])
     found = samples(plane, cut, 8)
     assert {number for number, _, _ in found} == {0, 1}
     for number, alpha, gamma in found:

@@ -10,7 +10,7 @@ import sympy as sp
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.proof import example
 from capsule_sym._symbolic.model.symbols import PARAMETERS, delta, tau, x_r
-from capsule_sym._symbolic.paper.errata import CASE_STUDY, CREST, described
+from capsule_sym._symbolic.paper.errata import CASE_STUDY, CREST, point_text
 from capsule_sym._symbolic.proofs.formula import NotAFormula, formula, same
 from capsule_sym._symbolic.proofs.relations import derived, scope
 from capsule_sym._symbolic.proofs.rows import FACTS, WITNESSES, Context, checker
@@ -165,4 +165,4 @@ def _definitions(context: Context) -> str:
 
 
 FACTS |= {"texts": _texts, "definitions": _definitions}
-WITNESSES["unheld"] = lambda _: described(example(_HELD_NOT, CASE_STUDY))
+WITNESSES["unheld"] = lambda _: point_text(example(_HELD_NOT, CASE_STUDY))

@@ -113,7 +113,7 @@ class Erratum:
         point, relation = self.point(), self.printed
         left, right = evaluate(relation.lhs, point), evaluate(relation.rhs, point)
         sign = "=" if isinstance(relation, sp.Eq) else relation.rel_op
-        return {**described(point), "printed relation there": f"{left} {sign} {right}, false"}
+        return {**point_text(point), "printed relation there": f"{left} {sign} {right}, false"}
 
     def settled(self) -> bool:
         """Whether the derived relation is proved and the printed one fails at the witness."""
@@ -158,14 +158,14 @@ def _holds(relation: Relation, point: Mapping[sp.Symbol, Fraction]) -> bool:
     return bool(type(relation)(sp.Rational(value), 0))
 
 
-def described(point: Mapping[sp.Symbol, Fraction]) -> dict[str, str]:
+def point_text(point: Mapping[sp.Symbol, Fraction]) -> dict[str, str]:
     """A point at tau = 0 in exact numbers, as text."""
     return {str(s): str(point[s]) for s in (*STATE, *CASE_STUDY)} | {"tau": "0"}
 
 
 def at_crest(texts: Texts) -> dict[str, str]:
     """A point of the case study at tau = 0 in a set of states, as text."""
-    return described(example([*scope(texts), CREST], CASE_STUDY))
+    return point_text(example([*scope(texts), CREST], CASE_STUDY))
 
 
 def _negated(row: Mapping[str, Any]) -> Relation:

@@ -19,7 +19,7 @@ from capsule_sym._symbolic.model.switching import (
     local_maps,
 )
 from capsule_sym._symbolic.model.symbols import alpha, force, v_c, v_r, zeta
-from capsule_sym._symbolic.paper.errata import CASE_STUDY, CREST, at_crest, described
+from capsule_sym._symbolic.paper.errata import CASE_STUDY, CREST, at_crest, point_text
 from capsule_sym._symbolic.proofs import reachability
 from capsule_sym._symbolic.proofs.appendices import within_bound
 from capsule_sym._symbolic.proofs.formula import formula, same
@@ -176,14 +176,14 @@ def _touching(line: str) -> dict[str, str]:
     strong = {**CASE_STUDY, zeta: Fraction(1), alpha: Fraction(9)}
     touching = (sp.Eq(outward(line), 0), sp.Eq(force, 0))
     point = example([*part(f"{line}^(2)").relations, *touching], strong)
-    return described(point) | {"tau": {"L1": "pi/(2 omega)", "L4": "3 pi/(2 omega)"}[line]}
+    return point_text(point) | {"tau": {"L1": "pi/(2 omega)", "L4": "3 pi/(2 omega)"}[line]}
 
 
 def _shown_map(numbers: Sequence[int]) -> dict[str, str]:
     """The first stored witness of a local map."""
     (wanted,) = maps_by_number([numbers])
     shown = next(w for w in reachability.witnesses() if w.local_map == wanted)
-    return {"local map": str(wanted), **reachability.described(shown)}
+    return {"local map": str(wanted), **reachability.witness_text(shown)}
 
 
 def _rows_of(context: Context) -> tuple[tuple[Any, ...], ...]:

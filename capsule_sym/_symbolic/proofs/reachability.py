@@ -111,7 +111,7 @@ def source(witness: Witness) -> str | None:
     return None
 
 
-def described(witness: Witness) -> dict[str, str]:
+def witness_text(witness: Witness) -> dict[str, str]:
     """A witness in exact numbers, as text."""
     cosine, sine = witness.forcing
     return {

@@ -26,7 +26,7 @@ from capsule_sym._symbolic.model.switching import (
 from capsule_sym._symbolic.proofs.appendices import BY_LINE
 from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
 from capsule_sym._symbolic.proofs.parts import part
-from capsule_sym._symbolic.proofs.reachability import Witness, described, proves, witnesses
+from capsule_sym._symbolic.proofs.reachability import Witness, proves, witness_text, witnesses
 from capsule_sym._symbolic.proofs.relations import Texts, scope
 from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
 
@@ -197,4 +197,4 @@ FILTERS |= {
     "not": sp.Not,
     "elsewhere": lambda one: LocalMap("Σ7" if one.target != "Σ7" else "Σ2", one.field, one.source),
 }
-WITNESSES["shown"] = lambda shown: described(shown[0])
+WITNESSES["shown"] = lambda shown: witness_text(shown[0])
