@@ -44,12 +44,9 @@ def segment_record(segment: Segment) -> dict[str, Any]:
 
 def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
     """Itinerary, global map, period number and progression; each None where no motion was found."""
-    return {
-        "itinerary": list(motion.itinerary) if motion else None,
-        "global_map": motion.global_map if motion else None,
-        "period_number": motion.period_number if motion else None,
-        "progression": motion.progression if motion else None,
-    }
+    names = ("global_map", "period_number", "progression")
+    itinerary = list(motion.itinerary) if motion else None
+    return {"itinerary": itinerary, **{name: getattr(motion, name, None) for name in names}}
 
 
 def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str, Any]:

@@ -125,9 +125,7 @@ def branch(
     tell_early_end(next(late, found[0]))
 
 
-def _record(
-    found: Sequence[capsule_sym.Branch], device: capsule_sym.PhysicalParameters | None
-) -> dict[str, Any]:
+def _record(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import branch_record
     from capsule_sym._records import add_si
 
@@ -138,9 +136,7 @@ def _record(
     return record
 
 
-def _files(
-    found: Sequence[capsule_sym.Branch], device: capsule_sym.PhysicalParameters | None
-) -> dict[str, Any]:
+def _files(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import bifurcation_rows, point_rows
     from capsule_sym._records import in_si
 

@@ -120,9 +120,7 @@ def _of_kind(kind: str, found: capsule_sym.Branch, where: str) -> list[capsule_s
 
 
 def _record(
-    found: capsule_sym.Branch,
-    curves: Sequence[capsule_sym.Curve],
-    device: capsule_sym.PhysicalParameters | None,
+    found: capsule_sym.Branch, curves: Sequence[capsule_sym.Curve], device: options.Device
 ) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import curve_record
     from capsule_sym._records import add_si
@@ -134,9 +132,7 @@ def _record(
 
 
 def _files(
-    found: capsule_sym.Branch,
-    curves: Sequence[capsule_sym.Curve],
-    device: capsule_sym.PhysicalParameters | None,
+    found: capsule_sym.Branch, curves: Sequence[capsule_sym.Curve], device: options.Device
 ) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
     from capsule_sym._records import in_si
@@ -151,7 +147,7 @@ def _files(
 
 
 def _scaled(
-    device: capsule_sym.PhysicalParameters | None, name: str, ends: tuple[float, ...]
+    device: options.Device, name: str, ends: tuple[float, ...]
 ) -> tuple[str, tuple[float, float], float]:
     """A parameter with its range: of a device's the dimensionless one, with the factor to it."""
     from capsule_sym.generated.facts import PARAMETERS
@@ -176,9 +172,7 @@ def _within(
     return parameters.replace(**{name: (low + high) / 2})
 
 
-def _print_curves(
-    curves: Sequence[capsule_sym.Curve], device: capsule_sym.PhysicalParameters | None
-) -> None:
+def _print_curves(curves: Sequence[capsule_sym.Curve], device: options.Device) -> None:
     from rich.markup import escape
 
     from capsule_sym._records import in_si

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
+    Device = PhysicalParameters | None
+
 as_json: Any = option("One JSON object on stdout and nothing else.", "--json")
 
 
@@ -169,7 +171,7 @@ class System:
         """Whether any of them is not by default."""
         return self.file is not None or bool(self.given)
 
-    def load(self) -> tuple[Parameters, PhysicalParameters | None]:
+    def load(self) -> tuple[Parameters, Device]:
         """The parameters, with those of the device if the file is in SI units.
 
         Raises InvalidInput for values that are not allowed, for options beside SI units, and for

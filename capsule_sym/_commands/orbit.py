@@ -97,9 +97,7 @@ def orbit(
         present.fail_early("the search ends", search)
 
 
-def _record(
-    one: capsule_sym.Orbit, device: capsule_sym.PhysicalParameters | None
-) -> dict[str, Any]:
+def _record(one: capsule_sym.Orbit, device: options.Device) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import orbit_record
     from capsule_sym._records import in_si
 
@@ -107,9 +105,7 @@ def _record(
     return record if device is None else record | {"si": in_si(device, record)}
 
 
-def _box_record(
-    found: capsule_sym.BoxSearch, device: capsule_sym.PhysicalParameters | None
-) -> dict[str, Any]:
+def _box_record(found: capsule_sym.BoxSearch, device: options.Device) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import branch_record
 
     return {
@@ -122,7 +118,7 @@ def _box_record(
     }
 
 
-def _print_box(found: capsule_sym.BoxSearch, device: capsule_sym.PhysicalParameters | None) -> None:
+def _print_box(found: capsule_sym.BoxSearch, device: options.Device) -> None:
     for one, count in zip(found.orbits, found.settled, strict=True):
         _print_orbit(one, device)
         click.echo(f"{count} of {found.starts} starts settle on it\n")
@@ -152,7 +148,7 @@ def checked(found: capsule_sym.Orbit) -> capsule_sym.Orbit:
     return found
 
 
-def _print_orbit(one: capsule_sym.Orbit, device: capsule_sym.PhysicalParameters | None) -> None:
+def _print_orbit(one: capsule_sym.Orbit, device: options.Device) -> None:
     from rich.markup import escape
 
     from capsule_sym._map.steady import shown_progression

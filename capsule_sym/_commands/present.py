@@ -71,25 +71,20 @@ def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) ->
     if path is None:
         return
     from capsule_sym._enclosures.certificates.certify import certificates
-
-    proved, failed = certificates(found, limit)
-    if proved or not failed:
-        _write_certificates(path, proved)
-    if failed:
-        fail(f"not proved: {'; '.join(failed)}", 4)
-
-
-def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
     from capsule_sym._files import write_whole
     from capsule_sym._records import dumps
 
-    write_whole(path, dumps({"certificates": list(proved)}) + "\n", "--certify")
-    claims = "existence, uniqueness, itinerary"
-    if any(one["kind"] == "run" for one in proved):
-        claims = f"{sum(len(one['fields']) for one in proved)} segments, switch by switch"
-    else:
-        claims += f"; {sum(bool(one['stable']) for one in proved)} stable"
-    click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
+    proved, failed = certificates(found, limit)
+    if proved or not failed:
+        write_whole(path, dumps({"certificates": proved}) + "\n", "--certify")
+        if any(one["kind"] == "run" for one in proved):
+            claims = f"{sum(len(one['fields']) for one in proved)} segments, switch by switch"
+        else:
+            stable = sum(bool(one["stable"]) for one in proved)
+            claims = f"existence, uniqueness, itinerary; {stable} stable"
+        click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
+    if failed:
+        fail(f"not proved: {'; '.join(failed)}", 4)
 
 
 def fail(message: str, status: int = 3) -> NoReturn:

@@ -73,7 +73,7 @@ def run(
 def _print(
     trajectory: capsule_sym.Trajectory,
     motion: capsule_sym.SteadyMotion | None,
-    physical: capsule_sym.PhysicalParameters | None,
+    physical: options.Device,
 ) -> None:
     from capsule_sym._map.steady import shown_progression
 
@@ -106,9 +106,7 @@ def _print(
         console.print(f"velocity       {advance / period:.6g} m/s on average")
 
 
-def _show_segments(
-    segments: Sequence[capsule_sym.Segment], physical: capsule_sym.PhysicalParameters | None
-) -> None:
+def _show_segments(segments: Sequence[capsule_sym.Segment], physical: options.Device) -> None:
     def row(segment: capsule_sym.Segment) -> tuple[str, ...]:
         duration = float(segment.duration)
         if physical:

@@ -260,52 +260,49 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
 
 def _show(record: dict[str, Any]) -> None:
     """Prints a record."""
-    screen = present.make_console()
     for part in record.get("rounds", ()):
         _show(part)
+    screen = present.make_console()
+    for label, text in _lines(record):
+        screen.print(f"{label:<17} {text}", soft_wrap=not label)
+
+
+def _lines(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """What a record says, each with its label."""
     for axis in record.get("axes", ()):
-        names = ", ".join(axis["quantities"])
-        screen.print(
-            f"axis {axis['name']:<12} {axis['count']} values of {names} "
-            f"from {_numbers(axis['first'])} to {_numbers(axis['last'])}"
-        )
+        names, ends = ", ".join(axis["quantities"]), map(_numbers, (axis["first"], axis["last"]))
+        yield f"axis {axis['name']}", f"{axis['count']} values of {names} from {' to '.join(ends)}"
     for name in ("cells", "done", "computed", "damaged", "fraction_computed"):
         if name in record:
-            screen.print(f"{name.replace('_', ' '):<17} {record[name]:,}")
+            yield name.replace("_", " "), f"{record[name]:,}"
     if record.get("computed"):
-        screen.print(f"{'seconds':<17} {record['seconds']:.2f}")
-    if record.get("periods_per_second_and_core"):
-        rate = record["periods_per_second_and_core"]
-        screen.print(f"{'speed':<17} {rate:,.0f} excitation periods per second and core")
-    for one, title in zip(
-        ("outcome", "itinerary", "reason", "core"),
-        ("outcomes", "itineraries", "reasons", "cores"),
-        strict=True,
+        yield "seconds", f"{record['seconds']:.2f}"
+    if rate := record.get("periods_per_second_and_core"):
+        yield "speed", f"{rate:,.0f} excitation periods per second and core"
+    for one, title in (
+        ("outcome", "outcomes"),
+        ("itinerary", "itineraries"),
+        ("reason", "reasons"),
+        ("core", "cores"),
     ):
-        _print_shares(screen, one, record.get(title, {}))
+        ranked = sorted(record.get(title, {}).items(), key=lambda item: -item[1])
+        yield from ((one, f"{cells:>12,}  {name}") for name, cells in ranked[:12])
+        if rest := ranked[12:]:
+            yield "", f"{sum(cells for _, cells in rest):>12,}  in {len(rest)} more"
     for number, attractor in enumerate(record.get("attractors", ())):
-        screen.print(
-            f"attractor {number:<7} {attractor['share']:7.2%}  {attractor['itinerary']}  "
+        yield (
+            f"attractor {number}",
+            f"{attractor['share']:7.2%}  {attractor['itinerary']}  "
             f"period number {attractor['period_number']}, "
             f"progression {attractor['progression']:.9g}, "
-            f"multiplier {attractor['multiplier']:.6g}"
+            f"multiplier {attractor['multiplier']:.6g}",
         )
     for name, value in record.get("provenance", {}).items():
-        if isinstance(value, dict):
-            value = ", ".join(f"{part} {version}" for part, version in value.items())
-        screen.print(f"{name:<17} {value}")
+        versions = value.items() if isinstance(value, dict) else ()
+        yield name, ", ".join(f"{part} {version}" for part, version in versions) or value
     if "damaged_parts" in record:
-        screen.print(f"{'damaged':<17} {len(record['damaged_parts']):,}")
-        for part in record["damaged_parts"]:
-            screen.print(f"{'':<17} {part}", soft_wrap=True)
-
-
-def _print_shares(screen: Any, title: str, counts: dict[str, int]) -> None:
-    ranked = sorted(counts.items(), key=lambda item: -item[1])
-    for name, cells in ranked[:12]:
-        screen.print(f"{title:<17} {cells:>12,}  {name}")
-    if len(ranked) > 12:
-        screen.print(f"{'':<17} {sum(n for _, n in ranked[12:]):>12,}  in {len(ranked) - 12} more")
+        yield "damaged", f"{len(record['damaged_parts']):,}"
+        yield from (("", part) for part in record["damaged_parts"])
 
 
 def _numbers(values: list[float]) -> str:
