@@ -3,42 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, Outcome
 from capsule_sym._map.backend import Number, NumpyBackend
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
-from capsule_sym._map.segments import Instant, Records, Segment, Triple
+from capsule_sym._map.segments import Instant, Segment, Triple
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
 from capsule_sym.generated.facts import FIELD_OF, FIELDS
 
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
-
-
-class _Run(Protocol):
-    """What is read of a run that has ended, such as a `Trajectory`."""
-
-    @property
-    def parameters(self) -> Parameters: ...
-    @property
-    def segments(self) -> Sequence[Segment]: ...
-    @property
-    def records(self) -> Records: ...
-    @property
-    def stroboscopic(self) -> NDArray[Any]: ...
-    @property
-    def final(self) -> tuple[Instant, tuple[Number, Number, Number]]: ...
-    @property
-    def success(self) -> bool: ...
+_Run = Any  # a `Trajectory` that has ended, whose module imports this one
 
 
 @dataclass(frozen=True)
@@ -146,7 +128,8 @@ def _rest(run: _Run) -> Segment:
 
 def _last_period(run: _Run, state: Triple, field: int) -> Segment:
     """The last excitation period of a run that ends without switches, as a segment."""
-    last, (x_r, v_r, v_c) = run.segments[-1], state
+    last: Segment = run.segments[-1]
+    x_r, v_r, v_c = state
     number = type(x_r)
     given = {name: number(value) for name, value in run.parameters.to_dict().items()}
     free = SimpleNamespace(kappa=x_r * 0, **given)
