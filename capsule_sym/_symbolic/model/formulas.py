@@ -242,9 +242,7 @@ def _points() -> tuple[Formula, ...]:
             (v_rate,),
             v_r=turning,
         ),
-        _formula(
-            "damper_power", "The power that the damper takes.", (v_r,), power=DAMPER * v_r**2
-        ),
+        _formula("damper_power", "The power that the damper takes.", (v_r,), power=DAMPER * v_r**2),
         _formula(
             "drive_power",
             "The power of the drive on the mass.",
