@@ -42,21 +42,16 @@ static int nearly(void)
     return 0;
 }
 
-/* Whether deviations die away: a high power of the matrix is small. */
-static int contracts(const double *matrix)
+/* Whether deviations die away: all roots of z^3 - trace z^2 + minors z - determinant are within the unit
+   circle (Jury's conditions). */
+static int contracts(const double m[CAPSULE_STATE_COUNT * CAPSULE_STATE_COUNT])
 {
-    enum { N = CAPSULE_STATE_COUNT };
-    double power[N][N], most = 0.0;
-    memcpy(power, matrix, sizeof power);
-    for (int k = 0; k < 10; k++) {
-        double square[N][N] = {{0}};
-        for (int i = 0; i < N * N * N; i++)
-            square[i / (N * N)][i % N] += power[i / (N * N)][i / N % N] * power[i / N % N][i % N];
-        memcpy(power, square, sizeof power);
-    }
-    for (int i = 0; i < N * N; i++)
-        most = fmax(most, fabs(power[i / N][i % N]));
-    return most < 1.0;
+    const double trace = m[0] + m[4] + m[8], first = m[4] * m[8] - m[5] * m[7];
+    const double minors = first + (m[0] * m[8] - m[2] * m[6]) + (m[0] * m[4] - m[1] * m[3]);
+    const double determinant =
+        m[0] * first - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+    return fabs(trace + determinant) < 1.0 + minors && fabs(determinant) < 1.0 &&
+           fabs(minors - trace * determinant) < 1.0 - determinant * determinant;
 }
 
 /* Takes the run to the stable motion of m periods that Newton's method leads to, if that is near. */

@@ -104,33 +104,12 @@ EXPORT(follow) int follow(void)
     return done;
 }
 
-/* The bifurcation at which segment `zero` of the orbit that `closed` left has the duration 0, by the
-   parameter `free`. What is found: its value, the state, P, the fields about it, residual, steps. */
-EXPORT(bifurcation) int bifurcation(int zero, int free)
-{
-    static page_orbit event;
-    capsule_solution solution;
-    double values[CAPSULE_PARAMETER_COUNT];
-    event = orbit;
-    memcpy(values, given, sizeof values);
-    event.z[DURATION + zero] = 0.0;
-    if (!solve(&event, values, DURATION + zero, free, &solution))
-        return 0;
-    const int n = event.itinerary.count, during = event.fields[zero];
-    capsule_start at;
-    memcpy(&at, equations.flows[zero].start, sizeof at);
-    const double row[] = {values[free], at.x_r, at.v_r, at.v_c, at.margin + field_of(during)->friction,
-                          event.fields[(zero + n - 1) % n], during, event.fields[(zero + 1) % n],
-                          solution.residual, solution.steps};
-    memcpy(numbers, row, sizeof row);
-    return 1;
-}
-
-/* The orbit that `closed` left, or the one found last along its branch, with a part of its start held:
-   0 to 2 the state, 3 the angle. So a branch is followed through its folds, where no parameter could
-   be held. The monodromy, and the value of the parameter `free`; 0, and the orbit as it was, where it
-   is lost. */
-EXPORT(along) int along(int held, double at, int free)
+/* The orbit that `closed` left, or the one found last along its branch, with an unknown held and the
+   parameter `free` in its place: 0 to 2 the state, 3 the angle, then the durations. So a branch is followed
+   through its folds, where no parameter could be held, and a segment held at 0 is a bifurcation. What is
+   found: the monodromy, the parameter, residual, steps; of a segment also the state at its start, P, and the
+   fields about it. It takes the orbit's place if it is to be kept. 0 where it is lost. */
+EXPORT(hold) int hold(int held, double at, int free, int keep)
 {
     static page_orbit next;
     capsule_solution solution;
@@ -140,17 +119,19 @@ EXPORT(along) int along(int held, double at, int free)
     next.z[held] = at;
     if (!solve(&next, values, held, free, &solution))
         return 0;
-    memcpy(given, values, sizeof values);
-    orbit = next;
+    const int n = next.itinerary.count, i = held < DURATION ? 0 : held - DURATION, during = next.fields[i];
+    capsule_start start;
+    memcpy(&start, equations.flows[i].start, sizeof start);
+    const double row[] = {values[free], solution.residual, solution.steps, start.x_r, start.v_r, start.v_c,
+                          start.margin + field_of(during)->friction, next.fields[(i + n - 1) % n], during,
+                          next.fields[(i + 1) % n]};
     memcpy(numbers, equations.monodromy, MATRIX * sizeof *numbers);
-    numbers[MATRIX] = values[free];
+    memcpy(numbers + MATRIX, row, sizeof row);
+    if (keep) {
+        memcpy(given, values, sizeof values);
+        orbit = next;
+    }
     return 1;
-}
-
-/* State and angle at the start of the orbit. */
-EXPORT(orbit_start) void orbit_start(void)
-{
-    memcpy(numbers, orbit.z, DURATION * sizeof *numbers);
 }
 
 /* State and angle in the middle of the orbit's first segment, where no guard is near. */
@@ -168,9 +149,9 @@ EXPORT(orbit_within) void orbit_within(void)
     numbers[DURATION - 1] = half.z[DURATION - 1] + parameters.omega * half.z[DURATION];
 }
 
-/* Durations of the orbit's segments. */
-EXPORT(durations) int durations(void)
+/* State and angle at the start of the orbit, and its segments' durations; how many. */
+EXPORT(unknowns) int unknowns(void)
 {
-    memcpy(numbers, orbit.z + DURATION, (size_t)orbit.itinerary.count * sizeof *numbers);
-    return orbit.itinerary.count;
+    memcpy(numbers, orbit.z, (size_t)CAPSULE_UNKNOWNS(orbit.itinerary.count) * sizeof *numbers);
+    return CAPSULE_UNKNOWNS(orbit.itinerary.count);
 }

@@ -16,7 +16,7 @@
 typedef struct {
     capsule_map map;
     capsule_state state;
-    double passed; /* periods before `state.period` was set to 0 */
+    double passed; /* periods; `state.period` is 0 */
     double strobe[STROBES + 1][CAPSULE_STATE_COUNT];
     int strobes; /* rows of it that are there */
     capsule_segment segments[ROOM];

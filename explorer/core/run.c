@@ -1,4 +1,4 @@
-/* One run: to its resting_state motion, its segments, and points of their closed forms. */
+/* One run: to its motion, its segments, and points of their closed forms. */
 #include <math.h>
 #include <string.h>
 
@@ -36,18 +36,13 @@ EXPORT(start) void start(double x_r, double v_r, double v_c, double phase)
     page.count = 0;
 }
 
-/* Goes on for so many periods, and counts those that are passed. */
-static capsule_stop go_on(double periods, capsule_request *request)
+/* Goes on for so many periods, which are counted; what is recorded begins at period 0. */
+static capsule_stop go_on(double periods, const capsule_request *request)
 {
-    size_t written;
+    const capsule_stop stop = capsule_run(&page.map, &page.state, (int64_t)periods, request, &page.count,
+                                          &page.open);
     page.passed += (double)page.state.period;
     page.state.period = 0;
-    const capsule_stop stop = capsule_run(&page.map, &page.state, (int64_t)periods, request, &written,
-                                          &page.open);
-    if (stop == CAPSULE_DONE) {
-        page.passed += (double)page.state.period;
-        page.state.period = 0;
-    }
     return stop;
 }
 
@@ -80,25 +75,21 @@ EXPORT(steady) int steady(double tolerance)
 /* Keeps the segments of so many periods more. */
 capsule_stop page_record(int periods)
 {
-    const capsule_request request = {.segments = page.segments, .room = ROOM, .position = 1,
-                               .watch = &page_watch};
-    page.passed += (double)page.state.period;
-    page.state.period = 0;
-    page.count = 0;
-    return capsule_run(&page.map, &page.state, periods, &request, &page.count, &page.open);
+    return go_on(periods, &(capsule_request){.segments = page.segments, .room = ROOM, .position = 1,
+                                             .watch = &page_watch});
 }
 EXPORT(record) int record(int periods) { return page_record(periods); }
-EXPORT(count) int count(void) { return (int)page.count; }
 EXPORT(why_open) int why_open(void) { return page.open; }
 
 EXPORT(where) void where(void)
 {
     const double row[] = {page.state.x_r, page.state.v_r, page.state.v_c, page.state.angle,
-                          page.state.position, page.passed + (double)page.state.period,
+                          page.state.position, page.passed,
                           page.state.field, page.state.plane};
     memcpy(numbers, row, sizeof row);
 }
 
+/* Rows of the recorded segments; how many. */
 #define SEGMENT_NUMBERS 21
 EXPORT(segments) int segments(void)
 {
@@ -111,7 +102,7 @@ EXPORT(segments) int segments(void)
             s->duration, s->position, s->advance, s->margin, s->gap};
         memcpy(numbers + i * SEGMENT_NUMBERS, row, sizeof row);
     }
-    return SEGMENT_NUMBERS;
+    return (int)page.count;
 }
 
 /* Points of the recorded segments no further apart than `step`, both ends among them: rows of

@@ -1,4 +1,5 @@
 // The C library as WebAssembly: the same map, the same certificates, the same 106 bits as elsewhere.
+import { FIELDS } from "../../generated/page/model.ts";
 import { PARAMETERS } from "./fields.ts";
 import type { Parameter } from "./fields.ts";
 import type { Matrix } from "./multipliers.ts";
@@ -23,20 +24,16 @@ interface Exports {
   settle(periods: number): number;
   steady(tolerance: number): number;
   record(periods: number): number;
-  count(): number;
   why_open(): number;
   where(): void;
   segments(): number;
   points(step: number): number;
   closed(): number;
   follow(): number;
-  bifurcation(zero: number, free: number): number;
-  along(pin: number, at: number, free: number): number;
-  orbit_start(): void;
+  hold(unknown: number, at: number, free: number, keep: number): number;
   orbit_within(): void;
-  durations(): number;
-  column(periods: number, tolerance: number): number;
-  cell(periods: number): number;
+  unknowns(): number;
+  attain(periods: number, early: number): number;
 }
 
 export interface Segment {
@@ -148,6 +145,10 @@ export class Core {
     this.deadline = performance.now() + milliseconds;
   }
 
+  private get omega(): number {
+    return this.given[PARAMETERS.indexOf("omega")] ?? NaN;
+  }
+
   prepare(p: Parameters): void {
     PARAMETERS.forEach((name, i) => (this.given[i] = p[name]));
     this.c.prepare();
@@ -182,9 +183,8 @@ export class Core {
   }
 
   segments(): Segment[] {
-    const size = this.c.segments();
-    return Array.from({ length: this.c.count() }, (_, i) => {
-      const n = (k: number): number => this.numbers[i * size + k] ?? NaN;
+    return Array.from({ length: this.c.segments() }, (_, i) => {
+      const n = (k: number): number => this.numbers[i * SEGMENT + k] ?? NaN;
       return {
         field: n(0),
         source: n(1),
@@ -233,14 +233,13 @@ export class Core {
 
   /** The orbit along its branch at which part `pin` of its start is `at`: the parameter's value and the monodromy. */
   along(pin: number, at: number, free: Parameter): { value: number; matrix: Matrix } | null {
-    if (!this.c.along(pin, at, PARAMETERS.indexOf(free))) return null;
+    if (!this.c.hold(pin, at, PARAMETERS.indexOf(free), 1)) return null;
     return { value: this.numbers[9] ?? NaN, matrix: [...this.numbers.subarray(0, 9)] };
   }
 
   /** Where the orbit starts: x_r, v_r, v_c and the forcing angle. */
   orbitStart(): number[] {
-    this.c.orbit_start();
-    return [...this.numbers.subarray(0, 4)];
+    return this.unknowns().slice(0, 4);
   }
 
   /** State and forcing angle within the orbit's first segment, off every switch. */
@@ -250,51 +249,73 @@ export class Core {
   }
 
   durations(): number[] {
-    const n = this.c.durations();
+    return this.unknowns().slice(4);
+  }
+
+  private unknowns(): number[] {
+    const n = this.c.unknowns();
     return [...this.numbers.subarray(0, n)];
   }
 
   bifurcation(zero: number, free: Parameter): Event | null {
-    if (!this.c.bifurcation(zero, PARAMETERS.indexOf(free))) return null;
-    const [value = NaN, x = 0, v = 0, w = 0, force = 0, before = 0, during = 0, after = 0, residual = NaN] = this.numbers;
+    if (!this.c.hold(4 + zero, 0, PARAMETERS.indexOf(free), 0)) return null;
+    const [value = NaN, residual = NaN, , x = 0, v = 0, w = 0, force = 0, before = 0, during = 0, after = 0] = this.numbers.subarray(9);
     return { value, state: [x, v, w], force, fields: [before, during, after], residual };
   }
 
   column(periods: number): Column {
-    const end = stop(this.c.column(periods, 1e-9));
-    const n = this.numbers;
-    const at = (k: number): number => n[k] ?? NaN;
-    const [states, impacts, itinerary] = [HEAD, HEAD + 3 * STATES, HEAD + 3 * STATES + IMPACTS];
+    const { stop, cycle, before, periodNumber, never, advance, work, ...rest } = this.attain(periods, false);
+    const sum = (count: (s: Segment) => number): number => cycle.reduce((total, s) => total + count(s), 0);
+    const time = sum((s) => s.duration);
+    const share = (of: (field: number) => boolean): number =>
+      cycle.length ? sum((s) => (of(s.field) ? s.duration : 0)) / time : never ? Number(of(never)) : NaN;
+    const turns = (time * this.omega) / (2 * Math.PI);
     return {
-      stop: end,
-      periodNumber: at(1),
-      progression: at(4),
-      work: at(5),
-      stick: at(6),
-      contact: at(7),
-      states: Array.from({ length: at(8) }, (_, i): Triple => [at(states + 3 * i), at(states + 3 * i + 1), at(states + 3 * i + 2)]),
-      impacts: [...n.subarray(impacts, impacts + at(9))],
-      fields: at(1) && !at(10) && at(3) ? [at(3)] : fieldsOf(n.subarray(itinerary, itinerary + at(10))),
-      matrix: at(14) ? [...n.subarray(itinerary + ITINERARY_ROOM, itinerary + ITINERARY_ROOM + 9)] : null,
-      end: [at(11), at(12), at(13)],
+      ...rest,
+      stop,
+      periodNumber,
+      progression: periodNumber && cycle.length ? advance / periodNumber : cycle.length ? sum((s) => s.advance) / turns : resting(never),
+      work: cycle.length ? work / turns : NaN,
+      stick: share(sticks),
+      contact: share(touches),
+      impacts: cycle.filter((s, i) => touches(s.field) && !touches((cycle[i - 1] ?? before)?.field ?? 0)).map((s) => s.start[1]),
+      fields: periodNumber ? fieldsOf(cycle, never) : [],
     };
   }
 
   cell(periods: number): Cell {
-    const end = stop(this.c.cell(periods));
-    const n = this.numbers;
-    const [, periodNumber = 0, never = 0, progression = 0, count = 0, x = 0, v = 0, w = 0] = n;
-    const fields = !count && never ? [never] : fieldsOf(n.subarray(CELL_HEAD, CELL_HEAD + count));
-    return { stop: end, periodNumber: never && !periodNumber ? 1 : periodNumber, progression, fields, mean: [x, v, w] };
+    const { stop, cycle, periodNumber, never, advance, states } = this.attain(periods, true);
+    const last = states.slice(-Math.max(1, periodNumber)).reverse();
+    const mean = (k: 0 | 1 | 2): number => last.reduce((sum, state) => sum + state[k] / last.length, 0);
+    return {
+      stop,
+      periodNumber: never && !periodNumber ? 1 : periodNumber,
+      progression: periodNumber ? advance / periodNumber : resting(never),
+      fields: fieldsOf(cycle, never),
+      mean: [mean(0), mean(1), mean(2)],
+    };
+  }
+
+  /** The motion that a run comes to, and one cycle of its segments with the one before. */
+  private attain(periods: number, early: boolean) {
+    const end = stop(this.c.attain(periods, Number(early)));
+    const n = (k: number): number => this.numbers[k] ?? NaN;
+    const [periodNumber = 0, never = 0, advance = 0, x = 0, v = 0, w = 0, rows = 0, first = 0, count = 0, work = 0] = this.numbers;
+    const states = Array.from({ length: rows }, (_, i): Triple => [n(HEAD + 3 * i), n(HEAD + 3 * i + 1), n(HEAD + 3 * i + 2)]);
+    const matrix: Matrix | null = n(10) ? [...this.numbers.subarray(11, HEAD)] : null;
+    const segments = count > 0 ? this.segments() : [];
+    const [cycle, before] = [segments.slice(first, first + count), segments[first - 1]];
+    return { stop: end, periodNumber, never, advance, work, states, matrix, cycle, before, end: [x, v, w] as Triple };
   }
 }
 
-// As in core/sweep.c.
-const HEAD = 16;
-const CELL_HEAD = 8;
-const STATES = 32;
-const IMPACTS = 1024;
-const ITINERARY_ROOM = 4096;
+const HEAD = 20; // as in core/sweep.c
+const SEGMENT = 21; // as in core/run.c
+const touches = (field: number): boolean => FIELDS[field]?.contact ?? false;
+const sticks = (field: number): boolean => FIELDS[field]?.drift === 0;
+/** Progression of a motion that never leaves a field. */
+const resting = (never: number): number => (sticks(never) ? 0 : NaN);
+const fieldsOf = (cycle: readonly Segment[], never: number): number[] =>
+  !cycle.length && never ? [never] : cycle.map((s) => s.field);
 
 const stop = (code: number): Stop => STOPS[code] ?? "refused";
-const fieldsOf = (codes: Float64Array): number[] => Array.from(codes, (code) => code % 16);

@@ -17,8 +17,7 @@ const out = JSON.parse(readFileSync(0, "utf8")).map(({ parameters, state, phase,
   c.prepare();
   c.start(...state, phase);
   const stop = c.record(periods);
-  const count = c.count();
-  c.segments();
+  const count = c.segments();
   const itinerary = Array.from({ length: count }, (_, i) => [...numbers.slice(i * SEGMENT, i * SEGMENT + 3)]);
   c.where();
   const [x_r, v_r, v_c, , position] = numbers;
