@@ -6,6 +6,7 @@ import ast
 import importlib
 import json
 import math
+import operator
 import re
 import shutil
 import subprocess
@@ -18,14 +19,18 @@ import pytest
 import sympy as sp
 
 from capsule_sym._symbolic.model.formulas import Formula
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS
 from capsule_sym.codegen import _render
 from capsule_sym.codegen._backend import Backend
-from capsule_sym.codegen._derived import Derived, derive, lowered
+from capsule_sym.codegen._blocks import segment_constants
+from capsule_sym.codegen._derived import Derived, derive, lowered, matrices
 from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen.backends import BACKENDS
 from capsule_sym.codegen.backends.c import C, Real
 from capsule_sym.codegen.backends.matlab import Matlab
 from capsule_sym.codegen.backends.python import Python
+from capsule_sym.codegen.backends.typescript import TypeScript
 
 CODEGEN = Path(_render.__file__).parent
 X, Y, K = sp.symbols("x y K")
@@ -33,11 +38,12 @@ X, Y, K = sp.symbols("x y K")
 SWAPPED = lower(
     "swapped",
     "Two results.",
-    [(X, K * sp.exp(X * Y) + Y), (Y, sp.exp(X * Y) / Y**2)],
+    [(X, K * sp.exp(X * Y) + Y), (Y, sp.exp(X * Y) / Y**2 + X)],
     ("x", "y"),
     ("x", "y"),
     frozenset({"K"}),
 )
+TUPLE = lower("alone", "A tuple of one.", [(X, K * X)], ("x",), ("x",), frozenset({"K"}))
 ONE = lowered(Formula("one", "One result.", (X,), (("r", K * X + 1),)))
 ROW = lowered(Formula("row", "An array.", (X,), (("a", X**2), ("b", K - X)), array=True))
 NAMED = lowered(Formula("named", "Named results.", (X,), (("a", X**2), ("b", K - X))))
@@ -50,16 +56,17 @@ def derived() -> Derived:
 
 
 def expected(x: float, y: float, k: float) -> tuple[float, float]:
-    return k * math.exp(x * y) + y, math.exp(x * y) / y**2
+    return k * math.exp(x * y) + y, math.exp(x * y) / y**2 + x
 
 
 def test_a_function_in_python_is_its_kernel(derived: Derived) -> None:
     names: dict[str, Any] = {"exp": math.exp, "Any": Any}
     python = Python(derived)
-    for kernel in (SWAPPED, ONE, ROW):
+    for kernel in (SWAPPED, TUPLE, ONE, ROW):
         exec(python.function(kernel, "Any"), names)
     c = SimpleNamespace(K=3.0)
     assert names["swapped"](c, 0.5, 2.0) == pytest.approx(expected(0.5, 2.0, 3.0), rel=1e-15)
+    assert names["alone"](c, 2.0) == (6.0,)
     assert names["one"](c, 2.0) == 7.0
     assert names["row"](c, 2.0) == (4.0, 1.0)
     assert names["one"].__doc__ == "One result.\n\n    2 operations.\n    "
@@ -121,6 +128,68 @@ def test_a_function_in_matlab_assigns_all_its_results_at_once(derived: Derived) 
     assert (names["x"], names["y"]) == pytest.approx(expected(0.5, 2.0, 3.0), rel=1e-15)
 
 
+NUMBERS: dict[str, Any] = {
+    **{"add": operator.add, "sub": operator.sub, "mul": operator.mul, "over": operator.truediv},
+    **{"mad": lambda a, b, c: a * b + c, "neg": operator.neg, "num": float},
+}
+VALUES = {parameter: 0.3 + 0.2 * i for i, parameter in enumerate(PARAMETERS)}
+
+
+def evaluated(text: str) -> float:
+    """An expression of the parameters, printed in any language."""
+    plain = re.sub(r"\.(?=[*/^])|\w+(->|\.)(?=[a-z])", "", text).replace("^", "**")
+    return float(eval(plain, NUMBERS | {p.name: value for p, value in VALUES.items()}))
+
+
+def cases(text: str) -> dict[int, str]:
+    """Assignments in a switch by a field's number."""
+    return {int(n): body for n, body in re.findall(r"case (\d)(.*?)(?=    case|\Z)", text, re.S)}
+
+
+def test_matrices_in_matlab_are_those_of_the_fields(derived: Derived) -> None:
+    found = cases(Matlab(derived).texts()["fields"])
+    assert len(found) == len(SEGMENTS)
+    for segment in SEGMENTS:
+        for name, matrix in zip("AG", matrices(segment).values(), strict=True):
+            assigned = re.findall(rf"{name}\((\d), (\d)\) = (.*);", found[segment.index])
+            entries = {(int(i) - 1, int(j) - 1): evaluated(value) for i, j, value in assigned}
+            for i, row in enumerate(matrix):
+                for j, value in enumerate(row):
+                    expected = float(sp.sympify(value).subs(VALUES))
+                    assert entries.get((i, j), 0.0) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("backend", "name"),
+    [(C, "segment_constants"), (C, "field_constants"), (Matlab, "segment_constants")],
+)
+def test_constants_are_those_of_the_fields(
+    derived: Derived, backend: type[Backend], name: str
+) -> None:
+    found = cases(backend(derived).texts()[name])
+    for segment in SEGMENTS:
+        pairs = re.findall(r"c(?:->|\.)(\w+) = ([^;]*);", found[segment.index])
+        values = {key: evaluated(value) for key, value in pairs}
+        assert (values.pop("contact"), values.pop("drift")) == (segment.contact, segment.drift)
+        expected = {str(key): float(v.subs(VALUES)) for key, v in segment_constants(segment.index)}
+        assert values == pytest.approx(expected, rel=1e-14)
+
+
+def test_the_page_has_a_field_for_each_parameter_and_quantity(derived: Derived) -> None:
+    text = TypeScript(derived).written()["page/model.ts"]
+    rows = {name: json.loads(row) for name, row in re.findall(r"^  (\w+): (\{.*\}),$", text, re.M)}
+    declared = (*MODEL.parameters, *MODEL.quantities)
+    assert rows.keys() == {one.name for one in declared}
+    for one in declared:
+        row = rows[one.name]
+        assert (row["symbol"], row["low"], row["high"]) == (one.letter, one.low, one.high)
+        assert (row["name"], row["about"], row.get("unit", "")) == (
+            one.label,
+            one.about,
+            getattr(one, "unit", "").replace("^2", "²"),
+        )
+
+
 def test_no_two_backends_write_one_file_and_no_template_is_left_over() -> None:
     paths = [path for backend in BACKENDS for path in backend.files]
     assert len(paths) == len(set(paths))
@@ -141,6 +210,7 @@ ADDED = """
 from typing import ClassVar
 
 from capsule_sym.codegen._backend import Backend
+from capsule_sym.codegen._blocks import segment_constants
 from sympy.printing.julia import JuliaCodePrinter
 
 
@@ -177,6 +247,13 @@ def test_a_backend_is_a_folder_and_a_line(
     text = files["jl/kernels.jl"]
     assert text.startswith("# Generated.\n# Inputs.\nterms() = 24\nfunction overdamped(c, h)\n")
     assert text.count("\nfunction ") == len(derived.kernels) - 1
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "__init__.py").write_text(
+        "from julia import Julia\n\n\nclass Other(Julia):\n    pass\n", encoding="utf-8"
+    )
+    (tmp_path / "other" / "helpers.part.in").write_text("own() = 1", encoding="utf-8")
+    other = importlib.import_module("other").Other(derived).written()["jl/kernels.jl"]
+    assert other == text.replace("terms() = 24", "own() = 1")
     assert "oscillating" in json.loads(files["manifest.json"])["operations"]
 
 

@@ -1,12 +1,13 @@
 """Expressions as they are printed mean what they meant."""
 
+import operator
 import re
 
 import pytest
 import sympy as sp
 
 from capsule_sym.codegen._backend import Backend, wrapped
-from capsule_sym.codegen.backends.c import Bound
+from capsule_sym.codegen.backends.c import Bound, Real
 from capsule_sym.codegen.backends.c import C as CBackend
 from capsule_sym.codegen.backends.matlab import Matlab
 from capsule_sym.codegen.backends.python import Python
@@ -24,6 +25,29 @@ def test_a_quotient_by_a_power_is_one(expression: sp.Expr, backend: type[Backend
     if backend is Matlab:
         printed = re.sub(r"\.(?=[*/^])", "", printed).replace("^", "**")
     value = eval(printed, {"a": 3.0, "b": 7.0, "c": 11.0})  # spelled alike in C
+    assert value == pytest.approx(float(expression.subs({A: 3, B: 7, C: 11})), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        A * B + B * C + A * C**2,
+        A * B + C,
+        C - A * B,
+        -A * B,
+        A * B * C + A - 1,
+        (A + B) / C,
+        A**3 - 2 / B,
+        -(A**2) + B * C,
+    ],
+)
+def test_an_expression_over_any_number_type_keeps_its_value(expression: sp.Expr) -> None:
+    numbers = {
+        **{"add": operator.add, "sub": operator.sub, "mul": operator.mul, "neg": operator.neg},
+        **{"over": operator.truediv, "mad": lambda a, b, c: a * b + c, "num": float},
+        **{"a": 3.0, "b": 7.0, "c": 11.0},
+    }
+    value = eval(Real.printer.doprint(expression), numbers)
     assert value == pytest.approx(float(expression.subs({A: 3, B: 7, C: 11})), rel=1e-15)
 
 
