@@ -100,7 +100,7 @@ cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
 
 cdef enum:
     PIECE = 512  # segments that a run writes at a time: where it pauses, it goes on within a rounding
-    MOST_EXTREMA = 64  # of a quantity in a segment
+    MOST_EXTREMA = 2048  # of a quantity in a segment
     MAP_WORK = 32  # what making a map takes for a watch, in expansions
 
 

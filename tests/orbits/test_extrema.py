@@ -17,6 +17,7 @@ from scipy.optimize import brentq, minimize_scalar
 from capsule_sym import Itinerary, Parameters
 from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend, backend
 from capsule_sym._map.expansion import Guard
+from capsule_sym._native import core
 from capsule_sym._orbits.shooting import extrema as module
 from capsule_sym._orbits.shooting.equations import SegmentFlow, shooting
 from capsule_sym._orbits.shooting.extrema import Extremum, extrema, minima
@@ -350,6 +351,24 @@ def test_slow_forcing_is_passed_in_few_steps(
             for n, turn in enumerate(every, 1):
                 assert abs(turn.time - (n * mp.pi + behind) / exact) < error
     assert len(made) < 3000
+
+
+@pytest.mark.skipif(core is None, reason="the C core was not compiled")
+@pytest.mark.parametrize(("zeta", "count"), [(0.05, 71), (1.0, 3)])
+def test_the_core_finds_extrema_of_slow_forcing_itself(zeta: float, count: int) -> None:
+    """A rounding of x_r = 0.1 moves an extremum by 1e-17/(alpha omega^2) = 1e-8 at the most."""
+    values, omega = (0.1, 1e-4, 0.5, zeta, 0.0, 1.0, 100.0), 1e-4
+    coarse, fine = (
+        segment(values, 2, [0.1, 0.013, 0.0, 0.0], 2.5 * math.pi / omega, name)
+        for name in ("numpy", "mpmath")
+    )
+    every, exact = module._by_core(coarse, Quantity.GAP, 0), found(fine, Quantity.GAP, "mpmath")
+    assert every is not None
+    assert [turn.kind for turn in every] == [turn.kind for turn in exact]
+    assert len(exact) == count
+    for one, other in zip(every, exact, strict=True):
+        assert abs(one.time - other.time) < 1e-8
+        assert abs(one.value - other.value) < 1e-15
 
 
 @pytest.mark.usefixtures("either")
