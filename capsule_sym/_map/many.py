@@ -120,7 +120,10 @@ def simulate_many(
     watch = watch_of(max_seconds)
     lengths = math.tau / rows[:, _OMEGA]
     starts, times = _starts(states, count), _times(phases, lengths)
-    kept = checked(keep, times.max(initial=0.0), periods * lengths.min(initial=math.inf))
+    first, last = 0.0, 0.0
+    if not isinstance(keep, str):
+        first, last = times.max(initial=0.0), periods * lengths.min(initial=math.inf)
+    kept = checked(keep, first, last)
     what = kept if isinstance(kept, str) else "times"
     if not isinstance(kept, str):
         check_memory("keep", kept, STATE * kept.size * count)
@@ -182,9 +185,9 @@ def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.f
 def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
     """The states that runs start from, shape (n, 3)."""
     starts = spread("states", states, (count, 3))
-    within = (abs(starts) <= LARGEST_STATE).all(axis=1)
+    within = abs(starts) <= LARGEST_STATE
     if not within.all():
-        value = tuple(starts[np.argmin(within)].tolist())
+        value = tuple(starts[np.argmin(within.all(axis=1))].tolist())
         raise InvalidInput("states", value, f"numbers of size at most {LARGEST_STATE:g}")
     return starts
 
@@ -304,12 +307,13 @@ def _side_by_side(
     passed = records["period"].copy()
     if watch.over:
         status[(passed < periods) & (status == Status.FINISHED.value)] = Status.TIME_LIMIT.value
-    lengths, kept = np.zeros(count, np.int64), np.empty(0)
+    ends, kept = np.zeros(count + 1, np.int64), np.empty(0)
     if strobe is not None:
         # Row 0 is a state at phase 0 only of a run that starts there.
         places = np.arange(periods + 1)
         has = (places <= passed[:, None]) & (places >= (phases != 0)[:, None])
-        lengths, kept = has.sum(axis=1), strobe[has]
+        np.cumsum(has.sum(axis=1), out=ends[1:])
+        kept = strobe[has]
     return Trajectories(
         rows,
         np.array([records[name] for name in _STATE]).T.copy(),
@@ -317,7 +321,7 @@ def _side_by_side(
         passed,
         status,
         what,
-        np.concatenate([[0], np.cumsum(lengths)]),
+        ends,
         kept,
         {},
     )
