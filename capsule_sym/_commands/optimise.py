@@ -47,7 +47,7 @@ def _by_name(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> 
 
 
 over_option = option(
-    "A parameter that varies, and its bounds: of the seven, or of the device. Any number.",
+    "A parameter that varies, and its bounds: dimensionless, or of the device. Any number.",
     type=NamedRange(),
     multiple=True,
     callback=_by_name,

@@ -142,7 +142,7 @@ cdef object _arrays(object block, const capsule_system *system, int count):
 
 
 cdef class Fields:
-    """The fields' closed forms at one parameter set, seven numbers in the order of `Parameters`."""
+    """The fields' closed forms at one parameter set, numbers in the order of `Parameters`."""
 
     cdef capsule_map *map
 
@@ -268,7 +268,7 @@ cdef class Fields:
 
 
 cdef class Map(Fields):
-    """The map at one parameter set, seven numbers in the order of `Parameters`."""
+    """The map at one parameter set, numbers in the order of `Parameters`."""
 
     cdef capsule_segment *piece
 

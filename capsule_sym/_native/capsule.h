@@ -199,7 +199,7 @@ size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments,
 
 /* Derivatives of a run at times that stay, counted from its start: of the state and x_c there, and
    of the time of the last switch before, by the start's x_r, v_r, v_c and phase of the forcing, and
-   by the seven parameters. */
+   by the parameters. */
 typedef struct {
     double state[4][CAPSULE_SLOPE_COUNT];
     double time[CAPSULE_SLOPE_COUNT];

@@ -10,6 +10,7 @@ import type { Giver } from "../../explorer/src/chart.ts";
 import { Core } from "../../explorer/src/core.ts";
 import type { Cell, Column, Parameters } from "../../explorer/src/core.ts";
 import { themeOf } from "../../explorer/src/draw/colours.ts";
+import { DEFAULTS } from "../../explorer/src/fields.ts";
 import type { Answer, CellsJob, MarkJob } from "../../explorer/src/jobs.ts";
 import { MOST, marksBetween } from "../../explorer/src/marks.ts";
 import type { Runner } from "../../explorer/src/marks.ts";
@@ -21,7 +22,7 @@ import type { State } from "../../explorer/src/state.ts";
 const page = readFileSync(process.env["PAGE"] ?? "", "utf8");
 const packed = /eN[A-Za-z0-9+/=]{20000,}/.exec(page)?.[0] ?? "";
 const library = Core.load(new WebAssembly.Module(inflateSync(Buffer.from(packed, "base64"))));
-const study: Parameters = { alpha: 0.7, omega: 0.8, delta: 0.02, zeta: 0.05, beta: 1.5, gamma: 3.3, f_b: 1 };
+const study: Parameters = { ...DEFAULTS, alpha: 0.7, omega: 0.8, delta: 0.02, zeta: 0.05, beta: 1.5, gamma: 3.3, f_b: 1 };
 
 // Runs that stand for the library's: an itinerary for every value of the parameter, or none in time.
 

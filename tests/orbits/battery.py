@@ -1,6 +1,6 @@
 """Branches against brute force: `python -m tests.orbits.battery COUNT FILE`.
 
-Branches in all seven parameters and on two paths, from random motions. At values spread over each
+Branches in all parameters and on two paths, from random motions. At values spread over each
 branch the map alone, run from beside the branch's orbit, has to settle on a motion with the fields
 that the branch has there: an event that the branch missed, or has at another value, shows as other
 fields. Events are to be a chain of itineraries, and none is there twice. Results are appended to a

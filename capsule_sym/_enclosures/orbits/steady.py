@@ -41,7 +41,7 @@ class SteadyOrbit:
 def steady_orbit(values: Mapping[str, str]) -> SteadyOrbit:
     """The stable orbit near which the motion from rest settles; raises Unproved.
 
-    `values` are the seven parameters by name, as decimals. It is not proved that the motion from
+    `values` are the parameters by name, as decimals. It is not proved that the motion from
     rest tends to it: see `attraction`.
     """
     run = simulate(_rounded(values), periods=_PERIODS)

@@ -18,7 +18,7 @@ _LONGEST = 4096  # segments of an itinerary that the C core takes
 
 
 class ClosedForms:
-    """The closed forms of F1 to F6 at seven parameter values, in the number system of a backend."""
+    """The closed forms of F1 to F6 at one parameter set, in the number system of a backend."""
 
     def __init__(self, numbers: Backend, values: Sequence[Number]) -> None:
         self.numbers, self.values = numbers, tuple(values)

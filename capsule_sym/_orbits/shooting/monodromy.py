@@ -24,7 +24,7 @@ _LANDING = np.array([[0.0, 0, 0], [0, 0, -1], [0, 0, 1]])  # of a saltation matr
 def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> NDArray[np.float64]:
     """Derivative (n + 4 + m, 3, 3) of the monodromy matrix by z and along parameters, in doubles.
 
-    `directions` (m, 7) are directions of the seven parameters. Within a segment the matrix grows
+    `directions` (m, p) are directions of the p parameters. Within a segment the matrix grows
     with the duration by the field's own; only its change with the parameters is a difference.
     """
     flows, itinerary, n = orbit.system.flows, orbit.itinerary, len(orbit.itinerary)

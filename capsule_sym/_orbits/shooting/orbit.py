@@ -70,7 +70,7 @@ _UNSOLVED = {
 class Orbit(Labelled):
     """A periodic orbit modulo drift: a solution z of its itinerary's equations.
 
-    `values` are the seven parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
+    `values` are the parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
     forcing angle and durations as in `equations`, `system` the equations there. `iterations` counts
     the steps of Newton's method that led here. With the backend "mpmath" all numbers have 50
     digits. Durations below 0 are allowed: such an orbit solves the equations, but is no motion.

@@ -66,7 +66,7 @@ def _facts() -> dict[str, object]:
         "DEFAULTS": {p.name: float(p.default) for p in own},
         "RANGES": {p.name: (float(p.low), float(p.high)) for p in own},
         "POSITIVE": (*(p.name for p in own if p.positive), *(q.name for q in device if q.low > 0)),
-        "SIGNED": tuple(p.name for p in own if p.signed),
+        "SIGNED": (*(p.name for p in own if p.signed), *(q.name for q in device if q.low < 0)),
         "LABELS": {p.name: p.label for p in own} | MODEL.state_labels,
         "TEX": {p.name: p.tex for p in own} | {name: name for name in MODEL.state_labels},
         "DEVICE": {q.name: q.unit for q in device},
