@@ -200,9 +200,9 @@ def fit(
     check_count("steps", steps, *STEPS)
     problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase, progress)
     limits = _limits(problem, bounds or {})
-    guesses = [problem.guess, *_drawn(problem, *limits, starts, seed)]
     found, errors, border = list[Least](), None, None
     with Watch(checked_seconds(max_seconds)):
+        guesses = [problem.guess, *_drawn(problem, *limits, starts, seed)]
         if starts:
             guesses = _best(problem, guesses)[:follow]
         for k, guess in enumerate(guesses, 1):

@@ -20,6 +20,7 @@ from capsule_sym import (
     sensitivities,
     simulate,
 )
+from capsule_sym._design import fit as fit_module
 from capsule_sym._design.measured import measured
 from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
 from capsule_sym._design.residuals import Problem
@@ -443,6 +444,19 @@ def test_a_fit_that_is_out_of_time_has_the_best_that_was_tried(monkeypatch, run,
     else:
         assert list(found.values.values()) == [0.9, 1.2]
     assert np.isnan(whole.interval("alpha", max_seconds=1e-7)).all()
+
+
+def test_the_time_in_which_guesses_are_drawn_counts(monkeypatch) -> None:
+    clock, drawn = Clock(monkeypatch, "drawn"), fit_module._drawn
+
+    def slowly(*arguments):
+        clock.progress("drawn")
+        return drawn(*arguments)
+
+    monkeypatch.setattr(fit_module, "_drawn", slowly)
+    limited = {"max_seconds": LIMIT, "starts": 8}
+    found = fit(series(count=60), TRUE, ("alpha",), state=START, phase=PHASE, **limited)
+    assert found.status == "time-limit"
 
 
 def test_a_fit_of_many_rows_takes_few_derivatives_and_blocks_of_memory(monkeypatch) -> None:
