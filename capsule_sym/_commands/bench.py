@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -25,7 +24,7 @@ def bench(
     repeats: int = REPEATS,
     only: str = ONLY,
     quick: bool = QUICK,
-    out: Path | None = options.out("Write the record to this directory, part by part."),
+    out: options.Path | None = options.out("Write the record to this directory, part by part."),
     as_json: bool = options.as_json,
 ) -> None:
     """Measure speed against error, beside other tools.
@@ -50,7 +49,7 @@ def bench(
         show_study(study)
 
 
-def run_study(study: Study, only: str, out: Path | None, as_json: bool) -> None:
+def run_study(study: Study, only: str, out: options.Path | None, as_json: bool) -> None:
     """Run all parts of a study, and write its record or print it as JSON."""
     from capsule_sym._records import dumps
 

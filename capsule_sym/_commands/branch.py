@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -49,9 +48,9 @@ def branch(
         metavar="NAME=FORMULA",
     ),
     state: tuple[float, float, float] = options.state(),
-    out: Path | None = options.tables,
+    out: options.Path | None = options.tables,
     max_seconds: float = options.max_seconds(),
-    certify: Path | None = options.certify("the bifurcations"),
+    certify: options.Path | None = options.certify("the bifurcations"),
     as_json: bool = options.as_json,
 ) -> None:
     """Follow a periodic orbit in a parameter, with all its bifurcations.

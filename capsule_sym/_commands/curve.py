@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import click
@@ -30,9 +29,9 @@ def curve(
         "Follow the other curves through the points of codimension two as well."
     ),
     state: tuple[float, float, float] = options.state(),
-    out: Path | None = options.tables,
+    out: options.Path | None = options.tables,
     max_seconds: float = options.max_seconds(),
-    certify: Path | None = options.certify("the points"),
+    certify: options.Path | None = options.certify("the points"),
     as_json: bool = options.as_json,
 ) -> None:
     """Follow bifurcations in two parameters, with the points where two conditions meet.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import click
@@ -37,7 +36,7 @@ def design(
     tolerances: dict[str, float] = tolerance_option,
     points: int = options.count("Points of the front of speed and cost.", 20, *POINTS),
     max_seconds: float = options.max_seconds(),
-    out: Path | None = options.out(
+    out: options.Path | None = options.out(
         "Write the JSON here, front and path as CSV, and their pictures."
     ),
     as_json: bool = options.as_json,

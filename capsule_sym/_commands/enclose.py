@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -27,8 +26,10 @@ def _growing(text: str) -> Any:
 @command()
 def enclose(
     thresholds: bool = option("Only the bifurcations, not the intervals."),
-    region: Path | None = _growing("Prove the (alpha, gamma) plane instead, going on with FILE."),
-    from_rest: Path | None = _growing(
+    region: options.Path | None = _growing(
+        "Prove the (alpha, gamma) plane instead, going on with FILE."
+    ),
+    from_rest: options.Path | None = _growing(
         "Prove where the motions from rest go instead, going on with FILE."
     ),
     seconds: float = option(
@@ -38,7 +39,7 @@ def enclose(
         show_default=True,
     ),
     max_seconds: float = options.max_seconds(),
-    out: Path | None = options.out(
+    out: options.Path | None = options.out(
         "Write certificates of all bifurcations, and of the orbits of Fig. 7, here.", "FILE.json"
     ),
     as_json: bool = options.as_json,
@@ -95,7 +96,9 @@ def enclose(
         raise click.exceptions.Exit(1)
 
 
-def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json: bool) -> None:
+def _parts(
+    region: options.Path | None, from_rest: options.Path | None, seconds: float, as_json: bool
+) -> None:
     from rich.progress import TextColumn, TimeElapsedColumn
 
     from capsule_sym._enclosures.regions.subdivision import FROM_REST, PLANE, Plane, prove

@@ -24,7 +24,7 @@ from capsule_sym.generated.facts import (
 )
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from pathlib import Path as Path
 
     from capsule_sym._parameters import Parameters, PhysicalParameters
 

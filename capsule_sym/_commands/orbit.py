@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import click
@@ -31,7 +30,7 @@ def orbit(
         metavar="NAME LOW HIGH",
     ),
     max_seconds: float = options.max_seconds(),
-    certify: Path | None = options.certify("the orbit"),
+    certify: options.Path | None = options.certify("the orbit"),
     as_json: bool = options.as_json,
 ) -> None:
     """Close the periodic orbit on which the motion settles, exactly.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -17,7 +16,9 @@ if TYPE_CHECKING:
 
 @command()
 def paper(
-    out: Path | None = options.out("Write casestudy.json and the tables to this directory."),
+    out: options.Path | None = options.out(
+        "Write casestudy.json and the tables to this directory."
+    ),
     as_json: bool = options.as_json,
 ) -> None:
     """Compute the case study of Section 4 and compare it with what the paper prints.

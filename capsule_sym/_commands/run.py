@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import click
@@ -29,7 +28,7 @@ def run(
         show_default="c where it was compiled, else numpy",
     ),
     max_seconds: float = options.max_seconds(120.0),
-    certify: Path | None = options.certify("every switch of the run, and its end,"),
+    certify: options.Path | None = options.certify("every switch of the run, and its end,"),
     as_json: bool = options.as_json,
 ) -> None:
     """Run the map and show the steady motion that it ends in.

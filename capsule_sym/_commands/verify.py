@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -24,7 +23,7 @@ def verify(
     only: str | None = option(
         "Prove this statement alone; --json gives the names as id.", metavar="NAME"
     ),
-    write: Path | None = option(
+    write: options.Path | None = option(
         "Write the report with formulas here.",
         type=options.WritablePath(file=True),
         metavar="FILE.md",
