@@ -107,9 +107,9 @@ def _gammas_as_printed(curve: Curve, printed: paper.Event | None) -> Iterator[fl
         orbit = point.orbit
         values = (alpha, *orbit.values[1:])
         with backend("numpy") as numbers:
-            free, z = (ParameterPath("gamma"),), orbit.z
-            system = ExtendedSystem(numbers, values, free, orbit.itinerary, z, (point.segment,))
-            found = system.solve()
+            free, segments = (ParameterPath("gamma"),), (point.segment,)
+            system = ExtendedSystem(numbers, values, free, orbit.itinerary, segments)
+            found = system.solve(orbit.z)
         if found is not None:
             yield float(found.orbit.values[PARAMETERS.index("gamma")])
 

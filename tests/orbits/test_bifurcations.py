@@ -171,8 +171,8 @@ def test_newton_that_finds_nothing_says_so() -> None:
     with backend("numpy") as numbers:
         # F4 lasts for two units of time: no alpha makes it vanish.
         free = (ParameterPath("alpha"),)
-        system = ExtendedSystem(numbers, orbit.values, free, orbit.itinerary, orbit.z, (1,))
-        assert system.solve() is None
+        system = ExtendedSystem(numbers, orbit.values, free, orbit.itinerary, (1,))
+        assert system.solve(orbit.z) is None
     one = upwards(3.3).bifurcations[0]
     with pytest.raises(ValueError, match="no segment"):
         refined(

@@ -15,6 +15,7 @@ import pytest
 from capsule_sym import (
     Bifurcation,
     Branch,
+    ContinuationSettings,
     InvalidInput,
     Orbit,
     continue_bifurcation,
@@ -39,6 +40,7 @@ from capsule_sym._orbits.continuation.records import (
     orbit_record,
     point_rows,
 )
+from capsule_sym._orbits.continuation.settings import DEFAULT
 from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled, upwards
@@ -91,9 +93,10 @@ def test_no_orbit_tells_where_newtons_method_ended() -> None:
 
 
 @lru_cache
-def doubled() -> Branch:
+def doubled(settings: ContinuationSettings = DEFAULT) -> Branch:
     """A short branch with a period doubling."""
-    return continue_orbit(settled(alpha=1.2, beta=10.0, omega=0.965), "omega", 0.98, points=4)
+    start = settled(alpha=1.2, beta=10.0, omega=0.965)
+    return continue_orbit(start, "omega", 0.98, points=4, settings=settings)
 
 
 def first_doubling(branch: Branch) -> Bifurcation:
@@ -137,6 +140,10 @@ def test_a_bifurcation_that_does_not_converge_at_first_is_found_from_nearer(monk
     one = first_doubling(doubled.__wrapped__())
     assert one.success
     assert one.value == pytest.approx(whole.value, abs=1e-12)
+    # As many halvings as are asked for.
+    answer(monkeypatch, [None, None])
+    few = ContinuationSettings(zero_halvings=2)
+    assert not first_doubling(doubled.__wrapped__(few)).success
 
 
 def test_branches_and_curves_tell_of_every_point() -> None:

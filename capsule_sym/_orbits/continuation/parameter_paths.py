@@ -165,13 +165,6 @@ class ParameterPath:
                 raise InvalidInput("ties", [name for name, _ in self.ties], where) from None
             base.replace(**dict(zip(PARAMETERS, placed, strict=True)))
 
-    def holds(self, values: Sequence[float]) -> bool:
-        """True if parameters are on the path."""
-        placed = self.placed(values, self.value(values))
-        return all(
-            abs(a - b) <= _ON_PATH * (abs(a) + abs(b)) for a, b in zip(values, placed, strict=True)
-        )
-
 
 class Axis(NamedTuple):
     """A path of parameters, and the range that the coordinate q from 0 to 1 stands for."""
@@ -206,6 +199,15 @@ class Axis(NamedTuple):
     def by(self, by_p: Matrix, values: Sequence[float]) -> Vector:
         """The derivative by q, from those by the parameters, (many, parameters)."""
         return self.path.by(by_p, values) * self.width
+
+    def check(self, base: Parameters, values: Sequence[Number]) -> None:
+        """Raises InvalidInput for values off the path, or where it goes through no parameters."""
+        self.path.check(base, self.begin, self.end)
+        value = self.value(values)
+        for given, placed in zip(values, self.path.placed(values, value), strict=True):
+            if abs(given - placed) > _ON_PATH * (abs(given) + abs(placed)):
+                tied = [name for name, _ in self.path.ties]
+                raise InvalidInput("ties", tied, f"such that they hold for the orbit at {value!r}")
 
 
 def parameter_path(name: str, ties: Mapping[str, Function | str] | None = None) -> ParameterPath:

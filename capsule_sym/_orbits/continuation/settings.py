@@ -83,6 +83,12 @@ class ContinuationSettings:
     share_error: float = _real(0.1, 1.0)
     """Share of a step by which its ends may mislead about where an inequality fails. Larger: fewer
     steps that are halved, and the first event may be missed where it is not located."""
+    outside_share: float = _real(1e-6, 0.1)
+    """Share of a step by which an event may seem to be beyond its ends. Larger: one that is not on
+    the way may be found."""
+    zero_halvings: int = _whole(8, 100)
+    """Halvings of a step for a guess of where a test function vanishes. Larger: more computing, and
+    fewer bifurcations that are not solved."""
     neighbour_step: float = _real(1e-4, 1.0)
     """Distance from an event at which its two sides are looked at. Larger: less exact multipliers
     on both sides, and another event may lie in between."""

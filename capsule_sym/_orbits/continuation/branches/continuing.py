@@ -119,8 +119,7 @@ def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
     axis = Axis(path, float(path.value(orbit.values)), float(to))
     if axis.begin == axis.end:
         raise InvalidInput("to", axis.end, f"other than {axis.begin}, where the branch begins")
-    path.check(orbit.parameters, axis.begin, axis.end)
-    _check_on_path(axis, orbit.values)
+    axis.check(orbit.parameters, orbit.values)
     return axis
 
 
@@ -140,18 +139,10 @@ def axis_within(
     axis, value = Axis(path, low, high), float(path.value(values))
     for end in (low, high) if path.name in PARAMETERS else ():
         parameters.replace(**{path.name: end})
-    path.check(parameters, low, high)
+    axis.check(parameters, values)
     if not low < value < high:
         raise InvalidInput("ends", (low, high), f"ascending, with {value!r} between them")
-    _check_on_path(axis, values)
     return axis
-
-
-def _check_on_path(axis: Axis, values: Sequence[Number]) -> None:
-    """Raises InvalidInput where an axis passes these values by."""
-    if not axis.path.holds([float(value) for value in values]):
-        tied, value = [name for name, _ in axis.path.ties], axis.value(values)
-        raise InvalidInput("ties", tied, f"such that they hold for the orbit at {value!r}")
 
 
 class _PassingRun(BranchRun):

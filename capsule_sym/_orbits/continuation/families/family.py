@@ -107,8 +107,8 @@ class Family(OrbitEquations):
         conditions = [Condition(name, self.zero_segment, like) for name in names]
         try:
             return ExtendedSystem(
-                self.numbers, orbit.values, free, orbit.itinerary, orbit.z, segments, conditions
-            ).solve()
+                self.numbers, orbit.values, free, orbit.itinerary, segments, conditions
+            ).solve(orbit.z)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 

@@ -28,9 +28,6 @@ from capsule_sym._orbits.shooting.changes import Change, insert_segment
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
-_HALVINGS = 8  # of the way between two states, to find a guess for an extended system
-_OUTSIDE = 1e-6  # of the way, by which an event may seem to be beyond its ends
-
 
 def smooth_between(family: Family, old: State, new: State, until: float) -> list[SmoothEvent]:
     """The smooth bifurcations between two states of one itinerary, up to a share, in order."""
@@ -71,7 +68,7 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
     low, high, share = 0.0, 1.0, ends[0] / (ends[0] + ends[1])
     conditions = tuple(one for one in (family.critical, name) if one is not None)
     segments = () if family.zero_segment is None else (family.zero_segment,)
-    for _ in range(_HALVINGS):
+    for _ in range(family.settings.zero_halvings):
         guess = family.corrected(old.u + share * change, normal)
         if guess is None:
             break
@@ -174,7 +171,8 @@ def _locate(
         along = float((q - old.u[-1]) / (new.u - old.u)[-1])
     else:
         along = _share(family, old, new, found._replace(orbit=here))
-    if not -_OUTSIDE <= along <= 1 + _OUTSIDE:
+    outside = family.settings.outside_share
+    if not -outside <= along <= 1 + outside:
         return None
     return Event(failed, segment, change, found, along)
 

@@ -195,7 +195,7 @@ def refined(one: Bifurcation) -> EventSolution:
         values = [numbers.number(value) for value in orbit.values]
         z = np.array([numbers.number(value) for value in orbit.z])
         free = (one.path or ParameterPath(one.parameter),)
-        found = ExtendedSystem(numbers, values, free, orbit.itinerary, z, (one.segment,)).solve()
+        found = ExtendedSystem(numbers, values, free, orbit.itinerary, (one.segment,)).solve(z)
     if found is None:
         raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
     return found

@@ -142,39 +142,28 @@ class OrbitEquations:
 
 
 class ExtendedSystem(OrbitEquations):
-    """Such equations with as many free parameters as segments of duration 0 and conditions.
+    """Such equations with as many free paths as segments of duration 0 and conditions.
 
-    `z` and `values` hold the guess. Conditions are for double precision; there may be one too many
-    if it follows from others.
+    Conditions are for double precision; there may be one too many if it follows from others.
     """
 
-    def __init__(
-        self,
-        numbers: Backend,
-        values: Sequence[Number],
-        free: Sequence[ParameterPath],
-        itinerary: Itinerary,
-        z: Vector,
-        segments: tuple[int, ...] = (),
-        conditions: Sequence[Condition] = (),
-    ) -> None:
-        super().__init__(numbers, values, free, itinerary, segments, conditions)
-        at = [path.value(values) for path in free]
-        self.guess = np.array([*np.array(list(z))[self.rest], *at])
-        self._kept: ShootingSystem | None = None
-        # Of conditions without an exact gradient: differences at first, then Broyden's updates. An
-        # error of them costs steps of Newton's method only.
-        self._rows: Matrix | None = None
-        self._last = self._step = np.zeros(0)
+    _kept: ShootingSystem | None = None
+    # Of conditions without an exact gradient: differences at first, then Broyden's updates. An
+    # error of them costs steps of Newton's method only.
+    _rows: Matrix | None = None
+    _last = _step = np.zeros(0)
 
-    def solve(self) -> EventSolution | None:
-        """The solution by Newton's method; None if there is none.
+    def solve(self, z: Vector) -> EventSolution | None:
+        """The solution by Newton's method from z and `values`; None if there is none.
 
         In 50 digits the derivatives are computed at the guess alone: a step then leaves as much of
         the error as the guess was off, which is far less than a half.
         """
-        numbers, unknowns = self.numbers, self.guess
-        many = len(unknowns) - len(self.free)
+        numbers, known = self.numbers, np.array(list(z))[self.rest]
+        unknowns, many = (
+            np.array([*known, *(one.share(self.values) for one in self.free)]),
+            len(known),
+        )
         # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink
         # by that. Where equations are nearly dependent, rounding alone moves the unknowns by more:
         # the last step may be one whose square is rounding.
