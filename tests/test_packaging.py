@@ -235,7 +235,7 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
     assert any(name.endswith(".c") for name in GENERATED)
     assert {f"capsule_sym/{name}" for name in GENERATED if "__pycache__" not in name} <= shipped
     assert "capsule_sym/py.typed" in shipped
-    assert not [name for name in shipped if name.endswith(".in")]
+    assert not [n for n in shipped if n.startswith("capsule_sym/codegen") and n.endswith(".in")]
     done = installed(unpacked, "import capsule_sym.generated.py as g; print(g.__file__)")
     assert done.stdout.startswith(str(unpacked)), done.stderr
     if core is None:
