@@ -201,7 +201,7 @@ def _by_kernels(
     residual[n:-1], by[n:-1] = state - sign * z[:STATES], state_by
     for row in range(STATES):
         by[n + row, row] = by[n + row, row] - sign
-    _pin(itinerary, forms.value("delta"), z, residual, by)
+    _pin(itinerary, flows[0], residual, by)
     residual[-1] = omega * sum(durations, zero) - itinerary.period_number * turn
     by[-1] = _angle_by(forms, z, n)
     by[-1, BY_ANGLE] = zero
@@ -342,18 +342,16 @@ def _value(flow: SegmentFlow) -> tuple[Number, Vector]:
     return beyond, chained(formulas.limit_gradient(c, way, gap, v_r), rows)
 
 
-def _pin(itinerary: Itinerary, delta: Number, z: Vector, residual: Vector, by: Matrix) -> None:
+def _pin(itinerary: Itinerary, start: SegmentFlow, residual: Vector, by: Matrix) -> None:
     """Hold the start to the last guard's surface, in place of that component's closure.
 
     The last segment's guard has its end there. Were the start not held, segments whose guards begin
     at 0 one after the other all round would fix their differences only.
     """
     n, guard = len(itinerary), itinerary.segments[-1].guard
-    row = {Guard.GAP: 0, Guard.DRIFT: 2}.get(guard or Guard.UPPER)
-    if row is None:
-        return
-    residual[n + row] = z[row] - (delta if guard is Guard.GAP else 0)
-    by[n + row] = by[n + row] * 0
-    by[n + row, row] = by[n + row, row] + 1
     if guard is Guard.GAP:
-        by[n, BY["delta"]] = by[n, BY["delta"]] - 1
+        residual[n] = start.closed.gap
+        by[n] = chained(formulas.gap_gradient(start.c), start.start_by)
+    elif guard is Guard.DRIFT:
+        residual[n + 2] = start.closed.v_c
+        by[n + 2] = chained(formulas.speed_gradient(start.c), start.start_by)
