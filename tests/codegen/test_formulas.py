@@ -70,7 +70,7 @@ def test_a_term_gone_from_the_model_changes_every_target(tmp_path: Path) -> None
     text = model.read_text(encoding="utf-8")
     term = "P = model.interaction(x_r + 2 * zeta * v_r"
     assert text.count(term) == 1
-    model.write_text(text.replace(term, term.replace("2", "3")), encoding="utf-8")
+    model.write_text(text.replace(term, term.replace("2 * zeta", "3 * zeta / 2")), encoding="utf-8")
     # Without `site`, which would import the package from where it is installed editable.
     command = [sys.executable, "-S", "-m", "capsule_sym.codegen", "--check"]
     packages = {**os.environ, "PYTHONPATH": sysconfig.get_path("purelib")}
