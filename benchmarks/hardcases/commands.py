@@ -53,6 +53,8 @@ def hardcases(
 
 
 def _print(rows: list[Row], median: float, most: int) -> None:
+    from rich.text import Text
+
     numbers, words = ("error", "events", "true"), ("outcome", "verdict", "sampling", "solve_ivp")
     cells = (
         (
@@ -62,7 +64,7 @@ def _print(rows: list[Row], median: float, most: int) -> None:
             str(row.events_found),
             str(row.events_true),
             row.outcome,
-            "[green]ok" if row.passed else f"[red]{row.verdict}",
+            Text("ok", "green") if row.passed else Text(row.verdict, "red"),
             row.baselines["sampling"],
             row.baselines["solve_ivp"],
         )
@@ -121,7 +123,8 @@ def adversarial(
 def _print_tally(total: Tally) -> None:
     console = present.make_console(width=_WIDTH)
     for problem in total.disagreements + total.inaccurate:
-        console.print(f"[red]{problem['problem']}[/red]  {problem}")
+        console.print(problem["problem"], style="red", end="  ")
+        console.print(problem)
     columns = ("distance from", "starts", "decided by 50 digits", "open to 50 digits")
     decades = sorted(total.distances, key=_size)
     rows = ((decade, *map(str, total.distances[decade])) for decade in decades)

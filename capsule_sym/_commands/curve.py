@@ -172,8 +172,6 @@ def _within(
 
 
 def _print_curves(curves: Sequence[capsule_sym.Curve], device: options.Device) -> None:
-    from rich.markup import escape
-
     from capsule_sym._records import in_si
 
     console = present.make_console()
@@ -188,7 +186,7 @@ def _print_curves(curves: Sequence[capsule_sym.Curve], device: options.Device) -
             named = [*zip(one.parameters, point.values, strict=True)]
             named = [*named, *in_si(device, dict(named)).items()]
             place = ", ".join(f"{name} = {value:.12g}" for name, value in named)
-            console.print(f"   {itinerary} {escape(place)}")
+            console.print(f"   {itinerary} {place}")
         for ending, detail in one.endings:
             console.print(f"   {ending.value}: {detail}")
         for meeting in one.codimension_two:

@@ -148,8 +148,6 @@ def checked(found: capsule_sym.Orbit) -> capsule_sym.Orbit:
 
 
 def _print_orbit(one: capsule_sym.Orbit, device: options.Device) -> None:
-    from rich.markup import escape
-
     from capsule_sym._map.steady import shown_progression
     from capsule_sym._orbits.metrics.performance import METRICS
 
@@ -169,7 +167,7 @@ def _print_orbit(one: capsule_sym.Orbit, device: options.Device) -> None:
     values = {name: record[name]["value"] for name in METRICS} | record.get("si", {})
     for name, value in values.items():
         none = not drifts and name.startswith(("velocity", "progression"))
-        rows[escape(name.replace("_", " "))] = f"{0 if none else value:.12g}"
+        rows[name.replace("_", " ")] = f"{0 if none else value:.12g}"
     present.grid(rows.items())
     click.echo()
 

@@ -78,13 +78,15 @@ def _print_thresholds(found: list[Threshold]) -> None:
 
 
 def _print_cases(cases: list[Case], gamma: float) -> None:
+    from rich.text import Text
+
     from capsule_sym._study.casestudy import THRESHOLDS
 
-    def row(case: Case) -> tuple[str, ...]:
+    def row(case: Case) -> tuple[str | Text, ...]:
         alpha, motion = case.parameters.alpha, case.motion
         exact = _folded(motion.global_map) if motion else f"not steady in {case.periods} periods"
         mark = "*" if alpha in THRESHOLDS else ""
-        verdict = "[green]agree" if case.agrees else "[red]differ"
+        verdict = Text("agree", "green") if case.agrees else Text("differ", "red")
         return case.panel, f"{alpha}{mark}", exact, _folded(case.printed), verdict
 
     console = present.make_console()

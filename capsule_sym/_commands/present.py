@@ -112,11 +112,15 @@ def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
 
 
 def make_console(stderr: bool = False, width: int = 110) -> Console:
-    """A console on stdout or stderr, `width` columns wide where that is no terminal."""
+    """A console on stdout or stderr, `width` columns wide where that is no terminal.
+
+    Text is printed as it is: names of files may have brackets too. What has a style is a `Text`.
+    """
     from rich.console import Console
 
     file = sys.stderr if stderr else sys.stdout
-    return Console(file=file, width=None if file.isatty() else width, highlight=False)
+    columns = None if file.isatty() else width
+    return Console(file=file, width=columns, highlight=False, markup=False, emoji=False)
 
 
 def table(

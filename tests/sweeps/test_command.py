@@ -56,6 +56,16 @@ def test_a_sweep_is_run_and_told(
     assert "done              81" in said(capsys, ["sweep-info", store])
 
 
+def test_a_store_may_have_brackets_and_colons_in_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = str(tmp_path / "a[/b][red]:cat:")
+    line = ["sweep", "--alpha", "0.1:0.2:2", "--periods", "2", "--store", store]
+    monkeypatch.setattr(sys, "argv", ["capsule-sym", *line])
+    assert store in "".join(said(capsys, line).split())
+    assert store in "".join(said(capsys, ["sweep-info", store]).split())
+
+
 def test_help_shows_a_file_line_by_line(capsys: pytest.CaptureFixture[str]) -> None:
     lines = [line.strip() for line in said(capsys, ["sweep", "--help"]).splitlines()]
     assert "omega = 0.8" in lines
