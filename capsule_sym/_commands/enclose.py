@@ -88,8 +88,9 @@ def enclose(
     missing = [*unmet, *(reason for _, _, reasons in told for reason in reasons)]
     if out is not None:
         held = [one for _, kept, _ in told for one in kept]
-        write_whole(out, dumps({"certificates": held}) + "\n", "--out")
-        click.echo(f"wrote {len(held)} certificates to {out}", err=True)
+        if held:  # a file is left as it was where nothing is proved
+            write_whole(out, dumps({"certificates": held}) + "\n", "--out")
+            click.echo(f"wrote {len(held)} certificates to {out}", err=True)
     if missing:
         present.fail(f"not proved: {'; '.join(dict.fromkeys(missing))}", 1)
     if any(one["failed"] for one in records):
