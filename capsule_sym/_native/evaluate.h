@@ -10,9 +10,8 @@ typedef struct {
     const table *t;
     const segment *c;
     point begin;
-    expansion e;
-    real a[TERMS];
-    int drift;
+    real a[TERMS], slope; /* coefficients of x_r, and v_c' reach */
+    int drift, position; /* whether v_c moves; whether x_c is asked for */
 } interval;
 
 static void interval_make(const capsule_map *map, const capsule_segment *s, const table *t,
@@ -40,25 +39,27 @@ static void interval_make(const capsule_map *map, const capsule_segment *s, cons
         p->begin.cosine = s->cosine * cosine - s->sine * sine;
         p->begin.sine = s->sine * cosine + s->cosine * sine;
         p->begin.margin = margin_at(k, p->begin.x_r, p->begin.gap, p->begin.v_r);
-        if (p->drift)
+        if (p->drift && p->position)
             p->begin.position += capsule_flow_advance(k, &start, change[0], h);
     }
-    p->e = expand(k, k, t, p->drift, &p->begin);
+    const expansion e = expand(k, k, t, p->drift, &p->begin);
+    p->slope = e.slope;
     for (int n = 0; n < TERMS; n++)
-        p->a[n] = combined(p->e.u, t->x[0][n], t->x[1][n], t->x[2][n], t->x[3][n]);
+        p->a[n] = combined(e.u, t->x[0][n], t->x[1][n], t->x[2][n], t->x[3][n]);
 }
 
 static void interval_state(const interval *p, double h, double state[4])
 {
     const double s = (h - p->begins) * p->t->per_reach;
-    const motion m = motion_at(p->a, s, p->drift, 1);
+    const motion m = motion_at(p->a, s, p->drift, p->position);
     state[0] = p->begin.x_r + m.x;
     state[1] = (p->a[0] + m.slope) * p->t->per_reach;
     state[2] = 0.0;
     state[3] = p->begin.position;
     if (p->drift) {
-        state[2] = p->begin.v_c + v_c_change(p->c, p->t, &p->e, &m, s);
-        state[3] += advance_at(p->c, p->t, &p->e, &m, p->begin.v_c, s);
+        state[2] = p->begin.v_c + v_c_change(p->c, p->t, p->slope, &m, s);
+        if (p->position)
+            state[3] += advance_at(p->c, p->t, p->slope, &m, p->begin.v_c, s);
     }
 }
 
@@ -105,11 +106,12 @@ static size_t segment_of_time(const period_parts *c, const capsule_segment *segm
 }
 
 static size_t states_at(const capsule_map *map, const capsule_segment *segments, size_t count, int more,
-                        const double *times, size_t n, double (*states)[4], capsule_watch *watch)
+                        int position, const double *times, size_t n, double (*states)[4],
+                        capsule_watch *watch)
 {
     const double omega = map->parameters.omega, period = TWO_PI / omega;
     const period_parts c = {period, (fma(-period, omega, TWO_PI) + TWO_PI_REST) / omega, omega};
-    interval p = {.of = 0};
+    interval p = {.of = 0, .position = position};
     size_t at = 0;
     for (size_t i = 0; i < n && count; i++) {
         if (i % 8 == 7 && capsule_asked(watch, 8)) /* as if each were on an expansion of its own */

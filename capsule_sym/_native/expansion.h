@@ -162,17 +162,17 @@ inlined motion motion_at(const real *a, real s, int drift, int position)
 }
 
 /* v_c(s) - v_c(0), and x_c(s) - x_c(0), by the integrals of P. */
-inlined real v_c_change(const segment *c, const table *t, const expansion *e, const motion *m, real s)
+inlined real v_c_change(const segment *c, const table *t, real slope, const motion *m, real s)
 {
     const real grown = v_c_rate(c, force_change(c, m->sum, mul(m->lag, row(t->per_reach))));
-    return mad(num(t->reach), grown, mul(e->slope, s));
+    return mad(num(t->reach), grown, mul(slope, s));
 }
 
-inlined real advance_at(const segment *c, const table *t, const expansion *e, const motion *m,
+inlined real advance_at(const segment *c, const table *t, real slope, const motion *m,
                         real v_c, real s)
 {
     const real grown = v_c_rate(c, force_change(c, m->again, mul(m->lag_sum, row(t->per_reach))));
-    const real begun = mul(s, mad(mul(num(0.5), s), e->slope, v_c));
+    const real begun = mul(s, mad(mul(num(0.5), s), slope, v_c));
     return mul(num(t->reach), mad(num(t->reach), grown, begun));
 }
 

@@ -53,9 +53,9 @@ typedef struct {
     void (*run_segment)(capsule_context *context, capsule_state *state, capsule_result *p);
     /* The field that takes over at a state; 0 where this precision leaves it open. */
     int (*field_at)(const capsule_map *map, const capsule_state *state);
-    /* What `capsule_evaluate` gives; null in 106 bits. */
+    /* What `capsule_evaluate` gives, x_c only with `position`; null in 106 bits. */
     size_t (*states_at)(const capsule_map *map, const capsule_segment *segments, size_t count,
-                        int more, const double *times, size_t n, double (*states)[4],
+                        int more, int position, const double *times, size_t n, double (*states)[4],
                         capsule_watch *watch);
 } capsule_code;
 extern const capsule_code capsule_code_plain, capsule_code_fused, capsule_code_wide,

@@ -192,5 +192,5 @@ size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments,
 {
     if (!map || !segments || !times || !states)
         return 0;
-    return capsule_code_here(0)->states_at(map, segments, count, more, times, n, states, watch);
+    return capsule_code_here(0)->states_at(map, segments, count, more, 1, times, n, states, watch);
 }

@@ -296,7 +296,7 @@ again:
 #endif
     if (!whole)
         f->m = motion_at(a, f->at, drift, position);
-    f->v_c_by = drift && !whole ? v_c_change(c, t, e, &f->m, f->at) : num(0.0);
+    f->v_c_by = drift && !whole ? v_c_change(c, t, e->slope, &f->m, f->at) : num(0.0);
     const mask rivals = f->sure & p->both;
     if (some(rivals)) {
         f->corner = rivals & not(rival_is_later(c, t, e, drift, way, s, p, f));
@@ -314,7 +314,7 @@ again:
     if (!f->sure && p->crossing && !p->open) { /* up to where nothing happens */
         f->at = wide(horizon);
         f->m = motion_at(a, f->at, drift, position);
-        f->v_c_by = drift && !whole ? v_c_change(c, t, e, &f->m, f->at) : num(0.0);
+        f->v_c_by = drift && !whole ? v_c_change(c, t, e->slope, &f->m, f->at) : num(0.0);
     }
 #else
     (void)b;
@@ -378,7 +378,7 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
     if (drift) {
         to->v_c = choose(at_friction, num(0.0), add(s->v_c, v_c_by));
         if (position)
-            to->position = add(s->position, advance_at(c, t, e, &f->m, s->v_c, f->at));
+            to->position = add(s->position, advance_at(c, t, e->slope, &f->m, s->v_c, f->at));
     }
     if (some(crossing)) {
         out->way = direction_after(c, b, to, outside, &out->undetermined);
@@ -410,10 +410,10 @@ inlined void end_of_period(const segment *c, const table *t, const expansion *e,
     out->end.x_r = add(s->x_r, z.x);
     out->end.gap = add(s->gap, z.x);
     out->end.v_r = mul(add(a[0], z.slope), row(t->per_reach));
-    out->end.v_c = drift ? add(s->v_c, v_c_change(c, t, e, &z, until)) : num(0.0);
+    out->end.v_c = drift ? add(s->v_c, v_c_change(c, t, e->slope, &z, until)) : num(0.0);
     out->end.position = s->position;
     if (drift && position)
-        out->end.position = add(s->position, advance_at(c, t, e, &z, s->v_c, until));
+        out->end.position = add(s->position, advance_at(c, t, e->slope, &z, s->v_c, until));
 }
 
 /* The errors that an expansion begins with where the segment goes on. */

@@ -46,7 +46,7 @@ SHIM = """
 size_t states(const capsule_map *map, const capsule_segment *segments, size_t count,
               const double *times, size_t n, double (*out)[4])
 {
-    return states_at(map, segments, count, 0, times, n, out, NULL);
+    return states_at(map, segments, count, 0, 1, times, n, out, NULL);
 }
 """
 
