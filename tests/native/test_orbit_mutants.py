@@ -243,6 +243,9 @@ def off(library: Library, motions: list[Known], slowly: NDArray[np.float64]) -> 
         record = library.orbit(p, state, periods)
         if record["status"][0] != OrbitStatus.CLOSED:
             return np.inf
+        by_parameter = record["by_parameter"].reshape(3, 7)
+        if state[2] == 0.0 and by_parameter[2].any():
+            return np.inf  # at rest v_c depends on nothing, to the last bit
         values = np.array([record[name][0] for name in METRICS])[:, None]
         table = np.hstack([values, record["gradients"].reshape(7, 7)])
         (multipliers,) = multipliers_of(record["monodromy"].reshape(1, 3, 3), record["sticks"])
