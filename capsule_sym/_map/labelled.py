@@ -46,11 +46,11 @@ _MOST_ROWS = 8  # of a table in a notebook
 
 def lock(result: Any) -> None:
     """Makes the arrays of a result read-only, by views: whoever else holds them may write on."""
-    for name, value in [*vars(result).items()]:
+    held = vars(result)
+    for name, value in held.items():
         if isinstance(value, np.ndarray):
-            view = value.view()
+            held[name] = view = value.view()
             view.setflags(write=False)
-            object.__setattr__(result, name, view)
 
 
 class Labelled:

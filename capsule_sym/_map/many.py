@@ -32,6 +32,7 @@ _MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piec
 _SIDE_BY_SIDE = 8  # runs that a thread should have at least
 _OMEGA = PARAMETERS.index("omega")
 _LOW, _HIGH = np.array([*RANGES.values()]).T.copy()
+_FINISHED = np.array([Status.FINISHED.value], "<U16")
 _Result = TypeVar("_Result")
 
 
@@ -165,11 +166,16 @@ def checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
         allowed = f"real numbers of shape (n, {len(PARAMETERS)})"
         raise InvalidInput("parameters", rows.shape, allowed)
     within = (rows >= _LOW) & (rows <= _HIGH)
-    if not within.all():
+    if not _all(within):
         i, k = np.argwhere(~within)[0].tolist()
         low, high = RANGES[PARAMETERS[k]]
         raise InvalidInput(PARAMETERS[k], float(rows[i, k]), f"in [{low:g}, {high:g}] for a run")
     return rows
+
+
+def _all(within: NDArray[np.bool_]) -> bool:
+    """Whether all are true, in a third of the time that NumPy's method takes for a few."""
+    return np.count_nonzero(within) == within.size
 
 
 def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -186,7 +192,7 @@ def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
     """The states that runs start from, shape (n, 3)."""
     starts = spread("states", states, (count, 3))
     within = abs(starts) <= LARGEST_STATE
-    if not within.all():
+    if not _all(within):
         value = tuple(starts[np.argmin(within.all(axis=1))].tolist())
         raise InvalidInput("states", value, f"numbers of size at most {LARGEST_STATE:g}")
     return starts
@@ -195,7 +201,7 @@ def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
 def _times(phases: ArrayLike, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
     """The phases at which runs start, in excitation periods of these lengths, shape (n,)."""
     times = spread("phases", phases, lengths.shape)
-    if not ((times >= 0.0) & (times < lengths)).all():
+    if not _all((times >= 0.0) & (times < lengths)):
         raise InvalidInput("phases", phases, "times in [0, 2 pi/omega)")
     return times
 
@@ -283,12 +289,12 @@ def _side_by_side(
     threads: int,
 ) -> Trajectories:
     """Final or stroboscopic states by the lanes of the core."""
-    count, periods = len(rows), int(periods)
+    binding, count, periods = core(), len(rows), int(periods)
     strobe = np.empty((count, periods + 1, 3)) if what == "stroboscopic" else None
     if strobe is not None:
         strobe[:, 0] = starts
-    records, stops = np.empty(count, core().STATE), np.empty(count, np.int8)
-    core().start_many(rows, starts, phases, records, watch)
+    records, stops = np.empty(count, binding.STATE), np.empty(count, np.int8)
+    binding.start_many(rows, starts, phases, records, watch)
     # Dealt out like cards, threads have as many long runs each; but enough runs in each to be taken
     # side by side.
     shares = min(threads, max(1, count // _SIDE_BY_SIDE))
@@ -296,11 +302,11 @@ def _side_by_side(
     def run_share(i: int) -> int:
         marks = None if strobe is None else strobe[i:]
         of = rows[i:], records[i:], periods, stops[i:], marks, True, shares, watch
-        return int(core().run_many(*of))
+        return int(binding.run_many(*of))
 
-    status = np.full(count, Status.FINISHED.value, dtype="<U16")
+    status = _FINISHED.repeat(count)
     if sum(_shared(run_share, shares, shares, watch)):
-        for i in np.flatnonzero(stops == core().OPEN).tolist():
+        for i in np.flatnonzero(stops == binding.OPEN).tolist():
             marks = None if strobe is None else strobe[i]
             run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), True, watch)
             status[i] = _finish(run, records[i : i + 1].reshape(()), periods, marks).value
