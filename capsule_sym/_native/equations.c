@@ -162,12 +162,19 @@ static double guard_at(const capsule_equations *e, int i, const capsule_segment_
     return value;
 }
 
-/* Whether the start is held to the surface of the last guard in this component, in place of its closing
-   equation. Were it not, segments whose guards begin at 0 one after the other all round would fix their
-   differences only. */
-static int held_to_guard(guard_kind last, int row)
+/* The gradient of the last guard, where the start is held to its surface in this component, in place of its
+   closing equation; else 0. Were it not, segments whose guards begin at 0 one after the other all round
+   would fix their differences only. */
+static int pin_gradient(const capsule_equations *e, int row, double gradient[CAPSULE_SLOPE_COUNT])
 {
-    return (row == 0 && last == IMPACT) || (row == 2 && last == LANDING);
+    const guard_kind last = guard_of(e->itinerary, e->count - 1);
+    if (row == 0 && last == IMPACT)
+        gap_gradient(e->field, gradient);
+    else if (row == 2 && last == LANDING)
+        speed_gradient(e->field, gradient);
+    else
+        return 0;
+    return 1;
 }
 
 /* What closes the orbit: the state at the end and the angle that has passed, less those that are due. */
@@ -176,11 +183,13 @@ static void close_up(const capsule_equations *e, const double *z, angle_sum angl
     const int n = e->count;
     const capsule_itinerary *it = e->itinerary;
     const double sign = it->mirrored ? -1.0 : 1.0, turn = it->mirrored ? TWO_PI / 2.0 : TWO_PI;
-    const guard_kind last = guard_of(it, n - 1);
     for (int row = 0; row < STATES; row++)
-        to->residual[n + row] = held_to_guard(last, row)
-                                    ? z[row] - (last == IMPACT ? e->field[0].delta : 0.0)
-                                    : to->flows[n - 1].end[row] - sign * z[row];
+        to->residual[n + row] = to->flows[n - 1].end[row] - sign * z[row];
+    const guard_kind last = guard_of(it, n - 1);
+    if (last == IMPACT)
+        to->residual[n] = to->flows[0].start[1]; /* the gap */
+    else if (last == LANDING)
+        to->residual[n + 2] = z[2];
     const double periods = it->periods, turns = periods * turn;
     const double lost = fma(periods, turn, -turns) + periods * (turn / TWO_PI) * TWO_PI_REST;
     to->residual[n + STATES] = ((angle.whole - turns) - z[ANGLE]) + (angle.rest - lost);
@@ -249,14 +258,17 @@ int capsule_evaluate_equations(const capsule_equations *e, const double *z, caps
 /* Derivatives of a closing equation, from those of the end. */
 static void closing_row(const capsule_equations *e, int row, const double *end_by, double *by)
 {
-    double block[BLOCK_STATES][CLOSING_COLUMNS];
-    const guard_kind last = guard_of(e->itinerary, e->count - 1);
+    double block[BLOCK_STATES][CLOSING_COLUMNS], gradient[CAPSULE_SLOPE_COUNT];
     capsule_closing_block(e, NULL, block);
-    for (int k = 0; k < e->columns; k++)
-        by[k] = held_to_guard(last, row) ? 0.0 : end_by[k];
-    by[row] += block[row][BLOCK_STATES + row];
-    if (row == 0 && last == IMPACT)
-        by[e->columns - ROW + BY(delta)] = -1.0;
+    if (!pin_gradient(e, row, gradient)) {
+        memcpy(by, end_by, (size_t)e->columns * sizeof *by);
+        by[row] += block[row][BLOCK_STATES + row];
+        return;
+    }
+    memset(by, 0, (size_t)e->columns * sizeof *by);
+    memcpy(by, gradient, STATES * sizeof *by);
+    memcpy(by + e->columns - CAPSULE_PARAMETER_COUNT, gradient + STATES + 1,
+           CAPSULE_PARAMETER_COUNT * sizeof *by);
 }
 
 int capsule_differentiate_equations(const capsule_equations *e, const double *z, capsule_system *to,
@@ -331,15 +343,18 @@ void capsule_segment_block(const capsule_equations *e, int i, const capsule_syst
 void capsule_closing_block(const capsule_equations *e, const double *direction,
                            double block[BLOCK_STATES][CLOSING_COLUMNS])
 {
-    const guard_kind last = guard_of(e->itinerary, e->count - 1);
     memset(block, 0, BLOCK_STATES * sizeof *block);
     for (int row = 0; row < BLOCK_STATES; row++) {
-        const int held = held_to_guard(last, row);
-        block[row][row] = held ? 0.0 : 1.0;
-        block[row][BLOCK_STATES + row] = held ? 1.0 : row < STATES && e->itinerary->mirrored ? 1.0 : -1.0;
+        double gradient[CAPSULE_SLOPE_COUNT];
+        if (!pin_gradient(e, row, gradient)) {
+            block[row][row] = 1.0;
+            block[row][BLOCK_STATES + row] = row < STATES && e->itinerary->mirrored ? 1.0 : -1.0;
+            continue;
+        }
+        memcpy(&block[row][BLOCK_STATES], gradient, STATES * sizeof *gradient);
+        for (int k = 0; direction && k < CAPSULE_PARAMETER_COUNT; k++)
+            block[row][CLOSING_COLUMNS - 1] += gradient[STATES + 1 + k] * direction[k];
     }
-    if (direction && last == IMPACT)
-        block[0][CLOSING_COLUMNS - 1] = -direction[BY(delta) - BY_PARAMETER];
 }
 
 capsule_equations capsule_equations_of(const capsule_parameters *parameters, const capsule_itinerary *it,

@@ -42,7 +42,11 @@ MUTANTS = {
     ),
     "a duration that is not held": ("segment->window[BLOCK_ROWS + HELD][0] = 1.0;", ";"),
     "a start that is not held": ("ends[BLOCK_STATES + held] = 0.0;", ";"),
-    "a surface that stays": ("= -direction[BY(delta) - BY_PARAMETER];", "= 0.0;"),
+    "a surface that stays": ("+= gradient[STATES + 1 + k] * direction[k];", "+= 0.0;"),
+    "a surface that no start is held to": (
+        "memcpy(&block[row][BLOCK_STATES], gradient",
+        "memcmp(block, gradient",
+    ),
 }
 SINGULAR = 1e15  # condition of equations that fix no step, as where what is held is on a surface
 
