@@ -26,6 +26,8 @@ def made(got: dict[str, Any]) -> click.Command:
         place: tuple[float, float, float] = option("", "--at", default=(0.0, 0.0, 0.0)),
         notes: tuple[str, ...] = option(""),
         loud: bool = option("", "--loud/--quiet", default=True),
+        dry_run: bool = option(""),
+        most: int = option("", default=3),
         path: Path | None = option("", type=click.Path(path_type=Path)),
     ) -> None:
         """Try it."""
@@ -37,14 +39,17 @@ def made(got: dict[str, Any]) -> click.Command:
 def test_a_function_gets_what_its_defaults_say() -> None:
     got: dict[str, Any] = {}
     line = "one --low 2 --high 3 --rate .5 --at 1 2 3 --notes a --notes b --quiet --path x"
+    line += " --dry-run --most 4"
     assert CliRunner().invoke(made(got), line.split()).exit_code == 0
     assert (got["name"], got["pair"].sum, got["rate"], got["place"]) == ("one", 5, 0.5, (1, 2, 3))
     assert (got["notes"], got["loud"], got["path"]) == (("a", "b"), False, Path("x"))
+    assert (got["dry_run"], got["most"]) == (True, 4)
     assert CliRunner().invoke(made(got), ["one", "--low", "2", "--high", "3"]).exit_code == 0
     assert (got["rate"], got["place"], got["notes"], got["loud"]) == (None, (0, 0, 0), (), True)
+    assert (got["dry_run"], got["most"], got["path"]) == (False, 3, None)
 
 
-@pytest.mark.parametrize("line", ["", "one two", "one --rate x", "one --at 1 2", "one --low 2.5"])
+@pytest.mark.parametrize("line", ["", "one two", "one --rate x", "one --at 1 2", "one --most 2.5"])
 def test_a_line_that_the_types_exclude_is_refused(line: str) -> None:
     assert CliRunner().invoke(made({}), line.split()).exit_code == 2
 
