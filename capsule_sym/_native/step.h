@@ -294,7 +294,9 @@ again:
 #if WIDTH == 1
     f->at = f->sure || p->crossing ? f->at : wide(horizon);
 #endif
-    if (!whole)
+    if (whole)
+        f->m.x = f->m.slope = num(0.0);
+    else
         f->m = motion_at(a, f->at, drift, position);
     f->v_c_by = drift && !whole ? v_c_change(c, t, e->slope, &f->m, f->at) : num(0.0);
     const mask rivals = f->sure & p->both;
@@ -352,11 +354,11 @@ inlined mask turn(const segment *c, const point *s, real h, mask open, point *to
 /* The state where an expansion ends, and what follows a switch. The end of a whole expansion is by the
    closed form. */
 inlined void land(const segment *c, const segment_sizes *b, const table *t, const expansion *e,
-                  const real *a, int drift, int position, int whole, mask entire, bound way,
-                  const point *s, const certificate *p, const location *f, point *to, outcome *out)
+                  const real *a, int drift, int position, mask entire, bound way, const point *s,
+                  const certificate *p, const location *f, point *to, outcome *out)
 {
     const mask crossing = f->sure;
-    real x_change = whole ? num(0.0) : f->m.x, speed = whole ? num(0.0) : add(a[0], f->m.slope);
+    real x_change = f->m.x, speed = add(a[0], f->m.slope);
     real v_c_by = f->v_c_by;
     speed = mul(speed, row(t->per_reach));
     if (some(entire)) {
@@ -456,7 +458,7 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
     for (int n = 0; n < (whole ? 1 : TERMS); n++)
         a[n] = combined(e.u, t->x[0][n], t->x[1][n], t->x[2][n], t->x[3][n]);
     locate(c, b, t, &e, a, level, drift, position, whole, way, guess, s, &p, &f);
-    land(c, b, t, &e, a, drift, position, whole, entire & not(f.sure), way, s, &p, &f, to, out);
+    land(c, b, t, &e, a, drift, position, entire & not(f.sure), way, s, &p, &f, to, out);
     out->open = p.open;
     out->corner = f.corner;
     out->error = f.error;
