@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial bench first-calls bench-design battery mutations verify certificates regions attraction lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial bench first-calls bench-design battery mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -129,6 +129,9 @@ lines: $(READY)  ## count the lines of each room, long functions, circles of imp
 
 generate: $(READY)  ## derive and write generated/
 	$(BIN)/python -m capsule_sym.codegen
+
+core: $(READY)  ## compile the C core anew, as after `make generate`
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
 
 check-generated: $(READY)  ## check that generated/ is what the derivation gives
 	$(BIN)/python -m capsule_sym.codegen --check

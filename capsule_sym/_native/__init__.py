@@ -44,7 +44,13 @@ def _load() -> ModuleType | None:
         if find_spec(name) is None:
             return None
         _check_sources(*__path__)
-    module = import_module(name)
+    try:
+        module = import_module(name)
+    except AssertionError as error:  # of the binding, for a struct of another layout
+        raise StaleCore(
+            "the compiled core has other structs than the package: "
+            "install capsule-sym again, so that it is compiled anew"
+        ) from error
     if module.digest() != DIGEST:
         raise StaleCore(
             f"the compiled core has kernels {module.digest()}, the package has {DIGEST}: "

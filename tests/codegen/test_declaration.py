@@ -175,9 +175,15 @@ WRONG = {
     "a relation that is not written to its end": ('si="k2 / k1"', 'si="k2 /"', "is no arithmetic"),
     "a quantity that no relation has": (
         'model.unit("length_scale",',
-        'model.quantity("F_0", "N", (0, 1), 0, label="F", about="F", slider=(0, 1, 1)); '
+        'model.quantity("F_0", "N", (0, 1), default=0, label="F", about="F", slider=(0, 1, 1)); '
         'model.unit("length_scale",',
         "F_0 is in no relation",
+    ),
+    "a quantity without a default after one with a default": (
+        'model.unit("length_scale",',
+        'model.quantity("F_0", "N", (0, 1), 0, label="F", about="F", slider=(0, 1, 1)); '
+        'model.unit("length_scale",',
+        "F_0 has no default, and stands after g, which has one",
     ),
     "a quantity in an unknown unit": ('"N s/m"', '"lb/m"', "lb is none of kg, m, s, rad, N"),
     "a unit of something else": (

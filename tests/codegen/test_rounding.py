@@ -13,6 +13,7 @@ from capsule_sym.codegen._derived import lowered
 from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen._rounding import sizes, units
 from capsule_sym.generated import formulas
+from capsule_sym.generated.facts import PARAMETERS
 from capsule_sym.generated.mp import kernels as exact
 from capsule_sym.generated.py import kernels as double
 from tests.sampling import many, sampled
@@ -81,7 +82,7 @@ def test_no_formula_is_off_by_more_and_some_by_a_good_part(name: str) -> None:
     draw, worst = random.Random(name), 0.0
     allowed = getattr(formulas, f"{name.upper()}_UNITS")
     for _ in range(many(2000, 600)):
-        p = [draw.uniform(0, 2) * 10 ** draw.uniform(-2, 2) for _ in range(7)]
+        p = [draw.uniform(0, 2) * 10 ** draw.uniform(-2, 2) for _ in PARAMETERS]
         field = draw.randint(1, 6)
         c = double.constants(field, *p)
         true_c = exact.constants(field, *map(mp.mpf, p))
@@ -100,7 +101,7 @@ def test_no_formula_is_off_by_more_and_some_by_a_good_part(name: str) -> None:
 def test_a_coefficient_of_a_response_is_off_by_no_more() -> None:
     draw, worst = random.Random(0), 0.0
     for _ in range(1000):
-        p = [draw.uniform(0.1, 2) for _ in range(7)]
+        p = [draw.uniform(0.1, 2) for _ in PARAMETERS]
         field, n, reach = draw.randint(1, 6), draw.randint(0, 20), draw.uniform(0.1, 2)
         c = double.constants(field, *p)
         true_c = exact.constants(field, *map(mp.mpf, p))

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from capsule_sym import (
     steer,
 )
 from capsule_sym._cli import main
+from capsule_sym._commands.optimise import optimise as optimise_command
+from capsule_sym._parameters import METRIC_UNITS
 
 DEVICE = """M_m = 0.5\nM_c = 1.65\nk1 = 50\nk2 = 75\nc = 0.5\nG = 0.0017\nP_d = 3.0
 Omega = 8.0\nmu = 0.2
@@ -272,3 +275,8 @@ def test_bad_input_is_one_line_and_nothing_is_written(name, call, tmp_path) -> N
     assert err[0].startswith("error: ")
     assert said in err[0]
     assert sorted(one.name for one in tmp_path.iterdir()) == before
+
+
+def test_the_help_names_every_metric() -> None:
+    for text in (optimise.__doc__, optimise_command.help):
+        assert {*METRIC_UNITS} <= {*re.findall(r"\w+", str(text))}

@@ -125,7 +125,7 @@ class Truth:
     def __init__(self, start: Start) -> None:
         self.known: dict[mpf, list[mpf]] = {}
         p = start.parameters
-        alpha, omega, delta, zeta, beta, gamma, f_b = map(mpf, p.to_dict().values())
+        alpha, omega, delta, zeta, beta, gamma, f_b, *_ = map(mpf, p.to_dict().values())
         way = {1: 1, 2: 0, 3: -1, 4: 1, 5: 0, 6: -1}[start.field]
         contact = start.field > 3
         self.way, self.side, self.f_b, self.gamma = way, 1 if contact else -1, f_b, gamma

@@ -56,6 +56,17 @@ def test_a_core_from_other_kernels_is_refused(monkeypatch: pytest.MonkeyPatch) -
         native._load()
 
 
+def test_a_core_with_other_structs_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As after a parameter is added: the binding compares layouts while it is imported."""
+
+    def wrong(name: str) -> None:
+        raise AssertionError(name)
+
+    monkeypatch.setattr(native, "import_module", wrong)
+    with pytest.raises(native.StaleCore, match="install capsule-sym again"):
+        native._load()
+
+
 @sampled
 @pytest.mark.parametrize("gamma", [3.3, 3.0])
 @pytest.mark.parametrize("alpha", some(PANELS, 6))

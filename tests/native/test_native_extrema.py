@@ -186,7 +186,8 @@ class Library:
 
     def of(self, one: Segment) -> ctypes.Array[ctypes.c_double]:
         """The constants of a segment's field."""
-        values = (ctypes.c_double * 7)(*one.parameters.to_dict().values())
+        given = one.parameters.to_dict().values()
+        values = (ctypes.c_double * len(given))(*given)
         self.library.capsule_constants_of(one.field, values, self.constants)
         return self.constants
 

@@ -247,7 +247,7 @@ def off(library: Library, motions: list[Known], slowly: NDArray[np.float64]) -> 
         if state[2] == 0.0 and by_parameter[2].any():
             return np.inf  # at rest v_c depends on nothing, to the last bit
         values = np.array([record[name][0] for name in METRICS])[:, None]
-        table = np.hstack([values, record["gradients"].reshape(7, 7)])
+        table = np.hstack([values, record["gradients"].reshape(len(METRICS), -1)])
         (multipliers,) = multipliers_of(record["monodromy"].reshape(1, 3, 3), record["sticks"])
         found = [np.ravel(table), np.sort(abs(multipliers)), [abs(multipliers.sum())]]
         difference = abs(np.concatenate(found) - expected) / (1 + abs(expected))

@@ -20,6 +20,8 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
+from capsule_sym._orbits.shooting.orbit import _UNSOLVED
+from capsule_sym.generated.interface import Solving
 from tests.orbits.branches import settled
 
 # One motion of each kind between the bifurcations of the case study; the itineraries are the
@@ -180,3 +182,7 @@ def test_an_orbit_says_how_it_was_found() -> None:
     )
     assert (moved.success, moved.status) == (False, OrbitStatus.NOT_CONVERGED)
     assert "not small" in moved.message
+
+
+def test_each_way_to_leave_the_equations_unsolved_has_a_status() -> None:
+    assert {*_UNSOLVED} == {*Solving} - {Solving.SOLVED}

@@ -56,6 +56,13 @@ def test_balance_shows_a_quadrature_that_is_too_coarse(monkeypatch: pytest.Monke
     assert abs(performance(settled(alpha=0.7)).imbalance) > 1e-9
 
 
+def test_the_balance_has_the_work_of_a_constant_load(monkeypatch: pytest.MonkeyPatch) -> None:
+    orbit = settled(alpha=0.7)
+    monkeypatch.setattr(module.formulas, "load_force", lambda _: 0.25)
+    found = performance(orbit)
+    assert found.imbalance == pytest.approx(0.25 * found.progression.value, rel=1e-12)
+
+
 def test_balance_holds_over_several_periods_of_excitation() -> None:
     parameters = Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)
     orbits = [solve_orbit(parameters, (x, 0.0, 0.0)) for x in (-1.0, 0.0, 1.0, 2.0)]

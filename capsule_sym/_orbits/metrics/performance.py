@@ -69,9 +69,9 @@ class Performance:
 
     `velocity` is the average of v_c, `progression` the advance of x_c per excitation period.
     `work` is done by the drive, alpha cos(omega tau) v_m; `damper_loss` is the integral of
-    2 zeta v_r^2 and `friction_loss` that of `f_b |v_c|`; `imbalance`, the work less both losses, is
-    zero but for rounding. `peak_force` is the largest `|P|` between
-    the bodies, `peak_contact` the largest force beta (x_r - delta) of the second spring.
+    2 zeta v_r^2 and `friction_loss` that of `f_b |v_c|`; `imbalance`, the work less both losses
+    and with that of a constant load, is zero but for rounding. `peak_force` is the largest `|P|`
+    between the bodies, `peak_contact` the largest force beta (x_r - delta) of the second spring.
     """
 
     velocity: Metric
@@ -100,13 +100,14 @@ def performance(orbit: Orbit) -> Performance:
         work, damper_loss, friction_loss = (
             _energy(orbit, [segment[i] for segment in segments]) for i in range(3)
         )
+        loaded = formulas.load_force(orbit.system.flows[0].c) * progression.value
         return Performance(
             velocity=Metric(progression.value * per_turn, slopes),
             progression=progression,
             work=work,
             damper_loss=damper_loss,
             friction_loss=friction_loss,
-            imbalance=work.value - damper_loss.value - friction_loss.value,
+            imbalance=work.value + loaded - damper_loss.value - friction_loss.value,
             peak_force=_along(orbit, *peak_of_force(forms, orbit)),
             peak_contact=_along(orbit, *peak_of_contact(forms, orbit)),
         )

@@ -68,6 +68,9 @@ class Model(Declared):
         self._check_fact(name, line, value, between, slider, (label, about))
         self._check_name(name, line, "quantity")
         low, high = between
+        if default is None and self.quantities and (last := self.quantities[-1]).optional:
+            said = f"{name} has no default, and stands after {last.name}, which has one"
+            raise self.refusal(line, said)
         told = label, about, letter or name, slider, default is not None
         self.quantities.append(Quantity(name, unit, low, high, value, *told))
 
