@@ -175,7 +175,7 @@ def checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _all(within: NDArray[np.bool_]) -> bool:
     """Whether all are true, in a third of the time that NumPy's method takes for a few."""
-    return np.count_nonzero(within) == within.size
+    return int(np.count_nonzero(within)) == within.size
 
 
 def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
