@@ -1,5 +1,5 @@
-/* The motion that a run comes to. One that settles slowly is found by Newton's method on the map of a few
-   periods. */
+/* The motion that a run comes to, for the page, the columns of a diagram and the cells of a chart. One that
+   settles slowly is found by Newton's method on the map of a few periods. */
 #include <math.h>
 #include <string.h>
 
@@ -9,20 +9,14 @@
 #define FAR 3.2   /* and the motion to the run */
 #define LONGEST 8 /* periods of a motion that is looked for */
 #define TRIES 3
+#define BLOCK 64 /* periods between two looks at whether a run is over */
 
-int page_cycle(void)
-{
-    for (size_t i = 1; i < page.count; i++)
-        if (page.segments[i - 1].target)
-            return i + (size_t)page.motion.switches <= page.count ? (int)i : -1;
-    return -1;
-}
-
-capsule_stop page_steady(double tolerance)
+/* The periodic motion that the run has come to. */
+static capsule_stop steady(double tolerance)
 {
     static capsule_event events[2 * ROOM];
-    return capsule_steady(&page.map, &page.state, page.strobe + 1, page.strobes, tolerance, events,
-                          2 * ROOM, &page_watch, &page.motion, &page.open);
+    return capsule_steady(&map, &run.state, run.strobe + 1, run.strobes, tolerance, events, 2 * ROOM,
+                          &watch, &run.motion, &left_open);
 }
 
 static double distance(const double *one, const double *other)
@@ -36,8 +30,8 @@ static double distance(const double *one, const double *other)
 /* Periods after which the last states come near to each other again; 0 if they do not. */
 static int nearly(void)
 {
-    for (int m = 1; m <= LONGEST && 2 * m < page.strobes; m++)
-        if (distance(page.strobe[page.strobes], page.strobe[page.strobes - m]) <= NEAR)
+    for (int m = 1; m <= LONGEST && 2 * m < run.strobes; m++)
+        if (distance(run.strobe[run.strobes], run.strobe[run.strobes - m]) <= NEAR)
             return m;
     return 0;
 }
@@ -57,42 +51,76 @@ static int contracts(const double m[CAPSULE_STATE_COUNT * CAPSULE_STATE_COUNT])
 /* Takes the run to the stable motion of m periods that Newton's method leads to, if that is near. */
 static int jump(int m)
 {
-    const capsule_orbit_request request = {.segments = page.segments, .room = ROOM, .watch = &page_watch};
-    const double *state = page.strobe[page.strobes], position = page.state.position;
+    const capsule_orbit_request request = {.segments = segments, .room = ROOM, .watch = &watch};
+    const double *state = run.strobe[run.strobes], position = run.state.position;
     capsule_orbit orbit;
-    page.count = 0;
-    if (capsule_solve_orbit(&page.map, state, m, &request, &orbit) != CAPSULE_DONE ||
+    count = 0;
+    if (capsule_solve_orbit(&map, state, m, &request, &orbit) != CAPSULE_DONE ||
         (orbit.status != CAPSULE_CLOSED && orbit.status != CAPSULE_CHANGED) ||
         !contracts(orbit.monodromy) || !(distance(orbit.state, state) <= FAR))
         return 0;
-    page.state = capsule_state_at(&page.map, orbit.state[0], orbit.state[1], orbit.state[2], 0.0);
-    page.state.position = position;
+    run.state = capsule_state_at(&map, orbit.state[0], orbit.state[1], orbit.state[2], 0.0);
+    run.state.position = position;
     return 1;
 }
 
-capsule_stop page_motion(double tolerance)
+/* The motion that the run has come to, or comes to: where it settles slowly, Newton's method on the map of
+   so many periods leads to the stable motion beside it, which is run like any other. */
+static capsule_stop attained(double tolerance, int *by_newton)
 {
-    page.by_newton = 0;
-    const capsule_stop stop = page_steady(tolerance);
-    if (stop != CAPSULE_DONE || page.motion.period_number || page.motion.never)
+    const capsule_stop stop = steady(tolerance);
+    *by_newton = 0;
+    if (stop != CAPSULE_DONE || run.motion.period_number || run.motion.never)
         return stop;
-    const capsule_state run = page.state;
-    const capsule_motion none = page.motion;
-    static double states[STROBES + 1][CAPSULE_STATE_COUNT];
-    const int strobes = page.strobes;
-    memcpy(states, page.strobe, sizeof states);
+    const page_run before = run;
     for (int k = 0; k < TRIES; k++) {
         const int m = nearly();
-        if (!m || !jump(m) || page_settle(STROBES) != CAPSULE_DONE)
+        if (!m || !jump(m) || settle(STROBES) != CAPSULE_DONE)
             break;
-        if (page_steady(tolerance) == CAPSULE_DONE && page.motion.period_number) {
-            page.by_newton = 1;
+        *by_newton = steady(tolerance) == CAPSULE_DONE && run.motion.period_number;
+        if (*by_newton)
             return CAPSULE_DONE;
-        }
     }
-    page.state = run;
-    page.motion = none;
-    page.strobes = strobes;
-    memcpy(page.strobe, states, sizeof states);
+    run = before;
     return CAPSULE_DONE;
+}
+
+/* The same, for the page; whether Newton's method led to it. */
+EXPORT(motion) int motion(double tolerance)
+{
+    int by_newton;
+    attained(tolerance, &by_newton);
+    return by_newton;
+}
+
+/* The number of periods after which the run repeats to the last bit, or 0: as it is a function of its
+   state, what follows is known. */
+static int repeats(void)
+{
+    double(*last)[CAPSULE_STATE_COUNT] = &run.strobe[run.strobes];
+    for (int m = 1; m <= STROBES / 2 && m < run.strobes; m++)
+        if (memcmp(last, last - m, sizeof *last) == 0)
+            return m;
+    return 0;
+}
+
+/* The motion that the run comes to from where `start` put it: after so many periods, or early, as soon as it
+   is steady. What repeats to the last bit is not run again, if not early: only the rest that a whole number
+   of repetitions leaves. */
+EXPORT(attain) capsule_stop attain(double periods, int early)
+{
+    int by_newton;
+    for (double left = periods; left > 0.0;) {
+        const double now = left < 2 * BLOCK ? left : BLOCK;
+        capsule_stop stop = settle(now);
+        left -= now;
+        if (stop == CAPSULE_DONE && early && left > 0.0)
+            stop = steady(1e-12);
+        if (stop != CAPSULE_DONE || run.motion.period_number || run.motion.never)
+            return stop;
+        const int m = left > 0.0 && !early ? repeats() : 0;
+        if (m)
+            left = fmod(left, m) > 0.0 ? fmod(left, m) + STROBES - STROBES % m : 0.0;
+    }
+    return attained(1e-9, &by_newton);
 }

@@ -1,57 +1,43 @@
 // The C library as WebAssembly: the same map, the same certificates, the same 106 bits as elsewhere.
-import { FIELDS } from "../../generated/page/model.ts";
+import { OUTCOMES, SEGMENT_SIZE, STOPS, motionAt, segmentAt, stateAt } from "../../generated/page/model.ts";
 import { PARAMETERS } from "./fields.ts";
 import type { Parameter } from "./fields.ts";
+import { sticks, touches } from "./itinerary.ts";
 import type { Matrix } from "./multipliers.ts";
 
 export type Parameters = Record<Parameter, number>;
 export type Triple = readonly [number, number, number];
 
-/** Why a run came back: the C library's `capsule_stop`. */
-export const STOPS = ["done", "full", "open", "stopped", "refused"] as const;
 export type Stop = (typeof STOPS)[number];
-/** How a segment ended: the C library's `capsule_outcome`. */
-export const OUTCOMES = ["regular", "graze", "corner", "sliding tangency", "never", "undecided", "end"] as const;
 
 interface Exports {
   memory: WebAssembly.Memory;
   _initialize(): void;
   numbers_at(): number;
   given_at(): number;
+  state_at(): number;
+  motion_at(): number;
+  segments_at(): number;
+  unknowns_at(): number;
   digest(): number;
   prepare(): void;
   start(x_r: number, v_r: number, v_c: number, phase: number): void;
   settle(periods: number): number;
-  steady(tolerance: number): number;
+  motion(tolerance: number): number;
   record(periods: number): number;
+  recorded(): number;
+  passed(): number;
   why_open(): number;
-  where(): void;
-  segments(): number;
-  points(step: number): number;
-  closed(): number;
-  follow(): number;
-  hold(unknown: number, at: number, free: number, keep: number): number;
+  strobes(most: number): number;
+  evaluate(segment: number, times: number): void;
+  energies(first: number, after: number): void;
+  take(first: number): number;
+  solve(held: number, at: number, free: number, keep: number): number;
   orbit_within(): void;
-  unknowns(): number;
   attain(periods: number, early: number): number;
 }
 
-export interface Segment {
-  field: number;
-  source: number;
-  target: number;
-  outcome: string;
-  wide: boolean;
-  startTurn: number;
-  endTurn: number;
-  startAngle: number;
-  endAngle: number;
-  start: Triple;
-  end: Triple;
-  duration: number;
-  position: number;
-  advance: number;
-}
+export type Segment = ReturnType<typeof segmentAt>;
 
 export interface Steady {
   /** Excitation periods of the motion; 0 if it is not periodic. */
@@ -70,8 +56,8 @@ export interface Closed {
   matrix: Matrix;
   advance: number;
   residual: number;
-  first: number;
-  switches: number;
+  /** The segments of one period of the motion. */
+  cycle: Segment[];
   work: number;
   damperLoss: number;
   frictionLoss: number;
@@ -110,17 +96,31 @@ export interface Cell {
 }
 
 export const POINT = 7; // numbers of a point: segment, time, x_r, v_r, v_c, x_c, P
+const MOST_POINTS = 18_724;
+const MOST_PIECES = 4096; // of a segment
+// As in core/:
+const NUMBERS = 1 << 17;
+const STROBES = 32;
+const LONGEST_ITINERARY = 256;
+const DURATION = 4; // unknowns of an orbit before the segments' durations
+const MATRIX = 9;
 
 export class Core {
   private readonly c: Exports;
+  private readonly memory: DataView;
   private readonly numbers: Float64Array;
+  private readonly unknowns: Float64Array;
   private readonly given: Float64Array;
+  /** Segments of the orbit that was taken last. */
+  private orbitSegments = 0;
   /** When a run is given up, by the clock. */
   private deadline = Infinity;
 
   private constructor(exports: Exports) {
     this.c = exports;
-    this.numbers = new Float64Array(exports.memory.buffer, exports.numbers_at(), 1 << 17);
+    this.memory = new DataView(exports.memory.buffer);
+    this.numbers = new Float64Array(exports.memory.buffer, exports.numbers_at(), NUMBERS);
+    this.unknowns = new Float64Array(exports.memory.buffer, exports.unknowns_at(), DURATION + LONGEST_ITINERARY);
     this.given = new Float64Array(exports.memory.buffer, exports.given_at(), PARAMETERS.length);
   }
 
@@ -171,95 +171,101 @@ export class Core {
   }
 
   steady(tolerance = 1e-9): Steady {
-    this.c.steady(tolerance);
-    const [periodNumber = 0, advance = 0, switches = 0, field = 0, never = 0, byNewton = 0] = this.numbers;
-    return { periodNumber, advance, switches, never: never ? field : 0, byNewton: byNewton !== 0 };
+    const byNewton = this.c.motion(tolerance) !== 0;
+    const { period_number, advance, switches, never, field } = this.motion();
+    return { periodNumber: period_number, advance, switches, never: never ? field : 0, byNewton };
   }
 
   where(): { state: Triple; position: number; periods: number } {
-    this.c.where();
-    const [x = 0, v = 0, w = 0, , position = 0, periods = 0] = this.numbers;
-    return { state: [x, v, w], position, periods };
+    const { x_r, v_r, v_c, position } = stateAt(this.memory, this.c.state_at());
+    return { state: [x_r, v_r, v_c], position, periods: this.c.passed() };
+  }
+
+  private motion() {
+    return motionAt(this.memory, this.c.motion_at());
   }
 
   segments(): Segment[] {
-    return Array.from({ length: this.c.segments() }, (_, i) => {
-      const n = (k: number): number => this.numbers[i * SEGMENT + k] ?? NaN;
-      return {
-        field: n(0),
-        source: n(1),
-        target: n(2),
-        outcome: OUTCOMES[n(3)] ?? "undecided",
-        wide: n(4) !== 0,
-        startTurn: n(6),
-        endTurn: n(7),
-        startAngle: n(8),
-        endAngle: n(9),
-        start: [n(10), n(11), n(12)],
-        end: [n(13), n(14), n(15)],
-        duration: n(16),
-        position: n(17),
-        advance: n(18),
-      };
-    });
+    const begin = this.c.segments_at();
+    return Array.from({ length: this.c.recorded() }, (_, i) => segmentAt(this.memory, begin + i * SEGMENT_SIZE));
   }
 
-  /** Points of the recorded segments, `POINT` numbers each; valid until the next call. */
+  /** Points of the recorded segments no further apart than `step`, both ends among them: `POINT` numbers each. */
   points(step: number): Float64Array {
-    return this.numbers.subarray(0, POINT * this.c.points(step));
+    const rows: number[] = [];
+    this.segments().forEach((s, i) => {
+      const begin = (s.start_period * 2 * Math.PI + s.start_angle) / this.omega;
+      const pieces = 1 + Math.min(Math.ceil(s.duration / step), MOST_PIECES);
+      const count = Math.min(pieces + 1, MOST_POINTS - rows.length / POINT);
+      for (let k = 0; k < count; k++) this.numbers[k] = begin + (s.duration * k) / pieces;
+      this.c.evaluate(i, count);
+      const n = (k: number): number => this.numbers[k] ?? NaN;
+      for (let k = 0; k < count; k++) {
+        const at = count + 4 * k;
+        rows.push(i, n(k), n(at), n(at + 1), n(at + 2), n(at + 3), n(5 * count + k));
+      }
+    });
+    return Float64Array.from(rows);
   }
 
+  /** Where the first whole cycle of the motion starts among the recorded segments; -1 if none does. */
+  private cycleStart(segments: readonly Segment[]): number {
+    const first = segments.findIndex((_, i) => (segments[i - 1]?.target ?? 0) > 0);
+    return first + this.motion().switches <= segments.length ? first : -1;
+  }
+
+  /** Takes the orbit from one period of the motion, with its monodromy matrix as it was run; whether it can. */
+  private take(first: number): boolean {
+    this.orbitSegments = this.c.take(first);
+    return this.orbitSegments > 0;
+  }
+
+  private get matrix(): Matrix {
+    return [...this.numbers.subarray(0, MATRIX)];
+  }
+
+  /** The orbit of the recorded motion. */
   closed(): Closed | null {
-    const done = this.c.closed();
-    if (!done) return null;
-    const n = (k: number): number => this.numbers[k] ?? NaN;
-    return {
-      converged: done > 0,
-      matrix: [...this.numbers.subarray(0, 9)],
-      advance: n(9),
-      residual: n(10),
-      first: n(11),
-      work: n(12),
-      damperLoss: n(13),
-      frictionLoss: n(14),
-      switches: n(15),
-    };
+    const segments = this.segments();
+    const first = this.cycleStart(segments);
+    if (first < 0 || !this.take(first)) return null;
+    const cycle = segments.slice(first, first + this.motion().switches);
+    this.c.energies(first, first + cycle.length);
+    const [work = NaN, damperLoss = NaN, frictionLoss = NaN] = this.numbers;
+    const converged = this.c.solve(-1, 0, 0, 1) !== 0;
+    const [advance = NaN, residual = NaN] = this.numbers.subarray(MATRIX);
+    return { converged, matrix: this.matrix, advance, residual, cycle, work, damperLoss, frictionLoss };
   }
 
   /** The monodromy matrix of the orbit that `closed` left, followed to the prepared parameters. */
   follow(): Matrix | null {
-    return this.c.follow() ? [...this.numbers.subarray(0, 9)] : null;
+    return this.c.solve(-1, 0, 0, 1) ? this.matrix : null;
   }
 
   /** The orbit along its branch at which part `pin` of its start is `at`: the parameter's value and the monodromy. */
   along(pin: number, at: number, free: Parameter): { value: number; matrix: Matrix } | null {
-    if (!this.c.hold(pin, at, PARAMETERS.indexOf(free), 1)) return null;
-    return { value: this.numbers[9] ?? NaN, matrix: [...this.numbers.subarray(0, 9)] };
+    if (!this.c.solve(pin, at, PARAMETERS.indexOf(free), 1)) return null;
+    return { value: this.numbers[MATRIX + 2] ?? NaN, matrix: this.matrix };
   }
 
   /** Where the orbit starts: x_r, v_r, v_c and the forcing angle. */
   orbitStart(): number[] {
-    return this.unknowns().slice(0, 4);
+    return [...this.unknowns.subarray(0, DURATION)];
   }
 
   /** State and forcing angle within the orbit's first segment, off every switch. */
   orbitWithin(): number[] {
     this.c.orbit_within();
-    return [...this.numbers.subarray(0, 4)];
+    return [...this.numbers.subarray(0, DURATION)];
   }
 
   durations(): number[] {
-    return this.unknowns().slice(4);
-  }
-
-  private unknowns(): number[] {
-    const n = this.c.unknowns();
-    return [...this.numbers.subarray(0, n)];
+    return [...this.unknowns.subarray(DURATION, DURATION + this.orbitSegments)];
   }
 
   bifurcation(zero: number, free: Parameter): Event | null {
-    if (!this.c.hold(4 + zero, 0, PARAMETERS.indexOf(free), 0)) return null;
-    const [value = NaN, residual = NaN, , x = 0, v = 0, w = 0, force = 0, before = 0, during = 0, after = 0] = this.numbers.subarray(9);
+    if (!this.c.solve(DURATION + zero, 0, PARAMETERS.indexOf(free), 0)) return null;
+    const [, residual = NaN, value = NaN, x = 0, v = 0, w = 0, force = 0, before = 0, during = 0, after = 0] = this.numbers.subarray(MATRIX);
     return { value, state: [x, v, w], force, fields: [before, during, after], residual };
   }
 
@@ -298,21 +304,38 @@ export class Core {
 
   /** The motion that a run comes to, and one cycle of its segments with the one before. */
   private attain(periods: number, early: boolean) {
-    const end = stop(this.c.attain(periods, Number(early)));
-    const n = (k: number): number => this.numbers[k] ?? NaN;
-    const [periodNumber = 0, never = 0, advance = 0, x = 0, v = 0, w = 0, rows = 0, first = 0, count = 0, work = 0] = this.numbers;
-    const states = Array.from({ length: rows }, (_, i): Triple => [n(HEAD + 3 * i), n(HEAD + 3 * i + 1), n(HEAD + 3 * i + 2)]);
-    const matrix: Matrix | null = n(10) ? [...this.numbers.subarray(11, HEAD)] : null;
-    const segments = count > 0 ? this.segments() : [];
-    const [cycle, before] = [segments.slice(first, first + count), segments[first - 1]];
-    return { stop: end, periodNumber, never, advance, work, states, matrix, cycle, before, end: [x, v, w] as Triple };
+    const open: Attained = { stop: "done", periodNumber: 0, never: 0, advance: 0, work: 0, states: [], matrix: null, cycle: [], before: undefined, end: [0, 0, 0] };
+    const ended = stop(this.c.attain(periods, Number(early)));
+    if (ended !== "done") return { ...open, stop: ended };
+    const { period_number: m, switches, advance, never, field } = this.motion();
+    const end = this.where().state;
+    const n = this.c.strobes(m && m < STROBES ? m : STROBES);
+    const at = (k: number): number => this.numbers[k] ?? NaN;
+    const states = Array.from({ length: n }, (_, i): Triple => [at(3 * i), at(3 * i + 1), at(3 * i + 2)]);
+    const motion = { ...open, periodNumber: m, never: never ? field : 0, advance, states, end };
+    if (early && !switches) return motion;
+    const recorded = this.record(m ? 2 * m + 1 : STROBES);
+    if (recorded !== "done" && recorded !== "full") return { ...open, stop: recorded };
+    const segments = this.segments();
+    const first = m ? this.cycleStart(segments) : 1;
+    if (first < 0 && switches) return { ...open, stop: "full" as const }; // longer than what is recorded: not told from others
+    const cycle = first < 0 ? [] : segments.slice(first, m ? first + switches : segments.length);
+    if (early || !cycle.length) return { ...motion, cycle };
+    this.c.energies(first, first + cycle.length);
+    const work = this.numbers[0] ?? NaN;
+    return { ...motion, cycle, before: segments[first - 1], work, matrix: m && this.take(first) ? this.matrix : null };
   }
 }
 
-const HEAD = 20; // as in core/sweep.c
-const SEGMENT = 21; // as in core/run.c
-const touches = (field: number): boolean => FIELDS[field]?.contact ?? false;
-const sticks = (field: number): boolean => FIELDS[field]?.drift === 0;
+interface Attained extends Pick<Column, "stop" | "periodNumber" | "states" | "matrix" | "end"> {
+  /** The field that is never left; 0 if there is none. */
+  never: number;
+  advance: number;
+  work: number;
+  cycle: Segment[];
+  before: Segment | undefined;
+}
+
 /** Progression of a motion that never leaves a field. */
 const resting = (never: number): number => (sticks(never) ? 0 : NaN);
 const fieldsOf = (cycle: readonly Segment[], never: number): number[] =>

@@ -1,20 +1,24 @@
 // Itineraries: segments as the paper writes them, and where a cycle is begun to be written.
 
-export { MODES } from "../../generated/page/model.ts";
-export const MEANINGS = [
-  "no contact, the capsule drifts forward",
-  "no contact, the capsule sticks",
-  "no contact, the capsule drifts backward",
-  "contact, the capsule drifts forward",
-  "contact, the capsule sticks",
-  "contact, the capsule drifts backward",
-] as const;
+import { FIELDS } from "../../generated/page/model.ts";
 
-const RANK = [0, 4, 3, 5, 1, 0, 2]; // by field: in contact first, at rest first among those
+export const touches = (field: number): boolean => FIELDS[field]?.contact ?? false;
+export const drift = (field: number): number => FIELDS[field]?.drift ?? NaN;
+export const sticks = (field: number): boolean => drift(field) === 0;
+
+const DRIFTS = [0, 1, -1]; // in the order of the paper
+const SURFACES = ["rest", "forward", "backward"];
+const surface = (of: number): string => SURFACES[DRIFTS.indexOf(of)] ?? "";
+
+/** A field in words. */
+export const meaning = (field: number): string =>
+  `${touches(field) ? "contact" : "no contact"}, the capsule ${sticks(field) ? "sticks" : `drifts ${surface(drift(field))}`}`;
+
+const rank = (field: number): number => DRIFTS.indexOf(drift(field)) + (touches(field) ? 0 : DRIFTS.length);
 
 /** Index of the segment at which the paper begins a cycle: that with the least sequence of ranks. */
 export function cyclicStart(fields: readonly number[]): number {
-  const ranks = fields.map((field) => RANK[field] ?? 9);
+  const ranks = fields.map(rank);
   const n = ranks.length;
   let best = 0;
   for (let i = 1; i < n; i++)
@@ -62,23 +66,19 @@ export const spelled = (itinerary: string): string => [...itinerary].map((digit)
 export const doubled = (long: string, short: string): boolean =>
   short !== "" && long === short + short;
 
-const SURFACE = { 1: "forward", 0: "rest", [-1]: "backward" } as const;
-
 /** Type and line of a bifurcation, by the fields before, at and after its segment of no duration. */
 export function eventName(before: number, during: number, after: number, force: number, v_r: number, f_b: number): string {
-  const contact = (f: number): boolean => f > 3;
-  const drift = (f: number): 1 | 0 | -1 => (([0, 1, 0, -1] as const)[f > 3 ? f - 3 : f] ?? 0);
-  if (contact(before) !== contact(after)) {
+  if (touches(before) !== touches(after)) {
     const inside = Math.abs(force) < f_b * (1 - 1e-9);
     const bound = Math.abs(Math.abs(force) - f_b) < 1e-9 * f_b;
     const line = bound ? (force > 0 ? "O1" : "O2") : inside ? (v_r > 0 ? "L6" : "L7") : v_r > 0 ? "L5" : force < 0 ? "L8" : "L10";
     return `boundary-intersection crossing on ${line}`;
   }
-  if (contact(during) !== contact(before)) return "grazing on L9";
-  const line = `L${(force > 0 ? 1 : 2) + (contact(during) ? 2 : 0)}`;
+  if (touches(during) !== touches(before)) return "grazing on L9";
+  const line = `L${(force > 0 ? 1 : 2) + (touches(during) ? 2 : 0)}`;
   const [b, d, a] = [drift(before), drift(during), drift(after)];
   if (b === a) return `${b ? "grazing-sliding" : "adding-sliding"} on ${line}`;
   if (d === 0 && a === -b) return `crossing-sliding on ${line}`;
   if (d === -b && a === 0) return `switching-sliding on ${line}`;
-  return `change from ${SURFACE[b]} to ${SURFACE[a]} on ${line}`;
+  return `change from ${surface(b)} to ${surface(a)} on ${line}`;
 }

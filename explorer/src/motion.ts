@@ -1,5 +1,5 @@
 // The motion at a state of the page: its transient, the steady motion, and all that is shown of it.
-import type { Closed, Core, Segment, Stop } from "./core.ts";
+import type { Core, Segment, Stop } from "./core.ts";
 import { POINT } from "./core.ts";
 import { cyclicStart, globalMap, rotated } from "./itinerary.ts";
 import { multipliers } from "./multipliers.ts";
@@ -66,10 +66,10 @@ function taken(core: Core, p: Parameters, units: Units, ended: Stop, periodNumbe
   const stop = ended !== "done" ? ended : again === "full" ? "done" : again;
   const closed = periodNumber && stop === "done" ? core.closed() : null;
   const all = core.segments();
-  const cycle = closed ? cycleOf(all, closed) : all;
+  const cycle = closed ? rotated(closed.cycle, cyclicStart(closed.cycle.map((s) => s.field))) : all;
   const drawn = turns ? core.record(turns) : "done"; // goes on: the same motion, from phase 0
   const segments = core.segments();
-  const points = core.points(period / PER_PERIOD).slice();
+  const points = core.points(period / PER_PERIOD);
   shift(points, segments);
   const total = segments.reduce((sum, s) => sum + s.advance, 0);
   const progression = closed ? closed.advance / periodNumber : turns ? total / turns : 0;
@@ -98,12 +98,6 @@ function resting(segments: readonly Segment[], periodNumber: number): string {
   return periodNumber && only && segments.every((s) => s.field === only.field)
     ? `Id_{Σ${only.field},F${only.field},Σ${only.field}}`
     : "";
-}
-
-/** One cycle of the recorded segments, from where the paper begins it. */
-function cycleOf(all: readonly Segment[], closed: Closed): Segment[] {
-  const cycle = all.slice(closed.first, closed.first + closed.switches);
-  return rotated(cycle, cyclicStart(cycle.map((s) => s.field)));
 }
 
 /** Times from 0 and positions from 0 at the beginning of what is drawn. */

@@ -30,7 +30,8 @@ from capsule_sym.codegen.backends import BACKENDS
 from capsule_sym.codegen.backends.c import C, Real
 from capsule_sym.codegen.backends.matlab import Matlab
 from capsule_sym.codegen.backends.python import Python
-from capsule_sym.codegen.backends.typescript import TypeScript
+from capsule_sym.codegen.backends.typescript import RECORDS, TypeScript
+from capsule_sym.generated import interface
 
 CODEGEN = Path(_render.__file__).parent
 X, Y, K = sp.symbols("x y K")
@@ -188,6 +189,24 @@ def test_the_page_has_a_field_for_each_parameter_and_quantity(derived: Derived) 
             one.about,
             getattr(one, "unit", "").replace("^2", "²"),
         )
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_the_page_reads_records_where_the_library_has_them(derived: Derived, name: str) -> None:
+    text = TypeScript(derived).written()["page/model.ts"]
+    (rows,) = re.findall(rf"^export const {name}At = .*?^\}}\);", text, re.M | re.S)
+    (size,) = re.findall(rf"^export const {name.upper()}_SIZE = (\d+);", text, re.M)
+    read = re.findall(r"(\w+)\(v, at \+ (\d+)\)", rows)
+    record = getattr(interface, name.upper())  # its offsets are those of the compiled library
+    kinds = {"<f8": "double", "<i8": "int64_t", "<i4": "int32_t"}
+    fields = [record.fields[field][:2] for field in record.names]
+    assert int(size) == record.itemsize
+    assert [(kind, int(at)) for kind, at in read] == [
+        (kinds[kind.base.str], at + i * kind.base.itemsize)
+        for kind, at in fields
+        for i in range(math.prod(kind.shape))
+    ]
+    assert re.findall(r"^  (\w+): ", rows, re.M) == [*record.names]
 
 
 def test_no_two_backends_write_one_file_and_no_template_is_left_over() -> None:

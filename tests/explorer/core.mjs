@@ -1,4 +1,4 @@
-// The page's library under Node: systems from stdin, what it makes of them on stdout, both as JSON.
+// The page's library under Node: systems from stdin, the records it makes of them on stdout, both as JSON.
 import { readFileSync } from "node:fs";
 import { inflateSync } from "node:zlib";
 
@@ -8,19 +8,18 @@ const code = inflateSync(Buffer.from(packed, "base64"));
 const { instance } = await WebAssembly.instantiate(code, { page: { late: () => 0 } });
 const c = instance.exports;
 c._initialize();
-const numbers = new Float64Array(c.memory.buffer, c.numbers_at(), 1 << 17);
 const given = new Float64Array(c.memory.buffer, c.given_at(), 7);
 
-const SEGMENT = 21;
-const out = JSON.parse(readFileSync(0, "utf8")).map(({ parameters, state, phase, periods }) => {
+/** The bytes of a record, or of some, as text. */
+const bytes = (at, size) => Buffer.from(c.memory.buffer, at, size).toString("base64");
+
+const { sizes, systems } = JSON.parse(readFileSync(0, "utf8"));
+const out = systems.map(({ parameters, state, phase, periods }) => {
   given.set(parameters);
   c.prepare();
   c.start(...state, phase);
   const stop = c.record(periods);
-  const count = c.segments();
-  const itinerary = Array.from({ length: count }, (_, i) => [...numbers.slice(i * SEGMENT, i * SEGMENT + 3)]);
-  c.where();
-  const [x_r, v_r, v_c, , position] = numbers;
-  return { stop, itinerary, final: [x_r, v_r, v_c], position };
+  const segments = bytes(c.segments_at(), c.recorded() * sizes.segment);
+  return { stop, segments, state: bytes(c.state_at(), sizes.state) };
 });
 process.stdout.write(JSON.stringify(out));

@@ -4,6 +4,7 @@ Both run one source. What may differ are exp, sin and cos, musl's there and the 
 products that this processor fuses with sums: some roundings in each segment, carried on by the run.
 """
 
+import base64
 import json
 import math
 import random
@@ -11,10 +12,12 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from capsule_sym import Parameters, jacobian, simulate
 from capsule_sym._native import core
+from capsule_sym.generated.interface import SEGMENT, STATE
 from explorer import build
 
 PERIODS = 5
@@ -47,9 +50,10 @@ def _compare(count):
         {"parameters": [*p.to_dict().values()], "state": s, "phase": t, "periods": PERIODS}
         for p, s, t in systems
     ]
+    sizes = {"segment": SEGMENT.itemsize, "state": STATE.itemsize}
     done = subprocess.run(
         ["node", str(Path(__file__).with_name("core.mjs")), str(build.PAGE)],
-        input=json.dumps(asked),
+        input=json.dumps({"sizes": sizes, "systems": asked}),
         capture_output=True,
         text=True,
         check=True,
@@ -58,11 +62,14 @@ def _compare(count):
     for (p, s, t), there in zip(systems, json.loads(done.stdout), strict=True):
         here = simulate(p, s, t, PERIODS, backend="c")
         assert there["stop"] == 0
-        assert [tuple(map(int, one)) for one in there["itinerary"]] == [
+        segments = np.frombuffer(base64.b64decode(there["segments"]), SEGMENT)
+        assert segments[["field", "source", "target"]].tolist() == [
             (one.field, int(one.source[1:] or 0), int(one.target[1:] or 0)) for one in here.segments
         ]
+        (end,) = np.frombuffer(base64.b64decode(there["state"]), STATE)
         final = here.final[1]
-        error = max(abs(a - b) for a, b in zip(final, there["final"], strict=True))
+        there_final = (end["x_r"], end["v_r"], end["v_c"])
+        error = max(abs(a - b) for a, b in zip(final, there_final, strict=True))
         # Each segment adds some roundings, which the run carries to its end.
         size = 1 + max(abs(v) for one in here.segments for v in one.start_state)
         carried = max(1.0, float(abs(jacobian(here)).max())) * len(here.segments)

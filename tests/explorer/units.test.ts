@@ -12,6 +12,7 @@ import type { Cell, Column, Parameters } from "../../explorer/src/core.ts";
 import { themeOf } from "../../explorer/src/draw/colours.ts";
 import { DEFAULTS } from "../../explorer/src/fields.ts";
 import type { Answer, CellsJob, MarkJob } from "../../explorer/src/jobs.ts";
+import { cyclicStart, eventName, meaning } from "../../explorer/src/itinerary.ts";
 import { MOST, marksBetween } from "../../explorer/src/marks.ts";
 import type { Runner } from "../../explorer/src/marks.ts";
 import { modulus, multipliers } from "../../explorer/src/multipliers.ts";
@@ -23,6 +24,30 @@ const page = readFileSync(process.env["PAGE"] ?? "", "utf8");
 const packed = /eN[A-Za-z0-9+/=]{20000,}/.exec(page)?.[0] ?? "";
 const library = Core.load(new WebAssembly.Module(inflateSync(Buffer.from(packed, "base64"))));
 const study: Parameters = { ...DEFAULTS, alpha: 0.7, omega: 0.8, delta: 0.02, zeta: 0.05, beta: 1.5, gamma: 3.3, f_b: 1 };
+
+// Fields of an itinerary, by the paper's words and order.
+
+test("fields are named, and a cycle begins in contact and at rest first", () => {
+  assert.equal(meaning(3), "no contact, the capsule drifts backward");
+  assert.equal(meaning(5), "contact, the capsule sticks");
+  assert.equal(meaning(1), "no contact, the capsule drifts forward");
+  const order = [5, 4, 6, 2, 1, 3];
+  for (const [i, one] of order.entries())
+    for (const other of order.slice(i + 1)) assert.deepEqual([cyclicStart([one, other]), cyclicStart([other, one])], [0, 1]);
+});
+
+test("an event is named by the fields about it", () => {
+  const name = (before: number, during: number, after: number, force: number, v_r: number): string => eventName(before, during, after, force, v_r, 1);
+  assert.equal(name(1, 2, 4, 1, 1), "boundary-intersection crossing on O1");
+  assert.equal(name(2, 2, 5, 0.5, 1), "boundary-intersection crossing on L6");
+  assert.equal(name(4, 4, 3, -2, -1), "boundary-intersection crossing on L8");
+  assert.equal(name(1, 4, 1, 2, 0), "grazing on L9");
+  assert.equal(name(1, 2, 1, 1, 1), "grazing-sliding on L1");
+  assert.equal(name(5, 4, 5, 1, 1), "adding-sliding on L3");
+  assert.equal(name(4, 5, 6, -1, 1), "crossing-sliding on L4");
+  assert.equal(name(3, 1, 2, 1, 1), "switching-sliding on L1");
+  assert.equal(name(1, 1, 3, -1, 1), "change from forward to backward on L2");
+});
 
 // Runs that stand for the library's: an itinerary for every value of the parameter, or none in time.
 

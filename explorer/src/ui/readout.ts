@@ -1,7 +1,8 @@
 // The motion in words and numbers: itinerary, global map, quantities, table of segments, for all readers.
 import { withUnit } from "../device.ts";
 import { byId, make, mapText, pretty } from "../dom.ts";
-import { MEANINGS, MODES } from "../itinerary.ts";
+import { MODES, OUTCOMES } from "../../../generated/page/model.ts";
+import { meaning } from "../itinerary.ts";
 import type { Motion } from "../motion.ts";
 import { modulus } from "../multipliers.ts";
 import { TERMS, explained } from "./terms.ts";
@@ -34,7 +35,7 @@ export function showItinerary(box: HTMLElement, motion: Motion): void {
   const total = shown.reduce((sum, s) => sum + s.duration, 0) || 1;
   box.replaceChildren(
     ...shown.map((s) => {
-      const chip = make("li", { class: `chip f${s.field}`, title: `${MODES[s.field - 1] ?? ""}: ${MEANINGS[s.field - 1] ?? ""}` },
+      const chip = make("li", { class: `chip f${s.field}`, title: `${MODES[s.field - 1] ?? ""}: ${meaning(s.field)}` },
         make("b", {}, `F${s.field}`), make("span", {}, MODES[s.field - 1] ?? ""));
       chip.style.flexGrow = String(Math.max(0.02, s.duration / total));
       return chip;
@@ -97,7 +98,7 @@ export function showSegments(body: HTMLElement, motion: Motion): void {
         cell("local map", s.source && s.target ? mapText(`P_{Σ${s.target},F${s.field},Σ${s.source}}`) : "—"),
         cell(withUnit("duration", time), pretty(s.duration * time.factor, 7)),
         cell(`start${units}`, s.start.map((value, k) => pretty(value * (k ? velocity : length).factor, 6)).join(", ")),
-        cell("ends by", s.wide ? `${s.outcome}, 106 bits` : s.outcome),
+        cell("ends by", `${OUTCOMES[s.outcome]}${s.wide ? ", 106 bits" : ""}`),
       ),
     ),
     ...(more > 0 ? [make("tr", { role: "row" }, make("td", { role: "cell", colspan: 5 }, `and ${more} more: all of them are in segments.csv, under Share`))] : []),

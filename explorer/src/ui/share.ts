@@ -2,6 +2,7 @@
 import { withUnit } from "../device.ts";
 import type { Unit } from "../device.ts";
 import { DEVICE, ORIGIN, PARAMETERS } from "../fields.ts";
+import { OUTCOMES } from "../../../generated/page/model.ts";
 import { POINT } from "../core.ts";
 import type { Motion } from "../motion.ts";
 import { defaults, parameters, startOf } from "../state.ts";
@@ -101,6 +102,6 @@ export function segmentsCsv(motion: Motion): string {
   const columns: Columns = [["duration", time], ...state("start"), ...state("end")];
   const rows = [["field", "source", "target", "outcome", ...headed(columns), "decided_in_106_bits"].join(",")];
   for (const s of motion.cycle)
-    rows.push([`F${s.field}`, `Σ${s.source}`, `Σ${s.target}`, s.outcome, ...scaled([s.duration, ...s.start, ...s.end], columns), s.wide].join(","));
+    rows.push([`F${s.field}`, `Σ${s.source}`, `Σ${s.target}`, OUTCOMES[s.outcome], ...scaled([s.duration, ...s.start, ...s.end], columns), s.wide !== 0].join(","));
   return `${rows.join("\n")}\n`;
 }

@@ -1,10 +1,10 @@
 // The capsule itself: mass, springs, contact, friction and drift at one time of the motion.
-import { FIELDS } from "../../../generated/page/model.ts";
+import { drift, touches } from "../itinerary.ts";
 import { POINT } from "../core.ts";
 import { FONT, UNIT, extent, maths } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
-import { MODES } from "../itinerary.ts";
+import { MODES } from "../../../generated/page/model.ts";
 import type { Motion } from "../motion.ts";
 
 export interface Now {
@@ -68,7 +68,7 @@ export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, h
   const x = centre + now.x_r * scale;
   const y = top + tall / 2;
   const stop = centre + half + motion.parameters.delta * scale;
-  const contact = FIELDS[now.field]?.contact;
+  const contact = touches(now.field);
   const plate = contact ? x + half : stop;
   pen.strokeStyle = theme.soft;
   pen.lineWidth = 1.75 * UNIT;
@@ -121,7 +121,7 @@ function ground(pen: Pen, moved: number, width: number, floor: number, theme: Th
 }
 
 function friction(pen: Pen, now: Now, bound: number, centre: number, floor: number, length: number, theme: Theme): void {
-  const sliding = FIELDS[now.field]?.drift ?? 0;
+  const sliding = drift(now.field);
   const force = sliding ? -sliding * bound : -Math.max(-bound, Math.min(bound, now.force));
   const size = (force / bound) * length * 0.16;
   pen.strokeStyle = pen.fillStyle = theme.mark;

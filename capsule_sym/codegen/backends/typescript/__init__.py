@@ -1,4 +1,4 @@
-"""TypeScript: what the explorer's page knows of the model."""
+"""TypeScript: what the explorer's page knows of the model and of the C library's records."""
 
 import json
 from collections.abc import Mapping
@@ -8,21 +8,28 @@ from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.parts import spelled
 from capsule_sym._symbolic.model.symbols import MODEL
 from capsule_sym.codegen._backend import Backend
+from capsule_sym.codegen._interface import Entry, Interface, members
+
+RECORDS = ("state", "segment", "motion")
+"""Records of the C library that the page reads from its memory."""
+SIZES = {"int32_t": 4, "int64_t": 8, "double": 8}
 
 
 class TypeScript(Backend):
-    """Facts of parameters, fields and devices, without kernels."""
+    """Facts of parameters, fields and devices, and the C library's records, without kernels."""
 
     comment = "//"
     files: ClassVar = {"page/model.ts": "model.ts.in"}
 
     def texts(self) -> dict[str, str]:
-        """Modes of the fields, number fields, and the relations of a device."""
+        """Modes of the fields, number fields, the relations of a device, and layouts of records."""
         parameters = {p.name: _field(p, p.default) for p in MODEL.parameters}
         device = {
             q.name: _field(q, q.value, **({"unit": q.unit.replace("^2", "²")} if q.unit else {}))
             for q in MODEL.quantities
         }
+        interface = self.derived.interface
+        enums = {e["name"]: [n.replace("-", " ") for n in e["values"]] for e in interface.enums}
         modes = {g.index: {"contact": g.contact, "drift": g.drift} for g in SEGMENTS}
         scales = (f"  const {u.letter} = {_relation(u.relation)};" for u in MODEL.units)
         ratios = (f"      {p.name}: {_relation(p.si)}," for p in MODEL.parameters if p.si)
@@ -38,7 +45,30 @@ class TypeScript(Backend):
             "scales": "\n".join(scales),
             "units": "\n".join(f"    {u.name}: {u.letter}," for u in MODEL.units),
             "ratios": "\n".join(ratios),
+            "stops": json.dumps(enums["stop"]),
+            "outcomes": json.dumps(enums["outcome"]),
+            "records": "".join(
+                _record(s, interface) for s in interface.structs if s["name"] in RECORDS
+            ),
         }
+
+
+def _record(struct: Entry, interface: Interface) -> str:
+    """A reader of a record, and its size; each member lies at a multiple of its own."""
+    offset, rows = 0, ""
+    for name, kind, length in members(struct):
+        size = SIZES[kind]
+        offset += -offset % size
+        count = interface.number(length) if length else 1
+        values = [f"{kind}(v, at + {offset + size * i})" for i in range(count)]
+        value = f"[{', '.join(values)}] as const" if length else values[0]
+        rows += f"  {name}: {value},\n"
+        offset += size * count
+    return (
+        f"/** {struct['doc']} */\n"
+        f"export const {struct['name']}At = (v: DataView, at: number) => ({{\n{rows}}});\n"
+        f"export const {struct['name'].upper()}_SIZE = {offset + -offset % 8};\n"
+    )
 
 
 def _relation(relation: str) -> str:
