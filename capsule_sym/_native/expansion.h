@@ -85,11 +85,12 @@ typedef struct {
     bound sign, range, bend; /* of the form; its largest coefficient, and second derivative */
 } guard;
 
-/* What is proved of it on (0, r]: positive up to `from`; if `crossing`, then zero once, and negative
-   from `to` on; `near` is about where. */
+/* What is proved of it on (0, r]: positive up to `from`; if `crossing`, then two polynomials below and
+   above it cross zero once each in (from, to), and it is negative at `to`; `near` is about where. They are
+   apart from its form by what it is certain within, and by `off`. */
 typedef struct {
     mask clear, crossing;
-    bound from, to, near;
+    bound from, to, near, off;
 } isolation;
 
 /* From the signs of the coefficients, all of them beyond what any can be off: a guard that vanishes at
@@ -110,7 +111,7 @@ inlined isolation certify(const guard *g, double r, int twice)
         least = smaller(least, value[j]);
     const mask above = starts & gt(least, error);
     if (!some(not(above)))
-        return (isolation){above, none, all(r), all(r), all(r)};
+        return (isolation){above, none, all(r), all(r), all(r), all(0.0)};
     mask below = lt(value[0], all(0.0)), turned = none;
     bound index = pick(below, all(0.0), all(1.0)), nearest = size_of(value[0]);
     for (int j = 1; j < DEGREE; j++) {
@@ -127,6 +128,7 @@ inlined isolation certify(const guard *g, double r, int twice)
     f.from = pick(f.clear, all(r), all(0.0));
     f.to = all(r);
     f.near = (index + 0.5) * (r / DEGREE);
+    f.off = all(0.0);
     return f;
 }
 

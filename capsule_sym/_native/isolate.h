@@ -78,7 +78,8 @@ static void isolate(const guard *g, double r, isolation *f)
         largest = larger(largest, fabs(near_to(whole->value[i])));
     }
     /* At most DEEPEST halvings of DEGREE means each, and the divisions above. */
-    const double slack = g->rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest;
+    const double means = 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest;
+    const double slack = g->rounding + means;
     for (int i = 0; i < count; i++)
         whole->error[i] = slack + 1.0001 * g->tail * (r * r * r) * weight_of(3, i + zeros) /
                                       weight_of(zeros, i + zeros);
@@ -86,6 +87,7 @@ static void isolate(const guard *g, double r, isolation *f)
     whole->to = r;
     whole->depth = 0;
     f->crossing = f->clear = 0;
+    f->off = 2.0 * means; /* the coefficients', and what is allowed for it */
     for (int top = 1; top > 0;) {
         piece *p = &stack[--top];
         int positive = 0;

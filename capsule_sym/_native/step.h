@@ -68,7 +68,7 @@ inlined void bound_guards(const segment *c, const table *t, const expansion *e, 
     for (int i = 0; i < count; i++) {
         g[i] = guard_of(c, e, s, i, drift, signs[i]);
         const mask clear = out_of_range(&g[i], e, drift && i != GAP);
-        found[i] = (isolation){clear, none, all(r), all(r), all(r)};
+        found[i] = (isolation){clear, none, all(r), all(r), all(r), all(0.0)};
         if (!some(not(clear)))
             continue;
         form_of(t, e, i, level, drift, made == FIRST && i == SECOND ? &g[FIRST] : NULL, &g[i]);
@@ -86,9 +86,10 @@ inlined void bound_guards(const segment *c, const table *t, const expansion *e, 
         p->crossing |= found[i].crossing;
     }
     /* Of two friction guards that cross, C is the one with the smaller `to`, T the other one: then T is
-       positive up to C's `to`. For T is 2 f_b - C or more, so more than 2 f_b there, which is more than its
-       bounds are apart (below): its lower bound is positive there, and changes its sign once up to T's
-       `to`. So no two `to` are equal, and in lanes, where each is r, one of them crosses at most. */
+       positive up to C's `to`. For C is negative there, so T = 2 f_b - C is more than 2 f_b, which is more
+       than T's bounds are apart (`others_are_later`): its lower bound is positive there, and changes its
+       sign once up to T's `to`. Both are not negative at once, so no two `to` are equal, and in lanes,
+       where each is r, one of them crosses at most. */
     p->lower = drift ? none
                      : found[SECOND].crossing &
                            (not(found[FIRST].crossing) | lt(found[SECOND].to, found[FIRST].to));
@@ -223,8 +224,9 @@ inlined void find_root(const segment *c, const table *t, const expansion *e, con
     f->sure &= simple;
 }
 
-/* Where the other one of the gap and the friction guard is positive still, by more than it is off. A
-   guard that crosses once, and is still positive at the other's root, crosses later. */
+/* Where the other one of the gap and the friction guard crosses later: the polynomial below it, which
+   crosses once, is positive still. It is below the form by rounding + tail + off at most, and the form is
+   apart from the value by twice the rounding and a tail. */
 inlined mask rival_is_later(const segment *c, const table *t, const expansion *e, int drift, bound way,
                             const point *s, const certificate *p, const location *f)
 {
@@ -239,8 +241,10 @@ inlined mask rival_is_later(const segment *c, const table *t, const expansion *e
     const bound value = near_to(choose(other_is_gap, gap, second));
     const bound most = bound_dot(t->x_speed, e->size) + bound_dot(t->second_speed, e->size) +
                        size_of(near_to(e->slope));
+    const bound off = pick(p->lower, p->found[drift ? FIRST : SECOND].off, p->found[FIRST].off);
     const bound near_zero =
-        pick(other_is_gap, g[GAP].rounding + g[GAP].tail, g[FIRST].rounding + g[FIRST].tail) +
+        pick(other_is_gap, 3.0 * (g[GAP].rounding + g[GAP].tail) + p->found[GAP].off,
+             3.0 * (g[FIRST].rounding + g[FIRST].tail) + off) +
         f->error * most;
     return gt(value, near_zero);
 }
@@ -257,17 +261,19 @@ inlined double horizon_of(const certificate *p, int drift, double r)
 
 /* Whether a root is before whatever else may be: another guard that crosses once up to `to`, and is
    positive at this root before that, crosses later. Of the gap and the first friction guard this is
-   proved by `rival_is_later`; the other friction guard crosses later still, where 2 f_b is more than its
-   isolation is off by. */
+   proved by `rival_is_later`; the other friction guard crosses later still (`bound_guards`), where 2 f_b
+   is more than the bounds of its isolation are apart. */
 inlined mask others_are_later(const segment_sizes *b, int drift, const certificate *p, const location *f)
 {
     const guard *g = p->g;
     const isolation *found = p->found;
     const int last_guard = drift ? FIRST : SECOND;
-    const double off = 3.0 * (g[FIRST].rounding + g[FIRST].tail) + ROOT_UNIT * g[FIRST].range;
     mask later = 1;
-    if (!drift && found[FIRST].crossing && found[SECOND].crossing)
-        later = friction_bounds(b) > off;
+    if (!drift && found[FIRST].crossing && found[SECOND].crossing) {
+        const double apart = 3.0 * (g[FIRST].rounding + g[FIRST].tail) +
+                             2.0 * larger(found[FIRST].off, found[SECOND].off);
+        later = friction_bounds(b) > apart;
+    }
     for (int i = 0; i <= last_guard; i++)
         later &= i == (p->is_gap ? GAP : p->lower ? last_guard : FIRST) || found[i].clear ||
                  found[i].from > near_to(f->at) + f->error ||

@@ -292,6 +292,19 @@ def grazed(random: Random) -> Start:
     return before(p, 4, target, angle % (2 * math.pi), random.uniform(0.2, 0.9) / _rate(p, 4))
 
 
+def hidden(random: Random) -> Start:
+    """The gap dips below zero by a fiftieth of what its form is off, and v_c vanishes where it has
+    come back by more than the whole of that."""
+    p = Parameters(
+        alpha=2.2230437880814455, omega=1.9988045949353548, delta=0.11040478522141742,
+        zeta=0.17310830388896928, beta=2.4488209009613557, gamma=0.36243071462226384,
+        f_b=0.32424312029391716,
+    )  # fmt: skip
+    x_r = 0.02283193745750612 - 1e-11 * random.random()
+    state = (x_r, 0.5208563060020691, 0.2370058336112709)
+    return Start(p, 1, state, 3.5117766276250784, hints=(0.4909548251815907,))
+
+
 def both_bounds(random: Random) -> Start:
     """P rises past f_b, x_r meets delta, P falls past -f_b, all within one expansion."""
     (alpha, omega, zeta), (beta, gamma, f_b), (x_r, v_r, phase) = random.choice(ORDERED)
@@ -390,6 +403,7 @@ FAMILIES: dict[str, tuple[Callable[[Random], Start], float, tuple[str, ...]]] = 
     "late": (late, 4.5, (*WIDTHS,)),
     "inflected": (inflected, 0.0, DOUBLES),
     "grazed": (grazed, 0.0, (*WIDTHS,)),
+    "hidden": (hidden, 0.0, (*WIDTHS,)),
     "both bounds": (both_bounds, 0.0, (*WIDTHS,)),
     "level": (level, 0.0, DOUBLES),
     "tiny": (tiny, 0.0, DOUBLES),

@@ -66,6 +66,7 @@ TERMS: tuple[Term, ...] = (
     _term("Newton's end by curvature", "UNIT * size_of(near_to(fall))", "1e-6 * size_of(near_to(fall))", {"moving": ALL}),
     _term("rounding over steepness", "(rounding + rounding) / steepness", "0.0*rounding", {"creeping": DOUBLES, "displaced": WIDE}),
     _term("a rival guard", "gt(value, near_zero)", "gt(value, all(-1e300))", {"corner": ALL}),
+    _term("a rival within its bounds", "3.0 * (g[GAP].rounding + g[GAP].tail) + p->found[GAP].off", "g[GAP].rounding + g[GAP].tail", {"hidden": ("1",)}),
     _term("a rival within the error of the time", "f->error * most", "0.0 * f->error", {"slow corner": ALL}),
     _term("which way after a switch", "le(size_of(within), 16.0 * UNIT * (terms + friction_bounds(b)))", "none", {"stopped": DOUBLES}),
     _term("what is lost below the normal range", "#define UNDERFLOW 1e-290", "0.0", {"tiny": DOUBLES, "tiny, 106 bits": WIDE}),
@@ -73,7 +74,7 @@ TERMS: tuple[Term, ...] = (
     _term("the remainder in P or v_c", "t->limit[k][SECOND_ERROR] += left", "t->limit[k][SECOND_ERROR] += 0.0*left", {"late": WIDE}),
     _term("a third guard", "near_to(f->at) + f->error <= found[i].to", "1", {"grazed": SCALAR}),
     _term("which friction bound is met first", "lt(found[SECOND].to, found[FIRST].to)", "gt(found[SECOND].to, found[FIRST].to)", {"both bounds": ("1",)}),
-    _term("rounding where signs do not tell", "g->rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest", "0.0", {"level": ("1",)}),
+    _term("rounding where signs do not tell", "g->rounding + means", "0.0", {"level": ("1",)}),
     _term("a switch past a run's end", "o->crossing ? 0 : field", "field", {"interrupted": SCALAR}),
     _term("a batch: a switch past a run's end", "crosses ? 0 : field", "field", {"interrupted": LANES}),
     _term("a batch: a sum of many expansions", "expansions > MOST_SUMMED", "0", {"lasting": LANES}),
@@ -95,7 +96,7 @@ BEHIND: tuple[Term, ...] = (
     _term("remainder of the series of 14 terms", "rest[k] + change[k]", "rest[k]", {}),
     # Decides only where both friction guards cross in one expansion while 2 f_b is some 1e-8 of P's
     # change; what their isolation is off by is 1e-12 of it.
-    _term("friction bounds beside an isolation's error", "friction_bounds(b) > off", "1", {}),
+    _term("friction bounds beside an isolation's error", "friction_bounds(b) > apart", "1", {}),
 )  # fmt: skip
 """Terms that no start shows, as others stand before them."""
 

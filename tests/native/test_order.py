@@ -4,13 +4,15 @@ All three happen within one expansion. The first slip is short, and a core that 
 the first switch would miss it.
 """
 
+from random import Random
+
 import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._native import core
 from tests.finals import final_states
-from tests.native.families import ORDERED, Ordered
+from tests.native.families import ORDERED, Ordered, hidden
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
@@ -39,3 +41,18 @@ def test_so_it_is_side_by_side(row: Ordered) -> None:
     rows = np.tile(list(parameters.to_dict().values()), (9, 1))
     found = final_states(rows, state, phase, 1).states
     assert found == pytest.approx(np.tile([float(value) for value in truth], (9, 1)), abs=1e-13)
+
+
+def test_a_short_contact_just_before_a_drift_ends_is_seen() -> None:
+    """The gap dips by less than its form is off, and is that far from zero where v_c vanishes."""
+    start = hidden(Random(0))
+    phase = start.angle / start.parameters.omega
+    found, truth = (
+        simulate(start.parameters, start.state, phase, 1, backend=backend).segments
+        for backend in ("c", "mpmath")
+    )
+    assert [one.field for one in truth[:4]] == [1, 4, 1, 2]
+    assert [one.field for one in found[:4]] == [1, 4, 1, 2]
+    assert [one.duration for one in found[:4]] == pytest.approx(
+        [one.duration for one in truth[:4]], rel=1e-9
+    )
