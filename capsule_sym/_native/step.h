@@ -277,7 +277,7 @@ inlined mask others_are_later(const segment_sizes *b, int drift, const certifica
     for (int i = 0; i <= last_guard; i++)
         later &= i == (p->is_gap ? GAP : p->lower ? last_guard : FIRST) || found[i].clear ||
                  found[i].from > near_to(f->at) + f->error ||
-                 (found[i].crossing && near_to(f->at) + f->error <= found[i].to);
+                 (found[i].crossing && near_to(f->at) + f->error < found[i].to);
     return later;
 }
 #endif

@@ -72,7 +72,7 @@ TERMS: tuple[Term, ...] = (
     _term("what is lost below the normal range", "#define UNDERFLOW 1e-290", "0.0", {"tiny": DOUBLES, "tiny, 106 bits": WIDE}),
     _term("a simple root", "gt(0.5 * steepness * straight, apart + apart)", "gt(straight, all(-1.0))", {"inflected": ("1",)}),
     _term("the remainder in P or v_c", "t->limit[k][SECOND_ERROR] += left", "t->limit[k][SECOND_ERROR] += 0.0*left", {"late": WIDE}),
-    _term("a third guard", "near_to(f->at) + f->error <= found[i].to", "1", {"grazed": SCALAR}),
+    _term("a third guard", "near_to(f->at) + f->error < found[i].to", "1", {"grazed": SCALAR}),
     _term("which friction bound is met first", "lt(found[SECOND].to, found[FIRST].to)", "gt(found[SECOND].to, found[FIRST].to)", {"both bounds": ("1",)}),
     _term("rounding where signs do not tell", "g->rounding + means", "0.0", {"level": ("1",)}),
     _term("a switch past a run's end", "o->crossing ? 0 : field", "field", {"interrupted": SCALAR}),
@@ -94,8 +94,8 @@ BEHIND: tuple[Term, ...] = (
     # Bounds add up, so it has its place: but it is 1e-15 of the responses at most at the library's own
     # reach, where their rounding counts 3e-15, and on longer expansions Taylor's remainder is larger.
     _term("remainder of the series of 14 terms", "rest[k] + change[k]", "rest[k]", {}),
-    # Decides only where both friction guards cross in one expansion while 2 f_b is some 1e-8 of P's
-    # change; what their isolation is off by is 1e-12 of it.
+    # Decides only where both friction guards cross in one expansion while 2 f_b is below three tails
+    # and what their isolation is off by, some 4e-13 of the largest coefficient.
     _term("friction bounds beside an isolation's error", "friction_bounds(b) > apart", "1", {}),
 )  # fmt: skip
 """Terms that no start shows, as others stand before them."""
