@@ -120,7 +120,8 @@ def _rests(run: _Run, tolerance: float) -> bool:
 def _rest(run: _Run) -> Segment:
     """The last excitation period, at rest."""
     zero, end = run.segments[-1].duration * 0, run.final[0].period
-    field = 2 if run.parameters.delta else 5  # the region with contact is the closed one
+    touches = int(run.parameters.delta == 0)  # the region with contact is the closed one
+    field = FIELD_OF[touches, 0]
     rest = zero, zero, zero
     found = replace(_last_period(run, rest, field), field=field, end=Instant(end, zero))
     return replace(found, end_state=rest, outcome=Outcome.NEVER, evaluations=0)

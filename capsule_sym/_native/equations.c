@@ -194,6 +194,7 @@ static void close_up(const capsule_equations *e, const double *z, angle_sum angl
     const double lost = fma(periods, turn, -turns) + periods * (turn / TWO_PI) * TWO_PI_REST;
     to->residual[n + STATES] = ((angle.whole - turns) - z[ANGLE]) + (angle.rest - lost);
 }
+
 /* The monodromy matrix over the segments from `first` on, all round. */
 static void multiply(const capsule_constants field[CAPSULE_FIELD_COUNT], const capsule_itinerary *it,
                      const capsule_segment_flow *flows, int first, double product[STATES][STATES])
@@ -255,14 +256,19 @@ int capsule_evaluate_equations(const capsule_equations *e, const double *z, caps
     return 0;
 }
 
+/* The derivative of a closing equation by its own component of the start, where none is pinned. */
+static double by_start(const capsule_equations *e, int row)
+{
+    return row < STATES && e->itinerary->mirrored ? 1.0 : -1.0;
+}
+
 /* Derivatives of a closing equation, from those of the end. */
 static void closing_row(const capsule_equations *e, int row, const double *end_by, double *by)
 {
-    double block[BLOCK_STATES][CLOSING_COLUMNS], gradient[CAPSULE_SLOPE_COUNT];
-    capsule_closing_block(e, NULL, block);
+    double gradient[CAPSULE_SLOPE_COUNT];
     if (!pin_gradient(e, row, gradient)) {
         memcpy(by, end_by, (size_t)e->columns * sizeof *by);
-        by[row] += block[row][BLOCK_STATES + row];
+        by[row] += by_start(e, row);
         return;
     }
     memset(by, 0, (size_t)e->columns * sizeof *by);
@@ -348,7 +354,7 @@ void capsule_closing_block(const capsule_equations *e, const double *direction,
         double gradient[CAPSULE_SLOPE_COUNT];
         if (!pin_gradient(e, row, gradient)) {
             block[row][row] = 1.0;
-            block[row][BLOCK_STATES + row] = row < STATES && e->itinerary->mirrored ? 1.0 : -1.0;
+            block[row][BLOCK_STATES + row] = by_start(e, row);
             continue;
         }
         memcpy(&block[row][BLOCK_STATES], gradient, STATES * sizeof *gradient);

@@ -282,6 +282,14 @@ inlined mask others_are_later(const segment_sizes *b, int drift, const certifica
 }
 #endif
 
+/* The motion where an expansion ends. */
+inlined void find_motion(const segment *c, const table *t, const expansion *e, const real *a, int drift,
+                         int position, location *f)
+{
+    f->m = motion_at(a, f->at, drift, position);
+    f->v_c_by = drift ? v_c_change(c, t, e->slope, &f->m, f->at) : num(0.0);
+}
+
 /* Newton's method for the guard that crosses first, or where that is not certain for the other one; and
    the motion there. With `whole` nothing crosses, and only the end of the expansion is asked for. */
 inlined void locate(const segment *c, const segment_sizes *b, const table *t, const expansion *e,
@@ -301,10 +309,9 @@ again:
     f->at = f->sure || p->crossing ? f->at : wide(horizon);
 #endif
     if (whole)
-        f->m.x = f->m.slope = num(0.0);
+        f->m.x = f->m.slope = f->v_c_by = num(0.0);
     else
-        f->m = motion_at(a, f->at, drift, position);
-    f->v_c_by = drift && !whole ? v_c_change(c, t, e->slope, &f->m, f->at) : num(0.0);
+        find_motion(c, t, e, a, drift, position, f);
     const mask rivals = f->sure & p->both;
     if (some(rivals)) {
         f->corner = rivals & not(rival_is_later(c, t, e, drift, way, s, p, f));
@@ -321,8 +328,7 @@ again:
     p->open = !f->sure && horizon <= 0x1p-40;
     if (!f->sure && p->crossing && !p->open) { /* up to where nothing happens */
         f->at = wide(horizon);
-        f->m = motion_at(a, f->at, drift, position);
-        f->v_c_by = drift && !whole ? v_c_change(c, t, e->slope, &f->m, f->at) : num(0.0);
+        find_motion(c, t, e, a, drift, position, f);
     }
 #else
     (void)b;

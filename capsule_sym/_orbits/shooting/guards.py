@@ -22,10 +22,17 @@ def chained(
     the parameters. A function that depends on the phase needs that of the angle, (n, ...).
     """
     rows = by[:_STATE] if angle_by is None else [*by[:_STATE], angle_by]
-    found: NDArray[Any] = sum(slope * row for slope, row in zip(gradient, rows, strict=False))
+    terms = [slope * row for slope, row in zip(gradient, rows, strict=False) if _varies(slope)]
+    found: NDArray[Any] = sum(terms) if terms else 0 * by[0]
     for column, slope in enumerate(gradient[-_PARAMETERS:], -_PARAMETERS):
-        found[column] += slope
+        if _varies(slope):
+            found[column] += slope
     return found
+
+
+def _varies(slope: Any) -> bool:
+    """Whether a derivative is other than the 0 that formulas write where there is none."""
+    return type(slope) is not int or slope != 0
 
 
 def guard_by(c: Any, guard: Guard, gap: Any, v_r: Any, by: NDArray[Any]) -> NDArray[Any]:

@@ -160,10 +160,8 @@ class ExtendedSystem(OrbitEquations):
         the error as the guess was off, which is far less than a half.
         """
         numbers, known = self.numbers, np.array(list(z))[self.rest]
-        unknowns, many = (
-            np.array([*known, *(one.share(self.values) for one in self.free)]),
-            len(known),
-        )
+        many = len(known)
+        unknowns = np.array([*known, *(one.share(self.values) for one in self.free)])
         # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink
         # by that. Where equations are nearly dependent, rounding alone moves the unknowns by more:
         # the last step may be one whose square is rounding.
