@@ -1,7 +1,9 @@
 """The C library's sources, built by themselves."""
 
+import ctypes
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -36,3 +38,27 @@ def built(
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return directory / "built"
+
+
+def compile_in(place: Path, *words: object) -> None:
+    """Runs the C compiler in a directory, with the library's headers and flags, and these words."""
+    command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-w", "-DCAPSULE_LANES=1"]
+    command += [f"-I{LIBRARY}", f"-I{KERNELS}", *map(str, words)]
+    subprocess.run(command, cwd=place, check=True)
+
+
+def changed_library(
+    place: Path, objects: Path, names: Sequence[str], *changes: tuple[str, str]
+) -> ctypes.CDLL:
+    """The objects of a directory linked, texts of one of the named sources changed: (old, new)."""
+    linked, changed = sorted(objects.glob("*.o")), []
+    texts = {name: (LIBRARY / name).read_text() for name in names}
+    for change in changes:
+        (name,) = [name for name, text in texts.items() if change[0] in text]
+        assert texts[name].count(change[0]) == 1, change
+        texts[name] = texts[name].replace(*change)
+        changed = [place / name]
+        changed[0].write_text(texts[name])
+        linked = [path for path in linked if path.stem != changed[0].stem]
+    compile_in(place, "-shared", *changed, *linked, "-lm", "-o", "built.so")
+    return ctypes.CDLL(str(place / "built.so"))

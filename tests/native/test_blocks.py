@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-import subprocess
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -23,7 +22,7 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from tests.native import KERNELS, LIBRARY
+from tests.native import KERNELS, LIBRARY, changed_library, compile_in
 from tests.native.test_shooting import orbits, random_case
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
@@ -70,39 +69,18 @@ class Case(NamedTuple):
     direction: tuple[float, ...] = (1.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0)
 
 
-@cache
-def objects(place: Path) -> list[Path]:
-    sources = [*(LIBRARY / name for name in SOURCES), Path(__file__).parent / "blocks_probe.c"]
-    return [compiled(source, place) for source in (*sources, KERNELS / "capsule_kernels.c")]
-
-
-def compiled(source: Path, place: Path) -> Path:
-    made = place / f"{source.stem}.o"
-    command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-c", "-o", made, source]
-    subprocess.run([*command, f"-I{LIBRARY}", f"-I{KERNELS}"], check=True)
-    return made
-
-
 @pytest.fixture(scope="module")
-def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("objects")
+def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The elimination and what the probe of it calls."""
+    place = tmp_path_factory.mktemp("objects")
+    sources = [*(LIBRARY / name for name in SOURCES), Path(__file__).parent / "blocks_probe.c"]
+    compile_in(place, "-c", *sources, KERNELS / "capsule_kernels.c")
+    return place
 
 
-def library(shared: Path, place: Path, change: tuple[str, str] | None = None) -> ctypes.CDLL:
-    """The elimination, with one text of it changed."""
-    linked = objects(shared)
-    if change:
-        (source,) = [
-            LIBRARY / name for name in SOURCES if change[0] in (LIBRARY / name).read_text()
-        ]
-        changed = place / source.name
-        assert source.read_text().count(change[0]) == 1
-        changed.write_text(source.read_text().replace(*change))
-        others = [path for path in linked if path.stem != source.stem]
-        linked = [*others, compiled(changed, place)]
-    built = place / "built.so"
-    subprocess.run(["cc", "-shared", "-o", built, *linked, "-lm"], check=True)
-    return ctypes.CDLL(str(built))
+def library(objects: Path, place: Path, *changes: tuple[str, str]) -> ctypes.CDLL:
+    """The elimination, with texts of it changed."""
+    return changed_library(place, objects, SOURCES, *changes)
 
 
 def error(probe: Any, case: Case) -> float:
@@ -167,15 +145,15 @@ def worst(probe: Any) -> float:
         return max(error(probe, case) for case in cases())
 
 
-def test_a_step_solves_the_dense_equations(shared: Path, tmp_path: Path) -> None:
-    assert worst(library(shared, tmp_path).probe) < 1
+def test_a_step_solves_the_dense_equations(objects: Path, tmp_path: Path) -> None:
+    assert worst(library(objects, tmp_path).probe) < 1
 
 
 @pytest.mark.parametrize("changed", MUTANTS)
 def test_each_change_of_the_elimination_is_noticed(
-    shared: Path, tmp_path: Path, changed: str
+    objects: Path, tmp_path: Path, changed: str
 ) -> None:
-    assert worst(library(shared, tmp_path, MUTANTS[changed]).probe) > 1e3
+    assert worst(library(objects, tmp_path, MUTANTS[changed]).probe) > 1e3
 
 
 def repeated(orbit: Orbit, times: int) -> Case:
@@ -186,15 +164,15 @@ def repeated(orbit: Orbit, times: int) -> Case:
 
 
 def test_a_step_of_a_long_itinerary_is_that_of_the_dense_matrix(
-    shared: Path, tmp_path: Path
+    objects: Path, tmp_path: Path
 ) -> None:
     long = repeated(solve_orbit(Parameters(alpha=0.7)), 175)
     assert len(long.itinerary) == 700
-    assert error(library(shared, tmp_path).probe, long) < 1
+    assert error(library(objects, tmp_path).probe, long) < 1
 
 
 def test_a_step_of_an_unstable_orbit_is_that_of_the_dense_matrix(
-    shared: Path, tmp_path: Path
+    objects: Path, tmp_path: Path
 ) -> None:
     """Deviations grow 9.4-fold in a period, seven million times in seven."""
     values = (1.42, 0.424, 0.0, 0.031, 8.796, 2.559, 1.0)
@@ -204,6 +182,6 @@ def test_a_step_of_an_unstable_orbit_is_that_of_the_dense_matrix(
     orbit = solve_itinerary(values, itinerary, guess)
     assert orbit.success
     assert max(abs(floquet_multipliers(orbit))) > 9
-    probe = library(shared, tmp_path).probe
+    probe = library(objects, tmp_path).probe
     for times in (1, 3, 7):
         assert error(probe, repeated(orbit, times)) < 1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym import Parameters, Trajectory, simulate
 from capsule_sym._native import core
-from tests.native import KERNELS, LIBRARY
+from tests.native import KERNELS, LIBRARY, compile_in
 from tests.sampling import sampled, some
 
 pytestmark = [
@@ -51,12 +50,6 @@ size_t states(const capsule_map *map, const capsule_segment *segments, size_t co
 """
 
 
-def compile_in(directory: Path, *arguments: str | Path) -> None:
-    command = ["cc", "-std=c99", "-O0", "-ffp-contract=off", "-fPIC", "-w"]
-    command += [f"-I{LIBRARY}", f"-I{KERNELS}"]
-    subprocess.run([*command, *arguments], cwd=directory, check=True)
-
-
 @pytest.fixture(scope="module")
 def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """What the pass calls, compiled once: it is the same for every change."""
@@ -64,7 +57,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     names = ("lanes", "rest", "write_strobe", "allowed", "code_here")
     others = "".join(f"int capsule_{name}(void) {{ return 1; }}\n" for name in names)
     (directory / "others.c").write_text(others)
-    compile_in(directory, "-c", "others.c", LIBRARY / "tables.c", KERNELS / "capsule_kernels.c")
+    sources = "others.c", LIBRARY / "tables.c", KERNELS / "capsule_kernels.c"
+    compile_in(directory, "-O0", "-c", *sources)
     return sorted(directory.glob("*.o"))
 
 
@@ -79,7 +73,8 @@ class Library:
             assert text.count(change[0]) == 1, change
             text = text.replace(*change)
         (directory / "changed.c").write_text(f'#include "scalar.h"\n{text}\n{SHIM}')
-        compile_in(directory, "-shared", "changed.c", *objects, "-lm", "-o", "built.so")
+        words = "-shared", "changed.c", *objects, "-lm", "-o", "built.so"
+        compile_in(directory, "-O0", *words)
         self.library = ctypes.CDLL(str(directory / "built.so"))
         self.library.states.restype = ctypes.c_size_t
 

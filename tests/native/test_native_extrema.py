@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import math
 import shutil
-import subprocess
 from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
@@ -19,7 +18,7 @@ from mpmath import mp, mpc, mpf
 from capsule_sym import Parameters
 from capsule_sym._map.backend import Backend, NumpyBackend, backend
 from capsule_sym._native import core
-from tests.native import KERNELS, LIBRARY
+from tests.native import KERNELS, LIBRARY, compile_in
 
 pytestmark = [
     pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here"),
@@ -142,9 +141,8 @@ class Library:
             text = text.replace(old, f"(weak & {1 << number} ? {INSTEAD.get(old, '0.0')} : {old})")
         text = text.replace("#define REACH_OF_RATE 3.0", "#define REACH_OF_RATE (3.0 * longer)")
         (directory / "extrema.c").write_text("int weak;\ndouble longer = 1.0;\n" + text + PROBE)
-        command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-shared", "-w"]
-        command += [f"-I{LIBRARY}", f"-I{KERNELS}", "extrema.c", str(KERNELS / "capsule_kernels.c")]
-        subprocess.run([*command, "-lm", "-o", "extrema"], cwd=directory, check=True)
+        sources = "extrema.c", KERNELS / "capsule_kernels.c"
+        compile_in(directory, "-shared", *sources, "-lm", "-o", "extrema")
         self.library = ctypes.CDLL(str(directory / "extrema"))
         self.constants = (ctypes.c_double * 32)()
 

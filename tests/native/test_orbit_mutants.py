@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ from capsule_sym import Parameters, floquet_multipliers, performance, simulate, 
 from capsule_sym._native import core
 from capsule_sym._orbits.metrics.many import METRICS, multipliers_of
 from capsule_sym.generated.interface import ORBIT, SEGMENT, OrbitStatus, Quantity
-from tests.native import KERNELS, LIBRARY
+from tests.native import KERNELS, LIBRARY, changed_library, compile_in
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
@@ -120,11 +119,6 @@ class Request(ctypes.Structure):
     )
 
 
-def command(*words: object) -> list[str]:
-    return ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-w", "-DCAPSULE_LANES=1",
-            f"-I{LIBRARY}", f"-I{KERNELS}", *map(str, words)]  # fmt: skip
-
-
 @pytest.fixture(scope="module")
 def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """All that a mutant is linked with, in double precision alone."""
@@ -132,7 +126,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "stub.c").write_text(STUB)
     sources = [LIBRARY / name for name in ("tables.c", "scalar.c", "run.c", "linear.c", *CHANGED)]
     sources += [KERNELS / "capsule_kernels.c", place / "stub.c"]
-    subprocess.run(command("-c", *sources), cwd=place, check=True)
+    compile_in(place, "-c", *sources)
     return place
 
 
@@ -163,19 +157,7 @@ class Library:
     """The C library with texts of one of its files changed."""
 
     def __init__(self, place: Path, objects: Path, *changes: tuple[str, str]) -> None:
-        others = sorted(objects.glob("*.o"))
-        made: list[Path] = []
-        texts = {name: (LIBRARY / name).read_text() for name in CHANGED}
-        for change in changes:
-            (name,) = [name for name, text in texts.items() if change[0] in text]
-            assert texts[name].count(change[0]) == 1, change
-            texts[name] = texts[name].replace(*change)
-            made = [place / name]
-            made[0].write_text(texts[name])
-            others = [path for path in others if path.stem != Path(name).stem]
-        built = place / "built.so"
-        subprocess.run(command("-shared", *made, *others, "-lm", "-o", built), check=True)
-        self.library = ctypes.CDLL(str(built))
+        self.library = changed_library(place, objects, CHANGED, *changes)
 
     def orbit(self, parameters: Parameters, state: Any, periods: int) -> NDArray[np.void]:
         """The record of an orbit with all that can be asked for."""
