@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym.generated import facts
-from capsule_sym.generated.parameters import DeviceFields, Fields, Relations
+from capsule_sym.generated.capsule import facts
+from capsule_sym.generated.capsule.parameters import DeviceFields, Fields, Relations
 
 _Quantity = TypeVar("_Quantity", float, NDArray[np.float64])
 

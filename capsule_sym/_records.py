@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from capsule_sym._files import write_whole
 from capsule_sym._parameters import UNITS, mean_power
-from capsule_sym.generated.facts import DRIVEN
+from capsule_sym.generated.capsule.facts import DRIVEN
 
 if TYPE_CHECKING:
     from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory

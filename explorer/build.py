@@ -22,8 +22,8 @@ from tempfile import TemporaryDirectory
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 PAGE = ROOT / "capsule_sym" / "_explorer" / "page.html"
-NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
-MODEL = ROOT / "generated" / "page" / "model.ts"
+NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "capsule" / "c"
+MODEL = ROOT / "generated" / "capsule" / "page" / "model.ts"
 
 LIBRARY = (
     *("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c", "linear.c", "equations.c"),

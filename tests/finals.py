@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym import Parameters, Trajectories, simulate_many
-from capsule_sym.generated.facts import PARAMETERS
+from capsule_sym.generated.capsule.facts import PARAMETERS
 
 
 def parameter_rows(base: Parameters, **columns: ArrayLike) -> NDArray[np.float64]:

@@ -32,7 +32,7 @@ def test_rooms_are_counted_by_kind_without_what_is_generated(tree: Path) -> None
             "capsule_sym/_files.py",
             "capsule_sym/paper.toml",
             "capsule_sym/codegen/backends/c/run.c.in",
-            "generated/c/run.c",
+            "generated/capsule/c/run.c",
         )
     ):
         put(tree, name, 10**number % 9973)

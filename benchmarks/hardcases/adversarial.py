@@ -33,7 +33,7 @@ from capsule_sym._map.transitions import State
 from capsule_sym._native import core
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._processes import end, spawning, undisturbed
-from capsule_sym.generated.py import DIGEST
+from capsule_sym.generated.capsule.py import DIGEST
 
 CHUNK = 200
 """Starts in one line of the log."""

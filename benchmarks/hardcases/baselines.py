@@ -15,8 +15,8 @@ import numpy as np
 from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
-from capsule_sym.generated.facts import FIELD_OF
+from capsule_sym.generated.capsule import formulas
+from capsule_sym.generated.capsule.facts import FIELD_OF
 
 _SAMPLES = 200  # per excitation period
 _MOST_SAMPLES = 200_000

@@ -14,7 +14,7 @@ from capsule_sym._map.expansion import Guard, Point
 from capsule_sym._map.location import Flow, SegmentStart
 from capsule_sym._map.location import Start as Beginning
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 _DISTANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 1e-15)
 _DURATIONS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)

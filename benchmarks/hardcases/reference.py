@@ -16,8 +16,8 @@ from capsule_sym._map.native import NativeRun
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
-from capsule_sym.generated.interface import Precision
+from capsule_sym.generated.capsule import formulas
+from capsule_sym.generated.capsule.interface import Precision
 
 CONTRACT = 8.0
 """Largest error of a switching time t*, in units of u (t* + M/|g'(t*)|); see `Error` for M."""

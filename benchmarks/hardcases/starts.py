@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 KINDS = ("graze", "sliding", "corner", "impact start", "slip start", "anywhere")
 _LONGEST = 4.0  # duration before the state to be met, over the segment's rate

@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule_sym._bench.model import MOST, Result, Start
 from capsule_sym._map.native import NativeRun, core
-from capsule_sym.generated.interface import Precision
+from capsule_sym.generated.capsule.interface import Precision
 
 
 def side_by_side(starts: Sequence[Start], lanes: int) -> list[tuple[float, ...]]:

@@ -20,7 +20,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
 """Relative to the switching time."""

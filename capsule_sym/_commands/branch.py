@@ -12,7 +12,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import checked
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
-from capsule_sym.generated.facts import DEFAULTS
+from capsule_sym.generated.capsule.facts import DEFAULTS
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch

@@ -149,7 +149,7 @@ def _scaled(
     device: options.Device, name: str, ends: tuple[float, ...]
 ) -> tuple[str, tuple[float, float], float]:
     """A parameter with its range: of a device's the dimensionless one, with the factor to it."""
-    from capsule_sym.generated.facts import PARAMETERS
+    from capsule_sym.generated.capsule.facts import PARAMETERS
 
     low, high, *_ = ends
     if name in PARAMETERS:

@@ -14,7 +14,7 @@ from click.core import ParameterSource
 
 from capsule_sym._commands.signature import option, several
 from capsule_sym._errors import InvalidInput, NotInstalled
-from capsule_sym.generated.facts import (
+from capsule_sym.generated.capsule.facts import (
     DEFAULTS,
     DEVICE,
     DEVICE_DEFAULTS,

@@ -16,7 +16,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
-from capsule_sym.generated.facts import DEFAULTS
+from capsule_sym.generated.capsule.facts import DEFAULTS
 
 _EXTRA = ("sweep", "xarray", "zarr", "filelock")
 _store = option("Where results go.", required=True, metavar="DIR")

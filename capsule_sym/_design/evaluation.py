@@ -31,7 +31,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.facts import BOUNDS, FIELDS
+from capsule_sym.generated.capsule.facts import BOUNDS, FIELDS
 
 _BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
 _PERIODS = 1024  # excitation periods within which it is to settle

@@ -22,7 +22,7 @@ from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, Watch, check_time
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.facts import POSITIVE
+from capsule_sym.generated.capsule.facts import POSITIVE
 
 _LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
 _PART = 0.1  # of a combination, from which an unknown is open with it

@@ -30,7 +30,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters, PhysicalParameters, names_of
-from capsule_sym.generated.facts import POSITIVE
+from capsule_sym.generated.capsule.facts import POSITIVE
 
 Vector = NDArray[np.float64]
 

@@ -29,7 +29,7 @@ from capsule_sym._parameters import (
     mean_power,
     names_of,
 )
-from capsule_sym.generated.facts import BOUNDS, DEVICE, STATE
+from capsule_sym.generated.capsule.facts import BOUNDS, DEVICE, STATE
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]

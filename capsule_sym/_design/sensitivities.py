@@ -24,7 +24,7 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import BY_TIME, PARAMETERS, total
 from capsule_sym._orbits.shooting.guards import guard_by
 from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
-from capsule_sym.generated import facts
+from capsule_sym.generated.capsule import facts
 
 START = (*facts.STATE, "phase")
 SLOPES = (*START, *PARAMETERS)

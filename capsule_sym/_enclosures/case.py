@@ -2,7 +2,7 @@
 
 from decimal import Decimal
 
-from capsule_sym.generated.facts import DEFAULTS
+from capsule_sym.generated.capsule.facts import DEFAULTS
 
 EXACT = {
     name: format(Decimal(repr(value)).normalize(), "f")

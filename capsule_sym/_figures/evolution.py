@@ -28,7 +28,7 @@ from capsule_sym._figures.style import (
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
-from capsule_sym.generated.facts import FIELDS
+from capsule_sym.generated.capsule.facts import FIELDS
 
 
 @figure_style()

@@ -32,7 +32,7 @@ from capsule_sym._map import Trajectory
 from capsule_sym._parameters import Parameters, PhysicalParameters
 from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
 from capsule_sym._study.boundaries import lines
-from capsule_sym.generated.facts import MODES
+from capsule_sym.generated.capsule.facts import MODES
 
 _MARGIN = 0.08  # of the range of a curve, left free around it
 

@@ -25,7 +25,7 @@ from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts
 from capsule_sym._study.casestudy import GAMMAS, THRESHOLDS
 from capsule_sym._study.data import Store, Track
-from capsule_sym.generated.py import DIGEST
+from capsule_sym.generated.capsule.py import DIGEST
 
 EXPLORER = "explorer.html"
 """Name of the explorer's page beside the report."""

@@ -21,7 +21,7 @@ import capsule_sym
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import FORMATS, RESOLUTION, RESOLUTIONS
 from capsule_sym._files import write_whole
-from capsule_sym.generated import facts
+from capsule_sym.generated.capsule import facts
 
 Colours = Literal["safe", "paper"]
 _FIELDS: dict[str, tuple[str, ...]] = {

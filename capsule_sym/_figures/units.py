@@ -11,7 +11,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.style import LABELS
 from capsule_sym._parameters import UNITS, Parameters, PhysicalParameters
 from capsule_sym._study.arcs import Arc
-from capsule_sym.generated.facts import DRIVEN, PARAMETERS
+from capsule_sym.generated.capsule.facts import DRIVEN, PARAMETERS
 
 DIMENSIONLESS = "all quantities are dimensionless"
 """What a figure says that has no units, of a device or of what a file holds."""

@@ -78,7 +78,7 @@ class NumpyBackend(Backend):
     _TURN = (2.0 * math.pi, 2.4492935982947064e-16)
 
     def __init__(self) -> None:
-        from capsule_sym.generated.py import kernels
+        from capsule_sym.generated.capsule.py import kernels
 
         self.kernels = kernels
 

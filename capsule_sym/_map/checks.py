@@ -12,7 +12,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import Parameters, PhysicalParameters
-from capsule_sym.generated.facts import RANGES
+from capsule_sym.generated.capsule.facts import RANGES
 
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym.generated.facts import BOUNDS, PARAMETERS, SYMMETRIC
+from capsule_sym.generated.capsule.facts import BOUNDS, PARAMETERS, SYMMETRIC
 
 UNIT = 2.0**-53
 """Of rounding in double precision."""

@@ -21,7 +21,7 @@ from math import factorial
 from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 
 class Guard(Enum):

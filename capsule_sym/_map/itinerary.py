@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from capsule_sym.generated.facts import FIELDS
+from capsule_sym.generated.capsule.facts import FIELDS
 
 
 def _rank(field: int) -> tuple[int, int, int]:

@@ -12,7 +12,7 @@ from capsule_sym._map import evaluation
 from capsule_sym._map.segments import SWITCH, Records, Segments, Tangencies, switches_of
 from capsule_sym._map.trajectory import Kept, Statistics, Trajectory
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.interface import SEGMENT
+from capsule_sym.generated.capsule.interface import SEGMENT
 
 CHOICES = ("segments", "final", "stroboscopic", "switches")
 MOST_KEPT = 1_000_000

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import NotInstalled
 from capsule_sym._parameters import UNITS
-from capsule_sym.generated.facts import LABELS, STATE
+from capsule_sym.generated.capsule.facts import LABELS, STATE
 
 if TYPE_CHECKING:
     from pandas import DataFrame

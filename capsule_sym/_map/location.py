@@ -14,7 +14,7 @@ from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand, watched
 from capsule_sym._map.isolation import Search, polish, positive_at, search
 from capsule_sym._native import Watch
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8

@@ -24,9 +24,9 @@ from capsule_sym._map.simulate import watch_of
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.facts import PARAMETERS, RANGES
-from capsule_sym.generated.facts import STATE as _STATE
-from capsule_sym.generated.interface import SEGMENT
+from capsule_sym.generated.capsule.facts import PARAMETERS, RANGES
+from capsule_sym.generated.capsule.facts import STATE as _STATE
+from capsule_sym.generated.capsule.interface import SEGMENT
 
 _MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piece by piece
 _SIDE_BY_SIDE = 8  # runs that a thread should have at least

@@ -26,8 +26,8 @@ from capsule_sym._map.trajectory import (
 from capsule_sym._native import Watch
 from capsule_sym._native import core as _core
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.facts import PARAMETERS
-from capsule_sym.generated.interface import Precision
+from capsule_sym.generated.capsule.facts import PARAMETERS
+from capsule_sym.generated.capsule.interface import Precision
 
 _NOTHING = Kept("final")
 _row = attrgetter(*PARAMETERS)

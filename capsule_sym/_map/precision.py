@@ -21,7 +21,7 @@ from mpmath.libmp.libelefun import ln2_fixed, pi_fixed
 
 from capsule_sym._map.promised import MOST_DIGITS
 
-_KERNELS = "capsule_sym.generated.mp.kernels"
+_KERNELS = "capsule_sym.generated.capsule.mp.kernels"
 _FUNCTIONS = ("cos", "exp", "expm1", "sin", "sqrt")
 _WARM_BITS = 4096
 

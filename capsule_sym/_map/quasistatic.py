@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 _FASTER = 8  # the free part must be this much faster than what is expanded
 

@@ -28,7 +28,7 @@ from capsule_sym._map.trajectory import (
 from capsule_sym._map.transitions import State, Undetermined, select_field, start_at
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.facts import FIELDS
+from capsule_sym.generated.capsule.facts import FIELDS
 
 # Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
 _NOTHING = 1e-200

@@ -14,7 +14,7 @@ from capsule_sym._map.backend import Number
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.location import Flow, SegmentStart, Switch
 from capsule_sym._map.transitions import State
-from capsule_sym.generated.switching import IMPACT_PLANES
+from capsule_sym.generated.capsule.switching import IMPACT_PLANES
 
 
 def tells(flow: Flow, switch: Switch) -> bool:

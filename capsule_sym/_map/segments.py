@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Number
-from capsule_sym.generated.facts import MODES
-from capsule_sym.generated.interface import OUTCOMES, SEGMENT
+from capsule_sym.generated.capsule.facts import MODES
+from capsule_sym.generated.capsule.interface import OUTCOMES, SEGMENT
 
 _OUTCOMES = (*map(Outcome, OUTCOMES), Outcome.STALLED)
 _BLOCK = 1024  # segments made at a time
@@ -138,7 +138,7 @@ class Segments(Sequence[Segment]):
         return f"<{len(self)} segments>"
 
     def _made(self, index: int, values: tuple[Any, ...]) -> Segment:
-        from capsule_sym.generated.py.kernels import Start
+        from capsule_sym.generated.capsule.py.kernels import Start
 
         start_period, end_period, angle, end_angle, start, end, duration, position, advance = (
             values[:9]

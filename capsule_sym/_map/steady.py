@@ -16,8 +16,8 @@ from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Segment, Triple
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
-from capsule_sym.generated.facts import FIELD_OF, FIELDS
+from capsule_sym.generated.capsule import formulas
+from capsule_sym.generated.capsule.facts import FIELD_OF, FIELDS
 
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
 _Run = Any  # a `Trajectory` that has ended, whose module imports this one

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.location import SegmentStart, Start
-from capsule_sym.generated import formulas
-from capsule_sym.generated.facts import FIELD_OF
-from capsule_sym.generated.switching import PLACES, TRANSITIONS
+from capsule_sym.generated.capsule import formulas
+from capsule_sym.generated.capsule.facts import FIELD_OF
+from capsule_sym.generated.capsule.switching import PLACES, TRANSITIONS
 
 
 class State(NamedTuple):

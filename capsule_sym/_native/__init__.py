@@ -9,7 +9,7 @@ from types import ModuleType
 
 from capsule_sym._errors import CapsuleError
 from capsule_sym._native.watch import TimeUp, Watch, check_time, present
-from capsule_sym.generated.py import DIGEST
+from capsule_sym.generated.capsule.py import DIGEST
 
 __all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "live", "present"]
 

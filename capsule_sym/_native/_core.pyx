@@ -14,7 +14,7 @@ from libc.string cimport memset
 
 import numpy as np
 
-from capsule_sym.generated import interface
+from capsule_sym.generated.capsule import interface
 
 include "capsule_interface.pxi"
 

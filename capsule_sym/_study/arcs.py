@@ -13,8 +13,8 @@ from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
-from capsule_sym.generated.facts import FIELD_OF
+from capsule_sym.generated.capsule import formulas
+from capsule_sym.generated.capsule.facts import FIELD_OF
 
 UNSETTLED = 16
 """Excitation periods, at most, that are drawn of a run that does not end in a steady motion."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 Array = NDArray[np.float64]
 Limits = tuple[float, float]

@@ -14,7 +14,7 @@ from capsule_sym._map.backend import default_backend
 from capsule_sym._parameters import Parameters
 from capsule_sym._records import dumps, motion_record, segment_record, table
 from capsule_sym._records import write as write_texts
-from capsule_sym.generated.py import DIGEST
+from capsule_sym.generated.capsule.py import DIGEST
 
 _PAPER = paper.read()
 

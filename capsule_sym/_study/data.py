@@ -23,7 +23,7 @@ from capsule_sym._parameters import Parameters
 from capsule_sym._records import dumps
 from capsule_sym._study import casestudy
 from capsule_sym._study.arcs import UNSETTLED
-from capsule_sym.generated.py import DIGEST
+from capsule_sym.generated.capsule.py import DIGEST
 
 if TYPE_CHECKING:
     from capsule_sym._orbits.continuation.branches.branch import Branch

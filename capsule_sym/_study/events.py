@@ -12,7 +12,7 @@ from capsule_sym._paper import read
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc
 from capsule_sym._study.boundaries import Array
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 
 class Event(NamedTuple):

@@ -11,7 +11,7 @@ from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc, Array, interaction
 from capsule_sym._study.boundaries import corners
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 SCHEMATIC = Parameters(alpha=0.4, delta=0.4, zeta=0.3, beta=0.6)
 """Parameters at which the lines of Fig. 2 lie well apart; the case study's are nearly upright."""

@@ -16,7 +16,7 @@ from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._sweeps.quantities import TAKEN
-from capsule_sym.generated.facts import DRIVEN, RANGES, STATE
+from capsule_sym.generated.capsule.facts import DRIVEN, RANGES, STATE
 
 START = (*STATE, "phase")
 

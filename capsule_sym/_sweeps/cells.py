@@ -21,8 +21,8 @@ from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.itineraries import orbit_at_end
 from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
-from capsule_sym.generated.facts import STATE
-from capsule_sym.generated.py import DIGEST
+from capsule_sym.generated.capsule.facts import STATE
+from capsule_sym.generated.capsule.py import DIGEST
 
 KERNELS = DIGEST
 """Digest of the generated kernels that compute the cells."""

@@ -14,7 +14,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import Parameters, PhysicalParameters, read_toml
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
-from capsule_sym.generated.facts import DEVICE, DEVICE_DEFAULTS, DRIVEN, STATE
+from capsule_sym.generated.capsule.facts import DEVICE, DEVICE_DEFAULTS, DRIVEN, STATE
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
 _SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from enum import IntEnum
 from typing import NamedTuple
 
-from capsule_sym.generated.facts import STATE
+from capsule_sym.generated.capsule.facts import STATE
 
 
 class CellOutcome(IntEnum):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -43,48 +44,65 @@ def difference(expected: dict[str, str], present: dict[str, str]) -> str:
     return "".join(lines)
 
 
+def _all(check: bool) -> int:
+    """Each scene that ships, in a process of its own: one knows one model."""
+    command = [sys.executable, "-m", "capsule_sym.codegen", *(["--check"] if check else [])]
+    codes = [
+        subprocess.run([*command, "--scene", name], check=False).returncode
+        for name in declaration.SHIPPED
+    ]
+    return max(codes)
+
+
 @click.command()
 @click.option("--check", is_flag=True, help="Write nothing; exit 1 with a diff if files differ.")
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    default=_GENERATED,
-    help="Directory to write to or to check.  [default: generated/]",
+    help="Directory to write to or to check.  [default: generated/ and the scene's name; beside "
+    "FILE]",
 )
 @click.option(
-    "--model",
-    type=click.Path(dir_okay=False, path_type=Path),
-    default=declaration.DEFAULT,
-    help="File that declares the model.  [default: the capsule]",
+    "--scene",
+    metavar="NAME|FILE",
+    help=f"Scene: {', '.join(declaration.SHIPPED)}, or a file that declares one.  "
+    "[default: all that ship]",
 )
-def main(check: bool, out: Path, model: Path) -> None:
-    """Derive the kernels of a model and write them as NumPy, mpmath, C and MATLAB code."""
+def main(check: bool, out: Path | None, scene: str | None) -> None:
+    """Derive the kernels of scenes and write them as NumPy, mpmath, C and MATLAB code."""
     if not INPUTS.is_dir():
         click.echo(f"error: no generator inputs at {INPUTS}; run from a checkout", err=True)
         sys.exit(2)
+    if scene is None and out is None:
+        sys.exit(_all(check))
     started = time.perf_counter()
-    declaration.choose(model)
+    path = declaration.home(scene or declaration.SHIPPED[0])
+    declaration.choose(path)
+    ships = path.parent == declaration.home(declaration.SHIPPED[0]).parent
+    target = out or (_GENERATED / path.stem if ships else path.with_suffix(""))
     try:
         expected = render()
     except declaration.BadDeclaration as error:
         click.echo(f"error: {error}", err=True)
         sys.exit(2)
     if check:
-        found = difference(expected, _present(out))
+        found = difference(expected, _present(target))
         if found:
             click.echo(found, nl=False)
-            mend = COMMAND if out == _GENERATED else f"{COMMAND} --out {out}"
-            click.echo(f"{out} is not what its inputs give. To mend it, run:\n\n    {mend}\n")
+            mend = (
+                COMMAND + (f" --scene {scene}" if scene else "") + (f" --out {out}" if out else "")
+            )
+            click.echo(f"{target} is not what its inputs give. To mend it, run:\n\n    {mend}\n")
             sys.exit(1)
-        click.echo(f"{out}: {len(expected)} files agree with their inputs.")
+        click.echo(f"{target}: {len(expected)} files agree with their inputs.")
         return
-    for path in _present(out).keys() - expected.keys():
-        (out / path).unlink()
-    for path, text in expected.items():
-        (out / path).parent.mkdir(parents=True, exist_ok=True)
-        (out / path).write_text(text, encoding="utf-8")
+    for name in _present(target).keys() - expected.keys():
+        (target / name).unlink()
+    for name, text in expected.items():
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        (target / name).write_text(text, encoding="utf-8")
     elapsed = time.perf_counter() - started
-    click.echo(f"wrote {len(expected)} files to {out} in {elapsed:.1f} s")
+    click.echo(f"wrote {len(expected)} files to {target} in {elapsed:.1f} s")
 
 
 if __name__ == "__main__":

@@ -17,10 +17,10 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def sources() -> list[Path]:
-    """Files of the project that the generated text depends on, but for the declaration."""
+    """Files of the project that the generated text depends on, beside the declaration."""
     found = [*INPUTS.glob("*.toml"), *_PACKAGE.glob("_symbolic/model/*.py")]
     found += [path for kind in ("py", "in") for path in _PACKAGE.glob(f"codegen/**/*.{kind}")]
-    return sorted(set(found) - {declaration.DEFAULT})
+    return sorted(set(found))
 
 
 def digest() -> str:

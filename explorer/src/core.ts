@@ -1,5 +1,5 @@
 // The C library as WebAssembly: the same map, the same certificates, the same 106 bits as elsewhere.
-import { OUTCOMES, SEGMENT_SIZE, STOPS, motionAt, segmentAt, stateAt } from "../../generated/page/model.ts";
+import { OUTCOMES, SEGMENT_SIZE, STOPS, motionAt, segmentAt, stateAt } from "../../generated/capsule/page/model.ts";
 import { PARAMETERS } from "./fields.ts";
 import type { Parameter } from "./fields.ts";
 import { sticks, touches } from "./itinerary.ts";

@@ -1,6 +1,6 @@
 // A device in SI units: its scales and its dimensionless parameters, as in Section 2 of the paper.
-import { related } from "../../generated/page/model.ts";
-import type { Device } from "../../generated/page/model.ts";
+import { related } from "../../generated/capsule/page/model.ts";
+import type { Device } from "../../generated/capsule/page/model.ts";
 import { DEFAULTS } from "./fields.ts";
 import type { Parameter } from "./fields.ts";
 

@@ -1,6 +1,6 @@
 // Every value of the page's state: its range as the package has it, its default, and what it means.
 
-import { DEVICE, DEVICE_FIELDS, PARAMETERS, PARAMETER_FIELDS } from "../../generated/page/model.ts";
+import { DEVICE, DEVICE_FIELDS, PARAMETERS, PARAMETER_FIELDS } from "../../generated/capsule/page/model.ts";
 
 export { DEVICE, PARAMETERS };
 

@@ -1,6 +1,6 @@
 // Itineraries: segments as the paper writes them, and where a cycle is begun to be written.
 
-import { FIELDS } from "../../generated/page/model.ts";
+import { FIELDS } from "../../generated/capsule/page/model.ts";
 
 export const touches = (field: number): boolean => FIELDS[field]?.contact ?? false;
 export const drift = (field: number): number => FIELDS[field]?.drift ?? NaN;

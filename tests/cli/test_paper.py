@@ -12,7 +12,7 @@ import pytest
 import capsule_sym
 from capsule_sym import Parameters, simulate
 from capsule_sym._study import casestudy
-from capsule_sym.generated.py import DIGEST
+from capsule_sym.generated.capsule.py import DIGEST
 from tests.examples import MAIN_JOB, ROOT, Page
 
 TUTORIAL = Page(ROOT / "docs" / "tutorials" / "paper.md")

@@ -31,7 +31,7 @@ from capsule_sym.codegen.backends.c import C, Real
 from capsule_sym.codegen.backends.matlab import Matlab
 from capsule_sym.codegen.backends.python import Python
 from capsule_sym.codegen.backends.typescript import RECORDS, TypeScript
-from capsule_sym.generated import interface
+from capsule_sym.generated.capsule import interface
 
 CODEGEN = Path(_render.__file__).parent
 X, Y, K = sp.symbols("x y K")

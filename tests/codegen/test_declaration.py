@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym._symbolic.model.declaration import DEFAULT, BadDeclaration, Model, load
+from capsule_sym._symbolic.model.declaration import BadDeclaration, Model, home, load
 
 ZETA: dict[str, Any] = {
     "default": 0.05,
@@ -20,7 +20,8 @@ ZETA: dict[str, Any] = {
     "about": "Damping.",
     "slider": (0, 1, 0.1),
 }
-TEXT = DEFAULT.read_text(encoding="utf-8")
+CAPSULE = home("capsule")
+TEXT = CAPSULE.read_text(encoding="utf-8")
 
 FREE = 'model.region("NC", x_r < delta, stiffness=0)'
 HELD = 'model.region("C", x_r > delta, stiffness=beta)'
@@ -219,7 +220,7 @@ def declared(folder: Path, old: str, new: str) -> tuple[Path, int]:
 
 
 def test_the_capsule_is_accepted() -> None:
-    assert [one.name for one in load(DEFAULT).parameters][-1] == "f_b"
+    assert [one.name for one in load(CAPSULE).parameters][-1] == "f_b"
 
 
 @pytest.mark.parametrize(("old", "new", "said"), WRONG.values(), ids=WRONG)
@@ -245,10 +246,10 @@ def test_a_device_without_one_of_its_units_is_refused(tmp_path: Path) -> None:
 
 def test_names_in_generated_code_are_refused() -> None:
     """All names in functions into which a parameter is unpacked, but those of parameters."""
-    own = {one.name for one in load(DEFAULT).parameters}
+    own = {one.name for one in load(CAPSULE).parameters}
     found = set()
     for file in ("py/kernels.py", "mp/kernels.py", "formulas.py"):
-        text = (DEFAULT.parents[3] / "generated" / file).read_text(encoding="utf-8")
+        text = (CAPSULE.parents[3] / "generated" / "capsule" / file).read_text(encoding="utf-8")
         for body in ast.parse(text).body:
             if isinstance(body, ast.FunctionDef) and "= c.zeta" in ast.unparse(body):
                 found |= {one.arg for one in body.args.args}
@@ -261,7 +262,7 @@ def test_names_in_generated_code_are_refused() -> None:
 
 def test_the_generator_says_it_in_one_line_and_writes_nothing(tmp_path: Path) -> None:
     path, line = declared(tmp_path, "2 * zeta * v_r", "2 * zetta * v_r")
-    command = [sys.executable, "-m", "capsule_sym.codegen", "--model", path]
+    command = [sys.executable, "-m", "capsule_sym.codegen", "--scene", path]
     done = subprocess.run(
         [*command, "--out", tmp_path / "out"], capture_output=True, text=True, check=False
     )

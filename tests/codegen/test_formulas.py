@@ -54,7 +54,7 @@ def places(parts: tuple[str, ...] = PARTS) -> list[str]:
 
 
 def test_the_force_stands_in_one_place() -> None:
-    assert places() == ["_symbolic/model/capsule.py"]
+    assert places() == ["_symbolic/scenes/capsule.py"]
 
 
 def test_what_runs_has_no_friction_of_its_own() -> None:
@@ -66,7 +66,7 @@ def test_what_runs_has_no_friction_of_its_own() -> None:
 def test_a_term_gone_from_the_model_changes_every_target(tmp_path: Path) -> None:
     for part in ("capsule_sym", "codegen", "generated"):
         shutil.copytree(ROOT / part, tmp_path / part, symlinks=True)
-    model = tmp_path / "capsule_sym" / "_symbolic" / "model" / "capsule.py"
+    model = tmp_path / "capsule_sym" / "_symbolic" / "scenes" / "capsule.py"
     text = model.read_text(encoding="utf-8")
     term = "P = model.interaction(x_r + 2 * zeta * v_r"
     assert text.count(term) == 1

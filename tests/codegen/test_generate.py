@@ -20,12 +20,12 @@ from capsule_sym.codegen import COMMAND
 from capsule_sym.codegen import __main__ as command
 from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen._render import digest, render
-from capsule_sym.generated import mp as generated_mp
-from capsule_sym.generated import py as generated_py
+from capsule_sym.generated.capsule import mp as generated_mp
+from capsule_sym.generated.capsule import py as generated_py
 
 Run = Callable[..., Result]
 
-GENERATED = Path(__file__).parents[2] / "generated"
+GENERATED = Path(__file__).parents[2] / "generated" / "capsule"
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +87,7 @@ def test_text_does_not_depend_on_the_hash_seed(
 
 
 def test_check_passes_where_nothing_differs(run: Run) -> None:
-    result = run("--check")
+    result = run("--scene", "capsule", "--check")
     assert result.exit_code == 0, result.output
 
 
@@ -140,7 +140,7 @@ def test_without_inputs_the_command_says_so(
     run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(command, "INPUTS", tmp_path / "nowhere")
-    result = run("--check")
+    result = run("--scene", "capsule", "--check")
     assert result.exit_code == 2
     assert str(tmp_path / "nowhere") in result.output
 

@@ -12,10 +12,10 @@ from capsule_sym._symbolic.model.formulas import formulas as formulas_of_the_mod
 from capsule_sym.codegen._derived import lowered
 from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen._rounding import sizes, units
-from capsule_sym.generated import formulas
-from capsule_sym.generated.facts import PARAMETERS
-from capsule_sym.generated.mp import kernels as exact
-from capsule_sym.generated.py import kernels as double
+from capsule_sym.generated.capsule import formulas
+from capsule_sym.generated.capsule.facts import PARAMETERS
+from capsule_sym.generated.capsule.mp import kernels as exact
+from capsule_sym.generated.capsule.py import kernels as double
 from tests.sampling import many, sampled
 
 mp = MPContext()

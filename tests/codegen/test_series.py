@@ -11,8 +11,8 @@ import sympy as sp
 
 from capsule_sym._symbolic.model import basis
 from capsule_sym._symbolic.model.symbols import h, omega
-from capsule_sym.generated.mp import kernels as mp_kernels
-from capsule_sym.generated.py import kernels as py_kernels
+from capsule_sym.generated.capsule.mp import kernels as mp_kernels
+from capsule_sym.generated.capsule.py import kernels as py_kernels
 
 TERMS = 14
 SERIES = ("G", "Gd", "H", "H1", "B", "Bd", "Bdd", "BI")

@@ -15,7 +15,7 @@ from typing import Any
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.generated.mp import kernels as exact
+from capsule_sym.generated.capsule.mp import kernels as exact
 
 UNIT = 2.0**-53  # unit roundoff of double precision
 DIGITS = 50

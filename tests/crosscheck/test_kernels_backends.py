@@ -21,9 +21,9 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.generated.mp import kernels as exact
-from capsule_sym.generated.py import DIGEST
-from capsule_sym.generated.py import kernels as double
+from capsule_sym.generated.capsule.mp import kernels as exact
+from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym.generated.capsule.py import kernels as double
 from tests.crosscheck import DIGITS, UNIT, Case, cases, flow_scale, jacobian_scale
 from tests.sampling import many, sampled
 
@@ -34,7 +34,7 @@ def damping_ratio(case: Case) -> float:
     return float(c.fast / np.sqrt(c.K))
 
 
-GENERATED_C = Path(__file__).parents[2] / "generated" / "c"
+GENERATED_C = Path(__file__).parents[2] / "generated" / "capsule" / "c"
 BOUND = 16.0
 STRONG = 4.0  # ratio of the fast rate to sqrt(K) from which damping is strong
 

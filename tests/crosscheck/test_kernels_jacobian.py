@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym.generated.mp import kernels as exact
+from capsule_sym.generated.capsule.mp import kernels as exact
 from tests.judges import DRIFT
 from tests.sampling import sampled, some
 

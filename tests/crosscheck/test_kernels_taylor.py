@@ -11,8 +11,8 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.generated.mp import kernels as exact
-from capsule_sym.generated.py import kernels as double
+from capsule_sym.generated.capsule.mp import kernels as exact
+from capsule_sym.generated.capsule.py import kernels as double
 from tests.crosscheck import DIGITS, UNIT, Case, flow_scale
 from tests.judges import DRIFT, taylor
 from tests.sampling import many, sampled

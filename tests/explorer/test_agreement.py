@@ -17,7 +17,7 @@ import pytest
 
 from capsule_sym import Parameters, jacobian, simulate
 from capsule_sym._native import core
-from capsule_sym.generated.interface import SEGMENT, STATE
+from capsule_sym.generated.capsule.interface import SEGMENT, STATE
 from explorer import build
 
 PERIODS = 5

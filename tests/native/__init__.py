@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-LIBRARY, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
+LIBRARY, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "capsule" / "c"
 EXAMPLE = ROOT / "docs" / "howto" / "example.c"
 
 

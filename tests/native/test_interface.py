@@ -7,9 +7,9 @@ import pytest
 
 from capsule_sym import Outcome
 from capsule_sym._native import core
-from capsule_sym.generated import interface
+from capsule_sym.generated.capsule import interface
 
-HEADER = Path(__file__).parents[2] / "generated" / "c" / "capsule_interface.h"
+HEADER = Path(__file__).parents[2] / "generated" / "capsule" / "c" / "capsule_interface.h"
 
 
 def test_every_outcome_has_its_type() -> None:

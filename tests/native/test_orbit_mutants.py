@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from capsule_sym import Parameters, floquet_multipliers, performance, simulate, solve_orbit
 from capsule_sym._native import core
 from capsule_sym._orbits.metrics.many import METRICS, multipliers_of
-from capsule_sym.generated.interface import ORBIT, SEGMENT, OrbitStatus, Quantity
+from capsule_sym.generated.capsule.interface import ORBIT, SEGMENT, OrbitStatus, Quantity
 from tests.native import KERNELS, LIBRARY, changed_library, compile_in
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._study.casestudy import PANELS
-from capsule_sym.generated.mp import kernels as exact
-from capsule_sym.generated.py import kernels as double
+from capsule_sym.generated.capsule.mp import kernels as exact
+from capsule_sym.generated.capsule.py import kernels as double
 from tests.crosscheck import DIGITS, Case
 from tests.crosscheck.test_kernels_backends import (
     BOUND,
@@ -27,7 +27,7 @@ from tests.examples import ROOT, Page
 from tests.sampling import sampled, some
 
 OCTAVE = shutil.which("octave-cli")
-GENERATED, GATEWAYS = ROOT / "generated" / "m", ROOT / "matlab"
+GENERATED, GATEWAYS = ROOT / "generated" / "capsule" / "m", ROOT / "matlab"
 PAGE = Page(ROOT / "docs" / "howto" / "matlab.md")
 NAMES = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b")
 

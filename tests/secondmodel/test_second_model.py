@@ -64,7 +64,7 @@ def printed(program: Path, rows: list[Row], periods: int = PERIODS) -> list[list
 
 
 def generate(model: Path, out: Path) -> None:
-    command = [sys.executable, "-m", "capsule_sym.codegen", "--model", model, "--out", out]
+    command = [sys.executable, "-m", "capsule_sym.codegen", "--scene", model, "--out", out]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
 
 
@@ -222,7 +222,7 @@ SIMULATED = """
 import importlib.metadata, json, sys
 importlib.metadata.distributions = lambda **_: iter(())  # no core of another model
 from capsule_sym import Parameters, simulate
-from capsule_sym.generated.facts import PARAMETERS
+from capsule_sym.generated.capsule.facts import PARAMETERS
 rows, backend, periods = json.load(sys.stdin)
 ends = []
 for row in rows:
@@ -238,7 +238,7 @@ def simulated(tree: Path, generated: Path, rows: list[Row], backend: str) -> End
     if not tree.exists():
         left = shutil.ignore_patterns("generated", "__pycache__", "*.so", "*.pyd", "page.html")
         shutil.copytree(ROOT / "capsule_sym", tree / "capsule_sym", ignore=left)
-    shutil.copytree(generated, tree / "capsule_sym" / "generated", dirs_exist_ok=True)
+    shutil.copytree(generated, tree / "capsule_sym" / "generated" / "capsule", dirs_exist_ok=True)
     paths = f"{tree}:{sysconfig.get_path('purelib')}"
     done = subprocess.run(
         [sys.executable, "-S", "-W", "ignore", "-c", SIMULATED],

@@ -27,8 +27,8 @@ from capsule_sym._enclosures.numbers.balls import (
     upper,
 )
 from capsule_sym._native import check_time
-from capsule_sym.generated import fields as _generated
-from capsule_sym.generated.facts import FIELDS
+from capsule_sym.generated.capsule import fields as _generated
+from capsule_sym.generated.capsule.facts import FIELDS
 
 SIZE = 6
 X, V, C, U, W, ONE = range(SIZE)

@@ -34,7 +34,7 @@ from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated.facts import FIELD_OF
+from capsule_sym.generated.capsule.facts import FIELD_OF
 
 NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
 

@@ -25,7 +25,7 @@ from capsule_sym._enclosures.passage.switches import GUARD_ROWS, pin
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
-from capsule_sym.generated import fields as generated
+from capsule_sym.generated.capsule import fields as generated
 
 
 @dataclass(frozen=True)

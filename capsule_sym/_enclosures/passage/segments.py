@@ -46,7 +46,7 @@ from capsule_sym._enclosures.passage.switches import (
 )
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
-from capsule_sym.generated.facts import FIELDS
+from capsule_sym.generated.capsule.facts import FIELDS
 
 TIME, ROWS = SIZE, SIZE + 1
 Bundle = NDArray[np.float64]

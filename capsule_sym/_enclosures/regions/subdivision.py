@@ -32,7 +32,7 @@ from capsule_sym._orbits.shooting.itinerary import (
     guard_between,
 )
 from capsule_sym._processes import end, spawning, undisturbed
-from capsule_sym.generated import fields as generated
+from capsule_sym.generated.capsule import fields as generated
 
 _FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
 _FIRST_INTERVALS = 11  # halvings of the intervals to begin with

@@ -20,8 +20,8 @@ from capsule_sym._map.many import checked_rows, spread
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
-from capsule_sym.generated.facts import PARAMETERS, STATE
-from capsule_sym.generated.interface import ORBIT, ORBIT_STATUSES, STOPS, OrbitStatus, Stop
+from capsule_sym.generated.capsule.facts import PARAMETERS, STATE
+from capsule_sym.generated.capsule.interface import ORBIT, ORBIT_STATUSES, STOPS, OrbitStatus, Stop
 
 MOST_SEGMENTS = 256
 """In one period of a motion, from forcing angle 0 on; of a longer one nothing is found."""

@@ -36,7 +36,7 @@ from capsule_sym._orbits.shooting.equations import (
 )
 from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 # The error of n nodes on e^(lambda t) over a panel h is (lambda h)^(2n) (n!)^4/((2n + 1) (2n)!^3)
 # of the integral: below 1e-20 for 16 nodes where lambda h <= 12, below 1e-65 for 48 up to 30.

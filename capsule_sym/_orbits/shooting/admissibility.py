@@ -14,8 +14,8 @@ from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
 from capsule_sym._orbits.shooting.extrema import extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated import formulas
-from capsule_sym.generated.interface import Quantity
+from capsule_sym.generated.capsule import formulas
+from capsule_sym.generated.capsule.interface import Quantity
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
 _ROUNDINGS = 32  # in a duration, of the longest one

@@ -17,7 +17,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, Inequality
 from capsule_sym._orbits.shooting.equations import ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
-from capsule_sym.generated.facts import FIELD_OF
+from capsule_sym.generated.capsule.facts import FIELD_OF
 
 
 class Change(NamedTuple):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._native import check_time, core, present
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym.generated import facts
+from capsule_sym.generated.capsule import facts
 
 _LONGEST = 4096  # segments of an itinerary that the C core takes
 

@@ -28,7 +28,7 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
-from capsule_sym.generated import facts, formulas
+from capsule_sym.generated.capsule import facts, formulas
 
 _GUARD_BITS = 10  # in solving linear equations in 50 digits
 _NODES = (-2, -1, 1, 2)

@@ -18,8 +18,8 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import native_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import facts, formulas
-from capsule_sym.generated.interface import Quantity
+from capsule_sym.generated.capsule import facts, formulas
+from capsule_sym.generated.capsule.interface import Quantity
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8

@@ -8,7 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from capsule_sym._map.expansion import Guard
-from capsule_sym.generated import facts, formulas
+from capsule_sym.generated.capsule import facts, formulas
 
 _STATE, _PARAMETERS = len(facts.STATE), len(facts.PARAMETERS)
 

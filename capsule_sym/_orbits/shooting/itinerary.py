@@ -10,7 +10,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.steady import SteadyMotion, abbreviated
-from capsule_sym.generated.facts import FIELD_OF, FIELDS
+from capsule_sym.generated.capsule.facts import FIELD_OF, FIELDS
 
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 _OPPOSITE = {Guard.UPPER: Guard.LOWER, Guard.LOWER: Guard.UPPER}

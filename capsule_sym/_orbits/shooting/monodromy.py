@@ -15,7 +15,7 @@ from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import field, saltation_matrix
 from capsule_sym._orbits.shooting.taylor import generator
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 _DIFFERENCE = 1e-5
 _LANDING = np.array([[0.0, 0, 0], [0, 0, -1], [0, 0, 1]])  # of a saltation matrix by its ratio

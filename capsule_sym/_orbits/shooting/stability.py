@@ -26,7 +26,7 @@ from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 
 class Orbit(Protocol):

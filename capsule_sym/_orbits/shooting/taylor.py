@@ -18,7 +18,7 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, SegmentFlow, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import field
-from capsule_sym.generated import formulas
+from capsule_sym.generated.capsule import formulas
 
 Series = Matrix  # Taylor coefficients, by order along the first axis
 

@@ -2,8 +2,9 @@
 
 A declaration is a Python file that makes one `Model`, named `model`, and tells it a device in SI
 units if there is one, parameters, state, regions, forces, modes of friction and the equations of
-both bodies, in this order. `capsule.py` is the paper's. All derivations read `MODEL`: the capsule,
-or what `choose` named before they were imported, so that one process knows one model.
+both bodies, in this order. Those that ship are in `_symbolic/scenes`, `capsule.py` is the paper's.
+All derivations read `MODEL`: the capsule, or what `choose` named before they were imported, so that
+one process knows one model.
 """
 
 from __future__ import annotations
@@ -32,9 +33,20 @@ from capsule_sym._symbolic.model.parts import (
     unit_of,
 )
 
-__all__ = ["DEFAULT", "BadDeclaration", "Model", "choose", "chosen", "load", "path", "tau"]
+__all__ = [
+    "SHIPPED",
+    "BadDeclaration",
+    "Model",
+    "choose",
+    "chosen",
+    "home",
+    "load",
+    "path",
+    "tau",
+]
 
-DEFAULT = Path(__file__).with_name("capsule.py")
+SHIPPED = ("capsule",)
+"""Scenes that ship, by the names of their files; the first is the paper's."""
 _RESERVED = ("alpha", "omega", "delta", "zeta", "beta", "gamma")
 _STATE = ("x_r", "v_r", "v_c")
 _NEEDED = {"region": "state", "interaction": "state"} | dict.fromkeys(
@@ -250,7 +262,13 @@ def load(path: Path) -> Model:
     return model
 
 
-_choice = [DEFAULT]
+def home(scene: str) -> Path:
+    """The file that declares a scene: one that ships, by its name, or any by its path."""
+    return _SCENES / f"{scene}.py" if scene in SHIPPED else Path(scene)
+
+
+_SCENES = Path(__file__).parents[1] / "scenes"
+_choice = [home(SHIPPED[0])]
 
 
 def choose(path: Path) -> None:

@@ -2,7 +2,7 @@
 import { parse } from "smol-toml";
 import type { App } from "../app.ts";
 import { make } from "../dom.ts";
-import { OPTIONAL } from "../../../generated/page/model.ts";
+import { OPTIONAL } from "../../../generated/capsule/page/model.ts";
 import { DEVICE, NUMBERS, PARAMETERS } from "../fields.ts";
 import type { NumberName } from "../fields.ts";
 import { refusal } from "../state.ts";

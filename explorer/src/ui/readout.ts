@@ -1,7 +1,7 @@
 // The motion in words and numbers: itinerary, global map, quantities, table of segments, for all readers.
 import { withUnit } from "../device.ts";
 import { byId, make, mapText, pretty } from "../dom.ts";
-import { MODES, OUTCOMES } from "../../../generated/page/model.ts";
+import { MODES, OUTCOMES } from "../../../generated/capsule/page/model.ts";
 import { meaning } from "../itinerary.ts";
 import type { Motion } from "../motion.ts";
 import { modulus } from "../multipliers.ts";

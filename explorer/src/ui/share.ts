@@ -2,7 +2,7 @@
 import { withUnit } from "../device.ts";
 import type { Unit } from "../device.ts";
 import { DEVICE, ORIGIN, PARAMETERS } from "../fields.ts";
-import { OUTCOMES } from "../../../generated/page/model.ts";
+import { OUTCOMES } from "../../../generated/capsule/page/model.ts";
 import { POINT } from "../core.ts";
 import type { Motion } from "../motion.ts";
 import { defaults, parameters, startOf } from "../state.ts";

@@ -4,7 +4,7 @@ import { POINT } from "../core.ts";
 import { FONT, UNIT, extent, maths } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
-import { MODES } from "../../../generated/page/model.ts";
+import { MODES } from "../../../generated/capsule/page/model.ts";
 import type { Motion } from "../motion.ts";
 
 export interface Now {

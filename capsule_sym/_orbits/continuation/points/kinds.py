@@ -9,7 +9,7 @@ from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated import facts, formulas
+from capsule_sym.generated.capsule import facts, formulas
 
 #: Index in z of the first segment's duration: state and forcing angle come before.
 DURATIONS = len(facts.STATE) + 1

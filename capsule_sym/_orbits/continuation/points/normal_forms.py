@@ -29,7 +29,7 @@ from capsule_sym._orbits.shooting.taylor import (
     quotient,
     residual_series,
 )
-from capsule_sym.generated import facts, formulas
+from capsule_sym.generated.capsule import facts, formulas
 
 SUPERCRITICAL, SUBCRITICAL = "supercritical", "subcritical"
 PERSISTENCE, NON_SMOOTH_FOLD = "persistence", "non-smooth fold"
