@@ -15,7 +15,6 @@ import numpy as np
 from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import formulas
 from capsule_sym.generated.capsule.facts import FIELD_OF
 
 _SAMPLES = 200  # per excitation period
@@ -78,7 +77,7 @@ def _sign(value: float) -> int:
 
 def _force(p: Parameters, contact: int, x_r: Any, v_r: Any) -> Any:
     c = NumpyBackend().constants(FIELD_OF[contact, 0], p)
-    return formulas.force(c, x_r, x_r - p.delta, v_r)
+    return c.force(x_r, x_r - p.delta, v_r)
 
 
 def _drift_at_rest(p: Parameters, contact: int, state: State) -> int:

@@ -14,7 +14,6 @@ from capsule_sym._map.expansion import Guard, Point
 from capsule_sym._map.location import Flow, SegmentStart
 from capsule_sym._map.location import Start as Beginning
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import formulas
 
 _DISTANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 1e-15)
 _DURATIONS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
@@ -99,7 +98,7 @@ def flow_from(
     c = numbers.constants(field, parameters)
     x_r, v_r, v_c = number(x_r), number(v_r), number(v_c)
     gap = x_r - c.delta
-    margin = formulas.margin_at(c, x_r, gap, v_r)
+    margin = c.margin_at(x_r, gap, v_r)
     angle = number(phase) * c.omega
     return Flow(numbers, c, SegmentStart(field, Beginning(x_r, gap, v_r, v_c, margin, angle, {})))
 
@@ -110,8 +109,8 @@ def _rate(flow: Flow, guard: Guard, at: Point) -> Number:
     side = 1 if c.contact else -1
     if guard is Guard.GAP:
         return side * at.v_r
-    change = formulas.v_rate(c, at.x_r, at.gap, at.v_r, at.cos_theta)
-    rate = formulas.force_change(c, at.v_r, change)
+    change = c.v_rate(at.x_r, at.gap, at.v_r, at.cos_theta)
+    rate = c.force_change(at.v_r, change)
     return -rate if guard is Guard.UPPER else rate
 
 

@@ -16,7 +16,6 @@ from capsule_sym._map.native import NativeRun
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import formulas
 from capsule_sym.generated.capsule.interface import Precision
 
 CONTRACT = 8.0
@@ -128,7 +127,7 @@ def _term_of_start(c: Any, begin: SegmentStart, guard: Guard) -> float:
     if guard is Guard.DRIFT:
         return float(abs(start.v_c))
     x_r = max(abs(start.x_r), c.delta)
-    return float(x_r if guard is Guard.GAP else formulas.force_change_size(c, x_r, 0))
+    return float(x_r if guard is Guard.GAP else c.force_change_size(x_r, 0))
 
 
 def largest_terms(
@@ -148,7 +147,7 @@ def largest_terms(
     free = c._replace(alpha=0.0, push=0.0)
     sizes = (abs(x), 0.0), (0.0, abs(gap))
     unpushed = c._replace(push=0.0)
-    force = max(abs(c.push), *(formulas.rest_force_size(unpushed, *size) for size in sizes))
+    force = max(abs(c.push), *(unpushed.rest_force_size(*size) for size in sizes))
 
     def response(constants: Any, v_r: float = 0.0, cosine: float = 0.0, sine: float = 0.0) -> Any:
         rest = kernels.Start(0.0, 0.0, v_r, 0.0, 0.0, cosine, sine)
@@ -170,7 +169,7 @@ def largest_terms(
             momenta = max(v_r, abs(c.friction) * h, impulse)
             return float(max(abs(v_c), momenta / (1 + c.gamma)))
         in_x, in_v = (x_r, 0.0), (0.0, max(v_r, abs(v)))
-        return float(max(*(formulas.force_change_size(c, *part) for part in (in_x, in_v)), c.f_b))
+        return float(max(*(c.force_change_size(*part) for part in (in_x, in_v)), c.f_b))
 
     amplitude = largest(np.hypot(in_phase, quadrature), impulse)
     return amplitude, largest(cosine * in_phase + sine * quadrature, at_phase)

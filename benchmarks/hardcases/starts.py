@@ -16,7 +16,6 @@ import numpy as np
 from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import formulas
 
 KINDS = ("graze", "sliding", "corner", "impact start", "slip start", "anywhere")
 _LONGEST = 4.0  # duration before the state to be met, over the segment's rate
@@ -106,10 +105,10 @@ def _target(random: Random, kind: str, c: Any, angle: float) -> _Target | None:
         return _Target((_moved(delta, first), second, v_c), touching)
     force = random.choice((-1.0, 1.0)) * _moved(c.f_b, first)
     if kind == "sliding" and not c.drift:
-        v_r = formulas.turning_velocity(c, c.alpha * math.cos(angle) - force)
+        v_r = c.turning_velocity(c.alpha * math.cos(angle) - force)
         return _Target((_position(c, force, v_r), _moved(v_r, second), 0.0), touching)
     if kind == "corner" and c.zeta:
-        v_r = float(formulas.velocity_at(c, force))
+        v_r = float(c.velocity_at(force))
         return _Target((_moved(delta, second), v_r, 0.0), meeting)
     if kind == "slip start":
         return _Target((_position(c, force, speed), speed, 0.0), abs(first))
@@ -120,7 +119,7 @@ def _target(random: Random, kind: str, c: Any, angle: float) -> _Target | None:
 
 def _position(c: Any, force: float, v_r: float) -> float:
     """x_r at which the interaction force has this value."""
-    return float(formulas.position_at(c, force, v_r))
+    return float(c.position_at(force, v_r))
 
 
 def _before(
@@ -130,7 +129,7 @@ def _before(
     cosine, sine = numbers.cos_sin(angle)
 
     def reached(x_r: float, v_r: float) -> Any:
-        margin = formulas.margin_at(c, x_r, x_r - c.delta, v_r)
+        margin = c.margin_at(x_r, x_r - c.delta, v_r)
         closed = numbers.kernels.Start(x_r, x_r - c.delta, v_r, 0.0, margin, cosine, sine)
         values = [float(value) for value in numbers.kernels.flow(c, closed, h)]
         return np.array([x_r + values[0], values[1], values[2] if c.drift else 0.0])
@@ -150,5 +149,5 @@ def _inside(c: Any, state: tuple[float, float, float]) -> bool:
         return False
     if c.drift:
         return (gap >= 0 or not c.contact) and c.drift * v_c >= 0
-    force = formulas.force(c, x_r, gap, v_r)
+    force = c.force(x_r, gap, v_r)
     return (gap >= 0 or not c.contact) and abs(force) <= 1.5 * c.f_b

@@ -20,7 +20,6 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
-from capsule_sym.generated.capsule import formulas
 
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
 """Relative to the switching time."""
@@ -108,9 +107,9 @@ def _value_and_slope(b: Bracket, h: float) -> tuple[float, float]:
     if b.guard is Guard.GAP:
         return value, float(point.v_r if c.contact else -point.v_r)
     if b.guard is Guard.DRIFT:
-        return value, float(c.drift * formulas.v_c_rate(c, point.margin))
-    rate = formulas.v_rate(c, point.x_r, point.gap, point.v_r, point.cos_theta)
-    rising = float(formulas.force_change(c, point.v_r, rate))
+        return value, float(c.drift * c.v_c_rate(point.margin))
+    rate = c.v_rate(point.x_r, point.gap, point.v_r, point.cos_theta)
+    rising = float(c.force_change(point.v_r, rate))
     return value, -rising if b.guard is Guard.UPPER else rising
 
 

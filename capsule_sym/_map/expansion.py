@@ -16,12 +16,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache, partial
+from functools import lru_cache
 from math import factorial
 from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym.generated.capsule import formulas
 
 
 class Guard(Enum):
@@ -103,7 +102,7 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
         return (1 + 8 * unit) * backend.hypot(high, backend.sqrt(c.K) * low)
 
     drive = c.alpha * c.omega ** (order - 1)
-    force = (1 + 8 * unit) * formulas.force_per_energy(c, backend.sqrt(c.K))
+    force = (1 + 8 * unit) * c.force_per_energy(backend.sqrt(c.K))
     side = 1 if c.contact else -1
     expansions = {
         Guard.GAP: Expansion(
@@ -114,7 +113,7 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
         )
     }
     if c.drift:
-        rate = partial(formulas.v_c_rate, c)
+        rate = c.v_c_rate
         expansions[Guard.DRIFT] = Expansion(
             [
                 c.drift * at.v_c,
@@ -129,7 +128,7 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
     rest, growth = force * energy(order), force * drive * c.omega
     for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
         # In stick the margin is P itself, unless the start is known to lie on the bound.
-        first = formulas.friction_guard(c, sign, at.margin)
+        first = c.friction_guard(sign, at.margin)
         expansions[guard] = Expansion(
             [first, *(sign * value for value in p[1:order])],
             [margin_error(c, at, unit) + 2 * unit * abs(first), *error_p[1:order]],
@@ -141,6 +140,6 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
 
 def margin_error(c: Any, at: Point, unit: Number) -> Number:
     """Bound on the error of P - friction: of the point's quantities, and of adding them up."""
-    added = formulas.margin_at_size(c, abs(at.x_r), abs(at.gap), abs(at.v_r))
-    carried = formulas.force_change_size(c, at.error_x, at.error_v)
-    return carried + formulas.MARGIN_AT_UNITS * unit * added
+    added = c.margin_at_size(abs(at.x_r), abs(at.gap), abs(at.v_r))
+    carried = c.force_change_size(at.error_x, at.error_v)
+    return carried + c.MARGIN_AT_UNITS * unit * added

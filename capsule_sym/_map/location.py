@@ -14,7 +14,6 @@ from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand, watched
 from capsule_sym._map.isolation import Search, polish, positive_at, search
 from capsule_sym._native import Watch
-from capsule_sym.generated.capsule import formulas
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
@@ -104,11 +103,11 @@ class Flow:
             *start[:5], cosine, sine, self._error_gap, zero, zero, 2 * backend.unit * start.angle
         )
         magnitudes = abs(start.x_r), abs(start.gap), abs(start.v_r)
-        self._force = formulas.rest_force_size(c, *magnitudes[:2])
+        self._force = c.rest_force_size(*magnitudes[:2])
         self._root_K = backend.sqrt(c.K)
         # What the margin was added up from; where a slip begins it is 0 and exact.
         exact = start.zeros.get(Guard.DRIFT, 0) > 1
-        self._margin = zero if exact else formulas.margin_at_size(c, *magnitudes)
+        self._margin = zero if exact else c.margin_at_size(*magnitudes)
         # The response to forcing from rest, in units of alpha, never exceeds these.
         detuning = abs(c.K - c.omega * c.omega)
         if c.Z2 > 0:
@@ -128,7 +127,7 @@ class Flow:
         v_c = start.v_c + number(values[2]) if c.drift else start.v_c
         turned = c.omega * h
         cosine, sine = self.backend.cos_sin(start.angle + turned, start.angle_rest)
-        margin = formulas.margin_at(c, x_r, gap, v_r)
+        margin = c.margin_at(x_r, gap, v_r)
         errors = self._errors(h, x_r, v_r, v_c)
         error_angle = 2 * self.backend.unit * (start.angle + turned)
         return Point(x_r, gap, v_r, v_c, margin, cosine, sine, *errors, error_angle)
@@ -144,8 +143,8 @@ class Flow:
         if c.omega * h * self.backend.sqrt(c.Z2) < 8 * (c.K + c.omega * c.omega):
             return self(h)
         cosine, sine = self.closed.cos_theta, self.closed.sin_theta
-        before, rate_before = formulas.forced(c, cosine, sine)
-        after, rate_after = formulas.forced(c, h * 0 + 1, h * 0)
+        before, rate_before = c.forced(cosine, sine)
+        after, rate_after = c.forced(h * 0 + 1, h * 0)
         free = self.closed._replace(
             x_r=start.x_r - before, gap=start.gap - before, v_r=start.v_r - rate_before
         )
@@ -158,7 +157,7 @@ class Flow:
         if c.drift:
             forced = rate_before - rate_after - c.alpha * sine / c.omega
             v_c = v_c + number(values[2]) + forced / (c.gamma + 1)
-        margin = formulas.margin_at(c, x_r, gap, v_r)
+        margin = c.margin_at(x_r, gap, v_r)
         zero = h * 0
         errors = self._errors(h, x_r, v_r, v_c)
         return Point(x_r, gap, v_r, v_c, margin, zero + 1, zero, *errors, zero)
@@ -188,8 +187,8 @@ class Flow:
         if not c.drift:
             return error_x, error_v, h * 0
         if c.rate * h < 1:
-            grown = formulas.force_change_size(c, terms_x * h, terms_x + abs(start.v_r) * h)
-            terms = formulas.v_c_rate(c, self._margin * h + grown)
+            grown = c.force_change_size(terms_x * h, terms_x + abs(start.v_r) * h)
+            terms = c.v_c_rate(self._margin * h + grown)
         else:
             impulse = abs(c.friction) * h + c.alpha * min(h, 2 / c.omega)
             terms = (abs(start.v_r) + terms_v + impulse) / (c.gamma + 1)
@@ -202,7 +201,7 @@ class Flow:
             return point.gap if c.contact else -point.gap
         if guard is Guard.DRIFT:
             return c.drift * point.v_c
-        return formulas.friction_guard(c, -1 if guard is Guard.UPPER else 1, point.margin)
+        return c.friction_guard(-1 if guard is Guard.UPPER else 1, point.margin)
 
 
 def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
@@ -391,21 +390,17 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     rounded = 4 * backend.unit * (c.K + c.omega * c.omega)
     if distance <= 64 * rounded:
         return False
-    forced, rate = formulas.forced(c, at.cos_theta, at.sin_theta)
+    forced, rate = c.forced(at.cos_theta, at.sin_theta)
     relative = 4 * rounded / distance
     inflation = 1 + 64 * backend.unit + relative
     amplitude = c.alpha / distance * (1 + relative)
     rounding = 32 * backend.unit + relative + at.error_angle
-    low = (
-        abs(at.x_r - formulas.rest_centre(c) - forced)
-        + at.error_x
-        + rounding * (abs(at.x_r) + amplitude)
-    )
+    low = abs(at.x_r - c.rest_centre() - forced) + at.error_x + rounding * (abs(at.x_r) + amplitude)
     high = abs(at.v_r - rate) + at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
     energy = inflation * backend.hypot(high, backend.sqrt(c.K) * low)
     reach = inflation * (amplitude + energy / backend.sqrt(c.K))
-    gain = backend.sqrt(formulas.force_gain2(c))
-    free = formulas.force_per_energy(c, backend.sqrt(c.K))
+    gain = backend.sqrt(c.force_gain2())
+    free = c.force_per_energy(backend.sqrt(c.K))
     force = inflation * (amplitude * gain + free * energy)
-    within = min(formulas.friction_guard(c, sign, formulas.load_force(c)) for sign in (-1, 1))
-    return bool(reach < c.delta - formulas.rest_centre(c) and force < within)
+    within = min(c.friction_guard(sign, c.load_force()) for sign in (-1, 1))
+    return bool(reach < c.delta - c.rest_centre() and force < within)

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point
-from capsule_sym.generated.capsule import formulas
 
 _FASTER = 8  # the free part must be this much faster than what is expanded
 
@@ -34,7 +33,7 @@ def expand_forced(
     resonance, where the forced response is well defined.
     """
     order, unit = backend.kernels.JET_ORDER, backend.unit
-    in_phase, rate = formulas.forced(c, at.cos_theta, at.sin_theta)
+    in_phase, rate = c.forced(at.cos_theta, at.sin_theta)
     quadrature = rate / c.omega
     amplitude = c.alpha / backend.sqrt(c.Z2)
     # x^(n) of the forced response: in_phase and quadrature in turn, the sign changing every two.
@@ -42,7 +41,7 @@ def expand_forced(
     steps = [cycle[n % 4] * c.omega**n for n in range(order + 2)]
     sizes = [8 * amplitude * c.omega**n for n in range(order + 2)]
 
-    centre = formulas.centre(c)
+    centre = c.centre()
     y, y_rate = at.x_r - centre - in_phase, at.v_r - c.omega * quadrature
     rounding = 8 * unit + at.error_angle
     error_y = at.error_x + rounding * (abs(at.x_r) + abs(centre) + amplitude)
@@ -56,12 +55,12 @@ def expand_forced(
             steps[n] = steps[n] + slow_part * c.slow**n
             spread = 8 * abs(slow_part) + slow_error / unit
             sizes[n] = sizes[n] + spread * abs(c.slow) ** n
-        free = _Free(size, -fast * size, abs(formulas.force_change(c, 1, fast)) * size, -fast)
+        free = _Free(size, -fast * size, abs(c.force_change(1, fast)) * size, -fast)
     else:
         low, high = abs(y) + error_y, abs(y_rate) + error_rate
         root = backend.sqrt(c.K)
         energy = backend.hypot(high, root * low)
-        force = formulas.force_per_energy(c, root) * energy
+        force = c.force_per_energy(root) * energy
         free = _Free(energy / root, 2 * energy, force, 2 * (c.sigma + root))
     return _guards(backend, c, at, centre, steps, sizes, free, derivative)
 
@@ -114,7 +113,7 @@ def _guards(
         values, slack = [c.drift * at.v_c], [at.error_v_c]
         for n in range(1, order):
             drive = c.alpha * c.omega ** (n - 1)
-            constant = c.friction - formulas.load_force(c) if n == 1 else zero
+            constant = c.friction - c.load_force() if n == 1 else zero
             values.append(scale * (cycle[(n - 1) % 4] * drive - constant - x[n + 1]))
             terms = rounding * (drive + abs(constant)) + errors[n + 1]
             slack.append(terms / (c.gamma + 1))
@@ -124,19 +123,18 @@ def _guards(
         result[Guard.DRIFT] = expansion(values, slack, last, free.v / (c.gamma + 1))
         return result
     for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
-        mean = formulas.force(c, centre, centre - c.delta, zero)
+        mean = c.force(centre, centre - c.delta, zero)
         values, slack = [], []
         for n in range(order):
-            force = formulas.force_change(c, x[n], x[n + 1])
+            force = c.force_change(x[n], x[n + 1])
             first = n == 0
-            values.append(formulas.friction_guard(c, sign, force + mean) if first else sign * force)
-            slack.append(formulas.force_change_size(c, errors[n], errors[n + 1]))
+            values.append(c.friction_guard(sign, force + mean) if first else sign * force)
+            slack.append(c.force_change_size(errors[n], errors[n + 1]))
         slack[0] = slack[0] + rounding * (
-            formulas.friction_bounds(c)
-            + formulas.force_size(c, abs(centre), abs(centre) + c.delta, zero)
+            c.friction_bounds() + c.force_size(abs(centre), abs(centre) + c.delta, zero)
         )
-        last = formulas.force_change_size(
-            c, abs(x[order]) + sizes[order], abs(x[order + 1]) + sizes[order + 1]
+        last = c.force_change_size(
+            abs(x[order]) + sizes[order], abs(x[order + 1]) + sizes[order + 1]
         )
         result[guard] = expansion(values, slack, last, free.force)
     return result

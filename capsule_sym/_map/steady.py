@@ -16,8 +16,8 @@ from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Segment, Triple
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import formulas
 from capsule_sym.generated.capsule.facts import FIELD_OF, FIELDS
+from capsule_sym.generated.capsule.formulas import Formulas
 
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
 _Run = Any  # a `Trajectory` that has ended, whose module imports this one
@@ -105,16 +105,15 @@ def steady_motion(run: _Run, tolerance: float, longest: int) -> SteadyMotion | N
 def _rests(run: _Run, tolerance: float) -> bool:
     """Whether it is proved that the run stays this near to rest for ever, and never slips."""
     p, (x_r, v_r, v_c) = run.parameters, map(float, run.final[1])
-    loaded = formulas.load_force(p) != 0
-    if loaded or p.alpha > 0 or v_c != 0 or not run.success or not run.segments:
-        return False
     # Twice the energy at rest: v_r^2 + k x_r^2 + kappa (x_r - delta)^2 in contact.
     free, pressed = (NumpyBackend().constants(FIELD_OF[side, 0], p) for side in (0, 1))
+    if free.load_force() != 0 or p.alpha > 0 or v_c != 0 or not run.success or not run.segments:
+        return False
     energy = v_r, math.sqrt(free.K) * x_r, math.sqrt(pressed.kappa) * max(0.0, x_r - p.delta)
     speed = 1.000001 * math.hypot(*energy)
     size = speed / min(1.0, math.sqrt(free.K))
-    force = float(formulas.force_change_size(pressed, size, speed))
-    return size <= tolerance and force < min(formulas.friction_guard(p, way, 0) for way in (-1, 1))
+    force = float(pressed.force_change_size(size, speed))
+    return size <= tolerance and force < min(free.friction_guard(way, 0) for way in (-1, 1))
 
 
 def _rest(run: _Run) -> Segment:
@@ -135,7 +134,7 @@ def _last_period(run: _Run, state: Triple, field: int) -> Segment:
     given = {name: number(value) for name, value in run.parameters.to_dict().items()}
     free = SimpleNamespace(kappa=x_r * 0, **given)
     gap = x_r - free.delta
-    force = formulas.force(free, x_r, gap, v_r)
+    force = Formulas.force(free, x_r, gap, v_r)
     return replace(
         last,
         source=f"Σ{field}",

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.location import SegmentStart, Start
-from capsule_sym.generated.capsule import formulas
 from capsule_sym.generated.capsule.facts import FIELD_OF
 from capsule_sym.generated.capsule.switching import PLACES, TRANSITIONS
 
@@ -101,11 +100,11 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
     if state.bound:
         return PLACES[*signs, 2 * state.bound]
     c = constants[FIELD_OF[int(state.gap > 0), 0] - 1]
-    force = formulas.force(c, state.x_r, state.gap, state.v_r)
-    added = formulas.force_size(c, abs(state.x_r), abs(state.gap), abs(state.v_r))
-    within = formulas.friction_guard(c, -1 if force > 0 else 1, force)
-    added = added + formulas.friction_bounds(c)
-    if abs(within) <= (formulas.FORCE_UNITS + 1) * backend.unit * added:
+    force = c.force(state.x_r, state.gap, state.v_r)
+    added = c.force_size(abs(state.x_r), abs(state.gap), abs(state.v_r))
+    within = c.friction_guard(-1 if force > 0 else 1, force)
+    added = added + c.friction_bounds()
+    if abs(within) <= (c.FORCE_UNITS + 1) * backend.unit * added:
         return None
     return PLACES.get((*signs, 3 * _sign(force) if within < 0 else 0))
 
@@ -117,9 +116,9 @@ def _sign(value: Number) -> int:
 def start_at(c: Any, state: State) -> Start:
     """The start of a segment with constants `c` at a state, before its zeros are known."""
     if state.bound:
-        margin = formulas.friction_at(c, state.bound) - c.friction
+        margin = c.friction_at(state.bound) - c.friction
     else:
-        margin = formulas.margin_at(c, state.x_r, state.gap, state.v_r)
+        margin = c.margin_at(state.x_r, state.gap, state.v_r)
     return Start(
         state.x_r, state.gap, state.v_r, state.v_c, margin, state.angle, {}, state.angle_rest
     )

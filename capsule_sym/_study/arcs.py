@@ -13,7 +13,6 @@ from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import formulas
 from capsule_sym.generated.capsule.facts import FIELD_OF
 
 UNSETTLED = 16
@@ -119,4 +118,4 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
 def interaction(arc: Arc, parameters: Parameters) -> Array:
     """The force between mass and capsule along an arc: P3, in contact P4 (dimensionless)."""
     c = NumpyBackend().constants(FIELD_OF[int(arc.contact), 0], parameters)
-    return formulas.force(c, arc.x_r, arc.x_r - parameters.delta, arc.v_r)  # type: ignore[no-any-return]
+    return c.force(arc.x_r, arc.x_r - parameters.delta, arc.v_r)  # type: ignore[no-any-return]

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import formulas
 
 Array = NDArray[np.float64]
 Limits = tuple[float, float]
@@ -56,7 +55,7 @@ def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
         ("L4", 1.0, 5, -p.f_b),
     ):
         c, (stiffness, damper) = NumpyBackend().constants(stick, p), _slopes(p, stick)
-        middle = np.array([formulas.position_at(c, bound, 0.0), 0.0])
+        middle = np.array([c.position_at(bound, 0.0), 0.0])
         along = reach * np.array([-damper, stiffness])
         whole = np.array([middle - along, middle + along])
         found[name] = _within(whole, [*rectangle, (side, 0.0, -side * delta)])
@@ -79,18 +78,18 @@ def corners(parameters: Parameters) -> tuple[float, float]:
     if p.zeta == 0.0:
         return np.copysign(np.inf, p.f_b - p.delta), -np.inf
     c = NumpyBackend().constants(2, p)
-    return formulas.velocity_at(c, p.f_b), formulas.velocity_at(c, -p.f_b)
+    return c.velocity_at(p.f_b), c.velocity_at(-p.f_b)
 
 
 def _slopes(parameters: Parameters, stick: int) -> tuple[float, float]:
     """Derivatives of the interaction force with respect to x_r and v_r."""
     c = NumpyBackend().constants(stick, parameters)
-    return formulas.force_change(c, 1.0, 0.0), formulas.force_change(c, 0.0, 1.0)
+    return c.force_change(1.0, 0.0), c.force_change(0.0, 1.0)
 
 
 def _force_at_origin(parameters: Parameters, stick: int) -> float:
     c = NumpyBackend().constants(stick, parameters)
-    return float(formulas.force(c, 0.0, -parameters.delta, 0.0))
+    return float(c.force(0.0, -parameters.delta, 0.0))
 
 
 def _clip(polygon: Array, half_plane: Sequence[float] | Array) -> Array:

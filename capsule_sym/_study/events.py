@@ -12,7 +12,6 @@ from capsule_sym._paper import read
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc
 from capsule_sym._study.boundaries import Array
-from capsule_sym.generated.capsule import formulas
 
 
 class Event(NamedTuple):
@@ -86,8 +85,7 @@ def nearest(drawn: Sequence[Arc], event: Event, parameters: Parameters) -> Array
     x_r, v_r, v_c = candidates.T
     p = parameters
     free, pressed = (
-        formulas.force(NumpyBackend().constants(field, p), x_r, x_r - p.delta, v_r)
-        for field in (2, 5)
+        NumpyBackend().constants(field, p).force(x_r, x_r - p.delta, v_r) for field in (2, 5)
     )
     misses = {
         "L2": free + p.f_b,

@@ -11,7 +11,6 @@ from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc, Array, interaction
 from capsule_sym._study.boundaries import corners
-from capsule_sym.generated.capsule import formulas
 
 SCHEMATIC = Parameters(alpha=0.4, delta=0.4, zeta=0.3, beta=0.6)
 """Parameters at which the lines of Fig. 2 lie well apart; the case study's are nearly upright."""
@@ -57,9 +56,9 @@ def line_point(parameters: Parameters, line: str, v_r: float) -> tuple[float, fl
     """The state of a line L1 to L8 at a relative velocity v_r."""
     p, constants = parameters, NumpyBackend().constants
     if line in ("L1", "L2"):
-        return formulas.position_at(constants(2, p), SIGNS[line] * p.f_b, v_r), v_r, 0.0
+        return constants(2, p).position_at(SIGNS[line] * p.f_b, v_r), v_r, 0.0
     if line in ("L3", "L4"):
-        return formulas.position_at(constants(5, p), SIGNS[line] * p.f_b, v_r), v_r, 0.0
+        return constants(5, p).position_at(SIGNS[line] * p.f_b, v_r), v_r, 0.0
     return p.delta, v_r, 0.0
 
 
@@ -120,9 +119,9 @@ def _middle_part(parameters: Parameters, line: str) -> tuple[float, float]:
     """Ends in v_r of the middle part of L2 or L3: there the forcing decides the way across."""
     p, field, side = parameters, {"L2": 2, "L3": 5}[line], -SIGNS[line]
     c = NumpyBackend().constants(field, p)
-    turn = -formulas.force_change(c, 0.0, side * p.f_b)
-    reach = formulas.force_change(c, 0.0, p.alpha)
-    slope = formulas.force_change(c, 1.0, 0.0)
+    turn = -c.force_change(0.0, side * p.f_b)
+    reach = c.force_change(0.0, p.alpha)
+    slope = c.force_change(1.0, 0.0)
     return float((turn - reach) / slope), float((turn + reach) / slope)
 
 
@@ -132,5 +131,5 @@ def derivatives(
     """(x_r', v_r', v_c') of a field on P1 = 0 at (x_r, v_r) and cos(omega tau), Eqs. (7)-(12)."""
     c, (x_r, v_r) = NumpyBackend().constants(field, parameters), place
     gap = x_r - parameters.delta
-    driven = formulas.v_c_rate(c, formulas.margin_at(c, x_r, gap, v_r)) if c.drift else 0.0
-    return v_r, formulas.v_rate(c, x_r, gap, v_r, cosine), driven
+    driven = c.v_c_rate(c.margin_at(x_r, gap, v_r)) if c.drift else 0.0
+    return v_r, c.v_rate(x_r, gap, v_r, cosine), driven

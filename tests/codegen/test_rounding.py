@@ -12,8 +12,8 @@ from capsule_sym._symbolic.model.formulas import formulas as formulas_of_the_mod
 from capsule_sym.codegen._derived import lowered
 from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen._rounding import sizes, units
-from capsule_sym.generated.capsule import formulas
 from capsule_sym.generated.capsule.facts import PARAMETERS
+from capsule_sym.generated.capsule.formulas import Formulas
 from capsule_sym.generated.capsule.mp import kernels as exact
 from capsule_sym.generated.capsule.py import kernels as double
 from tests.sampling import many, sampled
@@ -80,7 +80,7 @@ ARGUMENTS = {
 def test_no_formula_is_off_by_more_and_some_by_a_good_part(name: str) -> None:
     """On many draws in double precision, beside 50 digits of the same doubles."""
     draw, worst = random.Random(name), 0.0
-    allowed = getattr(formulas, f"{name.upper()}_UNITS")
+    allowed = getattr(Formulas, f"{name.upper()}_UNITS")
     for _ in range(many(2000, 600)):
         p = [draw.uniform(0, 2) * 10 ** draw.uniform(-2, 2) for _ in PARAMETERS]
         field = draw.randint(1, 6)
@@ -91,10 +91,10 @@ def test_no_formula_is_off_by_more_and_some_by_a_good_part(name: str) -> None:
             given[-1] = draw.uniform(
                 -1, 1
             )  # of the angle, of which both have the same cosine or sine
-        true = getattr(formulas, name)(true_c, *map(mp.mpf, given))
+        true = getattr(Formulas, name)(true_c, *map(mp.mpf, given))
         sizes = given[:-1] if name in ("v_rate", "v_second") else given
-        size = getattr(formulas, f"{name}_size")(c, *map(abs, sizes))
-        worst = max(worst, float(abs(getattr(formulas, name)(c, *given) - true) / size) * 2**53)
+        size = getattr(Formulas, f"{name}_size")(c, *map(abs, sizes))
+        worst = max(worst, float(abs(getattr(Formulas, name)(c, *given) - true) / size) * 2**53)
     assert allowed / 8 < worst < allowed
 
 
@@ -106,9 +106,9 @@ def test_a_coefficient_of_a_response_is_off_by_no_more() -> None:
         c = double.constants(field, *p)
         true_c = exact.constants(field, *map(mp.mpf, p))
         given = [draw.gauss(0, 1) for _ in range(3)]
-        true = formulas.response_next(true_c, n, mp.mpf(reach), *map(mp.mpf, given))
-        found = formulas.response_next(c, n, reach, *given)
-        size = formulas.response_next_size(c, n, reach, *map(abs, given))
+        true = Formulas.response_next(true_c, n, mp.mpf(reach), *map(mp.mpf, given))
+        found = Formulas.response_next(c, n, reach, *given)
+        size = Formulas.response_next_size(c, n, reach, *map(abs, given))
         worst = max(worst, float(abs(found - true) / size) * 2**53)
-    most = max(getattr(formulas, f"RESPONSE_NEXT_{of}_UNITS") for of in ("DRIVE", "LAST", "BEFORE"))
+    most = max(getattr(Formulas, f"RESPONSE_NEXT_{of}_UNITS") for of in ("DRIVE", "LAST", "BEFORE"))
     assert most / 8 < worst < most

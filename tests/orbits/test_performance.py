@@ -58,7 +58,8 @@ def test_balance_shows_a_quadrature_that_is_too_coarse(monkeypatch: pytest.Monke
 
 def test_the_balance_has_the_work_of_a_constant_load(monkeypatch: pytest.MonkeyPatch) -> None:
     orbit = settled(alpha=0.7)
-    monkeypatch.setattr(module.formulas, "load_force", lambda _: 0.25)
+    constants = type(orbit.system.flows[0].c)
+    monkeypatch.setattr(constants, "load_force", lambda _: 0.25)
     found = performance(orbit)
     assert found.imbalance == pytest.approx(0.25 * found.progression.value, rel=1e-12)
 

@@ -11,7 +11,6 @@ from capsule_sym._orbits.shooting.equations import BY_TIME, STATES, Matrix, Segm
 from capsule_sym._orbits.shooting.extrema import extrema
 from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated.capsule import formulas
 from capsule_sym.generated.capsule.interface import Quantity
 
 
@@ -32,9 +31,9 @@ def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     x_r, v_r, by = _state(forms, place)
     c = place.flow.c
     gap = x_r - c.delta
-    force = formulas.force(c, x_r, gap, v_r)
+    force = c.force(x_r, gap, v_r)
     side = 1 if force > 0 else -1
-    return side * force, side * chained(formulas.force_gradient(c, gap, v_r), by)
+    return side * force, side * chained(c.force_gradient(gap, v_r), by)
 
 
 def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
@@ -46,7 +45,7 @@ def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     x_r, _, by = _state(forms, place)
     c = place.flow.c
     gap = x_r - c.delta
-    return formulas.force(c, 0, gap, 0), chained(formulas.contact_gradient(c, gap), by)
+    return c.force(0, gap, 0), chained(c.contact_gradient(gap), by)
 
 
 def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
@@ -55,7 +54,7 @@ def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_P
         c, (x_r, v_r, _) = flow.c, flow.end
         gap = x_r - c.delta
         if quantity is Quantity.FORCE:
-            yield _Place(abs(formulas.force(c, x_r, gap, v_r)), flow, None)
+            yield _Place(abs(c.force(x_r, gap, v_r)), flow, None)
         elif c.contact:
             yield _Place(gap, flow, None)
         else:

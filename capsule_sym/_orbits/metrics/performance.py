@@ -36,7 +36,6 @@ from capsule_sym._orbits.shooting.equations import (
 )
 from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated.capsule import formulas
 
 # The error of n nodes on e^(lambda t) over a panel h is (lambda h)^(2n) (n!)^4/((2n + 1) (2n)!^3)
 # of the integral: below 1e-20 for 16 nodes where lambda h <= 12, below 1e-65 for 48 up to 30.
@@ -100,7 +99,7 @@ def performance(orbit: Orbit) -> Performance:
         work, damper_loss, friction_loss = (
             _energy(orbit, [segment[i] for segment in segments]) for i in range(3)
         )
-        loaded = formulas.load_force(orbit.system.flows[0].c) * progression.value
+        loaded = orbit.system.flows[0].c.load_force() * progression.value
         return Performance(
             velocity=Metric(progression.value * per_turn, slopes),
             progression=progression,
@@ -137,12 +136,12 @@ def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, 
     check_time()
     fractions, weights = _panels(forms.numbers, c, abs(float(h)))
     v_r, v_c, cosine, sine, by, angle_by = _sample(forms, flow, fractions)
-    power_by = chained(formulas.drive_power_gradient(c, cosine, sine, v_r, v_c), by, angle_by)
-    work = _integral(formulas.drive_power(c, cosine, v_r, v_c), power_by, weights, h)
-    power_by = chained(formulas.damper_power_gradient(c, v_r), by)
-    damper_loss = _integral(formulas.damper_power(c, v_r), power_by, weights, h)
-    friction, advance = formulas.friction_at(c, c.drift), flow.moved[2]
-    friction_by = chained(formulas.friction_gradient(c, c.drift), flow.matrix)
+    power_by = chained(c.drive_power_gradient(cosine, sine, v_r, v_c), by, angle_by)
+    work = _integral(c.drive_power(cosine, v_r, v_c), power_by, weights, h)
+    power_by = chained(c.damper_power_gradient(v_r), by)
+    damper_loss = _integral(c.damper_power(v_r), power_by, weights, h)
+    friction, advance = c.friction_at(c.drift), flow.moved[2]
+    friction_by = chained(c.friction_gradient(c.drift), flow.matrix)
     friction_by = friction * flow.matrix[STATES] + advance * friction_by
     return work, damper_loss, (friction * advance, friction_by)
 

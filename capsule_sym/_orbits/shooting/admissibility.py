@@ -14,7 +14,6 @@ from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
 from capsule_sym._orbits.shooting.extrema import extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated.capsule import formulas
 from capsule_sym.generated.capsule.interface import Quantity
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
@@ -126,7 +125,7 @@ def _landing(itinerary: Itinerary, flows: Sequence[SegmentFlow], segment: int) -
     force = following.closed.margin + following.c.friction
     if itinerary.mirrored and segment % len(flows) == len(flows) - 1:
         force = -force
-    beyond = formulas.friction_guard(flow.c, flow.c.drift, force)
+    beyond = flow.c.friction_guard(flow.c.drift, force)
     return -beyond if following.c.drift else beyond
 
 

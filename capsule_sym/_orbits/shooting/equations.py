@@ -28,7 +28,7 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
-from capsule_sym.generated.capsule import facts, formulas
+from capsule_sym.generated.capsule import facts
 
 _GUARD_BITS = 10  # in solving linear equations in 50 digits
 _NODES = (-2, -1, 1, 2)
@@ -244,7 +244,7 @@ def _flow(
     numbers, c, (state, angle) = forms.numbers, forms.constants(segment.field), begin
     x_r, v_r, v_c = state.tolist()
     gap = x_r - c.delta
-    margin = formulas.margin_at(c, x_r, gap, v_r)
+    margin = c.margin_at(x_r, gap, v_r)
     closed = numbers.kernels.Start(x_r, gap, v_r, v_c, margin, *numbers.cos_sin(angle))
     # A duration of 0 would leave nothing to divide by; within rounding the limit is the same.
     duration = h if abs(h) > numbers.unit else numbers.unit
@@ -317,10 +317,10 @@ def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
     if zeros == 2:
         # The rate at the start, which the guard before makes 0 where all equations hold.
         x_r, gap, v_r, *_ = flow.closed
-        rate, unit = formulas.v_c_rate(c, flow.closed.margin), 0 * flow.matrix[:STATES]
+        rate, unit = c.v_c_rate(flow.closed.margin), 0 * flow.matrix[:STATES]
         for k in range(STATES):
             unit[k, k] = unit[k, k] + 1
-        rate_row = chained(formulas.slip_gradient(c, c.drift, x_r, gap, v_r), unit)
+        rate_row = chained(c.slip_gradient(c.drift, x_r, gap, v_r), unit)
         gained, row = gained - rate * h, row - h * rate_row
         row[BY_TIME] = row[BY_TIME] - rate
     power = h**zeros
@@ -334,12 +334,12 @@ def _value(flow: SegmentFlow) -> tuple[Number, Vector]:
     c, (x_r, v_r, v_c), rows = flow.c, flow.end, flow.matrix
     gap = x_r - c.delta
     if flow.segment.guard is Guard.GAP:
-        return gap, chained(formulas.gap_gradient(c), rows)
+        return gap, chained(c.gap_gradient(), rows)
     if flow.segment.guard is Guard.DRIFT:
-        return v_c, chained(formulas.speed_gradient(c), rows)
+        return v_c, chained(c.speed_gradient(), rows)
     way = 1 if flow.segment.guard is Guard.UPPER else -1
-    beyond = formulas.force(c, x_r, gap, v_r) - formulas.friction_at(c, way)
-    return beyond, chained(formulas.limit_gradient(c, way, gap, v_r), rows)
+    beyond = c.force(x_r, gap, v_r) - c.friction_at(way)
+    return beyond, chained(c.limit_gradient(way, gap, v_r), rows)
 
 
 def _pin(itinerary: Itinerary, start: SegmentFlow, residual: Vector, by: Matrix) -> None:
@@ -351,7 +351,7 @@ def _pin(itinerary: Itinerary, start: SegmentFlow, residual: Vector, by: Matrix)
     n, guard = len(itinerary), itinerary.segments[-1].guard
     if guard is Guard.GAP:
         residual[n] = start.closed.gap
-        by[n] = chained(formulas.gap_gradient(start.c), start.start_by)
+        by[n] = chained(start.c.gap_gradient(), start.start_by)
     elif guard is Guard.DRIFT:
         residual[n + 2] = start.closed.v_c
-        by[n + 2] = chained(formulas.speed_gradient(start.c), start.start_by)
+        by[n + 2] = chained(start.c.speed_gradient(), start.start_by)

@@ -18,7 +18,7 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import native_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import facts, formulas
+from capsule_sym.generated.capsule import facts
 from capsule_sym.generated.capsule.interface import Quantity
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
@@ -60,7 +60,7 @@ def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> I
     quantity = Quantity.SPEED if c.drift else Quantity.FORCE
     for kind, time, value in extrema(numbers, flow, quantity, zeros):
         if not c.drift:
-            least = formulas.friction_guard(c, kind, value)
+            least = c.friction_guard(kind, value)
             yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)
         elif kind == c.drift:
             yield Minimum(Guard.DRIFT, time, kind * value)

@@ -8,7 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from capsule_sym._map.expansion import Guard
-from capsule_sym.generated.capsule import facts, formulas
+from capsule_sym.generated.capsule import facts
 
 _STATE, _PARAMETERS = len(facts.STATE), len(facts.PARAMETERS)
 
@@ -41,10 +41,10 @@ def guard_by(c: Any, guard: Guard, gap: Any, v_r: Any, by: NDArray[Any]) -> NDAr
     `by` (3, n) are the derivatives of the state there; the last columns are by the parameters.
     """
     if guard is Guard.GAP:
-        sign, row = 1 if c.contact else -1, formulas.gap_gradient(c)
+        sign, row = 1 if c.contact else -1, c.gap_gradient()
     elif guard is Guard.DRIFT:
-        sign, row = int(c.drift), formulas.speed_gradient(c)
+        sign, row = int(c.drift), c.speed_gradient()
     else:
         way = 1 if guard is Guard.UPPER else -1
-        sign, row = -way, formulas.limit_gradient(c, way, gap, v_r)
+        sign, row = -way, c.limit_gradient(way, gap, v_r)
     return sign * chained(row, by)

@@ -15,7 +15,6 @@ from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import field, saltation_matrix
 from capsule_sym._orbits.shooting.taylor import generator
-from capsule_sym.generated.capsule import formulas
 
 _DIFFERENCE = 1e-5
 _LANDING = np.array([[0.0, 0, 0], [0, 0, -1], [0, 0, 1]])  # of a saltation matrix by its ratio
@@ -81,7 +80,7 @@ def _ratio_by(orbit: Orbit, k: int, after: Any, cosine: float) -> Vector | None:
         return None
     first, second = field(c, flow.end, cosine)[2], field(after, flow.end, cosine)[2]
     before_by, after_by = (
-        chained(formulas.slip_gradient(one, one.drift, x_r, x_r - c.delta, v_r), flow.end_by)
+        chained(one.slip_gradient(one.drift, x_r, x_r - c.delta, v_r), flow.end_by)
         for one in (c, after)
     )
     return (after_by * first - before_by * second) / first**2  # type: ignore[no-any-return]

@@ -26,7 +26,6 @@ from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
-from capsule_sym.generated.capsule import formulas
 
 
 class Orbit(Protocol):
@@ -46,10 +45,10 @@ def field(c: Any, state: Vector, cosine: Number) -> Vector:
     """Right side (x_r', v_r', v_c') of the segment with constants `c`, Eqs. (7)-(12)."""
     x_r, v_r, v_c = state
     place = x_r, x_r - c.delta, v_r
-    acceleration = formulas.v_rate(c, *place, cosine)
+    acceleration = c.v_rate(*place, cosine)
     if not c.drift:
         return np.array([v_r, acceleration, 0 * v_c])
-    return np.array([v_r, acceleration, formulas.v_c_rate(c, formulas.margin_at(c, *place))])
+    return np.array([v_r, acceleration, c.v_c_rate(c.margin_at(*place))])
 
 
 def saltation_matrix(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:

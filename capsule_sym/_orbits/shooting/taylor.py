@@ -18,7 +18,6 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, SegmentFlow, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import field
-from capsule_sym.generated.capsule import formulas
 
 Series = Matrix  # Taylor coefficients, by order along the first axis
 
@@ -141,10 +140,10 @@ def _guard(
     if zeros == 0:
         if guard in (Guard.GAP, Guard.DRIFT):
             return end[:, row]
-        return formulas.force_change(c, end[:, 0], end[:, 1])  # type: ignore[no-any-return]
+        return c.force_change(end[:, 0], end[:, 1])  # type: ignore[no-any-return]
     gained = end[:, row] - state[:, row]
     if zeros == 2:
-        margin = formulas.force_change(c, state[:, 0], state[:, 1])
+        margin = c.force_change(state[:, 0], state[:, 1])
         margin[0] = flow.closed.margin
         gained = gained - product(duration, margin) / c.gamma
     no_duration = duration[0] == 0

@@ -9,7 +9,7 @@ from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated.capsule import facts, formulas
+from capsule_sym.generated.capsule import facts
 
 #: Index in z of the first segment's duration: state and forcing angle come before.
 DURATIONS = len(facts.STATE) + 1
@@ -113,8 +113,8 @@ def _part(flow: SegmentFlow, line: str) -> int:
     """Number of the part of L1 to L4: by the range that the forcing leaves to the force's rate."""
     c, (_, v_r, _) = flow.c, flow.start
     side = 1 if line in ("L1", "L3") else -1
-    turn, reach = -formulas.force_change(c, 0, -side * c.f_b), formulas.force_change(c, 0, c.alpha)
-    speed = formulas.force_change(c, v_r, 0)
+    turn, reach = -c.force_change(0, -side * c.f_b), c.force_change(0, c.alpha)
+    speed = c.force_change(v_r, 0)
     return 1 if speed < turn - reach else 3 if speed > turn + reach else 2
 
 
@@ -125,7 +125,7 @@ def _corner(guards: set[Guard | None], flow: SegmentFlow) -> str:
     if Guard.LOWER in guards:
         return "O2"
     c, (x_r, v_r, _) = flow.c, flow.start
-    force = formulas.force(c, x_r, 0, v_r)
+    force = c.force(x_r, 0, v_r)
     if abs(force) < c.f_b:
         return "L6" if v_r > 0 else "L7"
     if v_r > 0:

@@ -29,7 +29,7 @@ from capsule_sym._orbits.shooting.taylor import (
     quotient,
     residual_series,
 )
-from capsule_sym.generated.capsule import facts, formulas
+from capsule_sym.generated.capsule import facts
 
 SUPERCRITICAL, SUBCRITICAL = "supercritical", "subcritical"
 PERSISTENCE, NON_SMOOTH_FOLD = "persistence", "non-smooth fold"
@@ -274,7 +274,7 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
     rows = rows[zeros:]
     fixed = [_row(enters, forms.constants(fields[0]))[:_STATE]]
     if (Guard.DRIFT in (enters, leaves) and enters is not Guard.GAP) or drift(fields[0]) == 0:
-        fixed.append(np.array(formulas.speed_gradient(c)[:_STATE], dtype=float))
+        fixed.append(np.array(c.speed_gradient()[:_STATE], dtype=float))
     direction = rows[0][:_STATE].copy()
     for normal in np.linalg.qr(np.array(fixed).T)[0].T:
         direction -= (direction @ normal) * normal
@@ -300,13 +300,13 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
 def _row(guard: Guard | None, c: Any) -> Vector:
     """A guard as a linear function of (state, cos, sin, 1), by its gradient and its value at 0."""
     if guard is Guard.DRIFT:
-        by, constant = formulas.speed_gradient(c), 0.0
+        by, constant = c.speed_gradient(), 0.0
     elif guard is Guard.GAP:
-        by, constant = formulas.gap_gradient(c), -c.delta
+        by, constant = c.gap_gradient(), -c.delta
     else:
         way = 1 if guard is Guard.UPPER else -1
-        by = formulas.limit_gradient(c, way, 0.0, 0.0)
-        constant = formulas.force(c, 0, -c.delta, 0) - formulas.friction_at(c, way)
+        by = c.limit_gradient(way, 0.0, 0.0)
+        constant = c.force(0, -c.delta, 0) - c.friction_at(way)
     return np.array([*by[:_STATE], 0.0, 0.0, constant])
 
 

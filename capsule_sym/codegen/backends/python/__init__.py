@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from textwrap import indent
 from typing import ClassVar
 
 import sympy as sp
@@ -35,9 +36,11 @@ class Python(PythonSpelling):
         formulas = (*derived.formulas, *derived.sizes)
         return {
             **super().texts(),
-            "formulas": "\n\n".join(self.function(kernel, "Any") for kernel in formulas),
+            "formulas": indent(
+                "\n".join(self.function(kernel, "Any") for kernel in formulas), "    "
+            ),
             "friction_bounds": " + ".join(f"c.{name}" for name in derived.bounds),
-            "units": "\n".join(f"{name} = {number}" for name, number in derived.units.items()),
+            "units": "\n".join(f"    {name} = {number}" for name, number in derived.units.items()),
             "table": facts.assigned(_table(), _ABOUT),
             **facts.texts(),
             "fields": _fields(),
