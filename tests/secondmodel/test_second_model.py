@@ -1,7 +1,7 @@
 """A second model as the judge: declared in a file of its own, generated, compiled and run.
 
 Nothing of the package is edited for it. What it gives is compared with an integrator that knows the
-equations of motion alone (`integrator.c`), and with 50 digits of the package's reference map. Its
+equations of motion alone (`tests.scenes`), and with 50 digits of the package's reference map. Its
 orbits, their monodromy matrices and gradients are compared with differences of the integrator's.
 """
 
@@ -22,6 +22,8 @@ import numpy as np
 import pytest
 
 from tests.native import LIBRARY, ROOT
+from tests.scenes import SCENES, Integrator, Start
+from tests.scenes import integrator as compiled_integrator
 
 HERE = Path(__file__).parent
 MODEL = HERE / "biased.py"
@@ -103,19 +105,26 @@ def library(folder: Path, generated: Path) -> list[Path]:
 
 
 @pytest.fixture(scope="module")
-def integrator(folder: Path) -> Path:
-    made = folder / "integrator"
-    command = ["cc", "-O2", *WARNED[:-1], HERE / "integrator.c", "-lm", "-o", made]
-    subprocess.run(command, check=True)
-    return made
+def integrator(folder: Path) -> Integrator:
+    return compiled_integrator(folder)
+
+
+def integrated(
+    integrator: Integrator, rows: list[Row], periods: int = PERIODS
+) -> list[tuple[list[float], str]]:
+    """Final (x_r, v_r, v_c, x_c) and fields of each run."""
+    names = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "s", "f_plus", "f_minus")
+    starts = [Start(dict(zip(names, row, strict=False)), tuple(row[9:])) for row in rows]
+    runs = integrator.runs(SCENES["slope"], starts, periods, checked=False)
+    assert {run.status for run in runs} == {"done"}
+    return [([*map(float, run.state)], "".join(map(str, run.fields))) for run in runs]
 
 
 @pytest.fixture(scope="module")
-def judged(integrator: Path) -> tuple[list[Row], Ends]:
+def judged(integrator: Integrator) -> tuple[list[Row], Ends]:
     """Runs by the integrator."""
     rows = random_rows(300)
-    lines = printed(integrator, rows)
-    return rows, [(tuple(map(float, line[:3])), line[4]) for line in lines]
+    return rows, [(tuple(end[:3]), fields) for end, fields in integrated(integrator, rows)]
 
 
 def difference(first: tuple[float, ...], second: tuple[float, ...]) -> float:
@@ -158,17 +167,19 @@ class Found(NamedTuple):
 STEP = 1e-4
 
 
-def by_differences(integrator: Path, row: Row, state: np.ndarray, periods: int) -> Found | None:
+def by_differences(
+    integrator: Integrator, row: Row, state: np.ndarray, periods: int
+) -> Found | None:
     """The period's end from an orbit, and its slopes to fourth order in STEP.
 
     None where the itinerary is not the same in all directions: there are no two-sided slopes.
     """
     at = np.array([*row[: len(row) - 3], *state])
     steps = [k * STEP * e for e in np.eye(len(at)) for k in (-2, -1, 1, 2)]
-    lines = printed(integrator, [list(map(float, at + d)) for d in (0 * at, *steps)], periods)
-    if len({line[4] for line in lines}) > 1:
+    runs = integrated(integrator, [list(map(float, at + d)) for d in (0 * at, *steps)], periods)
+    if len({fields for _, fields in runs}) > 1:
         return None
-    ends = np.array([[*map(float, line[:3]), float(line[5])] for line in lines])
+    ends = np.array([end for end, _ in runs])
     rows = ends[1:].reshape(len(at), 4, 4)
     slopes = (rows[:, 0] - 8 * rows[:, 1] + 8 * rows[:, 2] - rows[:, 3]).T / (12 * STEP)
     m = len(at) - 3
@@ -195,7 +206,7 @@ def apart(first: np.ndarray, second: np.ndarray) -> float:
 
 @pytest.mark.parametrize(("periods", "least"), [(1, 25), (2, 2)])
 def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
-    periods: int, least: int, library: list[Path], generated: Path, integrator: Path
+    periods: int, least: int, library: list[Path], generated: Path, integrator: Integrator
 ) -> None:
     """State and progression to rounding; slopes to what is left of STEP^4 and of 1 - multipliers.
 
@@ -257,7 +268,7 @@ def simulated(tree: Path, generated: Path, rows: list[Row], backend: str) -> End
 def test_the_reference_map_moves_as_the_integrator(
     backend: str, count: int, folder: Path, generated: Path, judged: tuple[list[Row], Ends]
 ) -> None:
-    """In doubles, and in 50 digits, from which the integrator's 19 are off by its own rounding."""
+    """In doubles, and in 50 digits, from which the integrator is off by its ends' rounding."""
     rows, expected = judged
     found = simulated(folder / "tree", generated, rows[:count], backend)
     for (state, fields), (judge, passed) in zip(found, expected[:count], strict=True):
@@ -302,7 +313,7 @@ def test_a_changed_declaration_is_noticed(
 
 
 def test_orbits_of_a_changed_declaration_are_noticed(
-    folder: Path, tmp_path: Path, integrator: Path
+    folder: Path, tmp_path: Path, integrator: Integrator
 ) -> None:
     generated = mutated(folder, "the bias pulls the other way")
     made = program("orbits", compiled(tmp_path / "library", generated), generated)
