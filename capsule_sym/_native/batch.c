@@ -20,7 +20,7 @@
    on it, or its second, third or a later one. A negative guess is that no switch comes. */
 enum { KEYS = 5 };
 
-enum { CLEAR_QUEUE = 4 * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
+enum { CLEAR_QUEUE = CAPSULE_FLOW_COUNT * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
 
 #ifndef MOST_IN_LANES
 #define MOST_IN_LANES 16 /* expansions of a segment that are made side by side */
@@ -225,7 +225,7 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
         const int left = field;
         *guess = number[LASTED];
         key = number[GAP_ZEROS] > 0.0;
-        field = FIELD_OF[out->contact >> l & 1][(int)number[WAY] + 1];
+        field = FIELD_OF[0][out->contact >> l & 1][(int)number[WAY] + 1];
         if (w->batch->first) {
             const double v_r = number[V_R], v_c = number[V_C];
             const capsule_state start = state_of(number, field, workspace->run[slot].period);
@@ -254,7 +254,7 @@ static void run_queues(batch_progress *w, size_t end)
     int fullest = 0;
     for (;;) {
         if (w->stopped) { /* runs in hand can go on from their present segments' starts */
-            for (int i = 0; i < CLEAR_QUEUE + 4; i++)
+            for (int i = 0; i < CLEAR_QUEUE + CAPSULE_FLOW_COUNT; i++)
                 while (workspace->waiting[i]) {
                     const int slot = workspace->queue[i][--workspace->waiting[i]];
                     const capsule_state start = start_of(workspace, slot);
@@ -270,7 +270,7 @@ static void run_queues(batch_progress *w, size_t end)
             start_run(w, slot, w->batch->states[row], 0);
         }
         int slot[8];
-        for (int i = 0; i < CLEAR_QUEUE + 4 && workspace->waiting[fullest] < w->lanes; i++)
+        for (int i = 0; i < CLEAR_QUEUE + CAPSULE_FLOW_COUNT && workspace->waiting[fullest] < w->lanes; i++)
             if (workspace->waiting[i] > workspace->waiting[fullest])
                 fullest = i;
         const int16_t *queue = workspace->queue[fullest];

@@ -56,7 +56,7 @@ typedef CAPSULE_TABLE_OF(double, CAPSULE_TERMS, CAPSULE_DEGREE, CAPSULE_LEVELS) 
 typedef struct {
     capsule_parameters parameters;
     capsule_constants field[CAPSULE_FIELD_COUNT];
-    capsule_table table[4]; /* by contact and drift */
+    capsule_table table[CAPSULE_FLOW_COUNT]; /* by contact and drift */
     int may_rest;           /* whether the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
 
@@ -166,8 +166,8 @@ typedef struct {
         int64_t period, begun_period;
         int field, key, expansions; /* of the present segment; the key of its guess */
     } run[CAPSULE_BATCH_SIZE];
-    int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_BATCH_SIZE], idle[CAPSULE_BATCH_SIZE];
-    int waiting[4 * CAPSULE_LEVELS + 4], idle_count;
+    int16_t queue[CAPSULE_FLOW_COUNT * (CAPSULE_LEVELS + 1)][CAPSULE_BATCH_SIZE], idle[CAPSULE_BATCH_SIZE];
+    int waiting[CAPSULE_FLOW_COUNT * (CAPSULE_LEVELS + 1)], idle_count;
 } capsule_workspace;
 
 /* Takes the runs among `count` rows to the end of period `periods`, as `capsule_run` does one;

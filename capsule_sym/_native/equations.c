@@ -27,7 +27,7 @@ static int neighbour(const capsule_itinerary *it, int i)
     const int n = it->count, field = it->fields[(i + n) % n] - 1;
     if (!it->mirrored || (i >= 0 && i < n))
         return field;
-    return FIELD_OF[0][1 - DRIFT_OF[field]] - 1;
+    return FIELD_OF[0][0][1 - DRIFT_OF[field]] - 1;
 }
 
 /* The guard that ends segment i. */

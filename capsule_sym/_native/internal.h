@@ -43,7 +43,7 @@ typedef struct {
     capsule_exact exact;
     double angle, cosine, sine; /* of the last switch */
     capsule_wide_table *wide;   /* by contact and drift */
-    int wide_made[4];
+    int wide_made[CAPSULE_FLOW_COUNT];
 } capsule_context;
 
 /* What is compiled for double precision, for 106 bits, and for fused multiply-adds in both. */

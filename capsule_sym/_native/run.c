@@ -68,7 +68,7 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
                   capsule_state *state, capsule_result *p)
 {
     const capsule_request *request = context->request;
-    const int field = FIELD_OF[0][1];
+    const int field = FIELD_OF[0][0][1];
     const capsule_constants *k = &context->map->field[field - 1];
     double cosine, sine, x, v;
     sine_cosine(angle, angle_rest, &sine, &cosine);
@@ -123,7 +123,7 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
     context.periods = periods;
     context.position = request->position || request->segments;
     const capsule_code *const code = capsule_code_here(0), *const wide_code = capsule_code_here(1);
-    capsule_wide_table tables[4];
+    capsule_wide_table tables[CAPSULE_FLOW_COUNT];
     context.wide = tables;
     const int64_t pause = request->strobe && request->rows ? state->period + request->rows / 2 : periods;
     while (state->period < periods) {

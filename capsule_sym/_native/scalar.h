@@ -135,7 +135,7 @@ static int successor_of(const capsule_map *map, const known *p)
     const double gap = near_to(p->gap), v_r = near_to(p->v_r), v_c = near_to(p->v_c);
     const int contact = gap > 0.0 || (gap == 0.0 && v_r > 0.0);
     if (!(gap == 0.0 && v_r == 0.0) && !p->bound_at) {
-        const int rest = FIELD_OF[contact][1];
+        const int rest = FIELD_OF[0][contact][1];
         segment c_room;
         segment_sizes b_room;
         const segment *c = segment_of(map, rest, &c_room);
@@ -143,7 +143,7 @@ static int successor_of(const capsule_map *map, const known *p)
         int undetermined;
         const double way = direction_after(c, sizes_of(c, &b_room), &s, p->bound_at, &undetermined);
         if (!undetermined)
-            return FIELD_OF[contact][(int)way + 1];
+            return FIELD_OF[0][contact][(int)way + 1];
     }
     int found = 0;
     for (int field = 1; field <= CAPSULE_FIELD_COUNT; field++) {
@@ -255,7 +255,7 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
     const known end = {at->x_r, at->gap, at->v_r, at->v_c, at->angle, at->angle_rest,
                        (int)o->bound_at};
     const int following = o->undetermined ? successor_of(context->map, &end)
-                                    : FIELD_OF[o->at_gap ? !contact : contact][(int)o->way + 1];
+                                    : FIELD_OF[0][o->at_gap ? !contact : contact][(int)o->way + 1];
     if (!following)
         return; /* The switch itself is certain, but not where it leads. */
     p->outcome = CAPSULE_REGULAR;
@@ -314,7 +314,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     const segment *c = segment_of(map, field, &c_room);
     const segment_sizes *b = sizes_of(c, &b_room);
     const table *t = table_of(context, field, c);
-    const int can_rest = field == FIELD_OF[0][1] && map->may_rest;
+    const int can_rest = field == FIELD_OF[0][0][1] && map->may_rest;
     const point from = point_at(c, field, &start, context), *here = &from;
     point later[2], *next = later;
     double *guess = &context->guess[field][state->plane];

@@ -8,8 +8,9 @@ int capsule_parameters_allowed(const capsule_parameters *p)
 #define FINITE(name) && isfinite(p->name)
 #define POSITIVE(name) && p->name > 0.0
 #define NOT_NEGATIVE(name) && p->name >= 0.0
+#define BELOW_ONE(name) && p->name < 1.0
     return 1 CAPSULE_PARAMETERS(FINITE) CAPSULE_POSITIVE_PARAMETERS(POSITIVE)
-        CAPSULE_NOT_NEGATIVE_PARAMETERS(NOT_NEGATIVE);
+        CAPSULE_NOT_NEGATIVE_PARAMETERS(NOT_NEGATIVE) CAPSULE_SHARE_PARAMETERS(BELOW_ONE);
 }
 
 capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map)
@@ -19,7 +20,7 @@ capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map
     map->parameters = *p;
     for (int field = 1; field <= CAPSULE_FIELD_COUNT; field++)
         capsule_constants_of(field, p, &map->field[field - 1]);
-    const capsule_constants *c = &map->field[FIELD_OF[0][1] - 1];
+    const capsule_constants *c = &map->field[FIELD_OF[0][0][1] - 1];
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
     const double least = fmin(friction_guard(c, -1.0, load_force(c)),
                               friction_guard(c, 1.0, load_force(c)));
@@ -34,7 +35,7 @@ capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map 
         return CAPSULE_REFUSED;
     bases_make(&b);
     const capsule_stop made = capsule_map_constants(parameters, map);
-    for (int flow = 0; flow < 4; flow++) {
+    for (int flow = 0; flow < CAPSULE_FLOW_COUNT; flow++) {
         const capsule_constants *c = &map->field[ONE_OF_FLOW[flow] - 1];
         table_make(&b, c, c, &map->table[flow]);
     }

@@ -12,6 +12,7 @@ import sympy as sp
 from sympy.printing.codeprinter import CodePrinter
 
 from capsule_sym._symbolic.model import jacobian
+from capsule_sym._symbolic.model.symbols import PULSED
 from capsule_sym.codegen._derived import PARAMETER_NAMES, Derived
 from capsule_sym.codegen._lower import Kernel
 
@@ -38,6 +39,22 @@ def wrapped(text: str, mark: str = "", comment: str = "") -> str:
             line = indent + line[cut + 1 :]
         lines.append(line)
     return "\n".join(lines) + "\n"
+
+
+def _kept(text: str) -> str:
+    """A template without what the model does not have.
+
+    Lines after `@harmonic` are for a drive that changes within a segment, those after `@pulsed` for
+    one that is constant in each; both up to the next of these marks, or `@end`.
+    """
+    left_out = "@harmonic" if PULSED else "@pulsed"
+    kept, leaving = [], False
+    for line in text.splitlines(keepends=True):
+        if line.strip() in ("@harmonic", "@pulsed", "@end"):
+            leaving = line.strip() == left_out
+        elif not leaving:
+            kept.append(line)
+    return "".join(kept)
 
 
 class Backend:
@@ -76,6 +93,13 @@ class Backend:
         """A kernel as a function."""
         raise NotImplementedError(f"{type(self).__name__} has no functions")
 
+    @staticmethod
+    def unused(kernel: Kernel) -> list[str]:
+        """Arguments that callers give for any model, and this one does not need."""
+        used = {str(symbol) for _, step in kernel.steps for symbol in step.free_symbols}
+        used |= {str(symbol) for result in kernel.results for symbol in result.free_symbols}
+        return [name for name in kernel.arguments if name not in used]
+
     def kernels(self) -> str:
         """The functions of all kernels that are not omitted."""
         chosen = (k for k in self.derived.kernels if k.name not in self.omitted)
@@ -103,7 +127,7 @@ class Backend:
         kinds = [kind for kind in type(self).__mro__ if issubclass(kind, Backend)]
         folders = (Path(inspect.getfile(kind)).parent for kind in reversed(kinds))
         paths = (path for folder in folders for path in folder.glob("*.in"))
-        return {path.name: Template(path.read_text(encoding="utf-8")) for path in paths}
+        return {path.name: Template(_kept(path.read_text(encoding="utf-8"))) for path in paths}
 
     def written(self) -> dict[str, str]:
         """The text of each file by its path."""

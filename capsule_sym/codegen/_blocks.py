@@ -10,7 +10,7 @@ import sympy as sp
 from capsule_sym._symbolic.model import basis, flow, jacobian, jets
 from capsule_sym._symbolic.model.flow import general_constants
 from capsule_sym._symbolic.model.model import SEGMENTS, kappa
-from capsule_sym._symbolic.model.symbols import gamma, omega
+from capsule_sym._symbolic.model.symbols import PULSED, gamma, omega
 
 Assignments = list[tuple[sp.Symbol, sp.Expr]]
 
@@ -29,7 +29,7 @@ def flow_parameters() -> set[sp.Symbol]:
     """Parameters that the linear flows, apart from their constant terms, depend on."""
     made = general_constants(stick=False)
     found = (made[name].free_symbols for name in (flow.m, kappa, basis.sigma, basis.K))
-    return {omega, gamma}.union(*found)
+    return ({gamma} if PULSED else {omega, gamma}).union(*found)
 
 
 def _flow_blocks() -> dict[str, Assignments]:

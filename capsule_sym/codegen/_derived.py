@@ -10,10 +10,11 @@ from typing import Any
 import sympy as sp
 
 from capsule_sym._symbolic.model import declaration, jacobian
+from capsule_sym._symbolic.model.basis import FORCED
 from capsule_sym._symbolic.model.enclosure import coefficients, extended_rates
 from capsule_sym._symbolic.model.formulas import Formula, formulas
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
-from capsule_sym._symbolic.model.symbols import PARAMETERS
+from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED
 from capsule_sym.codegen import INPUTS
 from capsule_sym.codegen._blocks import blocks, segment_constants
 from capsule_sym.codegen._interface import Interface
@@ -23,10 +24,13 @@ from capsule_sym.codegen._rounding import CIRCULAR_UNITS, units
 PARAMETER_NAMES = tuple(map(str, PARAMETERS))
 CONSTANTS = (
     *PARAMETER_NAMES,
-    *("contact", "drift", "m", "kappa", "push", "friction", "sigma", "K"),
-    *("q", "nu", "slow", "Z2", "resonant", "fast", "rate"),
+    *(*(("high",) if PULSED else ()), "contact", "drift"),
+    *("m", "kappa", "push", "friction", "sigma", "K"),
+    *("q", "nu", "slow", *(() if PULSED else ("Z2", "resonant")), "fast", "rate"),
 )
 """Names of a segment's constants."""
+
+_FORCED = frozenset(map(str, FORCED))
 
 Matrix = Sequence[Sequence[sp.Expr]]
 
@@ -78,14 +82,19 @@ def _kernels(config: dict[str, Any]) -> Iterable[Kernel]:
     derivations = blocks(config["jet_order"])
     for entry in config["kernel"]:
         block = derivations[entry.get("block", entry["name"])]
-        returns = entry["returns"]
+        arguments, returns = entry["arguments"], entry["returns"]
+        if PULSED:
+            arguments = [name for name in arguments if name not in _FORCED]
+            returns = [name for name in returns if name not in _FORCED]
+        if not returns:
+            continue
         if returns[0].startswith("@"):
             hidden = ("drive",)
             returns = [str(target) for target, _ in block if not str(target).startswith(hidden)]
         columns = ", ".join(map(str, jacobian.COLUMNS))
         doc = entry["doc"].replace("@jacobian_columns", columns)
-        arguments = tuple(entry["arguments"])
-        yield lower(entry["name"], doc, block, arguments, tuple(returns), frozenset(CONSTANTS))
+        names = frozenset(CONSTANTS)
+        yield lower(entry["name"], doc, block, tuple(arguments), tuple(returns), names)
 
 
 def lowered(formula: Formula) -> Kernel:

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from capsule_sym._symbolic.model.formulas import impact_planes
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.symbols import PARAMETERS, STATE
+from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes
+from capsule_sym._symbolic.model.model import LEVELS, SEGMENTS
+from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, STATE
 from capsule_sym.codegen._blocks import flow_parameters
 
 Entry = dict[str, Any]
@@ -25,7 +25,10 @@ class Interface:
             "run_parameter": str(len([p for p in PARAMETERS if p not in flow_parameters()])),
             "state": str(len(STATE)),
             "field": str(len(SEGMENTS)),
-            "plane": str(max(impact_planes().values())),
+            "plane": str(max(*impact_planes().values(), *edge_planes())),
+            "level": str(len(LEVELS)),
+            "flow": "4",
+            "response": str(2 if PULSED else 4),
             **config["count"],
         }
         for struct in self.structs:
@@ -50,6 +53,12 @@ class Interface:
         for name, value in self.counts.items():
             numbers[name] = eval(value, {}, numbers)
         return int(eval(length, {}, numbers))
+
+
+def flags() -> dict[str, int]:
+    """Whether the model has something, 1 or 0, and the planes of the drive's edges; all by name."""
+    planes = dict(zip(("RISE_PLANE", "FALL_PLANE"), edge_planes(), strict=False))
+    return {"PULSED": int(PULSED), **planes}
 
 
 def members(struct: Entry) -> Iterator[tuple[str, str, str]]:

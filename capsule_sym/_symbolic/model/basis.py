@@ -69,6 +69,9 @@ IMAGES: Family = {
 }
 """Laplace image of each response function: its definition."""
 
+FORCED = frozenset(name for name, image in IMAGES.items() if image.has(omega))
+"""Those of the forcing, which a drive that is constant in a segment does not have."""
+
 INITIAL = {name: sp.Integer(1 if name in (Gd, cosine) else 0) for name in IMAGES}
 """Value of each response function at h = 0 (the limit of s times its image)."""
 

@@ -9,6 +9,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from capsule_sym._symbolic.model.parts import (
     BadDeclaration,
+    Drive,
     Mode,
     Parameter,
     Quantity,
@@ -21,6 +22,9 @@ from capsule_sym._symbolic.model.parts import (
 
 tau = sp.Symbol("tau", real=True)
 """Time."""
+
+force = sp.Symbol("u", real=True)
+"""Force of the drive, where it stands for itself."""
 
 UNITS = {"friction_force": "N", "natural_frequency": "rad/s", "length_scale": "m"}
 """What of a device is a unit of results, in SI units."""
@@ -37,6 +41,7 @@ class Declared:
         self.state_labels: dict[str, str] = {}
         self.regions: list[Region] = []
         self.modes: list[Mode] = []
+        self.drive: Drive | None = None
         self.stiffness = sp.Symbol("kappa", nonnegative=True)
         self.force = self.mass_force = self.capsule_force = self.inertia = sp.Integer(0)
         self._lines: dict[str, int] = {}
@@ -60,6 +65,8 @@ class Declared:
     def load(self) -> sp.Expr:
         """The constant force on the mass beside drive and interaction."""
         drive = self.symbol("alpha") * sp.cos(self.symbol("omega") * tau)
+        if self.drive and self.drive.pulsed:
+            drive = force
         return sp.expand(self.mass_force - drive + self.force)
 
     @property
@@ -126,13 +133,35 @@ class Declared:
             if known[one.name] not in used:
                 raise self.refusal(f"quantity {one.name}", f"{one.name} is in no relation")
 
+    def _check_drive(self, line: int) -> None:
+        """A drive is made of parameters, whose names and ranges are those of their roles."""
+        assert self.drive
+        ranges = {one.symbol: (one.low, one.high) for one in self.parameters}
+        drive = self.drive
+        roles = {"amplitude": drive.amplitude, "frequency": drive.frequency}
+        if drive.pulsed:
+            roles |= {"low level": drive.low, "share of the period": drive.share}
+        for role, symbol in roles.items():
+            if symbol not in ranges:
+                raise self.refusal(line, f"the drive's {role}, {symbol}, is no parameter")
+        for role, name in (("amplitude", "alpha"), ("frequency", "omega")):
+            if roles[role].name != name:
+                raise self.refusal(line, f"the drive's {role} is named {name}, not {roles[role]}")
+        if len({*roles.values()}) < len(roles):
+            raise self.refusal(line, "one parameter has two roles in the drive")
+        if drive.pulsed:
+            low, high = ranges[drive.share]
+            if not 0 < low < high < 1:
+                said = f"the share {drive.share} of a period is in (0, 1), not [{low:g}, {high:g}]"
+                raise self.refusal(f"parameter {drive.share}", said)
+
     def _check_equations(self) -> None:
-        held = {*self.state, tau, self.stiffness}
+        held = {*self.state, tau, self.stiffness, force}
         if self.load.free_symbols & held or not self._affine(self.load):
             raise self.refusal(
                 "mass",
-                "the forces on the mass are alpha*cos(omega*tau), less the "
-                "interaction force, and a constant",
+                "the forces on the mass are the drive, alpha*cos(omega*tau) or what pulses gives, "
+                "less the interaction force, and a constant",
             )
         if sp.expand(self.capsule_force - self.force) != 0:
             raise self.refusal(

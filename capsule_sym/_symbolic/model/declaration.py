@@ -18,10 +18,11 @@ from pathlib import Path
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.consistency import UNITS, Declared, tau
+from capsule_sym._symbolic.model.consistency import UNITS, Declared, force, tau
 from capsule_sym._symbolic.model.names import problem
 from capsule_sym._symbolic.model.parts import (
     BadDeclaration,
+    Drive,
     Mode,
     Parameter,
     Quantity,
@@ -39,6 +40,7 @@ __all__ = [
     "Model",
     "choose",
     "chosen",
+    "force",
     "home",
     "load",
     "path",
@@ -147,6 +149,27 @@ class Model(Declared):
         self.state = tuple(sp.Symbol(name, real=True) for name in labels)
         return self.state
 
+    def harmonic(self, amplitude: sp.Symbol, frequency: sp.Symbol) -> sp.Expr:
+        """A drive of an amplitude and a frequency: a cosine, largest where a period begins."""
+        self._take(self._note("drive"), Drive(amplitude, frequency))
+        return amplitude * sp.cos(frequency * tau)
+
+    def pulses(
+        self, high: sp.Symbol, low: sp.Symbol, frequency: sp.Symbol, share: sp.Symbol
+    ) -> sp.Expr:
+        """A drive of two levels: the high one for a share of each period, then the low one.
+
+        The share is a parameter whose range lies within (0, 1).
+        """
+        self._take(self._note("drive"), Drive(high, frequency, low, share))
+        return force
+
+    def _take(self, line: int, drive: Drive) -> None:
+        if self.drive:
+            raise self.refusal(line, "a second drive: a model has one")
+        self.drive = drive
+        self._check_drive(line)
+
     def region(self, name: str, where: sp.Basic, stiffness: sp.Expr) -> None:
         """The states where an inequality holds, and the second spring's stiffness there."""
         line = self._note("region")
@@ -223,6 +246,7 @@ class Model(Declared):
         if not isinstance(found, sp.Expr):
             raise self.refusal(self._line, f"{value} is no expression")
         known = {*(one.symbol for one in self.parameters), *self.state, tau, self.stiffness}
+        known |= {force} if self.drive and self.drive.pulsed else set()
         if unknown := found.free_symbols - known:
             raise self.refusal(self._line, f"unknown symbol {min(map(str, unknown))}")
         return sp.nsimplify(found, rational=True) if found.has(sp.Float) else found

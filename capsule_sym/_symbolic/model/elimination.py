@@ -28,6 +28,7 @@ from sympy.polys.rings import PolyElement, ring
 from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, LOAD
 from capsule_sym._symbolic.model.symbols import (
     PARAMETERS,
+    PULSED,
     alpha,
     delta,
     force,
@@ -208,15 +209,17 @@ _a, _u = (_GENERATOR[symbol] for symbol in (alpha, force))
 RANGES = (
     Constraint(_a, ">="),
     Constraint(_GENERATOR[delta], ">="),
-    Constraint(_a - _u, ">="),
-    Constraint(_a + _u, ">="),
+    *(() if PULSED else (Constraint(_a - _u, ">="), Constraint(_a + _u, ">="))),
     *(
         Constraint(_GENERATOR[p], ">" if p.is_positive else ">=")
         for p in _OTHER_FORCES
         if p.is_nonnegative
     ),
 )
-"""What holds of the variables by themselves: alpha >= 0, delta >= 0, and the force's range."""
+"""What holds of the variables by themselves: alpha >= 0, delta >= 0, and the force's range.
+
+The level of pulses, which stands for itself, may be any.
+"""
 
 
 def _pivot(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Constraint | None:

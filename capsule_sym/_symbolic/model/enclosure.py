@@ -15,15 +15,18 @@ from math import ceil, comb
 import sympy as sp
 
 from capsule_sym._symbolic.model.model import Segment
-from capsule_sym._symbolic.model.symbols import STATE, alpha, force, omega, tau
+from capsule_sym._symbolic.model.symbols import PULSED, STATE, alpha, force, omega, tau
 
 Polynomial = list[Fraction]
 """Coefficients of the powers of a variable, from order 0."""
 Bracket = tuple[Fraction, Fraction]
 
 quadrature = sp.Symbol("w", real=True)  # alpha sin(omega tau)
-EXTENDED = (*STATE, force, quadrature)
-"""The state with the force and its quadrature: autonomous and linear along every field."""
+EXTENDED = STATE if PULSED else (*STATE, force, quadrature)
+"""The state with the force and its quadrature: autonomous and linear along every field.
+
+Pulses are constant along a field: their levels are among its constants.
+"""
 _DEEPEST = 12
 
 
@@ -43,7 +46,7 @@ def affine(function: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fract
 
 def extended_rates(field: Segment) -> tuple[sp.Expr, ...]:
     """Time derivatives of `EXTENDED` along a field."""
-    return (*field.field, -omega * quadrature, omega * force)
+    return field.field if PULSED else (*field.field, -omega * quadrature, omega * force)
 
 
 class Flow:

@@ -20,14 +20,14 @@ import sympy as sp
 
 from capsule_sym._symbolic.model import basis
 from capsule_sym._symbolic.model.basis import K, W, s, sigma
-from capsule_sym._symbolic.model.model import LOAD, P, Segment, friction_of, kappa
+from capsule_sym._symbolic.model.model import FORCING, STEADY, P, Segment, friction_of, kappa
 from capsule_sym._symbolic.model.symbols import (
     MODEL,
+    PULSED,
     alpha,
     gamma,
     h,
     omega,
-    tau,
     v_c,
     v_r,
     x_r,
@@ -48,7 +48,7 @@ margin = sp.Symbol("margin", real=True)  # interaction force minus `friction` at
 def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
     """The constants m, kappa, push, friction, sigma and K of a segment, read off its field."""
     _, acceleration, capsule = segment.field
-    unforced = sp.expand(acceleration - alpha * sp.cos(omega * tau))
+    unforced = sp.expand(acceleration - FORCING)
     inertia = sp.cancel(unforced.coeff(v_r) / -DAMPER)
     rest = sp.expand(unforced + inertia * segment.interaction)
     held = sp.expand(gamma * capsule - (0 if segment.stick else segment.interaction))
@@ -101,7 +101,7 @@ def derive() -> Flow:
     """The flow of a segment, from the Laplace transforms of its equations of motion."""
     X = sp.Symbol("X")
     force = sp.Symbol("force")
-    forcing = alpha * (s * cos_theta - omega * sin_theta) / W
+    forcing = 0 if PULSED else alpha * (s * cos_theta - omega * sin_theta) / W
     # x_r = x_r(0) + increment, so the spring's constant part enters through `force`.
     motion = sp.Eq(s**2 * X - v_r + 2 * sigma * s * X + K * X, force / s + forcing)
     increment = sp.solve(motion, X)[0]
@@ -119,7 +119,7 @@ def derive() -> Flow:
 
     position, speed = in_time(increment), in_time(velocity)
     # The momentum (gamma + 1) v_c + v_r of both bodies changes by the forces on them from outside.
-    resistance = friction - LOAD
+    resistance = friction - STEADY
     return Flow(
         position=position,
         velocity=speed,
@@ -140,7 +140,7 @@ def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
     return {
         m: inertia,
         kappa: contact * STOP,
-        push: LOAD if stick else LOAD + friction_of(drift) / gamma,
+        push: STEADY if stick else STEADY + friction_of(drift) / gamma,
         friction: sp.S.Zero if stick else friction_of(drift),
         sigma: inertia * DAMPER / 2,
         K: inertia * STIFFNESS.subs(kappa, contact * STOP),

@@ -30,9 +30,12 @@ from capsule_sym._symbolic.model.flow import (
 )
 from capsule_sym._symbolic.model.jets import forcing, gap, with_gap
 from capsule_sym._symbolic.model.model import (
+    ANY_LEVEL,
     BACKWARD,
     FORWARD,
     LOAD,
+    SEGMENTS,
+    STEADY,
     P,
     bound_of,
     friction_of,
@@ -41,6 +44,8 @@ from capsule_sym._symbolic.model.model import (
 )
 from capsule_sym._symbolic.model.symbols import (
     PARAMETERS,
+    PULSED,
+    PULSES,
     STATE,
     alpha,
     delta,
@@ -77,8 +82,9 @@ class Formula:
         """The same of the magnitudes of all terms."""
         ones = {cos_theta: sp.S.One, sin_theta: sp.S.One}
         signed = {friction: sp.Abs(friction), push: sp.Abs(push)}
-        if LOAD != 0:  # the terms of push may cancel
-            signed[push] = sp.Abs(friction) / gamma + sp.Add(*map(sp.Abs, sp.Add.make_args(LOAD)))
+        if STEADY != 0:  # the terms of push may cancel
+            terms = map(sp.Abs, sp.Add.make_args(STEADY))
+            signed[push] = sp.Abs(friction) / gamma + sp.Add(*terms)
         magnitudes = {a: sp.Symbol(a.name, nonnegative=True) for a in self.arguments}
 
         def positive(expression: sp.Expr) -> sp.Expr:
@@ -121,7 +127,12 @@ def _next(operator: sp.Expr, source: sp.Expr) -> sp.Expr:
 
 def formulas() -> tuple[Formula, ...]:
     """All of them, in the order in which they are printed."""
-    return (*_forces(), *_motion(), *_points(), *_gradients(), *_recurrences())
+    found = (*_forces(), *_motion(), *_points(), *_gradients(), *_recurrences())
+    return tuple(one for one in found if not (PULSED and one.name in _FORCED)) + _pulses()
+
+
+_FORCED = ("forcing_terms", "forced", "force_gain2", "forcing_next")
+"""Formulas of a forcing that changes within a segment."""
 
 
 def _formula(
@@ -131,6 +142,16 @@ def _formula(
 
 
 _STATE = (x_r, gap, v_r)
+
+
+def _pulses() -> tuple[Formula, ...]:
+    """The level of pulses, and the share of a period for which it is the high one."""
+    if not PULSES:
+        return ()
+    return (
+        _formula("drive_level", "The level of the drive.", (), level=STEADY - LOAD),
+        _formula("high_share", "Share of a period at the high level.", (), share=PULSES.share),
+    )
 
 
 def _forces() -> tuple[Formula, ...]:
@@ -247,7 +268,7 @@ def _points() -> tuple[Formula, ...]:
             "drive_power",
             "The power of the drive on the mass.",
             (cos_theta, v_r, v_c),
-            power=forcing(0) * (v_r + v_c),
+            power=(forcing(0) + STEADY - LOAD) * (v_r + v_c),
         ),
         _formula(
             "load_force",
@@ -259,7 +280,7 @@ def _points() -> tuple[Formula, ...]:
             "rest_centre",
             "x_r about which the mass moves at rest without contact.",
             (),
-            x_r=LOAD / segment(2).here(STIFFNESS),
+            x_r=STEADY / segment(2).here(STIFFNESS),
         ),
     )
 
@@ -276,7 +297,7 @@ def _gradients() -> tuple[Formula, ...]:
             "drive_power",
             "the drive's power",
             (cos_theta, sin_theta, v_r, v_c),
-            forcing(0).subs(cos_theta, sp.cos(theta)) * (v_r + v_c),
+            (forcing(0).subs(cos_theta, sp.cos(theta)) + STEADY - LOAD) * (v_r + v_c),
         ),
         _gradient("contact", "the second spring's force", (gap,), P.coeff(kappa) * kappa),
         _gradient("friction", "the friction of drift of a way", (way,), friction_of(way)),
@@ -369,9 +390,16 @@ def _in_force(relation: sp.Basic) -> bool:
 
 
 def impact_planes() -> dict[tuple[int, int], int]:
-    """Number of the plane of impact by the signs of v_c and v_r, Eq. (24)."""
+    """Number of the plane of impact by the signs of v_c and v_r, Eq. (24): after those at rest."""
+    more = len(SEGMENTS) - len(ANY_LEVEL)
     return {
-        (v_c_sign, speed): int(name[1:])
+        (v_c_sign, speed): int(name[1:]) + more
         for (v_c_sign, side, speed, _), name in places().items()
         if v_c_sign and side == 0 and speed and name[0] == "S"
     }
+
+
+def edge_planes() -> tuple[int, ...]:
+    """Numbers of the planes of the drive's edges: rise, fall; none without pulses."""
+    last = max(impact_planes().values())
+    return (last + 1, last + 2) if PULSED else ()

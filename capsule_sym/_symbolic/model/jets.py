@@ -20,7 +20,7 @@ from capsule_sym._symbolic.model.flow import (
     sin_theta,
 )
 from capsule_sym._symbolic.model.model import P
-from capsule_sym._symbolic.model.symbols import alpha, delta, omega, v_r, x_r
+from capsule_sym._symbolic.model.symbols import PULSED, alpha, delta, omega, v_r, x_r
 
 gap = sp.Symbol("gap", real=True)  # x_r - delta
 
@@ -46,7 +46,9 @@ def _drive(order: int) -> sp.Symbol:
 
 
 def forcing(order: int) -> sp.Expr:
-    """The forcing's derivative of this order."""
+    """The forcing's derivative of this order; that of pulses is 0 within a segment."""
+    if PULSED:
+        return sp.S.Zero
     angle = sp.Symbol("angle")
     value = sp.diff(sp.cos(angle), angle, order) * _drive(order)
     return value.subs({sp.cos(angle): cos_theta, sp.sin(angle): sin_theta})

@@ -14,7 +14,19 @@ from itertools import product
 import sympy as sp
 
 from capsule_sym._symbolic.model.parts import Mode, Region, excess
-from capsule_sym._symbolic.model.symbols import MODEL, gamma, v_c, v_r, x_r
+from capsule_sym._symbolic.model.symbols import (
+    MODEL,
+    PULSED,
+    PULSES,
+    alpha,
+    force,
+    gamma,
+    omega,
+    tau,
+    v_c,
+    v_r,
+    x_r,
+)
 
 kappa = MODEL.stiffness  # of the second spring while it acts
 P = MODEL.force
@@ -29,6 +41,18 @@ FORWARD, BACKWARD = MODEL.bounds[1], MODEL.bounds[-1]
 """Friction bounds: at rest -BACKWARD < P < FORWARD."""
 LOAD = MODEL.load
 """Constant force on the mass, beside drive and interaction."""
+
+high = sp.Symbol("high", nonnegative=True)  # 1 while pulses are at their high level, else 0
+LEVELS: tuple[sp.Expr, ...] = (PULSES.amplitude, PULSES.low) if PULSES else (sp.S.Zero,)
+"""Levels of pulses, the high one first; 0 where the drive is no constant part of a field."""
+ANY = -1  # level
+FORCING = sp.S.Zero if PULSED else alpha * sp.cos(omega * tau)
+"""Drive that changes within a segment."""
+STEADY = LOAD + (LEVELS[0] * high + LEVELS[1] * (1 - high) if PULSED else 0)
+"""Constant force on the mass in a segment, beside interaction: the load, and the level of pulses.
+
+A level is multiplied with 0 or 1, which is exact.
+"""
 
 
 def friction_of(way: sp.Expr) -> sp.Expr:
@@ -50,7 +74,7 @@ def bound_of(way: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Segment:
-    """One linear segment: whether the second spring acts, and the direction of drift.
+    """One linear segment: whether the second spring acts, the direction of drift, and a level.
 
     `drift` is +1 for forward drift, -1 for backward drift and 0 for stick.
     """
@@ -58,6 +82,8 @@ class Segment:
     index: int
     region: Region
     way: Mode
+    level: int = 0
+    """Number of the drive's level, from 0; ANY for `force`."""
 
     @property
     def contact(self) -> bool:
@@ -77,7 +103,8 @@ class Segment:
     @property
     def mode(self) -> str:
         """Mode of operation in the paper's notation, such as `NC-FD`."""
-        return f"{self.region.name}-{self.way.name}"
+        levels = {0: "-H", 1: "-L"} if PULSED else {}
+        return f"{self.region.name}-{self.way.name}{levels.get(self.level, '')}"
 
     @property
     def stick(self) -> bool:
@@ -108,16 +135,21 @@ class Segment:
         """Time derivatives of (x_r, v_r, v_c) at time tau, Eqs. (7)-(12)."""
         capsule_acceleration = sp.expand((self.interaction + self.friction) / gamma)
         mass_acceleration = self.here(MODEL.mass_force)
+        if PULSED and self.level != ANY:
+            mass_acceleration = mass_acceleration.subs(force, LEVELS[self.level])
         return v_r, sp.expand(mass_acceleration - capsule_acceleration), capsule_acceleration
 
 
+_KINDS = tuple(product(MODEL.regions, MODEL.modes))
 SEGMENTS: tuple[Segment, ...] = tuple(
-    Segment(index, region, mode)
-    for index, (region, mode) in enumerate(product(MODEL.regions, MODEL.modes), start=1)
+    Segment(index, region, mode, level)
+    for index, (level, (region, mode)) in enumerate(product(range(len(LEVELS)), _KINDS), start=1)
 )
-"""The segments, F1 to F6 in order."""
+"""The segments, F1 to F6 in order; with pulses those of the high level, then of the low one."""
+ANY_LEVEL = tuple(Segment(index, *kind, ANY) for index, kind in enumerate(_KINDS, start=1))
+"""The segments of one level of the drive, whichever it is: signs of guards are derived for them."""
 
 
 def segment(index: int) -> Segment:
     """The segment of field `F{index}`, index 1 to 6."""
-    return SEGMENTS[index - 1]
+    return ANY_LEVEL[index - 1]

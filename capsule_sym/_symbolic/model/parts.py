@@ -100,6 +100,24 @@ class Mode:
     line: int
 
 
+@dataclass(frozen=True)
+class Drive:
+    """Force that drives the mass: amplitude times a cosine, or pulses between two levels.
+
+    Pulses are `amplitude` for a `share` of each period, from its begin on, and `low` for the rest.
+    """
+
+    amplitude: sp.Symbol
+    frequency: sp.Symbol
+    low: sp.Symbol | None = None
+    share: sp.Symbol | None = None
+
+    @property
+    def pulsed(self) -> bool:
+        """Whether it is constant between edges."""
+        return self.share is not None
+
+
 def excess(relation: sp.Basic) -> sp.Expr:
     """The function that is positive where a strict inequality holds."""
     return relation.gts - relation.lts

@@ -31,11 +31,12 @@ from capsule_sym._symbolic.model.geometry import (
     SURFACES,
     Piece,
 )
-from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, SEGMENTS, P, Segment
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, P, Segment
 from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import (
     STATE,
     delta,
+    force,
     gamma,
     omega,
     tau,
@@ -116,7 +117,7 @@ def derivatives(expression: sp.Expr, index: int, orders: int) -> tuple[sp.Expr, 
     """A function and its time derivatives along F`index`, orders 0 to `orders`."""
     found = [sp.expand(expression)]
     for _ in range(orders):
-        found.append(time_derivative(found[-1], SEGMENTS[index - 1]))
+        found.append(time_derivative(found[-1], ANY_LEVEL[index - 1]))
     return tuple(found)
 
 
@@ -175,7 +176,7 @@ def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
     for relation in known:
         if isinstance(relation, sp.Eq):
             equation = sp.expand((relation.lhs - relation.rhs).subs(roots))
-            for unknown in (v_c, x_r, v_r, sp.cos(omega * tau), delta):
+            for unknown in (v_c, x_r, v_r, sp.cos(omega * tau), force, delta):
                 slope = equation.coeff(unknown)
                 if slope.is_nonzero:
                     roots.append((unknown, sp.expand(unknown - equation / slope)))
@@ -192,7 +193,7 @@ def leaves(piece: Piece, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]
     known = (*piece.relations, *condition)
     passages: dict[int, tuple[bool | None, bool | None]] = {}
     try:
-        for field in SEGMENTS:
+        for field in ANY_LEVEL:
             passages[field.index] = _passage(field, known)
     except _Split as split:
         expression = reduced(split.expression, known)
@@ -322,7 +323,7 @@ def allowed_maps(hypotheses: Iterable[Relation]) -> frozenset[LocalMap]:
     hypotheses = list(hypotheses)
     possible = [e for e in _events() if consistent([*e.relations, *hypotheses])]
     barred = {
-        field.index for field in SEGMENTS if not field.stick and never_rests(field, hypotheses)
+        field.index for field in ANY_LEVEL if not field.stick and never_rests(field, hypotheses)
     }
     return frozenset(
         LocalMap(target=end.plane, field=end.before, source=start.plane)

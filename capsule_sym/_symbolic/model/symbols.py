@@ -14,6 +14,9 @@ MODEL = declaration.chosen()
 """The model of this process."""
 
 tau = declaration.tau
+PULSES = MODEL.drive if MODEL.drive and MODEL.drive.pulsed else None
+PULSED = PULSES is not None
+"""Whether the drive is constant between edges."""
 PARAMETERS = tuple(parameter.symbol for parameter in MODEL.parameters)
 
 alpha = MODEL.symbol("alpha")  # amplitude of the drive, and its frequency
@@ -36,7 +39,7 @@ x_r, v_r, v_c = STATE
 x_c = sp.Symbol("x_c", real=True)
 
 # Where the force of the excitation, which is bounded by alpha, stands for itself.
-force = sp.Symbol("u", real=True)  # alpha cos(omega tau)
+force = declaration.force  # alpha cos(omega tau), or the level of pulses
 force_rate = sp.Symbol("u1", real=True)  # its time derivative
 
 theta = sp.Symbol("theta", real=True)  # forcing angle omega * tau at the start of a segment

@@ -7,8 +7,8 @@ from typing import ClassVar
 import sympy as sp
 
 from capsule_sym._symbolic.model.formulas import impact_planes
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.symbols import PARAMETERS, omega
+from capsule_sym._symbolic.model.model import LEVELS, SEGMENTS
+from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, omega
 from capsule_sym.codegen._backend import Backend, wrapped
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import CONSTANTS
@@ -40,8 +40,14 @@ class C(Backend):
             f"/* {kernel.doc} {kernel.cost}. */\n"
             f"typedef struct {{\n    double {', '.join(kernel.returns)};\n}} {returned};\n"
             f"static {returned} {kernel.name}(const capsule_constants *restrict c{doubles})\n"
-            f"{{\n{self.body(kernel)}    return ({returned}){{{results}}};\n}}\n"
+            f"{{\n{self.voided(kernel)}{self.body(kernel)}"
+            f"    return ({returned}){{{results}}};\n}}\n"
         )
+
+    def voided(self, kernel: Kernel) -> str:
+        """A line for what is given and not used, of which compilers warn."""
+        names = [*(() if kernel.constants else ("c",)), *self.unused(kernel)]
+        return f"    {', '.join(f'(void){name}' for name in names)};\n" if names else ""
 
     def laid_out(self, text: str) -> str:
         """The text with long lines broken."""
@@ -78,6 +84,7 @@ class C(Backend):
         text = ""
         for one in SEGMENTS:
             modes = {"contact": int(one.contact), "drift": one.drift}
+            modes |= {"high": 1 - one.level} if PULSED else {}
             values = {name: number.format(mode) for name, mode in modes.items()}
             for name, value in segment_constants(one.index):
                 values[str(name)] = self.expression(value.xreplace(own))
@@ -109,8 +116,7 @@ class Real(C):
             lines = [
                 f"*{name} = {value};" for name, value in zip(kernel.returns, results, strict=True)
             ]
-        body = "" if kernel.constants else "    (void)c;\n"
-        body += self.body(kernel) + "".join(f"    {line}\n" for line in lines)
+        body = self.voided(kernel) + self.body(kernel) + "".join(f"    {line}\n" for line in lines)
         return (
             f"/* {kernel.doc} {kernel.cost}. */\n"
             f"static inline {returned} {kernel.name}({', '.join(given)})\n{{\n{body}}}\n"
@@ -129,7 +135,7 @@ class Bound(Real):
 def _used_parameters() -> str:
     """Parameters that constants are made from, as names of their own."""
     values = [value for segment in SEGMENTS for _, value in segment_constants(segment.index)]
-    used = {omega}.union(*(value.free_symbols for value in values))
+    used = (set() if PULSED else {omega}).union(*(value.free_symbols for value in values))
     names = (p.name for p in PARAMETERS if p in used)
     return "\n".join(f"    const double {name} = p->{name};" for name in names)
 
@@ -139,14 +145,18 @@ _FLOWS = ((0, 0), (0, 1), (1, 0), (1, 1))  # contact, and whether the capsule dr
 
 def _classification() -> str:
     """Fields by contact and drift, their properties by number, and planes of impact."""
-    by_mode = {(int(g.contact), g.drift): g.index for g in SEGMENTS}
+    by_mode = {(g.level, int(g.contact), g.drift): g.index for g in SEGMENTS}
     planes = impact_planes()
     tables = {
-        "FIELD_OF[2][3]": [[by_mode[near, drift] for drift in (-1, 0, 1)] for near in (0, 1)],
+        "FIELD_OF[CAPSULE_LEVEL_COUNT][2][3]": [
+            [[by_mode[level, near, drift] for drift in (-1, 0, 1)] for near in (0, 1)]
+            for level in range(len(LEVELS))
+        ],
+        "LEVEL_OF[CAPSULE_FIELD_COUNT]": [g.level for g in SEGMENTS],
         "CONTACT_OF[CAPSULE_FIELD_COUNT]": [int(g.contact) for g in SEGMENTS],
         "DRIFT_OF[CAPSULE_FIELD_COUNT]": [g.drift for g in SEGMENTS],
         "FLOW_OF[CAPSULE_FIELD_COUNT]": [2 * int(g.contact) + abs(g.drift) for g in SEGMENTS],
-        "ONE_OF_FLOW[4]": [by_mode[flow] for flow in _FLOWS],
+        "ONE_OF_FLOW[CAPSULE_FLOW_COUNT]": [by_mode[0, *flow] for flow in _FLOWS],
         "IMPACT_PLANE[2][2]": [[planes[v_c, v_r] for v_r in (-1, 1)] for v_c in (-1, 1)],
     }
     spelt = {name: str(table).replace("[", "{").replace("]", "}") for name, table in tables.items()}

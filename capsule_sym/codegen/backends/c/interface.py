@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from capsule_sym._symbolic.model.symbols import PARAMETERS
+from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSES
 from capsule_sym.codegen._blocks import flow_parameters
-from capsule_sym.codegen._interface import Entry, Interface, members
+from capsule_sym.codegen._interface import Entry, Interface, flags, members
 
 
 def texts(interface: Interface) -> dict[str, str]:
@@ -20,9 +20,13 @@ def texts(interface: Interface) -> dict[str, str]:
         "RUN_PARAMETERS": [p for p in PARAMETERS if p not in flow],
         "POSITIVE_PARAMETERS": [p for p in PARAMETERS if p.is_positive],
         "NOT_NEGATIVE_PARAMETERS": [p for p in PARAMETERS if p.is_nonnegative],
+        "SHARE_PARAMETERS": [PULSES.share] if PULSES else [],
     }
     return {
-        "counts": "\n".join(f"#define CAPSULE_{n.upper()}_COUNT {v}" for n, v in counts.items()),
+        "counts": "\n".join(
+            [f"#define CAPSULE_{name.upper()}_COUNT {value}" for name, value in counts.items()]
+            + [f"#define CAPSULE_{name} {value}" for name, value in flags().items()]
+        ),
         "positions": "\n".join(f"    CAPSULE_{str(p).upper()}_AT," for p in PARAMETERS),
         "lists": "\n".join(
             f"#define CAPSULE_{name}(of) \\\n    {' '.join(f'of({p})' for p in several)}"

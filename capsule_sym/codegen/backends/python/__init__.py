@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from textwrap import indent
 from typing import ClassVar
 
 import sympy as sp
 from sympy.printing.pycode import pycode
 
-from capsule_sym._symbolic.model.formulas import impact_planes, places
-from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes, places
+from capsule_sym._symbolic.model.model import ANY_LEVEL, LEVELS, SEGMENTS
 from capsule_sym._symbolic.model.switching import line_transitions, local_maps, surface_transitions
-from capsule_sym._symbolic.model.symbols import PARAMETERS, alpha
+from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, alpha
 from capsule_sym.codegen._derived import Matrix, entries, matrices
 from capsule_sym.codegen._interface import Entry, Interface, members
 from capsule_sym.codegen.backends.python import facts
@@ -53,9 +54,10 @@ def _table() -> dict[str, object]:
     """The switching table, and what else follows from signs."""
     return {
         "TRANSITIONS": _transitions(),
-        "LOCAL_MAPS": frozenset((m.target, m.field, m.source) for m in local_maps()),
+        "LOCAL_MAPS": frozenset(_local_maps()),
         "PLACES": places(),
         "IMPACT_PLANES": impact_planes(),
+        "EDGE_PLANES": edge_planes(),
     }
 
 
@@ -103,12 +105,13 @@ def _dtype(struct: Entry, interface: Interface) -> str:
 
 
 _DTYPES = {"double": "f8", "int64_t": "i8", "int32_t": "i4"}
-_VARIED = tuple(parameter for parameter in PARAMETERS if parameter is not alpha)
+_VARIED = tuple(p for p in PARAMETERS if PULSED or p is not alpha)
 _ABOUT = {
     "TRANSITIONS": "Target fields of a source field at a surface, line or corner point.",
     "LOCAL_MAPS": "Every local map as target plane, field and source plane.",
     "PLACES": "Surface, line or corner point by the signs of v_c, the gap and v_r, and P's level.",
     "IMPACT_PLANES": "Number of the plane of an impact by the signs of v_c and v_r.",
+    "EDGE_PLANES": "Numbers of the planes of the rise and the fall of pulses.",
 }
 
 
@@ -131,7 +134,34 @@ def _transitions() -> dict[tuple[int, str], tuple[int, ...]]:
         targets.setdefault((surface.source, surface.surface), set()).add(surface.target)
     for line in line_transitions():
         targets.setdefault((line.source, line.line), set()).add(line.target)
-    return {key: tuple(sorted(targets[key])) for key in sorted(targets, key=_place_order)}
+    kinds = len(ANY_LEVEL)
+    of_all = {
+        (source + kinds * level, place): tuple(field + kinds * level for field in sorted(fields))
+        for (source, place), fields in targets.items()
+        for level in range(len(LEVELS))
+    }
+    return {key: of_all[key] for key in sorted(of_all, key=_place_order)}
+
+
+def _local_maps() -> Iterator[tuple[str, int, str]]:
+    """Local maps as target, field and source; of pulses, those of each level and of their edges.
+
+    A field of a level may begin on the edge that leads to it, and end on the other one.
+    """
+    maps = [(int(m.target[1:]), m.field, int(m.source[1:])) for m in local_maps()]
+    kinds, edges = len(ANY_LEVEL), edge_planes()
+    more = len(SEGMENTS) - kinds
+    for level in range(len(LEVELS)):
+
+        def number(plane: int, of: int = kinds * level) -> int:
+            return plane + (of if plane <= kinds else more)
+
+        found = {(number(t), f + kinds * level, number(s)) for t, f, s in maps}
+        if edges:
+            begins, ends = edges[level], edges[1 - level]
+            found |= {(ends, field, source) for _, field, source in found}
+            found |= {(target, field, begins) for target, field, _ in found}
+        yield from ((f"Σ{target}", field, f"Σ{source}") for target, field, source in found)
 
 
 def _place_order(key: tuple[int, str]) -> tuple[str, int, int]:

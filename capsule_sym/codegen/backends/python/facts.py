@@ -7,7 +7,7 @@ from pprint import pformat
 from capsule_sym._symbolic.model.consistency import UNITS
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.parts import shown, spelled
-from capsule_sym._symbolic.model.symbols import MODEL
+from capsule_sym._symbolic.model.symbols import MODEL, PULSED
 
 
 def texts() -> dict[str, str]:
@@ -52,7 +52,9 @@ _ABOUT = {
     "BOUNDS": "The friction bounds, by the way of drift.",
     "SYMMETRIC": "Whether a motion without contact has a mirror image, half a period later.",
     "FIELDS": "Fields by number: whether the second spring acts, and the drift's way (0 at rest).",
-    "FIELD_OF": "Number of the field by both.",
+    "FIELD_OF": "Number of the field by both; of that at a low level it is as many more.",
+    "LEVELS": "Level of the drive in each field: 0 is the high one of pulses, 1 the low one.",
+    "PULSED": "Whether the drive is constant but for a rise and a fall in each period.",
     "MODES": "Modes of operation of the fields in the paper's notation, in their order.",
 }
 
@@ -74,9 +76,11 @@ def _facts() -> dict[str, object]:
         "DEVICE_DEFAULTS": {q.name: float(q.value) for q in device if q.optional},
         "DRIVEN": MODEL.driven,
         "BOUNDS": {way: str(bound) for way, bound in MODEL.bounds.items()},
-        "SYMMETRIC": MODEL.bounds[1] == MODEL.bounds[-1] and MODEL.load == 0,
+        "SYMMETRIC": MODEL.bounds[1] == MODEL.bounds[-1] and MODEL.load == 0 and not PULSED,
         "FIELDS": fields,
-        "FIELD_OF": {mode: number for number, mode in fields.items()},
+        "FIELD_OF": {fields[g.index]: g.index for g in SEGMENTS if g.level == 0},
+        "LEVELS": {g.index: g.level for g in SEGMENTS},
+        "PULSED": PULSED,
         "MODES": tuple(g.mode for g in SEGMENTS),
     }
 

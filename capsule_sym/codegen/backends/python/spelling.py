@@ -8,6 +8,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.symbols import PULSED
 from capsule_sym.codegen._backend import WIDTH, Backend, wrapped
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import CONSTANTS, PARAMETER_NAMES
@@ -62,6 +63,7 @@ class PythonKernels(PythonSpelling):
         """Fields of a tuple of constants, functions that give the constants, and kernels."""
         return {
             **super().texts(),
+            "modes": "high, contact, drift" if PULSED else "contact, drift",
             "constants_fields": "\n".join(f"    {name}: float" for name in CONSTANTS),
             "segment_constants": self._segment_constants(),
             "kernels": self.kernels(),
@@ -77,6 +79,10 @@ class PythonKernels(PythonSpelling):
                 f"    return ({', '.join(results)})\n"
             )
         names = ", ".join(f"_constants_{segment.name}" for segment in SEGMENTS)
-        modes = ", ".join(f"({int(g.contact)}, {g.drift})" for g in SEGMENTS)
-        texts.append(f"_CONSTANTS = ({names})\n_MODES = ({modes})  # contact, drift\n")
+        level = "{}, " if PULSED else ""
+        modes = ", ".join(
+            f"({level.format(1 - g.level)}{int(g.contact)}, {g.drift})" for g in SEGMENTS
+        )
+        order = "high, contact, drift" if PULSED else "contact, drift"
+        texts.append(f"_CONSTANTS = ({names})\n_MODES = ({modes})  # {order}\n")
         return "\n\n".join(texts)
