@@ -65,4 +65,4 @@ def plane(state: State, following: SegmentStart | None) -> str:
         return ""
     if state.v_c == 0:
         return f"Σ{following.field}"
-    return f"Σ{IMPACT_PLANES[1 if state.v_c > 0 else -1, 1 if state.v_r > 0 else -1]}"
+    return f"Σ{IMPACT_PLANES[1, 1 if state.v_c > 0 else -1, 1 if state.v_r > 0 else -1]}"

@@ -1,7 +1,7 @@
 /* Many runs side by side: as many lanes of vectors as the processor has take one step of as many
    runs at a time.
 
-   Runs wait in queues, one for each of the four linear flows and each length of expansion, so that
+   Runs wait in queues, one for each of the linear flows and each length of expansion, so that
    the lanes of a step share their table. Where a step proves nothing, or what follows is not
    certain (a corner, a tangency, a line), a shorter expansion is tried, and at last the run's
    present segment is taken again from its start by the scalar code. So is a segment of many
@@ -231,7 +231,7 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
             const capsule_state start = state_of(number, field, workspace->run[slot].period);
             w->batch->first[workspace->run[slot].row] = (capsule_event){
                 .period = start.period, .angle = number[ANGLE], .field = left,
-                .plane = v_c == 0.0 ? field : IMPACT_PLANE[v_c > 0.0][v_r > 0.0]};
+                .plane = v_c == 0.0 ? field : impact_plane(left, field, v_c, v_r)};
             finish_run(w, slot, CAPSULE_FULL, &start);
             return;
         }

@@ -244,9 +244,6 @@ typedef capsule_table table;
 #endif
 
 /* A segment's constants as values, and as bounds. */
-#define SEGMENT_CONSTANTS(of)                                                                      \
-    CAPSULE_PARAMETERS(of)                                                                         \
-    of(contact) of(drift) of(m) of(kappa) of(push) of(friction) of(sigma) of(K)
 #define REAL_MEMBER(name) real name;
 #define BOUND_MEMBER(name) bound name;
 #define HIGH(name) .name = c->name.hi,
@@ -254,16 +251,16 @@ typedef capsule_table table;
 typedef capsule_constants segment;
 #else
 typedef struct {
-    SEGMENT_CONSTANTS(REAL_MEMBER)
+    CAPSULE_SEGMENT_CONSTANTS(REAL_MEMBER)
 } segment;
 #endif
 #ifdef WIDE
 typedef struct {
-    SEGMENT_CONSTANTS(BOUND_MEMBER)
+    CAPSULE_SEGMENT_CONSTANTS(BOUND_MEMBER)
 } segment_sizes;
 inlined const segment_sizes *sizes_of(const segment *c, segment_sizes *room)
 {
-    *room = (segment_sizes){SEGMENT_CONSTANTS(HIGH)};
+    *room = (segment_sizes){CAPSULE_SEGMENT_CONSTANTS(HIGH)};
     return room;
 }
 #else
@@ -282,6 +279,13 @@ enum {
 };
 
 #include "capsule_formulas.h"
+
+/* The plane of an impact, by the fields before and after it: one of them is in contact. */
+static inline int impact_plane(int before, int after, double v_c, double v_r)
+{
+    const int stop = CAPSULE_STOP_COUNT == 1 ? 1 : CONTACT_OF[before - 1] + CONTACT_OF[after - 1];
+    return IMPACT_PLANE[stop - 1][v_c > 0.0][v_r > 0.0];
+}
 
 /* Sine and cosine of an angle in [0, 2 pi], and a little more: the nearest multiple of pi/2 is
    taken off in parts, then Taylor's series on [-pi/4, pi/4]. */

@@ -267,7 +267,7 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
         .angle = near_to(at->angle), .angle_rest = at->angle_rest,
         .position = state->position + p->advance, .period = period, .bound = (int)o->bound_at,
         /* Eq. (24): by the field to come where the capsule rests. */
-        .plane = v_c == 0.0 ? following : IMPACT_PLANE[v_c > 0.0][v_r > 0.0], .field = following};
+        .plane = v_c == 0.0 ? following : impact_plane(p->field, following, v_c, v_r), .field = following};
     context->exact.known = 0;
     context->angle = state->angle;
     context->cosine = near_to(at->cosine), context->sine = near_to(at->sine);

@@ -10,11 +10,14 @@ import sympy as sp
 from capsule_sym._symbolic.model import basis, flow, jacobian, jets
 from capsule_sym._symbolic.model.flow import general_constants
 from capsule_sym._symbolic.model.model import SEGMENTS, kappa
-from capsule_sym._symbolic.model.symbols import PULSED, gamma, omega
+from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, gamma, omega, stop
 
 Assignments = list[tuple[sp.Symbol, sp.Expr]]
 
-_CONSTANTS = (flow.m, kappa, flow.push, flow.friction, basis.sigma, basis.K)
+_OWN_STOP = (stop,) if stop not in PARAMETERS else ()
+_CONSTANTS = (flow.m, kappa, flow.push, flow.friction, basis.sigma, basis.K, *_OWN_STOP)
+OWN = tuple(map(str, _CONSTANTS))
+"""Names of a segment's constants that are read off its equations of motion."""
 
 position, velocity, drift_change, advance = sp.symbols("position velocity drift_change advance")
 

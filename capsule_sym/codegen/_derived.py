@@ -16,7 +16,7 @@ from capsule_sym._symbolic.model.formulas import Formula, formulas
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED
 from capsule_sym.codegen import INPUTS
-from capsule_sym.codegen._blocks import blocks, segment_constants
+from capsule_sym.codegen._blocks import OWN, blocks, segment_constants
 from capsule_sym.codegen._interface import Interface
 from capsule_sym.codegen._lower import Kernel, lower
 from capsule_sym.codegen._rounding import CIRCULAR_UNITS, units
@@ -24,8 +24,9 @@ from capsule_sym.codegen._rounding import CIRCULAR_UNITS, units
 PARAMETER_NAMES = tuple(map(str, PARAMETERS))
 CONSTANTS = (
     *PARAMETER_NAMES,
-    *(*(("high",) if PULSED else ()), "contact", "drift"),
-    *("m", "kappa", "push", "friction", "sigma", "K"),
+    *(("high",) if PULSED else ()),
+    *("contact", "drift"),
+    *OWN,
     *("q", "nu", "slow", *(() if PULSED else ("Z2", "resonant")), "fast", "rate"),
 )
 """Names of a segment's constants."""

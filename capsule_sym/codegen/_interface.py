@@ -8,7 +8,7 @@ from typing import Any
 
 from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes
 from capsule_sym._symbolic.model.model import LEVELS, SEGMENTS
-from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, STATE
+from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS, PULSED, STATE
 from capsule_sym.codegen._blocks import flow_parameters
 
 Entry = dict[str, Any]
@@ -27,11 +27,13 @@ class Interface:
             "field": str(len(SEGMENTS)),
             "plane": str(max(*impact_planes().values(), *edge_planes())),
             "level": str(len(LEVELS)),
-            "flow": "4",
+            "stop": str(len(MODEL.stops)),
+            "flow": str(2 * len(MODEL.regions)),
             "response": str(2 if PULSED else 4),
             **config["count"],
         }
         for struct in self.structs:
+            struct["fields"] = [e for e in struct["fields"] if len(e) < 4 or self.number(e.pop())]
             for entry in struct["fields"]:
                 entry[1] = entry[1].replace("@parameters", ", ".join(map(str, PARAMETERS)))
 

@@ -74,7 +74,7 @@ WRONG = {
     "the second spring in both regions": (
         "stiffness=0)",
         "stiffness=beta)",
-        "the second spring is free: 0",
+        "no spring acts there: 0",
     ),
     "a stiffness that is not declared": (
         "stiffness=beta)",
@@ -89,7 +89,7 @@ WRONG = {
     "a second spring of another parameter": (
         "stiffness=beta)",
         "stiffness=beta + zeta)",
-        "the stiffness beta + zeta is not beta times what is above 0",
+        "the stiffness beta + zeta is not a parameter times what is above 0",
     ),
     "friction that is a number": (
         'model.drift("BD", v_c < 0, against=f_b)',

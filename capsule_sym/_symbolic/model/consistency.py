@@ -43,6 +43,7 @@ class Declared:
         self.modes: list[Mode] = []
         self.drive: Drive | None = None
         self.stiffness = sp.Symbol("kappa", nonnegative=True)
+        self.stop = sp.Symbol("stop", real=True)
         self.force = self.mass_force = self.capsule_force = self.inertia = sp.Integer(0)
         self._lines: dict[str, int] = {}
         self._file = ""
@@ -60,6 +61,22 @@ class Declared:
     def bounds(self) -> Mapping[int, sp.Expr]:
         """The friction that a drift of a way works against, which bounds the force at rest."""
         return {mode.way: -mode.way * mode.friction for mode in self.modes if mode.way}
+
+    @property
+    def stops(self) -> tuple[sp.Expr, ...]:
+        """x_r where the spring of each stop begins to act: in front, and behind if there is one."""
+        x_r = self.state[0]
+        return tuple(x_r - way * excess(one.where[0]) for way, one in self._beyond)
+
+    @property
+    def springs(self) -> tuple[sp.Symbol, ...]:
+        """The parameter that the stiffness of each stop is a multiple of."""
+        return tuple(self._spring(one) for _, one in self._beyond)
+
+    @property
+    def _beyond(self) -> tuple[tuple[int, Region], ...]:
+        """The side of each stop, 1 in front and -1 behind, and the region beyond it."""
+        return tuple(zip((1, -1), self.regions[1:], strict=False))
 
     @property
     def load(self) -> sp.Expr:
@@ -156,7 +173,7 @@ class Declared:
                 raise self.refusal(f"parameter {drive.share}", said)
 
     def _check_equations(self) -> None:
-        held = {*self.state, tau, self.stiffness, force}
+        held = {*self.state, tau, self.stiffness, self.stop, force}
         if self.load.free_symbols & held or not self._affine(self.load):
             raise self.refusal(
                 "mass",
@@ -172,20 +189,20 @@ class Declared:
 
     def _check_force(self) -> None:
         x_r, v_r, v_c = self.state
-        spring = self.stiffness * (x_r - self.symbol("delta"))
-        rest = sp.expand(self.force - spring)
+        place = self.stop if len(self.stops) == 2 else self.stops[0]
+        rest = sp.expand(self.force - self.stiffness * (x_r - place))
         if (
             not self._affine(self.force)
             or rest.subs({x_r: 0, v_r: 0}) != 0
-            or {v_c, self.stiffness} & rest.free_symbols
+            or {v_c, self.stiffness, self.stop} & rest.free_symbols
             or not rest.coeff(x_r).is_positive
             or not rest.coeff(v_r).is_nonnegative
         ):
             raise self.refusal(
                 "interaction",
                 "the interaction force is linear in x_r and v_r, with coefficients > 0 and >= 0 "
-                f"that are polynomials of the parameters, and with {self.stiffness}*(x_r - delta) "
-                "for the second spring",
+                "that are polynomials of the parameters, and with "
+                f"{self.stiffness}*(x_r - {place}) for the spring of a stop",
             )
         damping = sp.cancel(rest.coeff(v_r) / self.symbol("zeta"))
         if not (damping.is_number and 0 < damping <= 2):
@@ -194,36 +211,55 @@ class Declared:
 
     def _affine(self, function: sp.Expr) -> bool:
         """Whether it is affine in the state, and a polynomial of the parameters."""
-        names = (*self.state, self.stiffness, *(one.symbol for one in self.parameters))
+        symbols = (one.symbol for one in self.parameters)
+        names = (*self.state, self.stiffness, self.stop, *symbols)
         try:
             powers = sp.Poly(sp.expand(function), *names, domain=sp.QQ).monoms()
         except BasePolynomialError:
             return False
         return all(sum(power[: len(self.state)]) <= 1 for power in powers)
 
+    def _check_stops(self) -> None:
+        """Between one or two stops no spring acts, and beyond each of them its own."""
+        first, *others = self.regions
+        if len(others) not in (1, 2):
+            said = "two regions beside one stop, x_r < delta first; three beside two stops"
+            raise self.refusal(self.regions[-1].line, said)
+        asked = ("x_r < delta", "x_r < delta_1, x_r > -delta_2")[len(others) - 1]
+        places = [p.symbol for p in self.parameters if not p.signed]
+        x_r, ways = self.state[0], (1, -1)
+        gaps = {way * x_r + excess(one) for way, one in zip(ways, first.where, strict=False)}
+        if first.stiffness != 0 or len(first.where) != len(others) or gaps - {*places}:
+            said = f"the first region is {asked}, with parameters >= 0, and no spring acts there: 0"
+            raise self.refusal(first.line, said)
+        for inner, one in zip(first.where, others, strict=True):
+            self._check_spring(one)
+            if len(one.where) != 1 or sp.expand(excess(inner) + excess(one.where[0])) != 0:
+                said = f"no way from {first.name} to {one.name}: beside {inner} lies nothing"
+                raise self.refusal(one.line, said)
+
+    def _check_spring(self, region: Region) -> None:
+        """The stiffness beyond a stop is a parameter times what is above 0."""
+        stiffness = region.stiffness
+        held_by = stiffness.free_symbols - {one.symbol for one in self.parameters}
+        if held_by or not (self._affine(stiffness) and stiffness.is_nonnegative):
+            said = f"the stiffness {stiffness} is no polynomial >= 0 of parameters"
+            raise self.refusal(region.line, said)
+        try:
+            self._spring(region)
+        except StopIteration:
+            said = f"the stiffness {stiffness} is not a parameter times what is above 0"
+            raise self.refusal(region.line, said) from None
+
+    def _spring(self, region: Region) -> sp.Symbol:
+        """The parameter that a stiffness is a multiple of; raises StopIteration without one."""
+        factors = (p.symbol for p in self.parameters if region.stiffness.has(p.symbol))
+        return next(p for p in factors if sp.cancel(region.stiffness / p).is_positive)
+
     def _check_ways(self) -> None:
-        """Each guard that vanishes leads on: across it another region or mode begins."""
-        if [len(self.regions), *(mode.way for mode in self.modes)] != [2, 1, 0, -1]:
-            raise self.refusal("rest", "two regions, and drift forward, rest and drift backward")
-        first, second = self.regions
-        gap = self.state[0] - self.symbol("delta")
-        if first.stiffness != 0 or sp.expand(excess(first.where[0]) + gap) != 0:
-            raise self.refusal(
-                first.line, "the first region is x_r < delta, where the second spring is free: 0"
-            )
-        held_by = second.stiffness.free_symbols - {one.symbol for one in self.parameters}
-        if held_by or not (self._affine(second.stiffness) and second.stiffness.is_nonnegative):
-            raise self.refusal(
-                second.line, f"the stiffness {second.stiffness} is no polynomial >= 0 of parameters"
-            )
-        if not sp.cancel(second.stiffness / self.symbol("beta")).is_positive:
-            said = f"the stiffness {second.stiffness} is not beta times what is above 0"
-            raise self.refusal(second.line, said)
-        if sp.expand(excess(first.where[0]) + excess(second.where[0])) != 0:
-            raise self.refusal(
-                second.line,
-                f"no way from {first.name} to {second.name}: beside {first.where[0]} lies nothing",
-            )
+        """Each guard that vanishes leads on: across it another mode begins."""
+        if [mode.way for mode in self.modes] != [1, 0, -1]:
+            raise self.refusal("rest", "drift forward, rest and drift backward, in this order")
         ahead, rest, back = self.modes
         reached = {sp.expand(ahead.friction + self.force), sp.expand(back.friction + self.force)}
         held = {sp.expand(-way * excess(r)) for way, r in zip((1, -1), rest.where, strict=False)}

@@ -49,9 +49,9 @@ __all__ = [
 
 SHIPPED = ("capsule",)
 """Scenes that ship, by the names of their files; the first is the paper's."""
-_RESERVED = ("alpha", "omega", "delta", "zeta", "beta", "gamma")
+_RESERVED = ("alpha", "omega", "zeta", "gamma")
 _STATE = ("x_r", "v_r", "v_c")
-_NEEDED = {"region": "state", "interaction": "state"} | dict.fromkeys(
+_NEEDED = {"region": "state", "interaction": "region"} | dict.fromkeys(
     ("drift", "rest", "mass"), "interaction"
 )
 
@@ -119,7 +119,7 @@ class Model(Declared):
             raise self.refusal(line, f"parameter {name} has no range")
         self._check_name(name, line, "parameter")
         low, high = between
-        least = {"omega": "> 0", "gamma": "> 0", "alpha": ">= 0", "delta": ">= 0"}.get(name)
+        least = {"omega": "> 0", "gamma": "> 0", "alpha": ">= 0"}.get(name)
         if least and (low < 0 or (least == "> 0" and low == 0)):
             raise self.refusal(line, f"{name} has to be {least}, and its range begins at {low:g}")
         definition = definition or shown(si)
@@ -138,8 +138,8 @@ class Model(Declared):
         if missing := [n for n in _RESERVED if n not in [one.name for one in self.parameters]]:
             raise self.refusal(
                 "state",
-                f"no parameter {missing[0]}: amplitude, frequency, gap, damping, stiffness of the "
-                f"second spring and mass ratio are named {', '.join(_RESERVED)}",
+                f"no parameter {missing[0]}: amplitude, frequency, damping and mass ratio are "
+                f"named {', '.join(_RESERVED)}",
             )
         if tuple(labels) != _STATE:
             raise self.refusal(
@@ -170,17 +170,26 @@ class Model(Declared):
         self.drive = drive
         self._check_drive(line)
 
-    def region(self, name: str, where: sp.Basic, stiffness: sp.Expr) -> None:
-        """The states where an inequality holds, and the second spring's stiffness there."""
+    def region(self, name: str, *where: sp.Basic, stiffness: sp.Expr) -> None:
+        """The states where inequalities hold, and the stiffness of a stop's spring there.
+
+        First the states between the stops, then those beyond the front one, and the back one.
+        """
         line = self._note("region")
         self._check_name(name, line, "mode")
-        relations = (self._inequality(where),)
+        relations = tuple(map(self._inequality, where))
         self.regions.append(Region(name, relations, self._expression(stiffness), line))
 
     def interaction(self, force: sp.Expr) -> sp.Expr:
-        """The force of the mass on the capsule, with `stiffness` for the second spring's."""
+        """The force of the mass on the capsule, with `stiffness` and `stop` for a stop's spring.
+
+        Where there is one stop, its place may stand for `stop`.
+        """
         self._note("interaction")
+        self._check_stops()
         self.force = self._expression(force)
+        if len(self.stops) == 1:
+            self.force = self.force.subs(self.stop, self.stops[0])
         self._check_force()
         return self.force
 
@@ -245,7 +254,8 @@ class Model(Declared):
         found = sp.sympify(value)
         if not isinstance(found, sp.Expr):
             raise self.refusal(self._line, f"{value} is no expression")
-        known = {*(one.symbol for one in self.parameters), *self.state, tau, self.stiffness}
+        known = {*self.state, tau, self.stiffness, self.stop}
+        known |= {one.symbol for one in self.parameters}
         known |= {force} if self.drive and self.drive.pulsed else set()
         if unknown := found.free_symbols - known:
             raise self.refusal(self._line, f"unknown symbol {min(map(str, unknown))}")

@@ -2,7 +2,7 @@
 
 Every set of the theory (surface, line, subspace) and every sign condition on it is linear in the
 state, in the excitation force and in the parameters that are forces or lengths (of the capsule:
-alpha, delta and f_b), once x_r is measured from the contact plane (x_r = delta + s). Its
+alpha, delta and f_b), once x_r is measured from the stop in front (x_r = delta + s). Its
 coefficients are polynomials in the other parameters and 1/gamma, whose signs follow from the
 ranges of the parameters. Eliminating the variables one by one is then an equivalence over the real
 numbers; where the sign of a coefficient is not known, `Undecided` is raised.
@@ -27,12 +27,13 @@ from sympy.polys.rings import PolyElement, ring
 
 from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, LOAD
 from capsule_sym._symbolic.model.symbols import (
+    MODEL,
     PARAMETERS,
     PULSED,
     alpha,
-    delta,
     force,
     force_rate,
+    front,
     gamma,
     omega,
     tau,
@@ -46,12 +47,14 @@ Sign = Literal[-1, 0, 1]
 Relation: TypeAlias = sp.Basic
 """A SymPy relation (>, >=, <, <=, Eq), or one of SymPy's truth values."""
 
-depth = sp.Symbol("s", real=True)  # x_r - delta
+depth = sp.Symbol("s", real=True)  # x_r - front
 inverse_gamma = sp.Symbol("g", positive=True)
 
 _FORCES = LOAD.free_symbols | BACKWARD.free_symbols | FORWARD.free_symbols
 _OTHER_FORCES = tuple(p for p in PARAMETERS if p in _FORCES and p != FORWARD)
-VARIABLES = (depth, v_c, v_r, force_rate, force, alpha, delta, *_OTHER_FORCES)
+GAPS = tuple(p for p in PARAMETERS if any(place.has(p) for place in MODEL.stops))
+"""The parameters that are distances of stops."""
+VARIABLES = (depth, v_c, v_r, force_rate, force, alpha, *GAPS, *_OTHER_FORCES)
 """The symbols in which constraints are linear; coefficients hold the others."""
 
 _RATIOS = tuple(p for p in PARAMETERS if p not in (*VARIABLES, FORWARD, omega, gamma))
@@ -61,7 +64,7 @@ _RING = ring((*VARIABLES, FORWARD, *_RATIOS, omega, inverse_gamma), sp.QQ)[0]
 _GENERATOR = dict(zip(_RING.symbols, _RING.gens, strict=True))
 _POSITION = {symbol: position for position, symbol in enumerate(_RING.symbols)}
 _LINEAR = {
-    x_r: delta + depth,
+    x_r: front + depth,
     sp.cos(omega * tau): force / alpha,
     sp.sin(omega * tau): -force_rate / (alpha * omega),
     gamma: 1 / inverse_gamma,
@@ -208,7 +211,8 @@ def constraint_of(relation: Relation) -> Constraint:
 _a, _u = (_GENERATOR[symbol] for symbol in (alpha, force))
 RANGES = (
     Constraint(_a, ">="),
-    Constraint(_GENERATOR[delta], ">="),
+    *(Constraint(_GENERATOR[gap], ">=") for gap in GAPS),
+    *(Constraint(_GENERATOR[front] - _RING.from_expr(back), ">") for back in MODEL.stops[1:]),
     *(() if PULSED else (Constraint(_a - _u, ">="), Constraint(_a + _u, ">="))),
     *(
         Constraint(_GENERATOR[p], ">" if p.is_positive else ">=")
@@ -216,7 +220,7 @@ RANGES = (
         if p.is_nonnegative
     ),
 )
-"""What holds of the variables by themselves: alpha >= 0, delta >= 0, and the force's range.
+"""What holds of the variables by themselves: alpha >= 0, gaps >= 0, and the force's range.
 
 The level of pulses, which stands for itself, may be any.
 """

@@ -1,11 +1,11 @@
 """The closed-form flow of a segment, derived by Laplace transform from the model.
 
-All six segments share one form. With contact and drift direction from the model,
+All segments share one form. With contact and drift direction from the model,
 
     m     = 1 in stick, (gamma + 1)/gamma in drift      kappa = beta in contact, else 0
     K     = m (1 + kappa)       sigma = m zeta          push  = drift f_b / gamma
 
-the relative motion is x_r'' + 2 sigma x_r' + K x_r = m kappa delta + push + alpha cos(angle), and
+the relative motion is x_r'' + 2 sigma x_r' + K x_r = m kappa stop + push + alpha cos(angle), and
 the capsule follows from its own equation (`v_c` by the interaction force, for short durations) or
 from the momentum of both bodies (for all others). `Flow` holds the result in terms of the response
 functions of `basis`; `flow_proofs` substitutes it back into the six fields of the model.
@@ -13,6 +13,7 @@ functions of `basis`; `flow_proofs` substitutes it back into the six fields of t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -23,11 +24,14 @@ from capsule_sym._symbolic.model.basis import K, W, s, sigma
 from capsule_sym._symbolic.model.model import FORCING, STEADY, P, Segment, friction_of, kappa
 from capsule_sym._symbolic.model.symbols import (
     MODEL,
+    PARAMETERS,
     PULSED,
     alpha,
+    front,
     gamma,
     h,
     omega,
+    stop,
     v_c,
     v_r,
     x_r,
@@ -39,19 +43,22 @@ friction = sp.Symbol("friction", real=True)  # drift * f_b, the friction bound w
 
 cos_theta, sin_theta = sp.symbols("cos_theta sin_theta", real=True)  # forcing angle at the start
 STIFFNESS, DAMPER = sp.diff(P, x_r), sp.diff(P, v_r)  # P's parts in x_r and in v_r
-STOP = MODEL.regions[1].stiffness  # of the second spring
 
 spring = sp.Symbol("spring", real=True)  # the interaction force at the start less the damper's
 margin = sp.Symbol("margin", real=True)  # interaction force minus `friction` at the start
 
 
 def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
-    """The constants m, kappa, push, friction, sigma and K of a segment, read off its field."""
+    """The constants m, kappa, push, friction, sigma and K of a segment, read off its field.
+
+    Where there are two stops, its own is one more.
+    """
     _, acceleration, capsule = segment.field
     unforced = sp.expand(acceleration - FORCING)
     inertia = sp.cancel(unforced.coeff(v_r) / -DAMPER)
     rest = sp.expand(unforced + inertia * segment.interaction)
     held = sp.expand(gamma * capsule - (0 if segment.stick else segment.interaction))
+    own = {stop: segment.stop} if stop not in PARAMETERS else {}
     return {
         m: inertia,
         kappa: sp.solve(sp.diff(segment.interaction, x_r) - STIFFNESS, kappa)[0],
@@ -59,10 +66,11 @@ def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
         friction: -held,
         sigma: sp.expand(-unforced.coeff(v_r) / 2),
         K: sp.factor(-unforced.coeff(x_r)),
+        **own,
     }
 
 
-# Definitions that keep x_r - delta together: near the impact surface it is small and exact.
+# Definitions that keep x_r - stop together: near the impact surface it is small and exact.
 SPRING = P.subs(v_r, 0)
 MARGIN = P - friction
 FORCE = push - m * spring  # what the equation of motion leaves when v_r = 0 and alpha = 0
@@ -130,8 +138,20 @@ def derive() -> Flow:
     )
 
 
-contact = sp.Symbol("contact", nonnegative=True)  # 1 while the second spring acts, else 0
+contact = sp.Symbol("contact", nonnegative=True)  # 1 in contact in front, 2 behind, else 0
 drift = sp.Symbol("drift", real=True)  # +1 forward, -1 backward, 0 in stick
+
+
+def _at_stops(values: Sequence[sp.Expr]) -> sp.Expr:
+    """The first value in front contact, the second behind, else 0: a polynomial in `contact`."""
+    if len(values) == 1:
+        return contact * values[0]
+    front_one, back_one = contact * (2 - contact), contact * (contact - 1) / 2
+    return values[0] * front_one + values[1] * back_one
+
+
+STIFF = _at_stops([region.stiffness for region in MODEL.regions[1:]])  # kappa by contact
+PLACE = front + _at_stops([place - front for place in MODEL.stops])  # where the spring acts
 
 
 def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
@@ -139,9 +159,10 @@ def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
     inertia = sp.Integer(1) if stick else 1 + 1 / gamma
     return {
         m: inertia,
-        kappa: contact * STOP,
+        kappa: STIFF,
         push: STEADY if stick else STEADY + friction_of(drift) / gamma,
         friction: sp.S.Zero if stick else friction_of(drift),
         sigma: inertia * DAMPER / 2,
-        K: inertia * STIFFNESS.subs(kappa, contact * STOP),
+        K: inertia * STIFFNESS.subs(kappa, STIFF),
+        **({stop: PLACE} if stop not in PARAMETERS else {}),
     }

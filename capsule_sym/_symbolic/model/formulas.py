@@ -13,11 +13,13 @@ import sympy as sp
 
 from capsule_sym._symbolic.model import geometry
 from capsule_sym._symbolic.model.basis import K, Q, W, s, sigma
+from capsule_sym._symbolic.model.elimination import GAPS
 from capsule_sym._symbolic.model.flow import (
     DAMPER,
+    PLACE,
     SPRING,
+    STIFF,
     STIFFNESS,
-    STOP,
     contact,
     cos_theta,
     drift,
@@ -43,14 +45,16 @@ from capsule_sym._symbolic.model.model import (
     segment,
 )
 from capsule_sym._symbolic.model.symbols import (
+    MODEL,
     PARAMETERS,
     PULSED,
     PULSES,
     STATE,
     alpha,
-    delta,
+    front,
     gamma,
     omega,
+    stop,
     theta,
     v_c,
     v_r,
@@ -255,7 +259,7 @@ def _points() -> tuple[Formula, ...]:
             "velocity_at",
             "v_r at which P has a value on the impact surface.",
             (level,),
-            v_r=sp.solve(P.subs(x_r, delta) - level, v_r)[0],
+            v_r=sp.solve(P.subs(x_r, stop) - level, v_r)[0],
         ),
         _formula(
             "turning_velocity",
@@ -289,7 +293,7 @@ def _gradients() -> tuple[Formula, ...]:
     """Gradients of what guards and forces are made of."""
     limit = P - friction_of(way)
     return (
-        _gradient("gap", "the gap x_r - delta", (), x_r - delta),
+        _gradient("gap", "the gap x_r - stop", (), x_r - stop),
         _gradient("speed", "the capsule's velocity v_c", (), v_c),
         _gradient("force", "the interaction force P", (gap, v_r), P),
         _gradient("damper_power", "the damper's power", (v_r,), DAMPER * v_r**2),
@@ -299,7 +303,7 @@ def _gradients() -> tuple[Formula, ...]:
             (cos_theta, sin_theta, v_r, v_c),
             (forcing(0).subs(cos_theta, sp.cos(theta)) + STEADY - LOAD) * (v_r + v_c),
         ),
-        _gradient("contact", "the second spring's force", (gap,), P.coeff(kappa) * kappa),
+        _gradient("contact", "the force of the stop's spring", (gap,), P.coeff(kappa) * kappa),
         _gradient("friction", "the friction of drift of a way", (way,), friction_of(way)),
         _gradient("load_force", "the constant force on the mass", (), LOAD),
         _gradient("limit", "P less the friction of drift of a way", (way, gap, v_r), limit),
@@ -344,9 +348,17 @@ GRADIENT = (*STATE, theta, *PARAMETERS)
 
 def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: sp.Expr) -> Formula:
     """The gradient of a function of state and parameters, in an array."""
-    whole = function.subs(kappa, contact * STOP)
-    known = {contact * STOP: kappa, sp.cos(theta): cos_theta, sp.sin(theta): sin_theta}
-    slopes = (with_gap(sp.diff(whole, by)).subs(known) for by in GRADIENT)
+    made = {kappa: STIFF} | ({stop: PLACE} if stop is not front else {})
+    parts = {one: sp.Function(f"{one}_of")(*PARAMETERS) for one in made}
+    whole = function.subs({one: contact * part for one, part in parts.items()})
+    known = {contact * part: one for one, part in parts.items()}
+    known |= {sp.cos(theta): cos_theta, sp.sin(theta): sin_theta}
+
+    def slope(by: sp.Symbol) -> sp.Expr:
+        rates = {part.diff(by): made[one].diff(by) / contact for one, part in parts.items()}
+        return with_gap(sp.diff(whole, by).xreplace(rates).subs(known))
+
+    slopes = map(slope, GRADIENT)
     results = tuple((f"by_{by}", slope) for by, slope in zip(GRADIENT, slopes, strict=True))
     doc = f"Derivatives of {doc} by state, phase and parameters."
     return Formula(f"{name}_gradient", doc, arguments, results, array=True)
@@ -359,22 +371,25 @@ def _rate_of_forcing() -> sp.Expr:
 def places() -> dict[tuple[int, int, int, int], str]:
     """Surface, line or corner point by the signs of v_c, the gap, v_r, and by what P exceeds.
 
-    The last number is 3 (-3) for P beyond its bound, 2 (-2) for P on it, else 0; the sign is P's.
+    Of two stops the gap's sign is -2 on the one behind, and -3 beyond it. The last number is 3 (-3)
+    for P beyond its bound, 2 (-2) for P on it, else 0; the sign is P's.
     Off rest it has no meaning and is 0. A corner point on L9 is named before a line, O1 before O3.
     """
     levels = {3: 2 * FORWARD, 2: FORWARD, 0: sp.S.Zero, -2: -BACKWARD, -3: -2 * BACKWARD}
     force = sp.Symbol("P_3", real=True)
-    order = ["O1", "O2", "O3"]
+    order = geometry.POINTS
     pieces = [geometry.PIECES[n] for n in order] + [
         p for name, p in geometry.PIECES.items() if name not in order
     ]
+    places = (0, 1, -1) if len(MODEL.stops) == 1 else (0, 1, -1, -2, -3)
     found = {}
-    for v_c_sign, side, speed, level in product((0, 1, -1), (0, 1, -1), (0, 1, -1), levels):
+    for v_c_sign, side, speed, level in product((0, 1, -1), places, (0, 1, -1), levels):
         if v_c_sign and level:
             continue
-        model = segment(5 if side > 0 else 2).interaction
+        contact = 1 if side > 0 else 2 if side == -3 else 0
+        model = SEGMENTS[3 * contact + 1].interaction
         for piece in pieces:
-            values = {v_c: v_c_sign, v_r: speed, x_r: delta + side}
+            values = {v_c: v_c_sign, v_r: speed, x_r: 1 + side, **dict.fromkeys(GAPS, 1)}
             relations = [r.subs(model, force) for r in piece.relations]
             if any(force not in r.free_symbols and _in_force(r) for r in relations):
                 continue
@@ -389,13 +404,16 @@ def _in_force(relation: sp.Basic) -> bool:
     return len(relation.free_symbols & {x_r, v_r}) == 2
 
 
-def impact_planes() -> dict[tuple[int, int], int]:
-    """Number of the plane of impact by the signs of v_c and v_r, Eq. (24): after those at rest."""
+def impact_planes() -> dict[tuple[int, int, int], int]:
+    """Number of the plane of impact by the stop and the signs of v_c and v_r, Eq. (24).
+
+    They come after those at rest.
+    """
     more = len(SEGMENTS) - len(ANY_LEVEL)
     return {
-        (v_c_sign, speed): int(name[1:]) + more
+        (1 if side == 0 else 2, v_c_sign, speed): int(name[1:]) + more
         for (v_c_sign, side, speed, _), name in places().items()
-        if v_c_sign and side == 0 and speed and name[0] == "S"
+        if v_c_sign and side in (0, -2) and speed and name[0] == "S"
     }
 
 

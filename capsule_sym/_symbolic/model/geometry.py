@@ -9,20 +9,22 @@ and the points O1, O2 (the corners) and O3 (where the line L9 crosses P1 = 0).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, P1, P2, P3, P4, segment
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, P1, P2, P3, segment
 from capsule_sym._symbolic.model.proof import consistent, implies
-from capsule_sym._symbolic.model.symbols import STATE, delta, v_r
+from capsule_sym._symbolic.model.symbols import MODEL, STATE, front, v_r
 
+_FRONT = next(one for one in MODEL.parameters if one.symbol == front)
 SCENARIOS: dict[str, Relation] = {
-    f"δ < {FORWARD}": sp.Lt(delta, FORWARD),
-    f"δ = {FORWARD}": sp.Eq(delta, FORWARD),
-    f"δ > {FORWARD}": sp.Gt(delta, FORWARD),
+    f"{_FRONT.letter} < {FORWARD}": sp.Lt(front, FORWARD),
+    f"{_FRONT.letter} = {FORWARD}": sp.Eq(front, FORWARD),
+    f"{_FRONT.letter} > {FORWARD}": sp.Gt(front, FORWARD),
 }
 """The three positions of the corner O1 (Fig. 2b-d)."""
 
@@ -78,59 +80,81 @@ def meets(piece: Piece, point: Piece, hypotheses: Iterable[Relation]) -> bool:
 
 
 _REST = sp.Eq(P1, 0)
-_NO_CONTACT = sp.Lt(P2, delta)
-_CONTACT = sp.Gt(P2, delta)
-_PLANE = sp.Eq(P2, delta)
+_PLANES = tuple(sp.Eq(P2, place) for place in MODEL.stops)
+_SIDES = tuple(region.where for region in MODEL.regions)  # between the stops, and beyond each
+_FORCES = tuple(one.interaction for one in ANY_LEVEL if one.stick)
 _RISING = sp.Gt(v_r, 0)
 _FALLING = sp.Lt(v_r, 0)
 _FORWARD = sp.Gt(P1, 0)
 _BACKWARD = sp.Lt(P1, 0)
 
 
+def _ahead(force: sp.Expr) -> Relation:
+    return sp.Gt(force, FORWARD)
+
+
+def _behind(force: sp.Expr) -> Relation:
+    return sp.Lt(force, -BACKWARD)
+
+
 def _within(force: sp.Expr) -> tuple[Relation, Relation]:
     return sp.Lt(force, FORWARD), sp.Gt(force, -BACKWARD)
 
 
-_PIECES = (
-    Piece("S1", (_REST, _NO_CONTACT, sp.Gt(P3, FORWARD))),
-    Piece("S2", (_REST, _NO_CONTACT, *_within(P3))),
-    Piece("S3", (_REST, _NO_CONTACT, sp.Lt(P3, -BACKWARD))),
-    Piece("S4", (_REST, _CONTACT, sp.Gt(P4, FORWARD))),
-    Piece("S5", (_REST, _CONTACT, *_within(P4))),
-    Piece("S6", (_REST, _CONTACT, sp.Lt(P4, -BACKWARD))),
-    Piece("S7", (_FORWARD, _PLANE, _RISING)),
-    Piece("S8", (_FORWARD, _PLANE, _FALLING)),
-    Piece("S9", (_BACKWARD, _PLANE, _RISING)),
-    Piece("S10", (_BACKWARD, _PLANE, _FALLING)),
-    Piece("L1", (_REST, _NO_CONTACT, sp.Eq(P3, FORWARD))),
-    Piece("L2", (_REST, _NO_CONTACT, sp.Eq(P3, -BACKWARD))),
-    Piece("L3", (_REST, _CONTACT, sp.Eq(P4, FORWARD))),
-    Piece("L4", (_REST, _CONTACT, sp.Eq(P4, -BACKWARD))),
-    Piece("L5", (_REST, _PLANE, _RISING, sp.Gt(P3, FORWARD))),
-    Piece("L6", (_REST, _PLANE, _RISING, *_within(P3))),
-    Piece("L7", (_REST, _PLANE, _FALLING, *_within(P3))),
-    Piece("L8", (_REST, _PLANE, _FALLING, sp.Lt(P3, -BACKWARD))),
-    Piece("L9", (_PLANE, sp.Eq(v_r, 0))),
-    Piece("L10", (_REST, _PLANE, _FALLING, sp.Gt(P3, FORWARD))),
-    Piece("O1", (_REST, _PLANE, sp.Eq(P3, FORWARD))),
-    Piece("O2", (_REST, _PLANE, sp.Eq(P3, -BACKWARD))),
-    Piece("O3", (_REST, _PLANE, sp.Eq(v_r, 0))),
-)
-PIECES: dict[str, Piece] = {piece.name: piece for piece in _PIECES}
-"""Surfaces S1-S10, lines L1-L10 and points O1-O3 by name."""
+def _numbered(letter: str, pieces: Iterable[tuple[Relation, ...]]) -> tuple[Piece, ...]:
+    """Pieces by a letter and a number from 1 on."""
+    return tuple(Piece(f"{letter}{n}", relations) for n, relations in enumerate(pieces, start=1))
 
-SURFACES = tuple(f"S{i}" for i in range(1, 11))
-LINES = tuple(f"L{i}" for i in range(1, 11))
-POINTS = ("O1", "O2", "O3")
+
+def _surfaces() -> Iterator[tuple[Relation, ...]]:
+    """At rest by contact and force; then impacts of a moving capsule, four a stop."""
+    for side, force in zip(_SIDES, _FORCES, strict=True):
+        for levels in ((_ahead(force),), _within(force), (_behind(force),)):
+            yield (_REST, *side, *levels)
+    for plane, way, speed in product(_PLANES, (_FORWARD, _BACKWARD), (_RISING, _FALLING)):
+        yield way, plane, speed
+
+
+def _lines() -> Iterator[tuple[Relation, ...]]:
+    """Rest at a bound of friction by contact; then a resting capsule's impacts, six a stop.
+
+    Behind, where all signs are the other way, they are those in front of it as in a mirror.
+    """
+    for side, force in zip(_SIDES, _FORCES, strict=True):
+        yield (_REST, *side, sp.Eq(force, FORWARD))
+        yield (_REST, *side, sp.Eq(force, -BACKWARD))
+    ahead, behind = _ahead(P3), _behind(P3)
+    signs = ((_RISING, _FALLING, ahead, behind), (_FALLING, _RISING, behind, ahead))
+    for plane, (inward, outward, pressed, pulled) in zip(_PLANES, signs, strict=False):
+        yield _REST, plane, inward, pressed
+        yield (_REST, plane, inward, *_within(P3))
+        yield (_REST, plane, outward, *_within(P3))
+        yield _REST, plane, outward, pulled
+        yield plane, sp.Eq(v_r, 0)
+        yield _REST, plane, outward, pressed
+
+
+def _points() -> Iterator[tuple[Relation, ...]]:
+    """Corner points of each stop, behind as in a mirror."""
+    for plane, levels in zip(_PLANES, ((FORWARD, -BACKWARD), (-BACKWARD, FORWARD)), strict=False):
+        yield from ((_REST, plane, sp.Eq(P3, level)) for level in levels)
+        yield _REST, plane, sp.Eq(v_r, 0)
+
+
+_PARTS = _numbered("S", _surfaces()), _numbered("L", _lines()), _numbered("O", _points())
+PIECES: dict[str, Piece] = {piece.name: piece for pieces in _PARTS for piece in pieces}
+"""Surfaces, lines and points by name; with one stop S1-S10, L1-L10 and O1-O3."""
+
+SURFACES, LINES, POINTS = (tuple(piece.name for piece in pieces) for pieces in _PARTS)
 
 
 def cell(index: int) -> Piece:
     """The part of subspace Omega `index` off its boundary: where field F`index` alone acts."""
     field = segment(index)
-    side = _CONTACT if field.contact else _NO_CONTACT
+    side = _SIDES[field.contact]
     if field.stick:
-        return Piece(f"cell {index}", (_REST, side, *_within(field.interaction)))
-    return Piece(f"cell {index}", (_FORWARD if field.drift > 0 else _BACKWARD, side))
+        return Piece(f"cell {index}", (_REST, *side, *_within(field.interaction)))
+    return Piece(f"cell {index}", (_FORWARD if field.drift > 0 else _BACKWARD, *side))
 
 
-CELLS: tuple[Piece, ...] = tuple(cell(index) for index in range(1, 7))
+CELLS: tuple[Piece, ...] = tuple(cell(one.index) for one in ANY_LEVEL)

@@ -26,7 +26,17 @@ from capsule_sym._symbolic.model.flow import (
 )
 from capsule_sym._symbolic.model.jets import gap
 from capsule_sym._symbolic.model.model import kappa
-from capsule_sym._symbolic.model.symbols import PARAMETERS, delta, h, omega, theta, v_c, v_r, x_r
+from capsule_sym._symbolic.model.symbols import (
+    PARAMETERS,
+    front,
+    h,
+    omega,
+    stop,
+    theta,
+    v_c,
+    v_r,
+    x_r,
+)
 
 COLUMNS = (x_r, v_r, v_c, theta, h, *PARAMETERS)
 
@@ -40,9 +50,11 @@ def _total(expression: sp.Expr, column: sp.Symbol, stick: bool) -> sp.Expr:
     if column is theta:
         for name, rule in _ANGLE_RULES.items():
             result += sp.diff(expression, name) * rule
-    if column in (x_r, delta):
-        result += sp.diff(expression, spring) * sp.diff(SPRING, column)
-    result += sp.diff(expression, spring) * (x_r - delta) * sp.diff(constants[kappa], column)
+    by_spring = sp.diff(expression, spring)
+    result += by_spring * sp.diff(SPRING, column)
+    result += by_spring * (x_r - stop) * sp.diff(constants[kappa], column)
+    if stop is not front:
+        result += by_spring * sp.diff(SPRING, stop) * sp.diff(constants[stop], column)
     for constant in (m, kappa, push, friction):
         result += sp.diff(expression, constant) * sp.diff(constants[constant], column)
     moving = {K: sp.diff(constants[K], column), sigma: sp.diff(constants[sigma], column)}
@@ -67,6 +79,6 @@ def rows(stick: bool) -> tuple[tuple[sp.Expr, ...], ...]:
         still = {name: general_constants(stick)[name] for name in (push, friction)}
         state = [expression.subs(still) for expression in state]
     return tuple(
-        tuple(_total(expression, column, stick).subs(x_r - delta, gap) for column in COLUMNS)
+        tuple(_total(expression, column, stick).subs(x_r - stop, gap) for column in COLUMNS)
         for expression in state
     )

@@ -20,14 +20,14 @@ from capsule_sym._symbolic.model.flow import (
     sin_theta,
 )
 from capsule_sym._symbolic.model.model import P
-from capsule_sym._symbolic.model.symbols import PULSED, alpha, delta, omega, v_r, x_r
+from capsule_sym._symbolic.model.symbols import PULSED, alpha, omega, stop, v_r, x_r
 
-gap = sp.Symbol("gap", real=True)  # x_r - delta
+gap = sp.Symbol("gap", real=True)  # x_r - stop
 
 
 def with_gap(expression: sp.Expr) -> sp.Expr:
-    """The expression with x_r - delta, small and exact near the impact surface, as a variable."""
-    return expression.subs(x_r - delta, gap)
+    """The expression with x_r - stop, small and exact near the impact surface, as a variable."""
+    return expression.subs(x_r - stop, gap)
 
 
 def position_symbol(order: int) -> sp.Symbol:

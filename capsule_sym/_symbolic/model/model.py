@@ -1,6 +1,6 @@
 """The linear segments of the declared model, Eqs. (7)-(12) of the capsule, built from its physics.
 
-A segment is a choice of two things: whether the second spring is in contact, and what friction
+A segment is a choice of two things: which stop the mass is in contact with, and what friction
 does (drives against forward drift, against backward drift, or holds the capsule). Newton's
 equations of the two bodies then give the field; nothing is typed six times.
 """
@@ -22,20 +22,21 @@ from capsule_sym._symbolic.model.symbols import (
     force,
     gamma,
     omega,
+    stop,
     tau,
     v_c,
     v_r,
     x_r,
 )
 
-kappa = MODEL.stiffness  # of the second spring while it acts
+kappa = MODEL.stiffness  # of a stop's spring while it acts
 P = MODEL.force
 """Force of the inner mass on the capsule."""
 
 # Auxiliary functions of Section 2.
 P1 = v_c
 P2 = x_r
-P3, P4 = (P.subs(kappa, region.stiffness) for region in MODEL.regions)
+P3, P4 = (P.subs({kappa: one.stiffness, stop: MODEL.stops[0]}) for one in MODEL.regions[:2])
 
 FORWARD, BACKWARD = MODEL.bounds[1], MODEL.bounds[-1]
 """Friction bounds: at rest -BACKWARD < P < FORWARD."""
@@ -74,7 +75,7 @@ def bound_of(way: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Segment:
-    """One linear segment: whether the second spring acts, the direction of drift, and a level.
+    """One linear segment: which stop's spring acts, the direction of drift, and a level.
 
     `drift` is +1 for forward drift, -1 for backward drift and 0 for stick.
     """
@@ -86,9 +87,14 @@ class Segment:
     """Number of the drive's level, from 0; ANY for `force`."""
 
     @property
-    def contact(self) -> bool:
-        """Whether the second spring acts."""
-        return self.region is MODEL.regions[1]
+    def contact(self) -> int:
+        """The stop whose spring acts: 1 in front, 2 behind, 0 for none."""
+        return MODEL.regions.index(self.region)
+
+    @property
+    def stop(self) -> sp.Expr:
+        """x_r where its spring acts; without contact where that in front does."""
+        return MODEL.stops[max(self.contact - 1, 0)]
 
     @property
     def drift(self) -> int:
@@ -97,7 +103,7 @@ class Segment:
 
     @property
     def name(self) -> str:
-        """Name of the field in the paper's notation, `F1` to `F6`."""
+        """Name of the field in the paper's notation, such as `F1`."""
         return f"F{self.index}"
 
     @property
@@ -112,12 +118,12 @@ class Segment:
         return self.drift == 0
 
     def here(self, expression: sp.Expr) -> sp.Expr:
-        """An expression with the second spring's stiffness in this segment."""
-        return expression.subs(kappa, self.region.stiffness)
+        """An expression with the stiffness and the place of this segment's stop."""
+        return expression.subs({kappa: self.region.stiffness, stop: self.stop})
 
     @property
     def interaction(self) -> sp.Expr:
-        """Force of the inner mass on the capsule: P3 without contact, P4 with it."""
+        """Force of the inner mass on the capsule: P3 without contact, P4 in front of it."""
         return self.here(P)
 
     @property
@@ -145,11 +151,11 @@ SEGMENTS: tuple[Segment, ...] = tuple(
     Segment(index, region, mode, level)
     for index, (level, (region, mode)) in enumerate(product(range(len(LEVELS)), _KINDS), start=1)
 )
-"""The segments, F1 to F6 in order; with pulses those of the high level, then of the low one."""
+"""The segments, F1 and so on; with pulses those of the high level, then of the low one."""
 ANY_LEVEL = tuple(Segment(index, *kind, ANY) for index, kind in enumerate(_KINDS, start=1))
 """The segments of one level of the drive, whichever it is: signs of guards are derived for them."""
 
 
 def segment(index: int) -> Segment:
-    """The segment of field `F{index}`, index 1 to 6."""
+    """The segment of field `F{index}`, from 1 on."""
     return ANY_LEVEL[index - 1]

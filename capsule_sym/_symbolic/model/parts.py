@@ -81,7 +81,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Region:
-    """The states on one side of the stop, and the second spring's stiffness there."""
+    """The states between the stops, or beyond one, and the stiffness of a spring there."""
 
     name: str
     where: tuple[sp.Basic, ...]

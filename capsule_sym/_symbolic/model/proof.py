@@ -33,8 +33,8 @@ from capsule_sym._symbolic.model.elimination import (
 )
 from capsule_sym._symbolic.model.symbols import (
     alpha,
-    delta,
     force,
+    front,
     gamma,
     omega,
     tau,
@@ -171,7 +171,7 @@ def example(
     """An exact rational point that satisfies the relations, found by back-substitution.
 
     `values` gives zeta, beta, gamma, f_b = 1 and any other symbol that is to be fixed; the
-    result holds them and x_r, v_r, v_c, the force, alpha and delta. Raises ValueError when there
+    result holds them and x_r, v_r, v_c, the force, alpha and the gaps. Raises ValueError when there
     is no such point.
     """
     fixed = {symbol: Fraction(value) for symbol, value in values.items()}
@@ -189,7 +189,7 @@ def example(
     for symbol, stage in reversed(stages):
         found[symbol] = _choose(symbol, [c.at(found) for c in stage if c.involves(symbol)])
     point = {symbol: Fraction(value) for symbol, value in found.items()} | fixed
-    point[x_r] = point[delta] + point.pop(depth)
+    point[x_r] = point[front] + point.pop(depth)
     return point
 
 

@@ -22,7 +22,7 @@ from itertools import chain
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation, Sign
+from capsule_sym._symbolic.model.elimination import GAPS, Relation, Sign
 from capsule_sym._symbolic.model.geometry import (
     LINES,
     PIECES,
@@ -34,8 +34,8 @@ from capsule_sym._symbolic.model.geometry import (
 from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, P, Segment
 from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import (
+    MODEL,
     STATE,
-    delta,
     force,
     gamma,
     omega,
@@ -176,7 +176,7 @@ def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
     for relation in known:
         if isinstance(relation, sp.Eq):
             equation = sp.expand((relation.lhs - relation.rhs).subs(roots))
-            for unknown in (v_c, x_r, v_r, sp.cos(omega * tau), force, delta):
+            for unknown in (v_c, x_r, v_r, sp.cos(omega * tau), force, *GAPS):
                 slope = equation.coeff(unknown)
                 if slope.is_nonzero:
                     roots.append((unknown, sp.expand(unknown - equation / slope)))
@@ -214,8 +214,12 @@ def leaves(piece: Piece, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]
 
 @cache
 def leaves_of(name: str) -> tuple[Leaf, ...]:
-    """The leaves of a piece by its name; L9 and O1 without the point O3, which has its own."""
-    apart = {"L9": v_c, "O1": v_r}
+    """The leaves of a piece by its name; L9 and O1 without the point O3, which has its own.
+
+    Of a second stop these are L17, O4 and O6.
+    """
+    stops, edges = range(len(MODEL.stops)), 2 * len(MODEL.regions)
+    apart = {LINES[edges + 6 * k + 4]: v_c for k in stops} | {POINTS[3 * k]: v_r for k in stops}
     if name not in apart:
         return tuple(leaves(PIECES[name]))
     sides = (sp.Gt(apart[name], 0), sp.Lt(apart[name], 0))
@@ -297,9 +301,9 @@ def momentum(field: Segment) -> sp.Expr:
     """Capsule's velocity in the sense of drift, less the damper's share (beta, delta: springs).
 
     Its rate along a drift field holds the springs and friction only: the damper's impulse
-    2 zeta (x_r - delta) / gamma is taken out.
+    2 zeta (x_r - stop) / gamma is taken out.
     """
-    return field.drift * (v_c - P.diff(v_r) * (x_r - delta) / gamma)
+    return field.drift * (v_c - P.diff(v_r) * (x_r - field.stop) / gamma)
 
 
 def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
@@ -308,7 +312,10 @@ def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
     So it is when `momentum` is positive at the impact, never decreases in the cell, and is not
     positive where the capsule is at rest.
     """
-    side, speed = field.guards
+    *sides, speed = field.guards
+    if len(sides) > 1:  # it may begin at either stop
+        return False
+    (side,) = sides
     hypotheses = list(hypotheses)
     held = momentum(field)
     return (

@@ -21,8 +21,11 @@ PARAMETERS = tuple(parameter.symbol for parameter in MODEL.parameters)
 
 alpha = MODEL.symbol("alpha")  # amplitude of the drive, and its frequency
 omega = MODEL.symbol("omega")
-delta = MODEL.symbol("delta")  # gap
 gamma = MODEL.symbol("gamma")  # mass ratio
+
+# x_r at the stop in front; and where the spring of a field acts, which one stop has for all fields.
+front = MODEL.stops[0]
+stop = front if len(MODEL.stops) == 1 else MODEL.stop
 
 
 def __getattr__(name: str) -> sp.Symbol:

@@ -30,7 +30,7 @@ def cyclic(itinerary: Itinerary) -> Itinerary:
     return min(itinerary[i:] + itinerary[:i] for i in range(len(itinerary)))
 
 
-def _edge(contact: bool, drift: int) -> str:
+def _edge(contact: int, drift: int) -> str:
     """The line on which stick ends into a drift."""
     return f"L{(1 if drift > 0 else 2) + 2 * contact}"
 

@@ -8,7 +8,7 @@ import sympy as sp
 
 from capsule_sym._symbolic.model.formulas import impact_planes
 from capsule_sym._symbolic.model.model import LEVELS, SEGMENTS
-from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, omega
+from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS, PULSED, omega
 from capsule_sym.codegen._backend import Backend, wrapped
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import CONSTANTS
@@ -83,7 +83,7 @@ class C(Backend):
         """
         text = ""
         for one in SEGMENTS:
-            modes = {"contact": int(one.contact), "drift": one.drift}
+            modes = {"contact": one.contact, "drift": one.drift}
             modes |= {"high": 1 - one.level} if PULSED else {}
             values = {name: number.format(mode) for name, mode in modes.items()}
             for name, value in segment_constants(one.index):
@@ -140,24 +140,24 @@ def _used_parameters() -> str:
     return "\n".join(f"    const double {name} = p->{name};" for name in names)
 
 
-_FLOWS = ((0, 0), (0, 1), (1, 0), (1, 1))  # contact, and whether the capsule drifts
-
-
 def _classification() -> str:
     """Fields by contact and drift, their properties by number, and planes of impact."""
-    by_mode = {(g.level, int(g.contact), g.drift): g.index for g in SEGMENTS}
-    planes = impact_planes()
+    by_mode = {(g.level, g.contact, g.drift): g.index for g in SEGMENTS}
+    contacts, stops = range(len(MODEL.regions)), range(1, len(MODEL.regions))
+    planes, ways = impact_planes(), (-1, 1)
     tables = {
-        "FIELD_OF[CAPSULE_LEVEL_COUNT][2][3]": [
-            [[by_mode[level, near, drift] for drift in (-1, 0, 1)] for near in (0, 1)]
+        "FIELD_OF[CAPSULE_LEVEL_COUNT][CAPSULE_STOP_COUNT + 1][3]": [
+            [[by_mode[level, near, drift] for drift in (-1, 0, 1)] for near in contacts]
             for level in range(len(LEVELS))
         ],
         "LEVEL_OF[CAPSULE_FIELD_COUNT]": [g.level for g in SEGMENTS],
-        "CONTACT_OF[CAPSULE_FIELD_COUNT]": [int(g.contact) for g in SEGMENTS],
+        "CONTACT_OF[CAPSULE_FIELD_COUNT]": [g.contact for g in SEGMENTS],
         "DRIFT_OF[CAPSULE_FIELD_COUNT]": [g.drift for g in SEGMENTS],
-        "FLOW_OF[CAPSULE_FIELD_COUNT]": [2 * int(g.contact) + abs(g.drift) for g in SEGMENTS],
-        "ONE_OF_FLOW[CAPSULE_FLOW_COUNT]": [by_mode[0, *flow] for flow in _FLOWS],
-        "IMPACT_PLANE[2][2]": [[planes[v_c, v_r] for v_r in (-1, 1)] for v_c in (-1, 1)],
+        "FLOW_OF[CAPSULE_FIELD_COUNT]": [2 * g.contact + abs(g.drift) for g in SEGMENTS],
+        "ONE_OF_FLOW[CAPSULE_FLOW_COUNT]": [by_mode[0, k, d] for k in contacts for d in (0, 1)],
+        "IMPACT_PLANE[CAPSULE_STOP_COUNT][2][2]": [
+            [[planes[k, v_c, v_r] for v_r in ways] for v_c in ways] for k in stops
+        ],
     }
     spelt = {name: str(table).replace("[", "{").replace("]", "}") for name, table in tables.items()}
     return "".join(f"static const signed char {name} = {table};\n" for name, table in spelt.items())

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSES
-from capsule_sym.codegen._blocks import flow_parameters
+import textwrap
+from collections.abc import Iterable
+
+from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS, PULSED, PULSES, stop
+from capsule_sym.codegen._backend import WIDTH
+from capsule_sym.codegen._blocks import OWN, flow_parameters
 from capsule_sym.codegen._interface import Entry, Interface, flags, members
 
 
@@ -18,23 +22,33 @@ def texts(interface: Interface) -> dict[str, str]:
         "PARAMETERS": PARAMETERS,
         "FLOW_PARAMETERS": [p for p in PARAMETERS if p in flow],
         "RUN_PARAMETERS": [p for p in PARAMETERS if p not in flow],
+        "SEGMENT_CONSTANTS": (*PARAMETERS, *(["high"] if PULSED else []), "contact", "drift", *OWN),
         "POSITIVE_PARAMETERS": [p for p in PARAMETERS if p.is_positive],
         "NOT_NEGATIVE_PARAMETERS": [p for p in PARAMETERS if p.is_nonnegative],
         "SHARE_PARAMETERS": [PULSES.share] if PULSES else [],
     }
+    roles = {"OWN_STOP": stop, "FRONT_GAP": MODEL.stops[0]}
+    if len(MODEL.stops) == 2:
+        roles["BACK_GAP"] = -MODEL.stops[1]
     return {
+        "roles": "\n".join(f"#define CAPSULE_{role} {name}" for role, name in roles.items()),
         "counts": "\n".join(
             [f"#define CAPSULE_{name.upper()}_COUNT {value}" for name, value in counts.items()]
             + [f"#define CAPSULE_{name} {value}" for name, value in flags().items()]
         ),
         "positions": "\n".join(f"    CAPSULE_{str(p).upper()}_AT," for p in PARAMETERS),
         "lists": "\n".join(
-            f"#define CAPSULE_{name}(of) \\\n    {' '.join(f'of({p})' for p in several)}"
+            " \\\n    ".join((f"#define CAPSULE_{name}(of)", *_rows(f"of({p})" for p in several)))
             for name, several in lists.items()
         ),
         "enums": "\n".join(map(_enum, interface.enums)),
         "structs": "\n".join(_struct(struct, interface) for struct in interface.structs),
     }
+
+
+def _rows(words: Iterable[str]) -> list[str]:
+    """Words in rows of a macro."""
+    return textwrap.wrap(" ".join(words), WIDTH - 8)
 
 
 def _enum(enum: Entry) -> str:

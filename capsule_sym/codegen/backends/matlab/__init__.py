@@ -5,6 +5,7 @@ from typing import ClassVar
 from sympy.printing.octave import OctaveCodePrinter
 
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.symbols import stop
 from capsule_sym.codegen._backend import Backend, wrapped
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import PARAMETER_NAMES, entries, matrices
@@ -43,6 +44,7 @@ class Matlab(Backend):
         margin = next(k for k in self.derived.formulas if k.name == "margin_at")
         return {
             **super().texts(),
+            "own_stop": str(stop),
             "p_parameters": ", ".join(f"p.{name}" for name in PARAMETER_NAMES),
             "segment_constants": "".join(map(self._constants, SEGMENTS)),
             "fields": "".join(map(self._field, SEGMENTS)),
@@ -53,7 +55,7 @@ class Matlab(Backend):
     def _constants(self, segment: Segment) -> str:
         """Assignments of a field's constants, in a switch by its number."""
         text = f"    case {segment.index} % {segment.mode}\n"
-        text += f"        c.contact = {int(segment.contact)}; c.drift = {segment.drift};\n"
+        text += f"        c.contact = {segment.contact}; c.drift = {segment.drift};\n"
         for name, value in segment_constants(segment.index):
             text += f"        c.{name} = {self.expression(value)};\n"
         return text

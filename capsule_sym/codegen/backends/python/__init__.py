@@ -110,7 +110,7 @@ _ABOUT = {
     "TRANSITIONS": "Target fields of a source field at a surface, line or corner point.",
     "LOCAL_MAPS": "Every local map as target plane, field and source plane.",
     "PLACES": "Surface, line or corner point by the signs of v_c, the gap and v_r, and P's level.",
-    "IMPACT_PLANES": "Number of the plane of an impact by the signs of v_c and v_r.",
+    "IMPACT_PLANES": "Number of the plane of an impact by the stop and the signs of v_c and v_r.",
     "EDGE_PLANES": "Numbers of the planes of the rise and the fall of pulses.",
 }
 

@@ -51,7 +51,8 @@ _ABOUT = {
     "DRIVEN": "Quantities to which one parameter is in proportion, it, and their units.",
     "BOUNDS": "The friction bounds, by the way of drift.",
     "SYMMETRIC": "Whether a motion without contact has a mirror image, half a period later.",
-    "FIELDS": "Fields by number: whether the second spring acts, and the drift's way (0 at rest).",
+    "STOPS": "Distances of the stops, in front and behind, and the stiffnesses of their springs.",
+    "FIELDS": "Fields by number: contact (1 in front, 2 behind, 0 none), drift's way (0 at rest).",
     "FIELD_OF": "Number of the field by both; of that at a low level it is as many more.",
     "LEVELS": "Level of the drive in each field: 0 is the high one of pulses, 1 the low one.",
     "PULSED": "Whether the drive is constant but for a rise and a fall in each period.",
@@ -61,7 +62,8 @@ _ABOUT = {
 
 def _facts() -> dict[str, object]:
     own, device = MODEL.parameters, MODEL.quantities
-    fields = {g.index: (int(g.contact), g.drift) for g in SEGMENTS}
+    fields = {g.index: (g.contact, g.drift) for g in SEGMENTS}
+    gaps = (way * place for way, place in zip((1, -1), MODEL.stops, strict=False))
     return {
         "PARAMETERS": tuple(p.name for p in own),
         "STATE": tuple(MODEL.state_labels),
@@ -77,6 +79,7 @@ def _facts() -> dict[str, object]:
         "DRIVEN": MODEL.driven,
         "BOUNDS": {way: str(bound) for way, bound in MODEL.bounds.items()},
         "SYMMETRIC": MODEL.bounds[1] == MODEL.bounds[-1] and MODEL.load == 0 and not PULSED,
+        "STOPS": tuple((str(gap), str(k)) for gap, k in zip(gaps, MODEL.springs, strict=True)),
         "FIELDS": fields,
         "FIELD_OF": {fields[g.index]: g.index for g in SEGMENTS if g.level == 0},
         "LEVELS": {g.index: g.level for g in SEGMENTS},

@@ -10,7 +10,7 @@ from sympy.printing.pycode import PythonCodePrinter
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import PULSED
 from capsule_sym.codegen._backend import WIDTH, Backend, wrapped
-from capsule_sym.codegen._blocks import segment_constants
+from capsule_sym.codegen._blocks import OWN, segment_constants
 from capsule_sym.codegen._derived import CONSTANTS, PARAMETER_NAMES
 from capsule_sym.codegen._lower import Kernel
 from capsule_sym.codegen._printers import Products
@@ -65,6 +65,7 @@ class PythonKernels(PythonSpelling):
             **super().texts(),
             "modes": "high, contact, drift" if PULSED else "contact, drift",
             "constants_fields": "\n".join(f"    {name}: float" for name in CONSTANTS),
+            "own_constants": ", ".join(OWN),
             "segment_constants": self._segment_constants(),
             "kernels": self.kernels(),
         }
@@ -75,14 +76,12 @@ class PythonKernels(PythonSpelling):
             results = [self.expression(value) for _, value in segment_constants(segment.index)]
             texts.append(
                 f"def _constants_{segment.name}({', '.join(PARAMETER_NAMES)}):\n"
-                f'    """m, kappa, push, friction, sigma and K of {segment.mode}."""\n'
+                f'    """{", ".join(OWN[:-1])} and {OWN[-1]} of {segment.mode}."""\n'
                 f"    return ({', '.join(results)})\n"
             )
         names = ", ".join(f"_constants_{segment.name}" for segment in SEGMENTS)
         level = "{}, " if PULSED else ""
-        modes = ", ".join(
-            f"({level.format(1 - g.level)}{int(g.contact)}, {g.drift})" for g in SEGMENTS
-        )
+        modes = ", ".join(f"({level.format(1 - g.level)}{g.contact}, {g.drift})" for g in SEGMENTS)
         order = "high, contact, drift" if PULSED else "contact, drift"
         texts.append(f"_CONSTANTS = ({names})\n_MODES = ({modes})  # {order}\n")
         return "\n\n".join(texts)
