@@ -173,3 +173,28 @@ def test_a_graze_and_a_corner_are_told_apart_from_switches(judge: Integrator) ->
         (run,) = judge.runs(form, [started(form, (-0.5, 0.0, 0.0), delta=gap)], periods=1)
         assert run.status == "done"
         assert run.fields == fields
+
+
+def test_a_bias_is_a_shift_of_gaps_and_bounds(judge: Integrator) -> None:
+    """With x_r + s for x_r, s is 0: gaps are delta_1 + s and delta_2 - s, bounds f_plus + s, ..."""
+    starts = [
+        start._replace(parameters={**start.parameters, "s": s, "delta_2": 0.5, "f_minus": 1.0})
+        for start in random_starts(TWO_STOPS, 6, seed=6)
+        for s in (-0.25, 0.25)
+    ]
+    shifted = []
+    for start in starts:
+        p, s = start.parameters, Fraction(start.parameters["s"])
+        signs = {"delta_1": s, "delta_2": -s, "f_plus": s, "f_minus": -s, "s": -s}
+        new = {name: float(value + signs.get(name, 0)) for name, value in p.items()}
+        rounded = any(Fraction(new[k]) - Fraction(p[k]) != v for k, v in signs.items())
+        x_r = start.state[0] + float(s)
+        if new["delta_1"] < 0 or rounded or Fraction(x_r) - Fraction(start.state[0]) != s:
+            continue
+        shifted.append((start, Start(new, (x_r, *start.state[1:]), start.phase)))
+    assert len(shifted) > 2
+    runs = [judge.runs(TWO_STOPS, column) for column in zip(*shifted, strict=True)]
+    for (start, _), run, other in zip(shifted, *runs, strict=True):
+        assert run.fields == other.fields
+        assert abs(float(other.state[0] - run.state[0]) - start.parameters["s"]) < TINY
+        assert abs(float(other.state[3] - run.state[3])) < TINY
