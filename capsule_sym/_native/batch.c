@@ -159,16 +159,22 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
         }
         const capsule_constants *c = &workspace->map.field[field - 1];
         const double way = DRIFT_OF[field - 1], at_bound = state.bound;
+#if !CAPSULE_PULSED
         double cosine, sine;
         sine_cosine(state.angle, state.angle_rest, &sine, &cosine);
+#endif
         const double slips = state.v_c == 0.0 ? 1.0 + (at_bound == way) : 0.0;
 #define OF_RUN(name) [RUN_##name] = c->name,
         const double numbers[CAPSULE_RUN_NUMBERS] = {
             [X_R] = state.x_r, [FAR] = state.gap, [V_R] = state.v_r, [V_C] = state.v_c,
             [MARGIN] = state.bound ? friction_at(c, at_bound) - c->friction
                                    : margin_at(c, state.x_r, state.gap, state.v_r),
-            [ANGLE] = state.angle, [COSINE] = cosine, [SINE] = sine,
-            [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
+#if CAPSULE_PULSED
+            [HIGH] = c->high,
+#else
+            [COSINE] = cosine, [SINE] = sine,
+#endif
+            [ANGLE] = state.angle, [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
             /* A touch, where v_r is 0 too, proves nothing: its first coefficient is 0. */
             [GAP_ZEROS] = state.gap == 0.0, [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
             CAPSULE_RUN_PARAMETERS(OF_RUN)};
@@ -182,6 +188,17 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
     }
 }
 
+/* The field beyond a lane's switch. */
+static int field_beyond(const double *number, const capsule_outcomes *out, int l)
+{
+#if CAPSULE_PULSED
+    const int level = number[HIGH] == 0.0;
+#else
+    const int level = 0;
+#endif
+    return FIELD_OF[level][out->contact >> l & 1][(int)number[WAY] + 1];
+}
+
 /* What follows from a step for one of its lanes. */
 static void finish_step(batch_progress *w, int slot, int level, const capsule_outcomes *out, int l)
 {
@@ -190,6 +207,7 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
     int field = workspace->run[slot].field, key = workspace->run[slot].key;
     double *guess = &workspace->run[slot].guess[field - 1][key];
     const int crosses = out->crossing >> l & 1, open = out->open >> l & 1;
+    const int edge = out->edge >> l & 1;
     const int expansions = ++workspace->run[slot].expansions - open;
     /* A switch after many expansions, whose roundings add up, is moved to where the closed form from
        the segment's start has it. */
@@ -214,9 +232,11 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
             mark[2] = end[3];
         }
         if (period == w->periods) {
-            const capsule_state last = {.x_r = end[0], .gap = end[1], .v_r = end[2],
-                                        .v_c = end[3], .position = end[4], .period = period,
-                                        .field = crosses ? 0 : field};
+            capsule_state last = {.x_r = end[0], .gap = end[1], .v_r = end[2],
+                                  .v_c = end[3], .position = end[4], .period = period,
+                                  .field = crosses ? 0 : field};
+            if (edge)
+                last.plane = EDGE_PLANE[0], last.field = field_beyond(number, out, l);
             finish_run(w, slot, CAPSULE_DONE, &last);
             return;
         }
@@ -225,13 +245,15 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
         const int left = field;
         *guess = number[LASTED];
         key = number[GAP_ZEROS] > 0.0;
-        field = FIELD_OF[0][out->contact >> l & 1][(int)number[WAY] + 1];
+        field = field_beyond(number, out, l);
         if (w->batch->first) {
             const double v_r = number[V_R], v_c = number[V_C];
             const capsule_state start = state_of(number, field, workspace->run[slot].period);
             w->batch->first[workspace->run[slot].row] = (capsule_event){
                 .period = start.period, .angle = number[ANGLE], .field = left,
-                .plane = v_c == 0.0 ? field : impact_plane(left, field, v_c, v_r)};
+                .plane = edge          ? EDGE_PLANE[LEVEL_OF[field - 1]]
+                         : v_c == 0.0 ? field
+                                      : impact_plane(left, field, v_c, v_r)};
             finish_run(w, slot, CAPSULE_FULL, &start);
             return;
         }

@@ -6,7 +6,12 @@
 
 /* Numbers of a run: where its next expansion stands and what is known of its start there. */
 enum {
-    X_R, FAR, V_R, V_C, MARGIN, ANGLE, COSINE, SINE, ANGLE_REST,
+    X_R, FAR, V_R, V_C, MARGIN, ANGLE, ANGLE_REST,
+#if CAPSULE_PULSED
+    HIGH,         /* whether the drive is at its high level */
+#else
+    COSINE, SINE,
+#endif
     WAY,          /* of the drift: 1, -1, or 0 at rest */
     GAP_ZEROS,    /* derivatives that vanish at the start, of the gap */
     SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
@@ -22,6 +27,7 @@ typedef struct {
     int undetermined;  /* what follows the switch stays open here */
     int crossing; /* a switch ends the segment */
     int contact;  /* of the segment to come */
+    int edge;     /* the switch is an edge of pulses */
     int passed;   /* an excitation period ended within the expansion */
     double end[8][8]; /* there, if asked for: x_r, gap, v_r, v_c, x_c by lane */
 } capsule_outcomes;

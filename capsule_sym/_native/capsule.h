@@ -33,22 +33,27 @@
 #define CAPSULE_LIMITS 8
 #define CAPSULE_LEVELS 4 /* lengths of expansions side by side, each half of the one before */
 
-/* What expansions of one linear flow have in common, for motions made of the four responses to a
-   unit force, a unit velocity and the forcing's cosine and sine. The time unit is `reach`. */
+/* What expansions of one linear flow have in common, for motions made of the responses to a unit
+   force and a unit velocity, and, of a drive that is not constant, to its cosine and sine. The time unit is `reach`. */
 #define CAPSULE_TABLE_OF(number, terms, degree, levels)                                            \
     struct {                                                                                       \
         double reach, root_K, level[levels]; /* level: 1, 1/2, ... */                              \
         double x_per_energy, v_c_per_energy, force_per_energy; /* bounds by that of free motion */ \
-        double reach_per_gamma;                                                         \
+        double reach_per_gamma;                                                                    \
         int contact;                                                                               \
         number per_reach;                                                                          \
-        number x_whole[4], v_whole[4], second_whole[4]; /* x_r(1) - x_r(0), v_r(1), second_form's */ \
-        number x[4][terms];                      /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */ \
-        number x_form[levels][4][degree];        /* Bernstein coefficients on (0, level), from 1 */ \
-        number second_form[levels][4][degree];   /* of P - P(0); in drift v_c - v_c(0) - margin s */ \
+        /* A row, or a number, for each response. */                                               \
+        number x_whole[CAPSULE_RESPONSE_COUNT]; /* x_r(1) - x_r(0) */                              \
+        number v_whole[CAPSULE_RESPONSE_COUNT], second_whole[CAPSULE_RESPONSE_COUNT]; /* v_r(1) */ \
+        number x[CAPSULE_RESPONSE_COUNT][terms]; /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */ \
+        /* Bernstein coefficients on (0, level), from 1: of x_r, and of P - P(0), which is in drift \
+           v_c - v_c(0) - margin s. */                                                             \
+        number x_form[levels][CAPSULE_RESPONSE_COUNT][degree];                                     \
+        number second_form[levels][CAPSULE_RESPONSE_COUNT][degree];                                \
         number from_position[terms + 1], from_rate[terms + 1]; /* x to P or v_c, by term */        \
-        double limit[4][CAPSULE_LIMITS]; /* bounds per unit of each response, see tables.h */      \
-        double v_error[4], x_speed[4], second_speed[4]; /* of v_r; on derivatives in s */          \
+        double limit[CAPSULE_RESPONSE_COUNT][CAPSULE_LIMITS]; /* bounds per unit, see tables.h */  \
+        double v_error[CAPSULE_RESPONSE_COUNT]; /* of v_r */                                       \
+        double x_speed[CAPSULE_RESPONSE_COUNT], second_speed[CAPSULE_RESPONSE_COUNT]; /* in s */   \
     }
 typedef CAPSULE_TABLE_OF(double, CAPSULE_TERMS, CAPSULE_DEGREE, CAPSULE_LEVELS) capsule_table;
 
@@ -153,7 +158,7 @@ typedef struct {
 } capsule_batch;
 
 #define CAPSULE_BATCH_SIZE 128  /* runs in hand at a time */
-#define CAPSULE_RUN_NUMBERS ((17 + CAPSULE_RUN_PARAMETER_COUNT + 3) / 4 * 4)
+#define CAPSULE_RUN_NUMBERS ((17 - CAPSULE_PULSED + CAPSULE_RUN_PARAMETER_COUNT + 3) / 4 * 4)
 
 /* Workspace of `capsule_run_many`, some 100 kB: zero before the first call; the tables of the last
    flows are kept for the next. */

@@ -28,16 +28,18 @@ static void interval_make(const capsule_map *map, const capsule_segment *s, cons
                        .position = s->position};
     if (node > 0.0) {
         const capsule_start start = capsule_start_of(s);
-        const double h = p->begins, turned = k->omega * h;
-        const double cosine = cos(turned), sine = sin(turned);
+        const double h = p->begins;
         double change[3] = {0.0, 0.0, 0.0};
         capsule_flow(k, &start, h, change);
         p->begin.x_r += change[0];
         p->begin.gap += change[0];
         p->begin.v_r = change[1];
         p->begin.v_c += change[2];
+#if !CAPSULE_PULSED
+        const double turned = k->omega * h, cosine = cos(turned), sine = sin(turned);
         p->begin.cosine = s->cosine * cosine - s->sine * sine;
         p->begin.sine = s->sine * cosine + s->cosine * sine;
+#endif
         p->begin.margin = margin_at(k, p->begin.x_r, p->begin.gap, p->begin.v_r);
         if (p->drift && p->position)
             p->begin.position += capsule_flow_advance(k, &start, change[0], h);
@@ -45,7 +47,7 @@ static void interval_make(const capsule_map *map, const capsule_segment *s, cons
     const expansion e = expand(k, k, t, p->drift, &p->begin);
     p->slope = e.slope;
     for (int n = 0; n < TERMS; n++)
-        p->a[n] = combined(e.u, t->x[0][n], t->x[1][n], t->x[2][n], t->x[3][n]);
+        p->a[n] = combined(e.u, t->x, n);
 }
 
 static void interval_state(const interval *p, double h, double state[4])

@@ -1,7 +1,7 @@
 /* One expansion of a motion, its guards and their error bounds. Written once, over the numbers of
    number.h.
 
-   On an expansion the time unit is its reach. x_r(s) - x_r(0) is a combination of four tabulated
+   On an expansion the time unit is its reach. x_r(s) - x_r(0) is a combination of tabulated
    responses; P and v_c follow term by term. The same coefficients bound a guard (in Bernstein
    form) and give the states, and small durations lose no digits, because the value at the start is
    never part of the sum.
@@ -21,9 +21,11 @@ typedef struct {
     bound v_c_error, angle_error;
 } point;
 
+#define RESPONSES CAPSULE_RESPONSE_COUNT
+
 typedef struct {
-    real u[4], slope;                   /* multiples of the responses; in drift v_c' reach */
-    bound size[4];                      /* what the multiples add up */
+    real u[RESPONSES], slope;           /* multiples of the responses; in drift v_c' reach */
+    bound size[RESPONSES];                      /* what the multiples add up */
     bound limit[CAPSULE_LIMITS];        /* the table's bounds by these */
     bound x_own, second_own;            /* error bounds of x_r, and of P or v_c: this expansion's */
     bound x_rounding, second_rounding;  /* and all */
@@ -31,18 +33,33 @@ typedef struct {
 
 inlined bound bound_dot(const double *t, const bound *size)
 {
+#if CAPSULE_PULSED
+    return fused(all(t[1]), size[1], t[0] * size[0]);
+#else
     return fused(all(t[1]), size[1], t[0] * size[0]) + fused(all(t[3]), size[3], t[2] * size[2]);
+#endif
 }
 
-/* A combination of rows of a table. */
-inlined real combined(const real *u, entry a, entry b, entry c, entry d)
+/* Combinations of a table's entries for two responses, and for all of them: in column n of its rows. */
+inlined real combined_two(const real *u, entry a, entry b)
 {
-    return add(mad(row(a), u[0], mul(row(b), u[1])), mad(row(c), u[2], mul(row(d), u[3])));
+    return mad(row(a), u[0], mul(row(b), u[1]));
 }
+
+#if CAPSULE_PULSED
+#define combined(u, t, n) combined_two(u, (t)[0][n], (t)[1][n])
+#else
+#define combined(u, t, n)                                                                          \
+    add(combined_two(u, (t)[0][n], (t)[1][n]), combined_two((u) + 2, (t)[2][n], (t)[3][n]))
+#endif
 
 inlined real dot(const entry *t, const real *u)
 {
-    return combined(u, t[0], t[1], t[2], t[3]);
+#if CAPSULE_PULSED
+    return combined_two(u, t[0], t[1]);
+#else
+    return add(combined_two(u, t[0], t[1]), combined_two(u + 2, t[2], t[3]));
+#endif
 }
 
 inlined expansion expand(const segment *c, const segment_sizes *b, const table *t, int drift,
@@ -53,15 +70,23 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     const bound v = size_of(near_to(s->v_r)), v_c = size_of(near_to(s->v_c));
     e.u[0] = rest_force(c, s->x_r, s->gap);
     e.u[1] = s->v_r;
+#if !CAPSULE_PULSED
     forcing_terms(c, s->cosine, s->sine, &e.u[2], &e.u[3]);
+#endif
     e.size[0] = rest_force_size(b, x, gap);
     e.size[1] = v;
+#if !CAPSULE_PULSED
     forcing_terms_size(b, &e.size[2], &e.size[3]);
+#endif
     const bound margin_error =
         (MARGIN_AT_UNITS + 1) * UNIT * (margin_at_size(b, x, gap, v) + friction_bounds(b));
     for (int i = 0; i < CAPSULE_LIMITS; i++)
+#if CAPSULE_PULSED
+        e.limit[i] = fused(all(t->limit[1][i]), e.size[1], t->limit[0][i] * e.size[0]);
+#else
         e.limit[i] = fused(all(t->limit[1][i]), e.size[1], t->limit[0][i] * e.size[0]) +
                      fused(all(t->limit[3][i]), e.size[3], t->limit[2][i] * e.size[2]);
+#endif
     e.x_own = e.limit[X_ERROR] + 2.0 * UNIT * gap + UNDERFLOW;
     e.second_own = e.limit[SECOND_ERROR] + UNDERFLOW;
     e.slope = num(0.0);
@@ -207,11 +232,13 @@ inlined void form_of(const table *t, const expansion *e, int which, int level, i
 {
     const entry(*rows)[DEGREE] = which == GAP ? t->x_form[level] : t->second_form[level];
     const real by = wide(g->sign);
-    const real u[4] = {mul(by, e->u[0]), mul(by, e->u[1]), mul(by, e->u[2]), mul(by, e->u[3])};
+    real u[RESPONSES];
+    for (int k = 0; k < RESPONSES; k++)
+        u[k] = mul(by, e->u[k]);
     const real slope = mul(mul(by, e->slope), num(t->level[level]));
     for (int j = 0; j < DEGREE; j++) {
         g->form[j] = other ? neg(other->form[j])
-                           : combined(u, rows[0][j], rows[1][j], rows[2][j], rows[3][j]);
+                           : combined(u, rows, j);
         if (drift && which != GAP)
             g->form[j] = mad(slope, part(num(j + 1.0), DEGREE), g->form[j]);
     }

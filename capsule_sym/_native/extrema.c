@@ -28,6 +28,7 @@ typedef struct {
     capsule_quantity quantity;
     double rounding; /* 1 where its bounds count, 0 of a peak */
     double force, largest_x, largest_v, gap_error; /* of the closed form's error bounds */
+    double amplitude; /* of what the drive changes by within a segment */
 } course;
 
 /* The rate at a time: derivatives over factorials, bounds on their errors, and on the remainder. */
@@ -55,11 +56,14 @@ static course course_of(const capsule_constants *c, const capsule_start *start,
     const double x = fabs(start->x_r), gap = fabs(start->gap);
     f.force = rest_force_size(c, x, gap);
     f.largest_x = f.largest_v = INFINITY;
+#if !CAPSULE_PULSED
+    f.amplitude = c->alpha;
     if (c->Z2 > 0.0) {
         const double detuning = fabs(c->K - c->omega * c->omega), both = c->omega + sqrt(c->K);
         f.largest_x = (2.0 * c->sigma * both + 2.0 * detuning) / c->Z2;
         f.largest_v = (4.0 * c->sigma * c->omega * c->omega + detuning * both) / c->Z2;
     }
+#endif
     f.gap_error = 2.0 * gap > c->delta ? UNIT * gap : 0.0;
     return f;
 }
@@ -71,12 +75,12 @@ static void errors_at(const course *f, double h, double x_r, double *of_x, doubl
     const double v = fabs(f->start->v_r), root_K = sqrt(c->K), g = fmin(h, 1.0 / c->fast);
     const double forced_x = fmin(fmin(h * h / 2.0, h / root_K), f->largest_x);
     const double forced_v = fmin(h, f->largest_v);
-    const double x_terms = v * g + f->force * fmin(h * h / 2.0, 2.0 / c->K) + c->alpha * forced_x;
-    const double v_terms = v + f->force * g + c->alpha * forced_v;
+    const double x_terms = v * g + f->force * fmin(h * h / 2.0, 2.0 / c->K) + f->amplitude * forced_x;
+    const double v_terms = v + f->force * g + f->amplitude * forced_v;
     const double phase = c->q >= 0.0 ? c->fast * h / (1.0 + c->sigma * h) : 1.0;
     const double units = FORM_UNITS * UNIT * (1.0 + phase + c->omega * h);
     const double carried = 2.0 * f->gap_error;
-    const double late = 2.0 * UNIT * TWO_PI * c->alpha;
+    const double late = 2.0 * UNIT * TWO_PI * f->amplitude;
     *of_x = units * x_terms + UNIT * fabs(x_r) + carried + late * forced_x + UNDERFLOW;
     *of_v = units * v_terms + root_K * carried + late * forced_v + UNDERFLOW;
 }
@@ -85,9 +89,13 @@ static expansion expand(const course *f, double h)
 {
     const capsule_constants *c = f->c;
     const capsule_start *s = f->start;
+#if CAPSULE_PULSED
+    const double turned = 0.0, cosine = 0.0, sine = 0.0;
+#else
     const double turned = c->omega * h, co = cos(turned), si = sin(turned);
     const double cosine = s->cos_theta * co - s->sin_theta * si;
     const double sine = s->sin_theta * co + s->cos_theta * si;
+#endif
     const double late = 2.0 * UNIT * (TWO_PI + turned) + 8.0 * UNIT;
     double x_error = f->gap_error + UNDERFLOW, v_error = UNDERFLOW, change[3] = {0.0, 0.0, 0.0};
     double x[ORDER + 3], size[ORDER + 3], margin = s->margin;
@@ -103,7 +111,7 @@ static expansion expand(const course *f, double h)
     size[0] = fabs(x_r) + x_error / UNIT, size[1] = fabs(v_r) + v_error / UNIT;
     x[2] = v_rate(c, x_r, gap, v_r, cosine);
     size[2] = v_rate_size(c, size[0], fabs(gap) + x_error / UNIT, size[1]);
-    double drive = c->alpha;
+    double drive = f->amplitude;
     for (int n = 3; n < ORDER + 3; n++) {
         const double wave = n % 2 ? sine : cosine;
         drive *= c->omega;
@@ -118,7 +126,7 @@ static expansion expand(const course *f, double h)
     const double high = fabs(x[last + 1]) + slack * size[last + 1];
     const double low = fabs(x[last]) + slack * size[last];
     double factor = (1.0 + 8.0 * UNIT) * hypot(high, sqrt(c->K) * low), inverse = 1.0;
-    double forcing = c->alpha * pow(c->omega, last) * (1.0 + 32.0 * UNIT);
+    double forcing = f->amplitude * pow(c->omega, last) * (1.0 + 32.0 * UNIT);
     expansion e = {.value = gaps ? gap : speed ? s->v_c + change[2] : margin + c->friction,
                    .x_r = x_r, .gap = gap, .v_r = v_r};
     if (!gaps)

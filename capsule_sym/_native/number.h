@@ -286,6 +286,12 @@ static inline int impact_plane(int before, int after, double v_c, double v_r)
     const int stop = CAPSULE_STOP_COUNT == 1 ? 1 : CONTACT_OF[before - 1] + CONTACT_OF[after - 1];
     return IMPACT_PLANE[stop - 1][v_c > 0.0][v_r > 0.0];
 }
+/* The error of the rounded product p of a and b. */
+#if WIDTH == 1
+#define product_rest(a, b, p) fma(a, b, -(p))
+#else
+#define product_rest(a, b, p) fused(a, b, -(p))
+#endif
 
 /* Sine and cosine of an angle in [0, 2 pi], and a little more: the nearest multiple of pi/2 is
    taken off in parts, then Taylor's series on [-pi/4, pi/4]. */
@@ -337,5 +343,16 @@ inlined void sine_cosine(real angle, bound rest, real *sine, real *cosine)
     *cosine = (quarters + 1) & 2 ? neg(b) : b;
 }
 #endif
+
+/* What the drive's phase is to the motion: nothing while it is constant. */
+inlined void phase_terms(real angle, bound rest, real *sine, real *cosine)
+{
+#if CAPSULE_PULSED
+    (void)angle, (void)rest;
+    *sine = *cosine = num(0.0);
+#else
+    sine_cosine(angle, rest, sine, cosine);
+#endif
+}
 
 #endif

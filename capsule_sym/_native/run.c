@@ -46,6 +46,7 @@ void capsule_write_strobe(const capsule_request *request, int64_t period, double
     }
 }
 
+#if !CAPSULE_PULSED
 /* The end of a period of a segment that lasts for ever. Its free part alone, about where it rests, is
    advanced, so that no large time meets a sine. */
 static void resting_state(const capsule_constants *k, double x, double v, double h,
@@ -95,6 +96,7 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
     p->outcome = CAPSULE_NEVER;
     context->exact.known = 0;
 }
+#endif
 
 const capsule_code *capsule_code_here(int wide)
 {

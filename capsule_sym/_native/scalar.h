@@ -68,7 +68,7 @@ static point point_at(const segment *c, int field, const known *p, const capsule
 #else
     (void)context;
 #endif
-        sine_cosine(p->angle, p->angle_rest, &s.sine, &s.cosine);
+        phase_terms(p->angle, p->angle_rest, &s.sine, &s.cosine);
     s.margin = bound_at != 0.0 ? sub(friction_at(c, num(bound_at)), c->friction)
                                : margin_at(c, p->x_r, p->gap, p->v_r);
     if (near_to(p->gap) == 0.0)
@@ -129,13 +129,29 @@ static int is_successor(const segment *c, int field, const known *p)
     return open ? -1 : 1;
 }
 
-/* The field that takes over: the one all of whose guards are positive just after. */
-static int successor_of(const capsule_map *map, const known *p)
+/* The drive's level at an angle, 0 for the high one of pulses: at an edge that to come. */
+static int level_at(const capsule_map *map, const known *p)
+{
+#if CAPSULE_PULSED
+    segment room;
+    const segment *c = segment_of(map, FIELD_OF[0][0][1], &room);
+    real fall;
+    bound rest;
+    edge_angle(c, &fall, &rest);
+    return near_to(add(sub(p->angle, fall), wide(p->angle_rest - rest))) >= 0.0;
+#else
+    (void)map, (void)p;
+    return 0;
+#endif
+}
+
+/* The field of a level that takes over: the one all of whose guards are positive just after. */
+static int successor_of(const capsule_map *map, const known *p, int level)
 {
     const double gap = near_to(p->gap), v_r = near_to(p->v_r), v_c = near_to(p->v_c);
     const int contact = gap > 0.0 || (gap == 0.0 && v_r > 0.0);
     if (!(gap == 0.0 && v_r == 0.0) && !p->bound_at) {
-        const int rest = FIELD_OF[0][contact][1];
+        const int rest = FIELD_OF[level][contact][1];
         segment c_room;
         segment_sizes b_room;
         const segment *c = segment_of(map, rest, &c_room);
@@ -143,12 +159,13 @@ static int successor_of(const capsule_map *map, const known *p)
         int undetermined;
         const double way = direction_after(c, sizes_of(c, &b_room), &s, p->bound_at, &undetermined);
         if (!undetermined)
-            return FIELD_OF[0][contact][(int)way + 1];
+            return FIELD_OF[level][contact][(int)way + 1];
     }
     int found = 0;
     for (int field = 1; field <= CAPSULE_FIELD_COUNT; field++) {
         if ((gap != 0.0 && CONTACT_OF[field - 1] != (gap > 0.0)) ||
-            (v_c != 0.0 && DRIFT_OF[field - 1] != (v_c > 0.0 ? 1 : -1)))
+            (v_c != 0.0 && DRIFT_OF[field - 1] != (v_c > 0.0 ? 1 : -1)) ||
+            LEVEL_OF[field - 1] != level)
             continue;
         segment room;
         const int taken = is_successor(segment_of(map, field, &room), field, p);
@@ -160,6 +177,7 @@ static int successor_of(const capsule_map *map, const known *p)
     return found;
 }
 
+#if !CAPSULE_PULSED
 /* Whether a sticking segment without contact is proved to last for ever. */
 static int rests_forever(const segment *c, const capsule_constants *k, const point *s)
 {
@@ -186,6 +204,7 @@ static int rests_forever(const segment *c, const capsule_constants *k, const poi
            most < near_to(friction_guard(c, num(-1.0), load)) &&
            most < near_to(friction_guard(c, num(1.0), load));
 }
+#endif
 
 #ifndef WIDE
 /* Moves a switch and the state there to where the closed form from the segment's start has it.
@@ -211,16 +230,33 @@ static void refine(const segment *c, const capsule_constants *k, const point *fr
     to->v_r = v_r + by * rate;
     to->v_c = c->drift != 0.0 && o->at_gap ? v_c + by * slip : 0.0;
     to->angle_rest += c->omega * by;
-    sine_cosine(to->angle, to->angle_rest, &to->sine, &to->cosine);
+    phase_terms(to->angle, to->angle_rest, &to->sine, &to->cosine);
     *duration += by;
 }
+
+#if CAPSULE_PULSED
+/* The same of an edge, whose time is known. */
+static void refine_edge(const segment *c, const capsule_constants *k, const point *from, point *to,
+                        double *duration)
+{
+    const capsule_start start = {from->x_r,    from->gap,    from->v_r, from->v_c,
+                                 from->margin, from->cosine, from->sine};
+    double change[3] = {0.0, 0.0, 0.0};
+    *duration = time_to_edge(c, from);
+    capsule_flow(k, &start, *duration, change);
+    to->x_r = from->x_r + change[0];
+    to->gap = from->gap + change[0];
+    to->v_r = change[1];
+    to->v_c = from->v_c + change[2];
+}
+#endif
 #endif
 
 static int field_at(const capsule_map *map, const capsule_state *state)
 {
     const capsule_exact unknown = {.known = 0};
     const known p = known_of(map, state, &unknown);
-    return successor_of(map, &p);
+    return successor_of(map, &p, level_at(map, &p));
 }
 
 static void one_step(const segment *c, const segment_sizes *b, const table *t, int drift,
@@ -250,12 +286,16 @@ static void end_run(capsule_context *context, capsule_state *state, const outcom
 
 /* The state at a switch, and the field that takes over; where that stays open, nothing. */
 static void switch_field(capsule_context *context, capsule_state *state, const outcome *o,
-                         const point *at, int contact, int64_t period, capsule_result *p)
+                         const point *at, int field, int64_t period, capsule_result *p)
 {
+    const int contact = CONTACT_OF[field - 1];
+    const int level = o->edge ? !LEVEL_OF[field - 1] : LEVEL_OF[field - 1];
+
     const known end = {at->x_r, at->gap, at->v_r, at->v_c, at->angle, at->angle_rest,
                        (int)o->bound_at};
-    const int following = o->undetermined ? successor_of(context->map, &end)
-                                    : FIELD_OF[0][o->at_gap ? !contact : contact][(int)o->way + 1];
+    const int following =
+        o->undetermined ? successor_of(context->map, &end, level)
+                        : FIELD_OF[level][o->at_gap ? !contact : contact][(int)o->way + 1];
     if (!following)
         return; /* The switch itself is certain, but not where it leads. */
     p->outcome = CAPSULE_REGULAR;
@@ -267,7 +307,12 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
         .angle = near_to(at->angle), .angle_rest = at->angle_rest,
         .position = state->position + p->advance, .period = period, .bound = (int)o->bound_at,
         /* Eq. (24): by the field to come where the capsule rests. */
-        .plane = v_c == 0.0 ? following : impact_plane(p->field, following, v_c, v_r), .field = following};
+        .plane = o->edge      ? EDGE_PLANE[level]
+                 : v_c == 0.0 ? following
+                              : impact_plane(p->field, following, v_c, v_r),
+        .field = following};
+    if (o->edge && o->passed)
+        capsule_write_strobe(context->request, period, state->x_r, v_r, v_c);
     context->exact.known = 0;
     context->angle = state->angle;
     context->cosine = near_to(at->cosine), context->sine = near_to(at->sine);
@@ -304,17 +349,21 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     const known start = known_of(map, state, &context->exact);
     memset(p, 0, sizeof *p);
     p->outcome = CAPSULE_UNDECIDED;
-    const int field = state->field ? state->field : successor_of(map, &start);
+    const int field = state->field ? state->field : successor_of(map, &start, level_at(map, &start));
     if (!field)
         return;
-    const int way = DRIFT_OF[field - 1], drift = way != 0, contact = CONTACT_OF[field - 1];
+    const int way = DRIFT_OF[field - 1], drift = way != 0;
+#if !CAPSULE_PULSED || !defined(WIDE)
     const capsule_constants *k = &map->field[field - 1];
+#endif
     segment c_room;
     segment_sizes b_room;
     const segment *c = segment_of(map, field, &c_room);
     const segment_sizes *b = sizes_of(c, &b_room);
     const table *t = table_of(context, field, c);
+#if !CAPSULE_PULSED
     const int can_rest = field == FIELD_OF[0][0][1] && map->may_rest;
+#endif
     const point from = point_at(c, field, &start, context), *here = &from;
     point later[2], *next = later;
     double *guess = &context->guess[field][state->plane];
@@ -329,6 +378,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
             p->gave_up = 1;
             return;
         }
+#if !CAPSULE_PULSED
         if (can_rest && rests_forever(c, k, here)) {
             capsule_state end = *state;
             end.period = period;
@@ -339,6 +389,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
                 *state = end;
             return;
         }
+#endif
         const int ends = request->strobe || context->periods - period == 1;
         one_step(c, b, t, drift, context->position, ends, way, *guess, here, next, &o);
         if (o.open) {
@@ -349,7 +400,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
         double spent = near_to(o.h);
         if (o.passed) {
             period++;
-            if (ends) {
+            if (ends && !o.edge) {
                 capsule_write_strobe(request, period, near_to(o.end.x_r), near_to(o.end.v_r),
                                near_to(o.end.v_c));
                 if (period == context->periods)
@@ -361,8 +412,9 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
         duration = before + spent;
         lost = (duration - before) - spent;
         p->duration = duration;
-        if (o.passed && period == context->periods) {
+        if (o.passed && !o.edge && period == context->periods) {
             p->outcome = CAPSULE_END;
+#if !CAPSULE_PULSED
             if (can_rest) {
                 /* What rests for ever does so at the end too, wherever the expansions stood. */
                 point last = o.end;
@@ -371,6 +423,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
                 if (rests_forever(c, k, &last))
                     p->outcome = CAPSULE_NEVER;
             }
+#endif
             end_run(context, state, &o, field, p);
             return;
         }
@@ -379,10 +432,14 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     }
     *guess = near_to(o.h) / t->reach;
 #ifndef WIDE
-    if (p->evaluations > MOST_SUMMED) {
+#if CAPSULE_PULSED
+    if (p->evaluations > MOST_SUMMED && o.edge)
+        refine_edge(c, k, &from, next, &p->duration);
+#endif
+    if (p->evaluations > MOST_SUMMED && !o.edge) {
         refine(c, k, &from, &o, o.error * t->reach, next, &p->duration);
         o.undetermined = 1;
     }
 #endif
-    switch_field(context, state, &o, next, contact, period, p);
+    switch_field(context, state, &o, next, field, period, p);
 }

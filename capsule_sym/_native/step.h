@@ -31,6 +31,7 @@ typedef struct {
     mask crossing; /* a switch ends the segment */
     mask passed;   /* an excitation period ended in it */
     mask undetermined;  /* what follows the switch stays open here */
+    mask edge;     /* the switch is an edge of pulses */
     mask at_gap;   /* the gap's guard fired */
     bound way;     /* after a switch, of the drift: 1, -1, or 0 at rest */
     bound bound_at; /* and whether P is f_b (1) or -f_b (-1) there exactly */
@@ -100,11 +101,12 @@ inlined void bound_guards(const segment *c, const table *t, const expansion *e, 
     p->is_gap = found[GAP].crossing & (not(by_friction) | ge(near, found[GAP].near));
 }
 
-/* How far an expansion goes: to a switch, or as far as nothing happens. */
+/* How far an expansion goes: to a switch, an edge of the drive, or as far as nothing happens. */
 typedef struct {
     real at;
     bound error, sign, zeros; /* the error of a switch; of its guard the sign, and zeros at the start */
     mask sure, corner;        /* where a switch is proved to be first; where two guards vanish together */
+    mask edge;                /* where an edge is */
     motion m;
     real v_c_by;
 } location;
@@ -224,6 +226,95 @@ inlined void find_root(const segment *c, const table *t, const expansion *e, con
     f->sure &= simple;
 }
 
+#if CAPSULE_PULSED
+/* The angle at which the drive's level ends, exactly: a share of 2 pi, or all of it. */
+inlined void edge_angle(const segment *c, real *angle, bound *rest)
+{
+    const mask falls = gt(near_to(c->high), all(0.0));
+    const real share = high_share(c);
+#ifdef WIDE
+    const real turn = {TWO_PI, TWO_PI_REST};
+    *angle = falls ? mul(share, turn) : turn;
+    *rest = falls ? TWO_PI_LAST * share.hi : TWO_PI_LAST;
+#else
+    const bound whole = share * TWO_PI;
+    *angle = pick(falls, whole, all(TWO_PI));
+    *rest = pick(falls, product_rest(share, all(TWO_PI), whole) + share * TWO_PI_REST, all(TWO_PI_REST));
+#endif
+}
+
+/* How long it is until then. */
+inlined real time_to_edge(const segment *c, const point *s)
+{
+    real angle;
+    bound rest;
+    edge_angle(c, &angle, &rest);
+    const real h = over(add(sub(angle, s->angle), wide(rest - s->angle_rest)), c->omega);
+    return choose(gt(near_to(h), all(0.0)), h, num(0.0));
+}
+
+/* Where a guard that crosses zero once is proved to be positive up to a time, by its value there: the
+   polynomial below it is positive still. That is below the form by rounding + tail + off at most, and the
+   form is apart from the value by twice the rounding and a tail; where the guard begins at zero all of
+   these shrink as it does. `error` is that of the time. */
+inlined mask still_positive(const segment *c, const table *t, const expansion *e, int which, int drift,
+                            const point *s, const certificate *p, const location *f, bound error)
+{
+    const guard *g = &p->g[which];
+    const bound at = near_to(f->at), zero = all(0.0), one = all(1.0);
+    const real pulled = force_change(c, f->m.x, mul(f->m.slope, row(t->per_reach)));
+    const real value = which == GAP ? mul(wide(g->sign), add(s->gap, f->m.x))
+                       : drift      ? mul(wide(g->sign), add(s->v_c, f->v_c_by))
+                                    : friction_guard(c, wide(g->sign), add(s->margin, pulled));
+    const bound begun = pick(gt(g->zeros, zero), pick(gt(g->zeros, one), at * at, at), one);
+    const bound most = which == GAP ? bound_dot(t->x_speed, e->size)
+                                    : bound_dot(t->second_speed, e->size) + size_of(near_to(e->slope));
+    return gt(near_to(value), begun * (3.0 * g->rounding + p->found[which].off) +
+                                  3.0 * g->tail * (at * at * at) + error * most);
+}
+
+inlined void find_motion(const segment *c, const table *t, const expansion *e, const real *a, int drift,
+                         int position, location *f);
+
+/* Where an edge of the drive comes before anything else: every guard is positive up to its time. What is
+   proved of a guard beyond the edge does not matter. A switch that is not proved to come before the edge is
+   open unless it is proved to come after it. */
+inlined void find_edge(const segment *c, const table *t, const expansion *e, const real *a, int drift,
+                       int position, real until, mask near_edge, const point *s, certificate *p,
+                       location *f)
+{
+    const bound at = near_to(until);
+    const bound error = (s->angle_error + 8.0 * UNIT * TWO_PI) / near_to(c->omega) *
+                            near_to(row(t->per_reach)) + 4.0 * UNIT * at;
+    const mask before = f->sure & lt(near_to(f->at) + f->error + error, at);
+    mask first = near_edge & not(before);
+    f->edge = none;
+    if (!some(first))
+        return;
+    location there = *f;
+    there.at = until;
+    find_motion(c, t, e, a, drift, position, &there);
+    const mask asked = first;
+    for (int i = 0; i < (drift ? 2 : 3); i++) {
+        const isolation *g = &p->found[i];
+        mask positive = g->clear | lt(at + error, g->from);
+        if (some(first & not(positive)))
+            positive |= g->crossing & still_positive(c, t, e, i, drift, s, p, &there, error);
+        first &= positive;
+    }
+    const mask unclear = asked & not(first) & f->sure;
+    f->corner |= unclear;
+    p->open = (p->open | unclear) & not(first);
+    f->corner &= not(first);
+    f->sure &= not(first | unclear);
+    f->edge = first;
+    f->at = choose(first, until, f->at);
+#define THERE(name) f->name = choose(first, there.name, f->name);
+    THERE(m.x) THERE(m.slope) THERE(m.lag) THERE(m.sum) THERE(m.lag_sum) THERE(m.again) THERE(v_c_by)
+#undef THERE
+}
+#endif
+
 /* Where the other one of the gap and the friction guard crosses later: the polynomial below it, which
    crosses once, is positive still. It is below the form by rounding + tail + off at most, and the form is
    apart from the value by twice the rounding and a tail. */
@@ -335,15 +426,29 @@ again:
 #endif
 }
 
-/* The angle after a time, within a turn: true where a period ended. */
-inlined mask turn(const segment *c, const point *s, real h, mask open, point *to)
+/* The angle after a time, within a turn: true where a period ended, which with pulses is at an edge. */
+inlined mask turn(const segment *c, const point *s, real h, mask open, mask edge, point *to)
 {
     /* What rounding takes from a sum of angles goes into the next one. */
     const real turned = mad(c->omega, h, wide(s->angle_rest));
     real angle = add(s->angle, turned);
     const real added = sub(angle, s->angle);
     bound rest = near_to(add(sub(s->angle, sub(angle, added)), sub(turned, added)));
-    const mask passed = ge(near_to(angle), all(TWO_PI)) & not(open);
+    mask passed = none;
+#if CAPSULE_PULSED
+    (void)open;
+    if (some(edge)) {
+        real end;
+        bound end_rest;
+        edge_angle(c, &end, &end_rest);
+        const mask falls = gt(near_to(c->high), all(0.0));
+        angle = choose(edge, choose(falls, end, num(0.0)), angle);
+        rest = pick(edge, pick(falls, end_rest, all(0.0)), rest);
+        passed = edge & not(falls);
+    }
+#else
+    (void)edge;
+    passed = ge(near_to(angle), all(TWO_PI)) & not(open);
     if (some(passed)) {
 #ifdef WIDE
         angle = sub(angle, (real){TWO_PI, TWO_PI_REST});
@@ -357,9 +462,10 @@ inlined mask turn(const segment *c, const point *s, real h, mask open, point *to
         angle = pick(passed, turned_back, angle);
 #endif
     }
+#endif
     to->angle = angle;
     to->angle_rest = rest;
-    sine_cosine(angle, rest, &to->sine, &to->cosine);
+    phase_terms(angle, rest, &to->sine, &to->cosine);
     return passed;
 }
 
@@ -380,7 +486,12 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
             v_c_by = choose(entire, add(e->slope, dot(t->second_whole, e->u)), v_c_by);
     }
     out->h = mul(f->at, num(t->reach));
-    out->passed = turn(c, s, out->h, p->open, to);
+#if CAPSULE_PULSED
+    out->edge = f->edge;
+#else
+    out->edge = none;
+#endif
+    out->passed = turn(c, s, out->h, p->open, out->edge, to);
     const mask at_gap = p->is_gap & crossing, at_friction = crossing & not(p->is_gap);
     const bound zero = all(0.0), one = all(1.0);
     const bound outside = drift ? zero : pick(at_friction, -f->sign, zero);
@@ -402,7 +513,7 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
         out->undetermined = none;
         out->way = way;
     }
-    out->crossing = crossing;
+    out->crossing = crossing | out->edge;
     out->at_gap = at_gap;
     out->bound_at = outside;
     to->gap_zeros = pick(at_gap, one, zero);
@@ -442,9 +553,13 @@ inlined void propagate_errors(const segment_sizes *b, const table *t, const expa
     /* The rounding of v_r is counted in its own error, 27 units or more of all that it adds up. */
     /* A forcing out of phase works on the motion for as long as the next expansion reaches. */
     const bound angle_error = s->angle_error + 4.0 * UNIT * TWO_PI;
-    const bound energy = s->energy_error + bound_dot(t->v_error, e->size) +
-                         t->root_K * (e->x_own + 2.0 * UNIT * x_size) +
-                         angle_error * b->alpha * t->reach;
+    bound energy = s->energy_error + bound_dot(t->v_error, e->size) +
+                   t->root_K * (e->x_own + 2.0 * UNIT * x_size);
+#if CAPSULE_PULSED
+    (void)b;
+#else
+    energy += angle_error * b->alpha * t->reach;
+#endif
     /* That of momentum, by which the whole expansion's v_c is tabulated, is among those of v_r. */
     const bound v_c_error = s->v_c_error + e->second_own + energy * t->v_c_per_energy +
                             UNIT * size_of(near_to(to->v_c));
@@ -466,15 +581,30 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
 #if WIDTH == 1
     entire &= horizon_of(&p, drift, t->level[level]) == 1.0;
 #endif
-    const int whole = !some(p.crossing) && !position && !ends && level == 0 && some(entire);
+#if CAPSULE_PULSED
+    const real until = mul(time_to_edge(c, s), row(t->per_reach));
+    const mask near_edge = le(near_to(until), all(t->level[level]));
+#else
+    const mask near_edge = none;
+#endif
+    const int whole = !some(p.crossing | near_edge) && !position && !ends && level == 0 && some(entire);
     for (int n = 0; n < (whole ? 1 : TERMS); n++)
-        a[n] = combined(e.u, t->x[0][n], t->x[1][n], t->x[2][n], t->x[3][n]);
+        a[n] = combined(e.u, t->x, n);
     locate(c, b, t, &e, a, level, drift, position, whole, way, guess, s, &p, &f);
+#if CAPSULE_PULSED
+    find_edge(c, t, &e, a, drift, position, until, near_edge, s, &p, &f);
+    entire &= not(f.edge);
+#endif
     land(c, b, t, &e, a, drift, position, entire & not(f.sure), way, s, &p, &f, to, out);
     out->open = p.open;
     out->corner = f.corner;
     out->error = f.error;
+#if CAPSULE_PULSED
+    if (ends && some(out->passed))
+        out->end = *to;
+#else
     if (ends && some(out->passed))
         end_of_period(c, t, &e, a, drift, position, s, out);
-    propagate_errors(b, t, &e, s, f.sure, to);
+#endif
+    propagate_errors(b, t, &e, s, out->crossing, to);
 }

@@ -20,11 +20,15 @@ capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map
     map->parameters = *p;
     for (int field = 1; field <= CAPSULE_FIELD_COUNT; field++)
         capsule_constants_of(field, p, &map->field[field - 1]);
+#if CAPSULE_PULSED
+    map->may_rest = 0;
+#else
     const capsule_constants *c = &map->field[FIELD_OF[0][0][1] - 1];
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
     const double least = fmin(friction_guard(c, -1.0, load_force(c)),
                               friction_guard(c, 1.0, load_force(c)));
     map->may_rest = amplitude < c->delta - rest_centre(c) && amplitude * sqrt(force_gain2(c)) < least;
+#endif
     return capsule_parameters_allowed(p) ? CAPSULE_DONE : CAPSULE_REFUSED;
 }
 

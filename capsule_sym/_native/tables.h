@@ -6,7 +6,8 @@
        phi'' + 2 sigma phi' + K phi = drive,    drive = 1, 0, cos(omega h), sin(omega h)/omega
 
    for phi = H, G, Bd, B, all starting from zero but G' = 1. Their Taylor coefficients in
-   s = h/reach do not depend on the state: a segment's are four multiplications each. */
+   s = h/reach do not depend on the state: a segment's are a multiplication for each response. Pulses are
+   part of the force: there are the first two alone. */
 #include <string.h>
 
 #include "number.h"
@@ -18,6 +19,7 @@
 #define FULL 22 /* terms of the Taylor series that the tables are made from */
 #define SHORTER 1.0
 #endif
+#define RESPONSES CAPSULE_RESPONSE_COUNT
 
 /* Changes of basis: of Chebyshev polynomials of degree k on [0, 1], and of s^i in Bernstein form. */
 typedef struct {
@@ -43,24 +45,24 @@ static void bases_make(bases *b)
     }
 }
 
-/* Lowers the degree of four polynomials sum a[n] s^n from `from` to `to` with the least error, by
+/* Lowers the degree of the responses' polynomials sum a[n] s^n from `from` to `to` with the least error, by
    multiples of s^3 times Chebyshev polynomials: adds to `change`, `speed` and `bend` by how much at
    most, over s^3, their values and their derivatives change. */
-static void economize(const bases *b, real (*a)[4], int from, int to, double *change, double *speed,
+static void economize(const bases *b, real (*a)[RESPONSES], int from, int to, double *change, double *speed,
                       double *bend)
 {
     for (int k = from - 3; k > to - 3; k--) {
-        double part[4], sizes = 0.0;
+        double part[RESPONSES], sizes = 0.0;
         for (int i = 0; i <= k; i++)
             sizes += fabs(b->chebyshev[k][i]);
-        for (int m = 0; m < 4; m++) {
+        for (int m = 0; m < RESPONSES; m++) {
             part[m] = near_to(a[k + 3][m]) / b->chebyshev[k][k];
             change[m] += (1.0001 + 4.0 * UNIT * sizes) * fabs(part[m]);
             speed[m] += 1.0001 * fabs(part[m]) * (3 + 2 * k * k);
             bend[m] += 1.0001 * fabs(part[m]) * (6 + 12 * k * k + 4 * k * k * k * k);
         }
         for (int i = 0; i <= k; i++)
-            for (int m = 0; m < 4; m++)
+            for (int m = 0; m < RESPONSES; m++)
                 a[i + 3][m] = sub(a[i + 3][m], num(part[m] * b->chebyshev[k][i]));
     }
 }
@@ -76,14 +78,22 @@ static void response(const segment *c, const segment_sizes *b, double reach, int
     phi[1] = num(which == 1 ? reach : 0.0), size[1] = which == 1 ? reach : 0.0;
     units[0] = units[1] = 0;
     for (int n = 0; n < FULL; n++) {
+#if CAPSULE_PULSED
+        const int drive_units = RESPONSE_NEXT_DRIVE_UNITS;
+#else
         const int drive_units = RESPONSE_NEXT_DRIVE_UNITS + n / 2 * FORCING_NEXT_BEFORE_UNITS;
+#endif
         const int last_units = RESPONSE_NEXT_LAST_UNITS + units[n + 1];
         const int before_units = RESPONSE_NEXT_BEFORE_UNITS + units[n];
         units[n + 2] = last_units > before_units ? last_units : before_units;
         units[n + 2] = units[n + 2] > drive_units ? units[n + 2] : drive_units;
         const real drive = n % 2 == parity ? term : num(0.0), index = num((double)n);
         if (n % 2 == parity)
+#if CAPSULE_PULSED
+            term = num(0.0);
+#else
             term = which == 0 ? num(0.0) : forcing_next(c, index, num(reach), term);
+#endif
         phi[n + 2] = response_next(c, index, num(reach), drive, phi[n + 1], phi[n]);
         size[n + 2] = response_next_size(b, n, reach, fabs(near_to(drive)), size[n + 1], size[n]);
     }
@@ -94,7 +104,11 @@ static void response(const segment *c, const segment_sizes *b, double reach, int
    basis for each power, and six about them. */
 static int evaluation_units(int n)
 {
+#if CAPSULE_PULSED
+    const int state = REST_FORCE_UNITS;
+#else
     const int state = REST_FORCE_UNITS > FORCING_TERMS_UNITS ? REST_FORCE_UNITS : FORCING_TERMS_UNITS;
+#endif
     return state + 3 + 2 * n + 6;
 }
 
@@ -115,11 +129,11 @@ static double remainder_of(const segment_sizes *b, double reach, int which, cons
 /* The responses at the end of an expansion: by the closed form where it has the digits, for in a
    segment of hundreds of expansions an error of their sum would be the same each time. By how much it
    differs from the series, whose error is bounded, adds to that bound: so it is proved as well. */
-static void wholes_make(const capsule_constants *field, const segment *c, const real (*x)[4],
+static void wholes_make(const capsule_constants *field, const segment *c, const real (*x)[RESPONSES],
                         const real *by, const real *rate, table *t)
 {
     const int drift = field->drift != 0.0;
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < RESPONSES; k++) {
         t->x_whole[k] = t->v_whole[k] = t->second_whole[k] = num(0.0);
         for (int n = FULL + drift; n >= 1; n--) {
             const real next = n - drift < FULL ? x[n + 1 - drift][k] : num(0.0);
@@ -135,19 +149,27 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
 #ifdef WIDE
     (void)field, (void)c;
 #else
-    const double h = t->reach, omega = c->omega, half = sin(0.5 * omega * h) / omega;
+    const double h = t->reach;
     const capsule_start push = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     const capsule_start kick = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
+#if CAPSULE_PULSED
+    const capsule_start *start[RESPONSES] = {&push, &kick};
+    const double impulse[RESPONSES] = {h, 0.0};
+#else
+    const double omega = c->omega, half = sin(0.5 * omega * h) / omega;
     const capsule_start cosine = {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
     const capsule_start sine = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0};
-    const capsule_start *start[4] = {&push, &kick, &cosine, &sine};
-    const double impulse[4] = {h, 0.0, sin(omega * h) / omega, 2.0 * half * half};
+    const capsule_start *start[RESPONSES] = {&push, &kick, &cosine, &sine};
+    const double impulse[RESPONSES] = {h, 0.0, sin(omega * h) / omega, 2.0 * half * half};
+#endif
     capsule_constants unit = *field;
     unit.drift = 0.0;
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < RESPONSES; k++) {
         double change[3];
         unit.push = k == 0;
+#if !CAPSULE_PULSED
         unit.alpha = k == 3 ? 1.0 / omega : k == 2;
+#endif
         capsule_flow(&unit, start[k], h, change);
         const double gained = change[1] - (k == 1);
         const double second_whole =
@@ -165,9 +187,9 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
 }
 
 /* The Bernstein forms of both guards on the whole reach and on its halves, and their ranges. */
-static void forms_make(const bases *b, const real (*x)[4], const real (*second)[4], table *t)
+static void forms_make(const bases *b, const real (*x)[RESPONSES], const real (*second)[RESPONSES], table *t)
 {
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < RESPONSES; k++) {
         for (int j = 1; j <= DEGREE; j++) {
             real x_sum = num(0.0), second_sum = num(0.0);
             for (int n = 1; n <= j && n <= TERMS + 1; n++) {
@@ -229,10 +251,10 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         t->from_position[n - 1] = by[n];
         t->from_rate[n - 1] = rate[n];
     }
-    real x[FULL + 2][4], second[TERMS + 2][4];
-    double rest[4];
+    real x[FULL + 2][RESPONSES], second[TERMS + 2][RESPONSES];
+    double rest[RESPONSES];
     memset(second, 0, sizeof second);
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < RESPONSES; k++) {
         real phi[FULL + 2];
         double size[FULL + 2];
         int units[FULL + 2];
@@ -255,15 +277,16 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
             t->limit[k][SECOND_BEND] += n * (n - 1) * second_size;
         }
     }
-    wholes_make(field, c, (const real(*)[4])x, by, rate, t);
-    double change[4] = {0}, speed[4] = {0}, bend[4] = {0}, tail[4] = {0}, unused[2][4] = {{0}};
+    wholes_make(field, c, (const real(*)[RESPONSES])x, by, rate, t);
+    double change[RESPONSES] = {0}, speed[RESPONSES] = {0}, bend[RESPONSES] = {0};
+    double tail[RESPONSES] = {0}, unused[2][RESPONSES] = {{0}};
     economize(b, x, FULL, TERMS, change, speed, bend);
     for (int n = 1; n <= TERMS + drift; n++)
-        for (int k = 0; k < 4; k++) {
+        for (int k = 0; k < RESPONSES; k++) {
             const real last = n - drift < TERMS ? x[n + 1 - drift][k] : none_;
             second[n][k] = mad(by[n], x[n - drift][k], mul(rate[n], last));
         }
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < RESPONSES; k++) {
         const double x_left = rest[k] + change[k];
         const double v_left = ((FULL + 1) * rest[k] + speed[k]) / t->reach;
         const double left = drift ? force_change_size(z, t->reach * x_left, x_left) / z->gamma
@@ -281,12 +304,12 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
             t->x[k][n - 1] = x[n][k];
     }
     economize(b, x, TERMS, DEGREE, tail, unused[0], unused[1]);
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < RESPONSES; k++) {
         t->limit[k][X_TAIL] += tail[k];
         tail[k] = 0.0;
     }
     economize(b, second, TERMS + drift, DEGREE, tail, unused[0], unused[1]);
-    for (int k = 0; k < 4; k++)
+    for (int k = 0; k < RESPONSES; k++)
         t->limit[k][SECOND_TAIL] += tail[k];
-    forms_make(b, (const real(*)[4])x, (const real(*)[4])second, t);
+    forms_make(b, (const real(*)[RESPONSES])x, (const real(*)[RESPONSES])second, t);
 }

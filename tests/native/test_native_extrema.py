@@ -49,7 +49,7 @@ ROUNDINGS = (
 # how much more x_r and the angle are in truth, which the start has rounded.
 ROUNDED = 0.9 * 2.0**-53
 FORMS = {
-    "2.0 * UNIT * TWO_PI * c->alpha": (
+    "2.0 * UNIT * TWO_PI * f->amplitude": (
         ((1e3, 1e-3, 0.01, 0.0, 0.0, 1.0), 2, 0.0, 0.0, 1.57, 0.01, 0.0, 4 * math.pi * ROUNDED)
     ),
     "c->fast * h / (1.0 + c->sigma * h)": (

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.formulas import impact_planes
+from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes
 from capsule_sym._symbolic.model.model import LEVELS, SEGMENTS
 from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS, PULSED, omega
 from capsule_sym.codegen._backend import Backend, wrapped
@@ -158,6 +158,7 @@ def _classification() -> str:
         "IMPACT_PLANE[CAPSULE_STOP_COUNT][2][2]": [
             [[planes[k, v_c, v_r] for v_r in ways] for v_c in ways] for k in stops
         ],
+        "EDGE_PLANE[CAPSULE_LEVEL_COUNT]": [*(edge_planes() or (0,))],
     }
     spelt = {name: str(table).replace("[", "{").replace("]", "}") for name, table in tables.items()}
     return "".join(f"static const signed char {name} = {table};\n" for name, table in spelt.items())
