@@ -42,6 +42,8 @@ def __getattr__(name: str) -> object:
             from capsule_sym._errors import NotInstalled
 
             raise NotInstalled(missing) from missing
+    elif name == "scenes":
+        found = import_module(f"{__name__}.scenes")
     elif name == "__version__":
         from importlib.metadata import version
 
@@ -52,7 +54,11 @@ def __getattr__(name: str) -> object:
         from importlib.util import find_spec
 
         absent = {one for need, some in _NEEDS.items() if find_spec(need) is None for one in some}
-        found = ["__version__", *sorted(n for n, module in homes.items() if module not in absent)]
+        found = [
+            "__version__",
+            "scenes",
+            *sorted(n for n, module in homes.items() if module not in absent),
+        ]
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = found
@@ -60,4 +66,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return ["__version__", *sorted(_homes())]
+    return ["__version__", "scenes", *sorted(_homes())]

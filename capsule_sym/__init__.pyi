@@ -1,5 +1,6 @@
 """The public names, for type checkers and editors; `__init__.py` imports them on first use."""
 
+from capsule_sym import scenes as scenes
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
 from capsule_sym._design.fit import fit as fit
@@ -119,6 +120,8 @@ from capsule_sym._orbits.shooting.symmetry import mirror_image as mirror_image
 from capsule_sym._orbits.shooting.symmetry import whole_orbit as whole_orbit
 from capsule_sym._parameters import Parameters as Parameters
 from capsule_sym._parameters import PhysicalParameters as PhysicalParameters
+from capsule_sym._parameters import SceneDevice as SceneDevice
+from capsule_sym._parameters import SceneParameters as SceneParameters
 from capsule_sym._parameters import load_parameters as load_parameters
 from capsule_sym._sweeps.axes import Axis as Axis
 from capsule_sym._sweeps.basin import run_basin as run_basin

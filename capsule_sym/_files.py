@@ -106,3 +106,19 @@ def _refused(path: str | os.PathLike[str], field: str) -> Iterator[None]:
     except OSError as error:
         allowed = f"writable ({error.strerror or error})"
         raise InvalidInput(field, str(path), allowed) from error
+
+
+def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What a TOML file holds; raises `InvalidInput` when it cannot be read or is not TOML."""
+    try:
+        import tomllib
+
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
+    except ValueError as error:  # neither UTF-8 nor TOML
+        raise InvalidInput("file", str(path), f"a TOML file ({error})") from error
+    except RecursionError:
+        raise InvalidInput(
+            "file", str(path), "a TOML file with fewer brackets in each other"
+        ) from None

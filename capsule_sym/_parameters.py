@@ -1,67 +1,158 @@
-"""The parameters of the capsule system: dimensionless, or physical in SI units.
+"""The parameters of a scene: dimensionless, or of a device in SI units.
 
-Definitions and scaling are those of Section 2 of the paper (Guo & Liu, Physica D, 2019,
-doi 10.1016/j.physd.2019.04.008).
+Definitions and scaling of the paper's scene are those of Section 2 of the paper (Guo & Liu,
+Physica D, 2019, doi 10.1016/j.physd.2019.04.008).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+import os
+import sys
+from dataclasses import dataclass, fields
+from functools import cached_property
+from importlib import import_module
 from os import PathLike
-from types import SimpleNamespace
-from typing import Any, NamedTuple, Self, TypeVar
+from types import ModuleType, SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym.generated.capsule import facts
+from capsule_sym._units import Scales
 from capsule_sym.generated.capsule.parameters import DeviceFields, Fields, Relations
 
-_Quantity = TypeVar("_Quantity", float, NDArray[np.float64])
-
-
-class Unit(NamedTuple):
-    """A quantity's unit: powers of a device's units of force, length and rate, and its SI name."""
-
-    force: int
-    length: int
-    rate: int
-    name: str
-
-
-_TIME, _LENGTH, _VELOCITY = Unit(0, 0, -1, "s"), Unit(0, 1, 0, "m"), Unit(0, 1, 1, "m/s")
-_FORCE, _ENERGY = Unit(1, 0, 0, "N"), Unit(1, 1, 0, "J")
-METRIC_UNITS = {
-    **dict.fromkeys(("velocity", "speed"), _VELOCITY),
-    "progression": _LENGTH,
-    **dict.fromkeys(("work", "damper_loss", "friction_loss"), _ENERGY),
-    "power": Unit(1, 1, 1, "W"),
-    **dict.fromkeys(("peak_force", "peak_contact"), _FORCE),
-    "speed_per_work": Unit(-1, 0, 0, "m/J"),
-    "cost_of_transport": Unit(0, 0, 0, ""),
+SHIPPED = ("capsule", "slope")
+"""Names of the scenes that ship; the first is the paper's."""
+_MODULES = {
+    "facts": "facts",
+    "fields": "fields",
+    "formulas": "formulas",
+    "interface": "interface",
+    "dataclasses": "parameters",
+    "switching": "switching",
+    "kernels": "py.kernels",
+    "exact_kernels": "mp.kernels",
 }
-"""The metrics of a steady motion by name. Energies and progression are per excitation period; speed
-is `|velocity|`, power is work over the period, speed_per_work is `|progression|` over work, which
-is average speed over average power; cost_of_transport is work over friction bound and
-`|progression|`."""
-UNITS = {
-    **METRIC_UNITS,
-    **dict.fromkeys(("phase", "duration"), _TIME),
-    **dict.fromkeys(("x_r", "x_c", "advance"), _LENGTH),
-    **dict.fromkeys(("v_r", "v_c", "average_velocity"), _VELOCITY),
-    "lyapunov": Unit(0, 0, 1, "1/s"),
-}
-"""The units of all results that have one."""
 
 
-def mean_power(work: Any, rate: Any) -> Any:
-    """The mean power of a motion, from its work per excitation period and the frequency."""
-    return work * rate / math.tau
+class Scene:
+    """Generated code of a scene: modules as attributes, imported on first use.
+
+    `facts` tells of parameters, state and fields, `interface` of records of the C core, `switching`
+    of switching planes, `fields` of linear fields in ball arithmetic; `kernels` and `exact_kernels`
+    are closed forms by NumPy and mpmath, `dataclasses` the classes that parameters are made of.
+    """
+
+    facts: ModuleType
+    fields: ModuleType
+    formulas: ModuleType
+    interface: ModuleType
+    dataclasses: ModuleType
+    switching: ModuleType
+    kernels: ModuleType
+    exact_kernels: ModuleType
+
+    def __init__(self, source: str, package: str) -> None:
+        self.source, self.package = source, package
+        """A name that ships or a folder, and the package that holds the code."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in _MODULES:
+            raise AttributeError(f"a scene has no attribute {name!r}")
+        found = import_module(f"{self.package}.{_MODULES[name]}")
+        setattr(self, name, found)
+        return found
+
+    def __repr__(self) -> str:
+        return f"<Scene {self.name}>"
+
+    @property
+    def name(self) -> str:
+        """Name of its declaration, such as "capsule"."""
+        return str(self.facts.SCENE)
+
+    @property
+    def digest(self) -> str:
+        """Digest of the inputs that its code was generated from."""
+        return str(import_module(f"{self.package}.py").DIGEST)
+
+    @cached_property
+    def Parameters(self) -> type[SceneParameters]:
+        """Class of the dimensionless parameters."""
+        if self is CAPSULE:
+            return Parameters
+        made: type[SceneParameters]
+        made = self._class("Parameters", self.dataclasses.Fields, SceneParameters)
+        return made
+
+    @cached_property
+    def PhysicalParameters(self) -> type[SceneDevice]:
+        """Class of the parameters of a device in SI units."""
+        if self is CAPSULE:
+            return PhysicalParameters
+        made: type[SceneDevice]
+        own = self.dataclasses
+        made = self._class("PhysicalParameters", own.DeviceFields, own.Relations, SceneDevice)
+        return made
+
+    def values(self, **quantities: Any) -> Any:
+        """Quantities of a device that are not checked, numbers or others that arithmetic takes."""
+        bases = (SimpleNamespace, self.dataclasses.Relations, Scales)
+        return type("Values", bases, {"scene": self})(**quantities)
+
+    def _class(self, name: str, *bases: Any) -> Any:
+        """A frozen class of these bases, the first of which has the fields."""
+        held = {
+            "scene": self,
+            "__slots__": (),
+            "__doc__": f"{bases[-1].__doc__}",
+            "__module__": "capsule_sym.scenes",
+            "__qualname__": f"{self.name}.{name}",
+        }
+        made = type(name, bases, held)
+        return dataclass(frozen=True)(made)
 
 
-def _number(name: str, value: object, positive: bool | None = None) -> float:
+_known: dict[str, Scene] = {}
+
+
+def scene(source: str) -> Scene:
+    """The scene of a name that ships, or of a folder that `capsule_sym.codegen` wrote.
+
+    Raises InvalidInput where neither is there.
+    """
+    if source not in SHIPPED:
+        source = os.path.realpath(source)
+    if source not in _known:
+        package = f"capsule_sym.generated.{source}"
+        _known[source] = Scene(source, package if source in SHIPPED else _package(source))
+    return _known[source]
+
+
+def _package(folder: str) -> str:
+    """The name of a folder's package, which is imported under it."""
+    from importlib.util import module_from_spec, spec_from_file_location
+
+    if not os.path.isfile(os.path.join(folder, "facts.py")):
+        allowed = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
+        raise InvalidInput("scene", folder, allowed)
+    name = f"_capsule_sym_scene_{len(_known)}"
+    spec = spec_from_file_location(
+        name, os.path.join(folder, "__init__.py"), submodule_search_locations=[folder]
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    sys.modules[name] = module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return name
+
+
+CAPSULE = scene(SHIPPED[0])
+"""The paper's scene."""
+
+
+def _number(facts: ModuleType, name: str, value: object, positive: bool | None = None) -> float:
     """A value as a float; raises InvalidInput unless it is one that the parameter may have."""
     positive = name in facts.POSITIVE if positive is None else positive
     least = 0.0 if name not in facts.SIGNED else -math.inf
@@ -79,9 +170,39 @@ def _number(name: str, value: object, positive: bool | None = None) -> float:
     return number
 
 
-def _validate(instance: Any) -> None:
-    for name in names_of(instance):
-        object.__setattr__(instance, name, _number(name, getattr(instance, name)))
+class _Frozen:
+    """What the parameters of a scene and of a device have in common."""
+
+    __slots__ = ()
+    scene: ClassVar[Scene]
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> float: ...  # what some scenes have
+
+    def __post_init__(self) -> None:
+        for name in names_of(self):
+            value = _number(self.scene.facts, name, getattr(self, name))
+            object.__setattr__(self, name, value)
+
+    def __reduce__(self) -> Any:
+        return _made, (self.scene.source, type(self).__name__, tuple(self.to_dict().values()))
+
+    def replace(self, **changes: float) -> Self:
+        """A copy with some parameters changed; raises `InvalidInput` as construction does."""
+        for name in changes:
+            if name not in (names := names_of(self)):
+                raise InvalidInput("parameter", name, f"one of {', '.join(names)}")
+        return type(self)(**self.to_dict() | changes)
+
+    def to_dict(self) -> dict[str, float]:
+        """The parameters by name, in the order of the fields."""
+        return {name: getattr(self, name) for name in names_of(self)}
+
+
+def _made(source: str, kind: str, values: tuple[float, ...]) -> Any:
+    """Parameters, from what was pickled of them."""
+    return getattr(scene(source), kind)(*values)
 
 
 def names_of(parameters: Any) -> tuple[str, ...]:
@@ -89,58 +210,82 @@ def names_of(parameters: Any) -> tuple[str, ...]:
     return tuple(field.name for field in fields(parameters))
 
 
-@dataclass(frozen=True, slots=True)
-class Parameters(Fields):
-    """The dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
+class SceneParameters(_Frozen):
+    """The dimensionless parameters of a scene.
 
-    Every value is converted to a float. Raises `InvalidInput` unless all are finite, omega,
-    gamma and f_b are > 0 and the others are >= 0.
+    Every value is converted to a float. Raises `InvalidInput` unless all are finite and in the
+    ranges that the scene's declaration gives.
     """
 
-    def __post_init__(self) -> None:
-        _validate(self)
+    __slots__ = ()
+    alpha: float
+    omega: float
+    zeta: float
+    gamma: float
 
     @property
     def period(self) -> float:
         """Period of the excitation, 2 pi / omega (dimensionless)."""
         return 2 * math.pi / self.omega
 
-    def replace(self, **changes: float) -> Self:
-        """A copy with some parameters changed; raises `InvalidInput` as construction does."""
-        names = names_of(self)
-        for name in changes:
-            if name not in names:
-                raise InvalidInput("parameter", name, f"one of {', '.join(names)}")
-        return replace(self, **changes)
 
-    def to_dict(self) -> dict[str, float]:
-        """The parameters by name, in the order of the fields."""
-        return {name: getattr(self, name) for name in facts.PARAMETERS}
+class SceneDevice(_Frozen, Scales):
+    """The parameters of a device of a scene in SI units, with the scales that carry results back.
 
-
-class _Scales(Relations):
-    """The SI units of results, from the units of a device in any arithmetic."""
+    Every value is converted to a float. Raises `InvalidInput` unless all are finite and in the
+    ranges that the scene's declaration gives, and unless the friction force, the natural frequency,
+    the length scale and the dimensionless parameters are representable.
+    """
 
     __slots__ = ()
 
-    def scale(self, name: str) -> float:
-        """The SI unit of a result: what its dimensionless value is multiplied with.
+    def __post_init__(self) -> None:
+        if not self.scene.facts.DEVICE:
+            raise InvalidInput("device", "", "absent: the model declares none")
+        _Frozen.__post_init__(self)
+        for name in ("friction_force", "natural_frequency", "length_scale"):
+            _number(self.scene.facts, name, getattr(self, name), True)
+        self.dimensionless()
 
-        The name is one of trajectories, orbits, sweeps or metrics, such as `velocity` (m/s),
-        `work` (J) or `peak_force` (N). Raises `InvalidInput` for another.
+    def ratios(self) -> dict[str, Any]:
+        """The dimensionless parameters by name."""
+        raise NotImplementedError
+
+    def dimensionless(self) -> SceneParameters:
+        """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
+        return self.scene.Parameters(**self.ratios())
+
+    def tie(self, name: str) -> tuple[str, float]:
+        """The parameter that is in proportion to a quantity, such as P_d, and the factor (1/SI).
+
+        These quantities do not change the units of force, length and time. Raises `InvalidInput`
+        for another name.
         """
-        if name not in UNITS:
-            raise InvalidInput("quantity", name, f"one of {', '.join(UNITS)}")
-        force, length, rate, _ = UNITS[name]
-        return self.friction_force**force * self.length_scale**length * self.natural_frequency**rate
-
-
-class Values(SimpleNamespace, _Scales):
-    """Quantities of a device that are not checked, numbers or others that arithmetic takes."""
+        facts = self.scene.facts
+        if name not in facts.DRIVEN:
+            raise InvalidInput(
+                "parameter", name, f"one of {', '.join(facts.DRIVEN)}, of the device"
+            )
+        tied = facts.DRIVEN[name][0]
+        one = self.scene.values(
+            **{each: getattr(self, each) for each in facts.DEVICE} | {name: 1.0}
+        )
+        return tied, one.ratios()[tied]
 
 
 @dataclass(frozen=True, slots=True)
-class PhysicalParameters(DeviceFields, _Scales):
+class Parameters(Fields, SceneParameters):
+    """The dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
+
+    Every value is converted to a float. Raises `InvalidInput` unless all are finite, omega,
+    gamma and f_b are > 0 and the others are >= 0.
+    """
+
+    scene: ClassVar[Scene] = CAPSULE
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicalParameters(DeviceFields, Relations, SceneDevice):
     """The parameters of the device in SI units, with the scales that carry results back.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, the masses,
@@ -148,93 +293,38 @@ class PhysicalParameters(DeviceFields, _Scales):
     natural frequency, the length scale and the dimensionless parameters are representable.
     """
 
-    def __post_init__(self) -> None:
-        if not facts.DEVICE:
-            raise InvalidInput("device", "", "absent: the model declares none")
-        _validate(self)
-        for name in ("friction_force", "natural_frequency", "length_scale"):
-            _number(name, getattr(self, name), True)
-        self.dimensionless()
-
-    def dimensionless(self) -> Parameters:
-        """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
-        return Parameters(**self.ratios())
-
-    def tie(self, name: str) -> tuple[str, float]:
-        """The parameter that is in proportion to P_d, Omega, G, c or k2, and the factor (1/SI).
-
-        These quantities do not change the units of force, length and time. Raises `InvalidInput`
-        for another name.
-        """
-        if name not in facts.DRIVEN:
-            raise InvalidInput(
-                "parameter", name, f"one of {', '.join(facts.DRIVEN)}, of the device"
-            )
-        tied = facts.DRIVEN[name][0]
-        one = Values(**{each: getattr(self, each) for each in facts.DEVICE} | {name: 1.0})
-        return tied, one.ratios()[tied]
-
-    def time(self, tau: _Quantity) -> _Quantity:
-        """Time in s, from dimensionless time: a float or an array of any shape."""
-        return tau / self.natural_frequency
-
-    def displacement(self, x: _Quantity) -> _Quantity:
-        """Displacement in m, from a dimensionless one: a float or an array of any shape."""
-        return x * self.length_scale
-
-    def velocity(self, v: _Quantity) -> _Quantity:
-        """Velocity in m/s, from a dimensionless one: a float or an array of any shape."""
-        return v * self.scale("velocity")
-
-    def acceleration(self, a: _Quantity) -> _Quantity:
-        """Acceleration in m/s^2, from a dimensionless one: a float or an array of any shape."""
-        return a * (self.length_scale * self.natural_frequency**2)
-
-    def force(self, p: _Quantity) -> _Quantity:
-        """Force in N, from a dimensionless one: a float or an array of any shape."""
-        return p * self.friction_force
-
-    def energy(self, e: _Quantity) -> _Quantity:
-        """Energy in J, from a dimensionless one: a float or an array of any shape."""
-        return e * (self.friction_force * self.length_scale)
+    scene: ClassVar[Scene] = CAPSULE
 
 
-def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameters:
+def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
     """The parameters in a TOML file: dimensionless or physical, never a mix.
 
-    The keys stand at the top level and are the fields of `Parameters` (each missing one takes
-    the case study's value) or of `PhysicalParameters` (all but g required). Raises `InvalidInput`
-    when the file cannot be read, is not TOML, or holds a key or a value that is not allowed.
+    The keys stand at the top level: `scene`, the name of one that ships or a folder of generated
+    code (the paper's without it), and the fields of its `Parameters` (each missing one takes its
+    default) or of its `PhysicalParameters` (all but those with a default required). Raises
+    `InvalidInput` when the file cannot be read, is not TOML, or holds a key or a value that is not
+    allowed.
     """
+    from capsule_sym._files import read_toml
+
     table = read_toml(path)
-    dimensionless, physical = names_of(Parameters), names_of(PhysicalParameters)
+    named = table.pop("scene", CAPSULE.source)
+    if not isinstance(named, str):
+        raise InvalidInput("scene", named, f"one of {', '.join(SHIPPED)}, or a folder")
+    of = scene(named if named in SHIPPED else os.path.join(os.path.dirname(path), named))
+    dimensionless, physical = of.facts.PARAMETERS, tuple(of.facts.DEVICE)
     for name in table:
         if name not in dimensionless and name not in physical:
-            allowed = f"one of {', '.join(dimensionless)}, or of {', '.join(physical)}"
+            allowed = f"one of {', '.join(dimensionless)}"
+            allowed += f", or of {', '.join(physical)}" if physical else ""
             raise InvalidInput("parameter", name, allowed)
     given = [name for name in physical if name in table]
     if not given:
-        return Parameters(**table)
+        return of.Parameters(**table)
     for name in dimensionless:
         if name in table:
             raise InvalidInput(name, table[name], f"absent where {given[0]} is given in SI units")
-    if missing := [name for name in physical if name not in {**table, **facts.DEVICE_DEFAULTS}]:
+    known = {**table, **of.facts.DEVICE_DEFAULTS}
+    if missing := [name for name in physical if name not in known]:
         raise InvalidInput("file", str(path), f"a whole device, with {', '.join(missing)} too")
-    return PhysicalParameters(**table)
-
-
-def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
-    """What a TOML file holds; raises `InvalidInput` when it cannot be read or is not TOML."""
-    try:
-        import tomllib
-        from pathlib import Path
-
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
-    except ValueError as error:  # neither UTF-8 nor TOML
-        raise InvalidInput("file", str(path), f"a TOML file ({error})") from error
-    except RecursionError:
-        raise InvalidInput(
-            "file", str(path), "a TOML file with fewer brackets in each other"
-        ) from None
+    return of.PhysicalParameters(**table)

@@ -7,17 +7,16 @@ import io
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from capsule_sym._files import write_whole
-from capsule_sym._parameters import UNITS, mean_power
+from capsule_sym._units import UNITS, mean_power
 from capsule_sym.generated.capsule.facts import DRIVEN
 
 if TYPE_CHECKING:
     from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
-    from capsule_sym._parameters import PhysicalParameters
+    from capsule_sym._parameters import SceneDevice
 
 _DIGITS = 50
 # No text in a record holds NUL, so that it can mark the numbers that json would write as strings.
@@ -67,7 +66,7 @@ def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str,
 
 
 def physical_record(
-    physical: PhysicalParameters, trajectory: Trajectory, motion: SteadyMotion | None
+    physical: SceneDevice, trajectory: Trajectory, motion: SteadyMotion | None
 ) -> dict[str, Any]:
     """The device and its results in SI units: s, m and m/s.
 
@@ -77,7 +76,7 @@ def physical_record(
     period = physical.time(trajectory.parameters.period)
     advance = physical.displacement(float(motion.progression)) if motion else None
     return {
-        "parameters": asdict(physical),
+        "parameters": physical.to_dict(),
         "period": period,
         "durations": [physical.time(float(s.duration)) for s in trajectory.segments],
         "progression": advance,
@@ -85,7 +84,7 @@ def physical_record(
     }
 
 
-def in_si(device: PhysicalParameters | None, row: Mapping[str, Any]) -> dict[str, float]:
+def in_si(device: SceneDevice | None, row: Mapping[str, Any]) -> dict[str, float]:
     """What of a row has an SI unit, such as "velocity [m/s]"; nothing where no device is given.
 
     A number counts, or a metric's record, and a parameter that P_d, Omega, G, c or k2 alone is in
@@ -106,7 +105,7 @@ def in_si(device: PhysicalParameters | None, row: Mapping[str, Any]) -> dict[str
     return found
 
 
-def add_si(device: PhysicalParameters | None, records: Iterable[dict[str, Any]]) -> None:
+def add_si(device: SceneDevice | None, records: Iterable[dict[str, Any]]) -> None:
     """Give each of these records an entry "si", by `in_si`, if there is a device."""
     if device is not None:
         for record in records:

@@ -25,9 +25,8 @@ def command(*arguments: str) -> str:
 
 def main() -> None:
     assert not Path(capsule_sym.__file__).is_relative_to(Path(__file__).resolve().parents[1])
-    (module,) = {path.name for path in files("capsule-sym") if path.name.startswith("_core.")} - {
-        "_core.pyx"
-    }
+    cores = [path for path in files("capsule-sym") if path.name.startswith("_core.")]
+    (module,) = {path.name for path in cores} - {"_core.pyx"}
     assert "abi3" in module or module == "_core.pyd", module
 
     run = simulate(Parameters(), periods=100)

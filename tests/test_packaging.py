@@ -240,7 +240,9 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
     assert done.stdout.startswith(str(unpacked)), done.stderr
     if core is None:
         pytest.skip("no compiler here")
-    (module,) = (name for name in shipped if name.startswith("capsule_sym/_native/_core.abi3."))
+    (module,) = (
+        name for name in shipped if name.startswith("capsule_sym/generated/capsule/_core.abi3.")
+    )
     assert module.endswith((".so", ".pyd"))
     done = installed(unpacked, f"{BACKEND}; print(r.backend)", "-W", "error")
     assert done.stdout == "c\n", done.stderr
@@ -248,7 +250,7 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
 
 @pytest.mark.long
 def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Path) -> None:
-    assert [path.name for path in plain.glob("capsule_sym/_native/_core.*")] == ["_core.pyx"]
+    assert [path.name for path in plain.rglob("_core.*")] == ["_core.pyx"]
     explorer = "capsule_sym/_explorer/page.html"
     assert (plain / explorer).read_bytes() == (ROOT / explorer).read_bytes()
     again = f"{BACKEND}; r = simulate(Parameters(), periods=1); print(r.backend)"
@@ -268,13 +270,15 @@ def test_python_started_in_a_clone_takes_the_installed_core(
     (tmp_path / "capsule_sym-1.dist-info").mkdir()
     beside = tmp_path / "capsule_sym" / "_native"
     beside.mkdir(parents=True)
+    package = Path("capsule_sym") / "generated" / "capsule"
+    (tmp_path / package).mkdir(parents=True)
     if installed_core in ("own", "older"):
-        shutil.copy(core.__file__, beside)
+        shutil.copy(core.__file__, tmp_path / package)
         shutil.copy(ROOT / "capsule_sym" / "_native" / "run.c", beside)
     if installed_core == "older":
         (beside / "step.h").write_text("/* as it was */")
     if installed_core == "other":
-        (beside / "_core.py").write_text("def digest(): return 'other'")
+        (tmp_path / package / "_core.py").write_text("def digest(): return 'other'")
     path = os.pathsep.join([str(tmp_path), sysconfig.get_path("purelib")])
     code = f"{BACKEND}; import capsule_sym; print(capsule_sym.__file__, r.backend)"
     done = python("-S", "-c", code, cwd=str(ROOT), env=os.environ | {"PYTHONPATH": path})
@@ -286,7 +290,7 @@ def test_python_started_in_a_clone_takes_the_installed_core(
         return
     backend = "c" if installed_core == "own" else "numpy"
     assert done.stdout.split() == [str(ROOT / "capsule_sym" / "__init__.py"), backend], done.stderr
-    told = f"no compiled core in {ROOT / 'capsule_sym' / '_native'} or {beside}: "
+    told = f"no compiled core in {ROOT / package} or {tmp_path / package}: "
     assert (told in done.stderr) == (installed_core == "none")
 
 
@@ -302,7 +306,8 @@ def test_the_version_tells_which_core_is_live(plain: Path) -> None:
 
 @pytest.mark.long
 def test_a_core_that_cannot_be_loaded_is_not_taken_for_none(plain: Path) -> None:
-    broken = plain / "capsule_sym" / "_native" / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}"
+    package = plain / "capsule_sym" / "generated" / "capsule"
+    broken = package / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}"
     broken.write_bytes(b"not a library")
     try:
         done = installed(plain, "import capsule_sym._native")

@@ -169,7 +169,7 @@ def tell_early_end(found: capsule_sym.Branch) -> None:
 
 
 def followed(
-    parameters: capsule_sym.Parameters,
+    parameters: capsule_sym.SceneParameters,
     parameter: str,
     begin: float,
     end: float,

@@ -160,8 +160,8 @@ def _scaled(
 
 
 def _within(
-    parameters: capsule_sym.Parameters, name: str, ends: tuple[float, float], given: bool
-) -> capsule_sym.Parameters:
+    parameters: capsule_sym.SceneParameters, name: str, ends: tuple[float, float], given: bool
+) -> capsule_sym.SceneParameters:
     """The parameters with one of them in a range: where its default is not, in the middle."""
     (low, high), value = ends, getattr(parameters, name)
     if low <= value <= high:

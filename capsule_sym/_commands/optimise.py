@@ -281,12 +281,12 @@ def with_unit(value: float, unit: str) -> str:
     return f"{value:.6g} {unit}".rstrip()
 
 
-def units_of(system: capsule_sym.Parameters | capsule_sym.PhysicalParameters) -> dict[str, str]:
+def units_of(system: capsule_sym.SceneParameters | capsule_sym.SceneDevice) -> dict[str, str]:
     """Units of metrics and parameters; empty where all is dimensionless."""
     from capsule_sym._design.quantities import OF_DEVICE
-    from capsule_sym._parameters import METRIC_UNITS
+    from capsule_sym._units import METRIC_UNITS
 
-    if not isinstance(system, capsule_sym.PhysicalParameters):
+    if not isinstance(system, capsule_sym.SceneDevice):
         return {}
     return {name: unit.name for name, unit in METRIC_UNITS.items()} | OF_DEVICE
 

@@ -26,9 +26,9 @@ from capsule_sym.generated.capsule.facts import (
 if TYPE_CHECKING:
     from pathlib import Path as Path
 
-    from capsule_sym._parameters import Parameters, PhysicalParameters
+    from capsule_sym._parameters import SceneDevice, SceneParameters
 
-    Device = PhysicalParameters | None
+    Device = SceneDevice | None
 
 as_json: Any = option("One JSON object on stdout and nothing else.", "--json")
 
@@ -171,13 +171,13 @@ class System:
         """Whether any of them is not by default."""
         return self.file is not None or bool(self.given)
 
-    def load(self) -> tuple[Parameters, Device]:
+    def load(self) -> tuple[SceneParameters, Device]:
         """The parameters, with those of the device if the file is in SI units.
 
         Raises InvalidInput for values that are not allowed, for options beside SI units, and for
         ranges of a device's parameters where there is none.
         """
-        from capsule_sym._parameters import Parameters, load_parameters
+        from capsule_sym._parameters import Parameters, SceneParameters, load_parameters
 
         try:
             loaded = Parameters() if self.file is None else load_parameters(self.file)
@@ -185,7 +185,7 @@ class System:
             if error.field != "file":
                 raise
             raise InvalidInput("--params", error.value, error.allowed) from error
-        if isinstance(loaded, Parameters):
+        if isinstance(loaded, SceneParameters):
             for name, ends in ranges().items():
                 if name in DRIVEN:
                     text = ":".join(f"{end:g}" for end in ends)

@@ -128,7 +128,7 @@ def _print_box(found: capsule_sym.BoxSearch, device: options.Device) -> None:
 
 
 def _search(
-    parameters: capsule_sym.Parameters, starts: int, seed: int, max_seconds: float
+    parameters: capsule_sym.SceneParameters, starts: int, seed: int, max_seconds: float
 ) -> capsule_sym.FoundOrbits:
     with present.progress("Searching", starts) as update:
         return capsule_sym.search_orbits(

@@ -102,19 +102,17 @@ def sweep(
 
 def _over(
     over: dict[str, tuple[float, ...]],
-    parameters: capsule_sym.Parameters,
-    device: capsule_sym.PhysicalParameters | None,
+    parameters: capsule_sym.SceneParameters,
+    device: capsule_sym.SceneDevice | None,
     settings: dict[str, Any],
 ) -> capsule_sym.Sweep:
     """The sweep over ranges."""
-    from dataclasses import asdict
-
     if not over:
         raise click.UsageError("give a range, such as --alpha 0.1:2:41, or FILE.toml")
     axes = {
         name: {"from": low, "to": high, "count": count} for name, (low, high, count) in over.items()
     }
-    base = {"device": asdict(device)} if device else {"parameters": parameters.to_dict()}
+    base = {"device": device.to_dict()} if device else {"parameters": parameters.to_dict()}
     return capsule_sym.read_plan({**base, "axes": axes, **settings})
 
 

@@ -30,7 +30,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym.generated.capsule.facts import BOUNDS, FIELDS
 
 _BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
@@ -54,7 +54,7 @@ class Motion:
 
     def __init__(
         self,
-        parameters: Parameters,
+        parameters: SceneParameters,
         found: Performances | None,
         period_number: int = 1,
         orbit: Orbit | None = None,
@@ -127,11 +127,11 @@ def _drifting(
     )
 
 
-def _values(parameters: Parameters) -> Vector:
+def _values(parameters: SceneParameters) -> Vector:
     return np.array(list(parameters.to_dict().values()))
 
 
-def _closed(parameters: Parameters, state: Vector, period_number: int) -> Motion | None:
+def _closed(parameters: SceneParameters, state: Vector, period_number: int) -> Motion | None:
     """The motion of the map near a state at forcing angle 0, by the core; None if none."""
     if core is None:
         return None
@@ -141,7 +141,9 @@ def _closed(parameters: Parameters, state: Vector, period_number: int) -> Motion
     return Motion(parameters, found, period_number) if whole else None
 
 
-def settle(parameters: Parameters, state: Sequence[float], phase: float = 0.0) -> Motion | None:
+def settle(
+    parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
+) -> Motion | None:
     """The motion that is reached from a state; None where none is reached."""
     if core is None:
         orbit = solve_orbit(parameters, state, phase, _PERIODS)
@@ -158,7 +160,7 @@ def settle(parameters: Parameters, state: Sequence[float], phase: float = 0.0) -
     return None
 
 
-def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
+def _arrived(parameters: SceneParameters, marks: Vector) -> Motion | None:
     """The motion that the end of a run is on, by its stroboscopic states; None if it is on none."""
     size, least = 1 + abs(marks[-LONGEST:]).max(), math.inf
     for period_number in range(1, LONGEST + 1):
@@ -179,14 +181,16 @@ def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
     return None
 
 
-def _moved(motion: Motion, found: Performances, parameters: Parameters) -> Motion | None:
+def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> Motion | None:
     """The motion of the map at other parameters, next to one that the core closed."""
     moved = _values(parameters) - _values(motion.parameters)
     state = motion.state + found.by_parameter[0] @ moved
     return _closed(parameters, state, motion.period_number)
 
 
-def same_itinerary_at(motion: Motion, parameters: Parameters, quick: bool = False) -> Motion | None:
+def same_itinerary_at(
+    motion: Motion, parameters: SceneParameters, quick: bool = False
+) -> Motion | None:
     """The orbit of the same itinerary at other parameters, admissible or not; None if none.
 
     A quick answer is None as well where the map of a motion of the core does not pass through it.
@@ -211,7 +215,7 @@ def same_itinerary_at(motion: Motion, parameters: Parameters, quick: bool = Fals
     return Motion(parameters, None, orbit=solved) if solved.success else None
 
 
-def continue_motion(motion: Motion, parameters: Parameters) -> Motion | None:
+def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
     """The motion that a motion becomes where the parameters change to others; None if none."""
     if motion.found is not None:
         found, state, phase = _moved(motion, motion.found, parameters), motion.state.tolist(), 0.0
@@ -238,7 +242,7 @@ def agrees(one: Motion, other: Motion | None) -> bool:
     )
 
 
-def survey(systems: Sequence[Parameters], state: Sequence[float]) -> list[dict[str, Slope]]:
+def survey(systems: Sequence[SceneParameters], state: Sequence[float]) -> list[dict[str, Slope]]:
     """The metrics of n parameter sets from the same start, without derivatives.
 
     Empty for a motion that does not settle within some periods on one of a period or two, and for

@@ -21,7 +21,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, Watch, check_time
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym.generated.capsule.facts import POSITIVE
 
 _LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
@@ -259,7 +259,9 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
     if "phase" in problem.unknown and not np.isfinite(high[problem.unknown.index("phase")]):
         k, system = problem.unknown.index("phase"), problem.system
         first[k] = 0.0
-        last[k] = system.period if isinstance(system, Parameters) else 2 * math.pi / system.Omega
+        last[k] = (
+            system.period if isinstance(system, SceneParameters) else 2 * math.pi / system.Omega
+        )
     draws = Sobol(len(first), seed=seed).random_base2(max(0, int(count - 1).bit_length()))[:count]
     return list(first + draws * (last - first))
 

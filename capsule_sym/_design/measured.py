@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import evaluation
 from capsule_sym._map.labelled import package
-from capsule_sym._parameters import PhysicalParameters
+from capsule_sym._parameters import SceneDevice
 
 OF_STATE = {
     "x_r": (1.0, 0.0, 0.0, 0.0),
@@ -43,7 +43,7 @@ class Measured:
     """First of the table's times, where there may be gaps alone."""
 
 
-def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None = None) -> Measured:
+def measured(table: Mapping[str, ArrayLike], device: SceneDevice | None = None) -> Measured:
     """Measured series from columns: times `t` and one or more of x_r, x_c, x_m, v_r, v_c, v_m.
 
     Dimensionless, or in s, m and m/s where a device is given. A value that is nan, masked or

@@ -29,7 +29,12 @@ from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._parameters import Parameters, PhysicalParameters, names_of
+from capsule_sym._parameters import (
+    Parameters,
+    SceneDevice,
+    SceneParameters,
+    names_of,
+)
 from capsule_sym.generated.capsule.facts import POSITIVE
 
 Vector = NDArray[np.float64]
@@ -95,7 +100,7 @@ def program_of(
 ) -> Program:
     """What is optimised, checked; raises InvalidInput."""
     system = Parameters() if base is None else base
-    if not isinstance(system, Parameters | PhysicalParameters):
+    if not isinstance(system, SceneParameters | SceneDevice):
         raise InvalidInput("base", base, "Parameters or PhysicalParameters")
     names, low, high = _bounds(over, system)
     if margin is not None and not (real(margin) and 0 <= margin < 1):

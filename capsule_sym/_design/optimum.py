@@ -15,7 +15,8 @@ from capsule_sym._design.program import KEPT, WHOLE, Place, Program
 from capsule_sym._design.quantities import System, of, record, values_of
 from capsule_sym._design.stationary import Stationary
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import METRIC_UNITS, PhysicalParameters, names_of
+from capsule_sym._parameters import SceneDevice, names_of
+from capsule_sym._units import METRIC_UNITS
 
 
 class OptimumStatus(StrEnum):
@@ -128,7 +129,7 @@ class Optimum:
 
     def to_dict(self) -> dict[str, Any]:
         """The results by name, of numbers, texts and lists."""
-        device = isinstance(self.system, PhysicalParameters)
+        device = isinstance(self.system, SceneDevice)
         units = {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {}
         return (
             record(self, "metric maximised success status message value over")

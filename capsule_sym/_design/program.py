@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ from capsule_sym._design.quantities import (
 )
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time
-from capsule_sym._parameters import Parameters, names_of
+from capsule_sym._parameters import SceneParameters, names_of
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -50,7 +50,7 @@ class Scenario:
     def system(self, system: System) -> System:
         """The system with its parameters at this end of their tolerances."""
         changed = {name: getattr(system, name) * by for name, by in self.factors.items()}
-        return replace(system, **changed) if changed else system
+        return system.replace(**changed) if changed else system
 
     def weights(self, system: System) -> Vector:
         """What a derivative by a parameter of this scenario's system is by the parameter, (k,)."""
@@ -176,7 +176,7 @@ class Program:
         """The system where the scaled variables are u."""
         values = self.low + u * (self.high - self.low)
         values = np.where(u == 1.0, self.high, values)
-        return replace(self.system, **dict(zip(self.names, values.tolist(), strict=True)))
+        return self.system.replace(**dict(zip(self.names, values.tolist(), strict=True)))
 
     def u_of(self, system: System) -> Vector:
         """The scaled variables of a system."""
@@ -231,7 +231,7 @@ class Program:
 
     def _moved(
         self,
-        how: Callable[[Motion, Parameters], Motion | None],
+        how: Callable[[Motion, SceneParameters], Motion | None],
         motions: Sequence[Motion],
         u: Vector,
     ) -> tuple[Motion, ...] | None:
@@ -302,7 +302,7 @@ class Program:
             if how.quick and ways[0] is how.central:
                 ways += [how.one_sided, tuple((-place, -weight) for place, weight in how.one_sided)]
             for weights in ways:
-                moved = [replace(system, **{name: value + place * step}) for place, _ in weights]
+                moved = [system.replace(**{name: value + place * step}) for place, _ in weights]
                 ends = [
                     evaluation.same_itinerary_at(motion, dimensionless(p), how.quick) for p in moved
                 ]

@@ -21,17 +21,15 @@ from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
 from capsule_sym._parameters import (
-    METRIC_UNITS,
-    UNITS,
-    Parameters,
-    PhysicalParameters,
-    Values,
-    mean_power,
+    Scene,
+    SceneDevice,
+    SceneParameters,
     names_of,
 )
+from capsule_sym._units import METRIC_UNITS, UNITS, mean_power
 from capsule_sym.generated.capsule.facts import BOUNDS, DEVICE, STATE
 
-System = Parameters | PhysicalParameters
+System = SceneParameters | SceneDevice
 Function = Callable[[Mapping[str, Slope]], Slope]
 
 OF_DEVICE = {
@@ -57,7 +55,7 @@ def record(result: object, names: str) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, Parameters | PhysicalParameters):
+    if isinstance(value, SceneParameters | SceneDevice):
         return values_of(value)
     if isinstance(value, np.ndarray):
         return value.tolist()
@@ -72,24 +70,26 @@ def _plain(value: Any) -> Any:
     return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
-def varied(values: Mapping[str, float], by: Sequence[str]) -> Any:
+def varied(scene: Scene, values: Mapping[str, float], by: Sequence[str]) -> Any:
     """Values by name with derivatives (k,) by k of them, as a device's with all of its units."""
     rows, none = dict(zip(by, np.eye(len(by)), strict=True)), np.zeros(len(by))
-    return Values(**{name: Slope(value, rows.get(name, none)) for name, value in values.items()})
+    return scene.values(
+        **{name: Slope(value, rows.get(name, none)) for name, value in values.items()}
+    )
 
 
-def dimensionless(system: System) -> Parameters:
+def dimensionless(system: System) -> SceneParameters:
     """The dimensionless parameters of a system."""
-    return system if isinstance(system, Parameters) else system.dimensionless()
+    return system if isinstance(system, SceneParameters) else system.dimensionless()
 
 
 @lru_cache(maxsize=16)
 def dimensionless_slopes(system: System) -> Matrix:
     """Derivatives (7, k) of the dimensionless parameters by the k parameters of the system."""
-    if isinstance(system, Parameters):
+    if isinstance(system, SceneParameters):
         return np.eye(len(PARAMETERS))
     names = names_of(system)
-    ratios, none = varied(values_of(system), names).ratios(), np.zeros(len(names))
+    ratios, none = varied(system.scene, values_of(system), names).ratios(), np.zeros(len(names))
     return np.array([getattr(ratios[name], "slope", none) for name in PARAMETERS])
 
 
@@ -100,8 +100,8 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     dimensionless, with derivatives (7,).
     """
     found = _with_derived(metrics, dimensionless(system))
-    own = varied(values_of(system), names_of(system))
-    if isinstance(system, PhysicalParameters):
+    own = varied(system.scene, values_of(system), names_of(system))
+    if isinstance(system, SceneDevice):
         by = dimensionless_slopes(system)
         for name, metric in found.items():
             found[name] = Slope(metric.value, metric.slope @ by)
@@ -111,9 +111,9 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     return every
 
 
-def _with_derived(metrics: Mapping[str, Slope], p: Parameters) -> dict[str, Slope]:
+def _with_derived(metrics: Mapping[str, Slope], p: SceneParameters) -> dict[str, Slope]:
     """The dimensionless metrics, those derived from others too, by the parameters."""
-    own = vars(varied(p.to_dict(), PARAMETERS))
+    own = vars(varied(p.scene, p.to_dict(), PARAMETERS))
     velocity, work = metrics["velocity"], metrics["work"]
     forward = -1 if velocity.value < 0 else 1
     way, bound = forward * metrics["progression"], BOUNDS.get(forward)

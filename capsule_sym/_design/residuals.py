@@ -17,7 +17,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._native import check_time
 from capsule_sym._orbits.continuation.parameter_paths import Slope
-from capsule_sym._parameters import PhysicalParameters, names_of
+from capsule_sym._parameters import SceneDevice, names_of
 
 OF_START = (*START, "x_c")
 _PHASE, _OMEGA, _X_C = START.index("phase"), SLOPES.index("omega"), OF_START.index("x_c")
@@ -125,7 +125,7 @@ class Problem:
             self.progress(f"{self.doing}, {self.evaluations} runs")
         now, system = self.now(values), self.system_at(values)
         p, units = dimensionless(system), np.ones(len(OF_START))
-        if isinstance(system, PhysicalParameters):
+        if isinstance(system, SceneDevice):
             units = np.array([system.scale(name) for name in OF_START])
         start = np.array([now[name] for name in OF_START]) / units
         phase = float(start[_PHASE])
@@ -170,10 +170,10 @@ class Problem:
 
         These are x_c at the start, and the logarithms of the units of length and of rate.
         """
-        now = varied(self.now(values), self.unknown)
+        now = varied(self.system.scene, self.now(values), self.unknown)
         own, none = vars(now), np.zeros(len(values))
         units = dict.fromkeys(OF_START, Slope(1.0, none))
-        if isinstance(self.system, PhysicalParameters):
+        if isinstance(self.system, SceneDevice):
             own, units = own | now.ratios(), {name: now.scale(name) for name in OF_START}
         # The start is held in SI units: in those of the device it moves as they do.
         own |= {name: own[name] / unit for name, unit in units.items()}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import product
 from typing import Any
@@ -29,7 +29,7 @@ from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
 from capsule_sym._orbits.continuation.settings import check_points
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
 
 _WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
 _SHARE = "share"  # what varies along a stretch, from 0 to 1
@@ -100,7 +100,7 @@ class Steering(Labelled):
             for point in branch.points
         ]
         system = self.forward.system
-        unit = 1.0 if isinstance(system, Parameters) else system.velocity(1.0)
+        unit = 1.0 if isinstance(system, SceneParameters) else system.velocity(1.0)
         velocities = [float(point.orbit.average_velocity) * unit for _, _, point in rows]
         texts = [str(point.orbit.itinerary) for _, _, point in rows]
         return {
@@ -198,13 +198,13 @@ def steer(
 
 
 def _drives(system: System) -> tuple[str, str]:
-    return ("alpha", "omega") if isinstance(system, Parameters) else ("P_d", "Omega")
+    return ("alpha", "omega") if isinstance(system, SceneParameters) else ("P_d", "Omega")
 
 
 def usual_drive(system: System) -> dict[str, tuple[float, float]]:
     """The bounds of a drive unless others are given."""
     units = (1.0, 1.0)
-    if isinstance(system, PhysicalParameters):
+    if isinstance(system, SceneDevice):
         units = system.friction_force, system.natural_frequency
     shares = (0.1, 2.0), (0.5, 1.5)
     named = zip(_drives(system), shares, units, strict=True)
@@ -224,7 +224,7 @@ class _Way:
         orbit, system = forward.orbits[0], forward.system
         for target in filter(None, (self.corner, backward.over)):
             branch = _stretch(
-                orbit, dimensionless(replace(system, **dict[str, Any](target))), points
+                orbit, dimensionless(system.replace(**dict[str, Any](target))), points
             )
             check_time()
             if branch is None:  # the corner is where the stretch begins
@@ -291,7 +291,7 @@ def _corners(
         }
 
 
-def _stretch(orbit: Orbit, target: Parameters, points: int) -> Branch | None:
+def _stretch(orbit: Orbit, target: SceneParameters, points: int) -> Branch | None:
     """The branch along a straight line of parameters from an orbit's."""
     begin = orbit.parameters.to_dict()
     ends = {
@@ -305,7 +305,7 @@ def _stretch(orbit: Orbit, target: Parameters, points: int) -> Branch | None:
     return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties)
 
 
-def _broken(branch: Branch) -> tuple[Parameters, str] | None:
+def _broken(branch: Branch) -> tuple[SceneParameters, str] | None:
     """Where a branch is not stable any more, or ends, and why; None if it is whole."""
     lost = next((i for i, point in enumerate(branch.points) if not _largest(point) < 1), None)
     if lost is None and branch.success:
@@ -323,9 +323,9 @@ def _largest(point: BranchPoint) -> float:
     return float(max(map(abs, point.multipliers), default=0.0))
 
 
-def drive_at(system: System, names: Sequence[str], parameters: Parameters) -> Drive:
+def drive_at(system: System, names: Sequence[str], parameters: SceneParameters) -> Drive:
     """The drive of a system that has these dimensionless parameters."""
-    if isinstance(system, Parameters):
+    if isinstance(system, SceneParameters):
         return {name: getattr(parameters, name) for name in names}
     ties = {name: system.tie(name) for name in names}
     return {name: getattr(parameters, tied) / factor for name, (tied, factor) in ties.items()}

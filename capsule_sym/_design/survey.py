@@ -16,7 +16,7 @@ from capsule_sym._design.program import Program, Scenario
 from capsule_sym._design.quantities import dimensionless, of, valued
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time, present
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 _CELLS = 4096  # in memory at once
 _APART = 0.15  # of the bounds, between two places at which searches begin
@@ -44,7 +44,7 @@ class Overview(NamedTuple):
         one = len(moving) == 1 and 0 < abs(found[0]) < np.inf
         if len(found) != 1 or self.in_contact or one:
             return ""
-        own = isinstance(program.system, Parameters)
+        own = isinstance(program.system, SceneParameters)
         value = f"is {abs(found[0]):g}" if np.isfinite(found[0]) else "has no number"
         why = f"the mass does not reach the spring: lower {'delta' if own else 'G'} or raise "
         why += "alpha" if own else "P_d"

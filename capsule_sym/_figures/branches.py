@@ -26,7 +26,7 @@ from capsule_sym._figures.style import (
     mathematical,
 )
 from capsule_sym._figures.units import Units
-from capsule_sym._parameters import PhysicalParameters
+from capsule_sym._parameters import SceneDevice
 
 Record = Mapping[str, Any]
 """A branch as plain data; `data.branch_record` describes it."""
@@ -49,7 +49,7 @@ def plot_bifurcations(
     *,
     width: float = PAGE,
     axes: Sequence[Axes] | None = None,
-    device: PhysicalParameters | None = None,
+    device: SceneDevice | None = None,
 ) -> Figure:
     """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
 
@@ -88,7 +88,7 @@ def shared(record: Record) -> dict[str, Any]:
     return {"parameters": values, "parameter": record["parameter"]}
 
 
-def units_of(record: Record, device: PhysicalParameters | None) -> Units:
+def units_of(record: Record, device: SceneDevice | None) -> Units:
     """Units of a branch; raises InvalidInput where its orbits are those of another device."""
     return Units.of_known(device, shared(record)["parameters"])
 
@@ -223,7 +223,7 @@ def plot_energies(
     *,
     width: float = PAGE,
     axes: Sequence[Axes] | None = None,
-    device: PhysicalParameters | None = None,
+    device: SceneDevice | None = None,
 ) -> Figure:
     """Energy per excitation period along a branch: what damper and friction take of the work.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from capsule_sym._figures.style import Colours
     from capsule_sym._map import Trajectory
-    from capsule_sym._parameters import Parameters, PhysicalParameters
+    from capsule_sym._parameters import SceneDevice, SceneParameters
     from capsule_sym._study.arcs import Motion
     from capsule_sym._study.data import Store
 
@@ -40,11 +40,11 @@ class Study:
     """
 
     store: Store
-    system: Parameters
+    system: SceneParameters
     colours: Colours = "safe"
     width: float = PAGE
     chosen: bool = False
-    device: PhysicalParameters | None = None
+    device: SceneDevice | None = None
 
     @property
     def looks(self) -> dict[str, Any]:
@@ -52,13 +52,13 @@ class Study:
         return {"colours": self.colours, "width": self.width}
 
     @property
-    def schematic(self) -> Parameters:
+    def schematic(self) -> SceneParameters:
         """The system of Figs. 2 to 5."""
         from capsule_sym._study.sections import SCHEMATIC
 
         return self.system if self.chosen else SCHEMATIC
 
-    def at(self, alpha: float) -> Parameters:
+    def at(self, alpha: float) -> SceneParameters:
         """The system at an excitation amplitude."""
         return self.system.replace(alpha=alpha)
 

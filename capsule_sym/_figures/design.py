@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from capsule_sym._figures.layout import axes_for, canvas
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, figure_style
-from capsule_sym._parameters import PhysicalParameters
+from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
     from capsule_sym._design.fit import Fit
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def _label(name: str, system: Any) -> str:
     """A quantity with its unit where the system is a device, else as elsewhere."""
     from capsule_sym._design.quantities import OF_DEVICE
-    from capsule_sym._parameters import METRIC_UNITS
+    from capsule_sym._units import METRIC_UNITS
 
-    if not isinstance(system, PhysicalParameters):
+    if not isinstance(system, SceneDevice):
         return LABELS.get(name, name.replace("_", " "))
     unit = METRIC_UNITS[name].name if name in METRIC_UNITS else OF_DEVICE.get(name, "")
     told = name.replace("_", " ") if name in METRIC_UNITS else name
@@ -107,6 +107,6 @@ def plot_residuals(
         row.axhspan(-1, 1, color="0.86", linewidth=0)
         row.plot(data.times[chosen], fit.residuals[chosen] / noise, ".", color=SERIES[place])
         row.set_ylabel(f"{name}, residual over noise")
-    unit = "s" if isinstance(system, PhysicalParameters) else "dimensionless"
+    unit = "s" if isinstance(system, SceneDevice) else "dimensionless"
     rows[-1].set_xlabel(f"time ({unit})")
     return describe(page, "Residuals of a fit", status=str(fit.status))

@@ -19,7 +19,7 @@ from capsule_sym._figures.sizes import MOVING, PAGE
 from capsule_sym._figures.style import Colours, describe, field_colour, figure_style
 from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
-from capsule_sym._parameters import PhysicalParameters
+from capsule_sym._parameters import SceneDevice
 from capsule_sym._study.arcs import Motion, arcs, cycle
 
 _INK, _SHELL, _MASS, _SOFT = "#16202c", "#eef1f5", "#56B4E9", "#52606f"
@@ -160,7 +160,7 @@ def animate(
     colours: Colours = "safe",
     width: float = 6.0,
     dpi: float = 100.0,
-    device: PhysicalParameters | None = None,
+    device: SceneDevice | None = None,
 ) -> None:
     """Write a motion as a GIF or, where the program ffmpeg is installed, as an MP4.
 

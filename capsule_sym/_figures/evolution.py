@@ -26,7 +26,7 @@ from capsule_sym._figures.style import (
     figure_style,
 )
 from capsule_sym._figures.units import Units
-from capsule_sym._parameters import PhysicalParameters
+from capsule_sym._parameters import SceneDevice
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 from capsule_sym.generated.capsule.facts import FIELDS
 
@@ -89,7 +89,7 @@ def plot_itineraries(
     colours: Colours = "safe",
     width: float = PAGE,
     axes: Axes | None = None,
-    device: PhysicalParameters | None = None,
+    device: SceneDevice | None = None,
 ) -> Figure:
     """Which field acts when, against alpha, with the exact bifurcations of a branch named.
 

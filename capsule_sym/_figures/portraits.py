@@ -29,7 +29,7 @@ from capsule_sym._figures.style import (
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._map import Trajectory
-from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym._parameters import SceneDevice, SceneParameters
 from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
 from capsule_sym._study.boundaries import lines
 from capsule_sym.generated.capsule.facts import MODES
@@ -43,7 +43,7 @@ def plot_displacements(
     *,
     periods: int = 3,
     colours: Colours = "safe",
-    device: PhysicalParameters | None = None,
+    device: SceneDevice | None = None,
 ) -> None:
     """Displacements of mass (dashed) and capsule (solid) against time (Fig. 7, left).
 
@@ -70,7 +70,7 @@ def plot_phase_portrait(
     *,
     periods: int | None = None,
     colours: Colours = "safe",
-    device: PhysicalParameters | None = None,
+    device: SceneDevice | None = None,
 ) -> None:
     """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right).
 
@@ -108,7 +108,7 @@ def plot_motion(
     colours: Colours = "safe",
     width: float = PAGE,
     axes: Sequence[Axes] | None = None,
-    device: PhysicalParameters | None = None,
+    device: SceneDevice | None = None,
 ) -> Figure:
     """Displacements and phase portrait side by side: a run's last periods, or an orbit.
 
@@ -169,7 +169,7 @@ def boundary_handles(figure: Figure) -> list[Line2D]:
     ]
 
 
-def draw_lines(parameters: Parameters, axes: Axes, units: Units) -> None:
+def draw_lines(parameters: SceneParameters, axes: Axes, units: Units) -> None:
     """Draw the lines of P1 = 0 over the present view of axes in (x_r, v_r), and name them."""
     x_r, v_r = axes.get_xlim(), axes.get_ylim()
     long, fast = units.scale("x_r"), units.scale("v_r")
@@ -243,7 +243,7 @@ def plot_margins(
     colours: Colours = "safe",
     width: float = PAGE,
     axes: Sequence[Axes] | None = None,
-    device: PhysicalParameters | None = None,
+    device: SceneDevice | None = None,
 ) -> Figure:
     """How far every guard is from firing, over a run's last periods or an orbit, by acting field.
 

@@ -9,8 +9,9 @@ from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.style import LABELS
-from capsule_sym._parameters import UNITS, Parameters, PhysicalParameters
+from capsule_sym._parameters import SceneDevice, SceneParameters
 from capsule_sym._study.arcs import Arc
+from capsule_sym._units import UNITS
 from capsule_sym.generated.capsule.facts import DRIVEN, PARAMETERS
 
 DIMENSIONLESS = "all quantities are dimensionless"
@@ -28,15 +29,15 @@ _PREFIXED = ("m", "m/s", "N", "J", "s")
 class Units:
     """How the quantities of a figure are drawn: dimensionless, or in the SI units of a device."""
 
-    device: PhysicalParameters | None = None
+    device: SceneDevice | None = None
 
     @classmethod
-    def of_motion(cls, device: PhysicalParameters | None, parameters: Parameters) -> Units:
+    def of_motion(cls, device: SceneDevice | None, parameters: SceneParameters) -> Units:
         """Units of a motion; raises InvalidInput unless its frequency and mass ratio are those."""
         return cls.of_known(device, parameters.to_dict())
 
     @classmethod
-    def of_known(cls, device: PhysicalParameters | None, known: Mapping[str, Any]) -> Units:
+    def of_known(cls, device: SceneDevice | None, known: Mapping[str, Any]) -> Units:
         """The same of motions of which these parameters are known, the varied ones left out."""
         if device is not None:
             own = device.dimensionless()

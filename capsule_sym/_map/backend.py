@@ -11,11 +11,12 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.promised import GUARD_DIGITS, MOST_DIGITS
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import CAPSULE, SceneParameters
 
 Number = Any  # float, or a number of the mpmath kernels
 
@@ -61,7 +62,7 @@ class Backend:
         whole = int(self._functions.floor(angle / self.full_turn))
         return whole, angle - whole * self.full_turn
 
-    def constants(self, field: int, parameters: Parameters) -> Any:
+    def constants(self, field: int, parameters: SceneParameters) -> Any:
         """Constants of a segment."""
         values = [self.number(value) for value in parameters.to_dict().values()]
         return self.kernels.constants(field, *values)
@@ -110,7 +111,7 @@ class NumpyBackend(Backend):
             rest = (angle - whole * high) - whole * low
         return (whole + 1, 0.0) if rest >= high else (whole, rest)
 
-    def constants(self, field: int, parameters: Parameters) -> Any:
+    def constants(self, field: int, parameters: SceneParameters) -> Any:
         c = self.kernels.constants(field, *parameters.to_dict().values())
         # Plain Python numbers make the scalar path several times faster than NumPy's.
         return c._replace(**{k: v.item() for k, v in c._asdict().items() if hasattr(v, "item")})
@@ -137,11 +138,11 @@ def default_backend() -> str:
 @cache
 def _is_compiled() -> bool:
     """Whether the C core is there; warns once if it is not."""
-    from capsule_sym._native import __path__ as searched
     from capsule_sym._native import core
 
     if core is not None:
         return True
+    searched = import_module(CAPSULE.package).__path__
     warnings.warn(
         f"no compiled core in {' or '.join(searched)}: the NumPy backend runs, slower by far; "
         "to have the core, install capsule-sym where there is a C compiler",

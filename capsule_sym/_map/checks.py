@@ -11,7 +11,7 @@ from typing import TypeGuard
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym._parameters import SceneDevice, SceneParameters
 from capsule_sym.generated.capsule.facts import RANGES
 
 _LARGEST_COUNT = 10**12
@@ -49,7 +49,7 @@ def checked_seconds(value: float, field: str = "max_seconds") -> float:
 
 
 @lru_cache
-def _check_scales(parameters: Parameters) -> None:
+def _check_scales(parameters: SceneParameters) -> None:
     """Refuse parameters whose powers and quotients double precision cannot carry."""
     for (field, (low, high)), value in zip(RANGES.items(), _scales(parameters), strict=True):
         if not low <= value <= high:
@@ -57,11 +57,11 @@ def _check_scales(parameters: Parameters) -> None:
 
 
 def check_start(
-    parameters: Parameters, state: Sequence[float], phase: float, periods: int
+    parameters: SceneParameters, state: Sequence[float], phase: float, periods: int
 ) -> tuple[float, float, float]:
     """The state as three floats; raises InvalidInput for any argument that is not allowed."""
-    if not isinstance(parameters, Parameters):
-        device = isinstance(parameters, PhysicalParameters)
+    if not isinstance(parameters, SceneParameters):
+        device = isinstance(parameters, SceneDevice)
         allowed = "Parameters" + ", which .dimensionless() of a device gives" * device
         raise InvalidInput("parameters", parameters, allowed)
     values = _checked_state(state)
@@ -78,7 +78,7 @@ def check_count(field: str, value: object, least: int = 1, most: int = _LARGEST_
         raise InvalidInput(field, value, f"a whole number from {least} to {most}")
 
 
-def _check_phase(phase: float, parameters: Parameters) -> None:
+def _check_phase(phase: float, parameters: SceneParameters) -> None:
     if not (is_real(phase) and 0.0 <= phase < parameters.period):
         allowed = f"a time in [0, 2 pi/omega) = [0, {parameters.period!r})"
         raise InvalidInput("phase", phase, allowed)

@@ -12,7 +12,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
 from capsule_sym._map.segments import Records
 from capsule_sym._native import core
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 _kept: list[Any] = []
 
@@ -86,7 +86,7 @@ def _nearly_in_order(times: NDArray[np.float64]) -> NDArray[np.uint64]:
 
 
 def by_core(
-    parameters: Parameters, records: Records, times: NDArray[np.float64]
+    parameters: SceneParameters, records: Records, times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """States (x_r, v_r, v_c, x_c) at times of a run, shape times.shape + (4,), by the core."""
     flat, states = np.ascontiguousarray(times).ravel(), np.empty((times.size, 4))
@@ -102,7 +102,7 @@ def by_core(
 
 
 def by_numpy(
-    parameters: Parameters, records: Records, times: NDArray[np.float64]
+    parameters: SceneParameters, records: Records, times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The same by the NumPy kernels, in one call for each field."""
     starts = records["start_period"] * parameters.period + records["start_angle"] / parameters.omega

@@ -11,7 +11,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map import evaluation
 from capsule_sym._map.segments import SWITCH, Records, Segments, Tangencies, switches_of
 from capsule_sym._map.trajectory import Kept, Statistics, Trajectory
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym.generated.capsule.interface import SEGMENT
 
 CHOICES = ("segments", "final", "stroboscopic", "switches")
@@ -82,7 +82,7 @@ class Keeper:
     """
 
     def __init__(
-        self, parameters: Parameters, keep: str | NDArray[np.float64], share: int = 1
+        self, parameters: SceneParameters, keep: str | NDArray[np.float64], share: int = 1
     ) -> None:
         self.parameters = parameters
         self.what = keep if isinstance(keep, str) else "times"

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import NotInstalled
-from capsule_sym._parameters import UNITS
+from capsule_sym._units import UNITS
 from capsule_sym.generated.capsule.facts import LABELS, STATE
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-    from capsule_sym._parameters import PhysicalParameters
+    from capsule_sym._parameters import SceneDevice
 
 _NAMES = {
     "period": "whole excitation periods before the start",
@@ -85,7 +85,7 @@ class Labelled:
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
         return f"{said}{table}{more}"
 
-    def to_dataframe(self, device: PhysicalParameters | None = None) -> DataFrame:
+    def to_dataframe(self, device: SceneDevice | None = None) -> DataFrame:
         """The columns as a pandas DataFrame, texts as categories.
 
         Dimensionless, or in SI units (s, m, m/s) where a device is given, parameters excepted.
@@ -100,7 +100,7 @@ class Labelled:
         )
         return made
 
-    def to_xarray(self, device: PhysicalParameters | None = None) -> Dataset:
+    def to_xarray(self, device: SceneDevice | None = None) -> Dataset:
         """The columns as an xarray Dataset, each with its `units` and `long_name`.
 
         Dimensionless, or in SI units (s, m, m/s) where a device is given, parameters excepted.
@@ -121,7 +121,7 @@ class Labelled:
         return made
 
 
-def in_units(values: dict[str, Any], device: PhysicalParameters | None) -> dict[str, Any]:
+def in_units(values: dict[str, Any], device: SceneDevice | None) -> dict[str, Any]:
     """Values by name in SI units where a device is given; those that have none stay as they are."""
     if device is None:
         return values

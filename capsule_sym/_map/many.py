@@ -23,7 +23,7 @@ from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.simulate import watch_of
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import Watch
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, SceneParameters
 from capsule_sym.generated.capsule.facts import PARAMETERS, RANGES
 from capsule_sym.generated.capsule.facts import STATE as _STATE
 from capsule_sym.generated.capsule.interface import SEGMENT
@@ -91,7 +91,7 @@ class Trajectories:
 
 
 def simulate_many(
-    parameters: Sequence[Parameters] | NDArray[np.float64],
+    parameters: Sequence[SceneParameters] | NDArray[np.float64],
     states: ArrayLike = (0.0, 0.0, 0.0),
     phases: ArrayLike = 0.0,
     periods: int = 100,
@@ -145,15 +145,15 @@ def simulate_many(
     return _one_by_one(rows, starts, kept, what, _shared(one, count, threads, watch))
 
 
-def _rows(parameters: Sequence[Parameters] | NDArray[np.float64]) -> NDArray[np.float64]:
+def _rows(parameters: Sequence[SceneParameters] | NDArray[np.float64]) -> NDArray[np.float64]:
     """The parameter sets as rows of their own, shape (n, 7)."""
     if isinstance(parameters, np.ndarray):
         if parameters.dtype.kind not in "iuf":
             allowed = f"real numbers of shape (n, {len(PARAMETERS)})"
             raise InvalidInput("parameters", parameters.dtype, allowed)
         return checked_rows(np.array(parameters, dtype=float, order="C"))
-    if isinstance(parameters, Parameters) or not all(
-        isinstance(one, Parameters) for one in parameters
+    if isinstance(parameters, SceneParameters) or not all(
+        isinstance(one, SceneParameters) for one in parameters
     ):
         raise InvalidInput("parameters", parameters, "a sequence of Parameters, or their rows")
     rows = [[*one.to_dict().values()] for one in parameters]

@@ -25,7 +25,7 @@ from capsule_sym._map.trajectory import (
 )
 from capsule_sym._native import Watch
 from capsule_sym._native import core as _core
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym.generated.capsule.facts import PARAMETERS
 from capsule_sym.generated.capsule.interface import Precision
 
@@ -41,7 +41,7 @@ def core() -> Any:
 
 
 def end_of_run(
-    parameters: Parameters,
+    parameters: SceneParameters,
     values: tuple[float, float, float],
     phase: float,
     periods: int,
@@ -78,7 +78,7 @@ class NativeRun:
 
     def __init__(
         self,
-        parameters: Parameters,
+        parameters: SceneParameters,
         escalate: bool,
         watch: Watch | None = None,
         progress: Callable[[int], object] | None = None,

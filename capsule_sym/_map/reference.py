@@ -27,7 +27,7 @@ from capsule_sym._map.trajectory import (
 )
 from capsule_sym._map.transitions import State, Undetermined, select_field, start_at
 from capsule_sym._native import Watch
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym.generated.capsule.facts import FIELDS
 
 # Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
@@ -53,7 +53,7 @@ class Run:
     def __init__(
         self,
         numbers: Backend,
-        parameters: Parameters,
+        parameters: SceneParameters,
         escalate: bool,
         watch: Watch | None = None,
         progress: Callable[[int], object] | None = None,

@@ -16,11 +16,11 @@ from capsule_sym._map.keep import STATE, check_memory, checked, most_segments, r
 from capsule_sym._map.native import NativeRun, end_of_run
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import Watch, check_time, present
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 
 def simulate(
-    parameters: Parameters,
+    parameters: SceneParameters,
     state: Sequence[float] = (0.0, 0.0, 0.0),
     phase: float = 0.0,
     periods: int = 100,
@@ -79,7 +79,7 @@ def watch_of(max_seconds: float) -> Watch:
 
 
 def run(
-    parameters: Parameters,
+    parameters: SceneParameters,
     start: tuple[tuple[float, float, float], float, int],
     kept: str | NDArray[np.float64],
     max_segments: int | None,

@@ -15,7 +15,7 @@ from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Segment, Triple
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym.generated.capsule.facts import FIELD_OF, FIELDS
 from capsule_sym.generated.capsule.formulas import Formulas
 
@@ -34,7 +34,7 @@ class SteadyMotion:
     segments: tuple[Segment, ...]
     period_number: int
     progression: Number
-    parameters: Parameters
+    parameters: SceneParameters
 
     def __repr__(self) -> str:
         itinerary = abbreviated(" ".join(self.itinerary))
@@ -162,7 +162,7 @@ def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
 
 
 def _steady(
-    segments: tuple[Segment, ...], period_number: int, parameters: Parameters
+    segments: tuple[Segment, ...], period_number: int, parameters: SceneParameters
 ) -> SteadyMotion:
     first = cyclic_start([s.field for s in segments])
     advance = sum((s.advance for s in segments), segments[0].advance * 0)

@@ -26,7 +26,7 @@ from capsule_sym._map.segments import (
 )
 from capsule_sym._map.steady import LONGEST, SteadyMotion, steady_motion
 from capsule_sym._native import core
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,7 +83,7 @@ class Trajectory(Labelled):
     Arrays that it keeps, and views of them such as columns, are read-only.
     """
 
-    parameters: Parameters
+    parameters: SceneParameters
     backend: str
     origin: tuple[Instant, Triple]
     """Time and state at the start of the run."""
@@ -103,7 +103,7 @@ class Trajectory(Labelled):
     @classmethod
     def of_segments(
         cls,
-        parameters: Parameters,
+        parameters: SceneParameters,
         backend: str,
         origin: tuple[Instant, Triple],
         segments: Sequence[Segment],

@@ -1,28 +1,32 @@
-"""The map in C, if it was compiled: `core` is its binding, or None on an install without it."""
+"""The map in C, if it was compiled: bindings of the cores of scenes, or None without them."""
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from os import listdir
+from os.path import isdir
 from types import ModuleType
 
 from capsule_sym._errors import CapsuleError
 from capsule_sym._native.watch import TimeUp, Watch, check_time, present
-from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym._parameters import CAPSULE, SHIPPED, Scene
 
-__all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "live", "present"]
+__all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "core_of", "live", "present"]
 
 
 class StaleCore(CapsuleError, ImportError):
     """The compiled core was built from other kernels or sources than those of the package."""
 
 
-def _check_sources(here: str, installed: str) -> None:
+def _check_sources(installed: str) -> None:
     """Refuses a core that is installed with other sources in C than those here."""
     from filecmp import cmpfiles
 
-    names = [name for name in listdir(installed) if name.endswith((".c", ".h", ".pyx"))]
+    here = __path__[0]
+    present = listdir(installed) if isdir(installed) else ()
+    names = [name for name in present if name.endswith((".c", ".h", ".pyx"))]
     _, others, _ = cmpfiles(here, installed, names, shallow=False)
     if others:
         raise StaleCore(
@@ -31,35 +35,45 @@ def _check_sources(here: str, installed: str) -> None:
         )
 
 
-def _load() -> ModuleType | None:
-    name = f"{__name__}._core"
-    if find_spec(name) is None:
-        # Python that was started in a clone imports the clone; its core is where pip installed it.
-        from importlib.metadata import distributions  # loads 50 modules
+def _lies_elsewhere(scene: Scene) -> bool:
+    """Whether the core is where pip installed the package, and Python imports a clone of it."""
+    from importlib.metadata import distributions  # loads 50 modules
 
-        installed = next(iter(distributions(name="capsule-sym")), None)
-        folder = installed and str(installed.locate_file("capsule_sym/_native"))
-        if folder and folder not in __path__:
-            __path__.append(folder)
-        if find_spec(name) is None:
-            return None
-        _check_sources(*__path__)
+    installed = next(iter(distributions(name="capsule-sym")), None)
+    if installed is None or scene.source not in SHIPPED:
+        return False
+    folder = str(installed.locate_file(scene.package.replace(".", "/")))
+    searched = import_module(scene.package).__path__
+    if folder not in searched:
+        searched.append(folder)
+    if find_spec(f"{scene.package}._core") is None:
+        return False
+    _check_sources(str(installed.locate_file("capsule_sym/_native")))
+    return True
+
+
+@cache
+def core_of(scene: Scene) -> ModuleType | None:
+    """The binding of a scene's core, None where it was not compiled.
+
+    Raises StaleCore for one that was made from other kernels or sources.
+    """
+    name, again = f"{scene.package}._core", "install capsule-sym again, so that it is compiled anew"
+    if find_spec(name) is None and not _lies_elsewhere(scene):
+        return None
     try:
         module = import_module(name)
     except AssertionError as error:  # of the binding, for a struct of another layout
+        raise StaleCore(f"the compiled core has other structs than the package: {again}") from error
+    if module.digest() != scene.digest:
         raise StaleCore(
-            "the compiled core has other structs than the package: "
-            "install capsule-sym again, so that it is compiled anew"
-        ) from error
-    if module.digest() != DIGEST:
-        raise StaleCore(
-            f"the compiled core has kernels {module.digest()}, the package has {DIGEST}: "
-            "install capsule-sym again, so that it is compiled anew"
+            f"the compiled core has kernels {module.digest()}, the package has {scene.digest}: "
+            f"{again}"
         )
     return module
 
 
-core = _load()
+core = core_of(CAPSULE)
 
 
 def live() -> str:

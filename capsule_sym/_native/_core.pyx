@@ -14,7 +14,7 @@ from libc.string cimport memset
 
 import numpy as np
 
-from capsule_sym.generated.capsule import interface
+from . import interface
 
 include "capsule_interface.pxi"
 

@@ -9,15 +9,24 @@ else()
     set(INTERFACE "")
 endif()
 
-add_library(capsule STATIC ${SOURCES})
-capsule_settings(capsule)
+# A core for each scene, beside its generated code.
+file(GLOB FOUND LIST_DIRECTORIES TRUE RELATIVE ${GENERATED} CONFIGURE_DEPENDS ${GENERATED}/*/c)
+foreach(SCENE ${FOUND})
+    get_filename_component(SCENE ${SCENE} DIRECTORY)
+    set(KERNELS ${GENERATED}/${SCENE}/c)
+    set(LIBRARY capsule_${SCENE})
+    add_library(${LIBRARY} STATIC ${SOURCES} ${KERNELS}/capsule_kernels.c)
+    capsule_settings(${LIBRARY} ${KERNELS})
 
-set(BINDING ${CMAKE_CURRENT_BINARY_DIR}/_core.c)
-add_custom_command(
-    OUTPUT ${BINDING}
-    COMMAND Python::Interpreter -m cython -3 -I ${KERNELS} ${CMAKE_CURRENT_SOURCE_DIR}/_core.pyx -o ${BINDING}
-    DEPENDS _core.pyx ${KERNELS}/capsule_interface.pxi)
-Python_add_library(_core MODULE WITH_SOABI ${INTERFACE} ${BINDING})
-target_compile_options(_core PRIVATE ${STRICT})
-target_link_libraries(_core PRIVATE capsule)
-install(TARGETS _core DESTINATION capsule_sym/_native)
+    set(BINDING ${CMAKE_CURRENT_BINARY_DIR}/${SCENE}/_core.c)
+    add_custom_command(
+        OUTPUT ${BINDING}
+        COMMAND Python::Interpreter -m cython -3 -I ${KERNELS} ${CMAKE_CURRENT_SOURCE_DIR}/_core.pyx -o ${BINDING}
+        DEPENDS _core.pyx ${KERNELS}/capsule_interface.pxi)
+    Python_add_library(core_${SCENE} MODULE WITH_SOABI ${INTERFACE} ${BINDING})
+    set_target_properties(core_${SCENE} PROPERTIES OUTPUT_NAME _core
+        LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/${SCENE})
+    target_compile_options(core_${SCENE} PRIVATE ${STRICT})
+    target_link_libraries(core_${SCENE} PRIVATE ${LIBRARY})
+    install(TARGETS core_${SCENE} DESTINATION capsule_sym/generated/${SCENE})
+endforeach()

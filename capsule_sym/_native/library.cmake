@@ -1,9 +1,12 @@
 # The C library as others build against it: by pkg-config, or by CMake's find_package(capsule).
 include(CMakePackageConfigHelpers)
 
+get_filename_component(KERNELS ${CAPSULE_SCENE} ABSOLUTE BASE_DIR ${GENERATED})
+set(KERNELS ${KERNELS}/c)
+
 # Both are made of the same objects, compiled once. All of the kernels' functions are for others.
-add_library(objects OBJECT ${SOURCES})
-capsule_settings(objects)
+add_library(objects OBJECT ${SOURCES} ${KERNELS}/capsule_kernels.c)
+capsule_settings(objects ${KERNELS})
 target_compile_definitions(objects PRIVATE CAPSULE_EXPORTS)
 if(NOT MSVC)
     set_source_files_properties(${KERNELS}/capsule_kernels.c PROPERTIES COMPILE_OPTIONS -fvisibility=default)
@@ -21,7 +24,7 @@ if(NOT WIN32) # where the shared one has an import library of that name
     set_target_properties(capsule_static PROPERTIES OUTPUT_NAME capsule)
 endif()
 foreach(LIBRARY capsule capsule_static)
-    capsule_settings(${LIBRARY})
+    capsule_settings(${LIBRARY} ${KERNELS})
 endforeach()
 
 install(TARGETS capsule capsule_static EXPORT capsule)

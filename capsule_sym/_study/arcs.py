@@ -12,7 +12,7 @@ from capsule_sym._map import Trajectory
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym.generated.capsule.facts import FIELD_OF
 
 UNSETTLED = 16
@@ -115,7 +115,7 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
     return found
 
 
-def interaction(arc: Arc, parameters: Parameters) -> Array:
+def interaction(arc: Arc, parameters: SceneParameters) -> Array:
     """The force between mass and capsule along an arc: P3, in contact P4 (dimensionless)."""
     c = NumpyBackend().constants(FIELD_OF[int(arc.contact), 0], parameters)
     return c.force(arc.x_r, arc.x_r - parameters.delta, arc.v_r)  # type: ignore[no-any-return]

@@ -11,7 +11,7 @@ import capsule_sym
 from capsule_sym import _paper as paper
 from capsule_sym._map import SteadyMotion, Trajectory, simulate
 from capsule_sym._map.backend import default_backend
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, SceneParameters
 from capsule_sym._records import dumps, motion_record, segment_record, table
 from capsule_sym._records import write as write_texts
 from capsule_sym.generated.capsule.py import DIGEST
@@ -49,7 +49,7 @@ class Case:
     """The case study at one gamma and one panel of Fig. 7, run from rest."""
 
     panel: str
-    parameters: Parameters
+    parameters: SceneParameters
     periods: int
     """Excitation periods that were run."""
     motion: SteadyMotion | None
@@ -75,7 +75,7 @@ def run() -> Iterator[Case]:
             yield Case(panel, parameters, periods, motion)
 
 
-def from_rest(parameters: Parameters) -> tuple[int, Trajectory, SteadyMotion | None]:
+def from_rest(parameters: SceneParameters) -> tuple[int, Trajectory, SteadyMotion | None]:
     """The run from rest until its motion is steady: how many periods, their last, and the motion.
 
     The motion is None where it has not become steady within 4096 periods, or the run failed.

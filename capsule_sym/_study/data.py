@@ -19,7 +19,7 @@ import capsule_sym
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._files import read_json, write_whole
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym._records import dumps
 from capsule_sym._study import casestudy
 from capsule_sym._study.arcs import UNSETTLED
@@ -72,7 +72,7 @@ class Store:
 
         return next(iter(self.track(step(), text, None)))
 
-    def motions(self, wanted: Sequence[Parameters]) -> list[Trajectory]:
+    def motions(self, wanted: Sequence[SceneParameters]) -> list[Trajectory]:
         """The steady motion from rest at each parameter set, as a run of a few periods.
 
         Where it is not periodic, the run of so many as `arcs.UNSETTLED` and one more.
@@ -85,7 +85,7 @@ class Store:
         found = self.get("motions", inputs, compute)
         return [_run(p, record) for p, record in zip(wanted, found, strict=True)]
 
-    def branch(self, parameters: Parameters, parameter: str, begin: float, to: float) -> Any:
+    def branch(self, parameters: SceneParameters, parameter: str, begin: float, to: float) -> Any:
         """The `branch_record` of the motion from rest at `begin`, followed in a parameter.
 
         Where no run from rest becomes periodic there, of that at `to`, followed back.
@@ -97,7 +97,7 @@ class Store:
 
         return self.get("branch", inputs, lambda: self._at_once("Following the branch", compute))
 
-    def curves(self, parameters: Parameters, plane: Plane) -> Any:
+    def curves(self, parameters: SceneParameters, plane: Plane) -> Any:
         """The bifurcations of the branch in the plane's first parameter as curves in both.
 
         Plain data as `capsule-sym curve --json` gives; the branch begins with the motion from rest
@@ -116,7 +116,7 @@ class Store:
 
         return self.get("curves", [parameters.to_dict(), plane], compute)
 
-    def regions(self, parameters: Parameters, plane: Plane) -> list[Region]:
+    def regions(self, parameters: SceneParameters, plane: Plane) -> list[Region]:
         """The regions between the `curves`.
 
         The steady motions from rest at one point of each, and at those of a grid, say which
@@ -137,7 +137,7 @@ class Store:
         found = self.get("regions", [parameters.to_dict(), plane], compute)
         return regions.by_samples(plane, cut, found)
 
-    def bundle(self, section: Section, parameters: Parameters) -> list[Trajectory]:
+    def bundle(self, section: Section, parameters: SceneParameters) -> list[Trajectory]:
         """Runs of one period from the rim of a section's window."""
         starts = section.starts(parameters).tolist()
         return [simulate(parameters, start, section.phase, periods=1) for start in starts]
@@ -166,7 +166,7 @@ def _provenance() -> dict[str, str]:
 
 
 def _followed(
-    parameters: Parameters, parameter: str, ends: tuple[float, float], points: int
+    parameters: SceneParameters, parameter: str, ends: tuple[float, float], points: int
 ) -> Branch:
     """The branch from the first of these ends at which a run from rest becomes periodic."""
     from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
@@ -227,7 +227,7 @@ def orbit_of(record: Mapping[str, Any]) -> Orbit:
     return saved.orbit_from_record(record.get("orbit", record))
 
 
-def _itinerary(parameters: Parameters) -> str:
+def _itinerary(parameters: SceneParameters) -> str:
     """The itinerary of the steady motion from rest, empty where it does not become steady."""
     try:
         record = _settled(parameters)
@@ -237,7 +237,7 @@ def _itinerary(parameters: Parameters) -> str:
     return " ".join(steady.itinerary) if steady else ""
 
 
-def _settled(parameters: Parameters) -> dict[str, Any]:
+def _settled(parameters: SceneParameters) -> dict[str, Any]:
     """State at phase 0 and period number of the steady motion from rest.
 
     Newton's method closes a motion that settles slowly; without a number what is left is not
@@ -259,7 +259,7 @@ def _settled(parameters: Parameters) -> dict[str, Any]:
     return {"state": state, "period_number": None}
 
 
-def _run(parameters: Parameters, record: dict[str, Any]) -> Trajectory:
+def _run(parameters: SceneParameters, record: dict[str, Any]) -> Trajectory:
     number = record["period_number"]
     # One period more than twice those of the motion, so that it is seen to repeat.
     periods = max(_DRAWN, 2 * number if number else UNSETTLED) + 1

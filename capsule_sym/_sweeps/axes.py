@@ -14,7 +14,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import PhysicalParameters
+from capsule_sym._parameters import SceneDevice
 from capsule_sym._sweeps.quantities import TAKEN
 from capsule_sym.generated.capsule.facts import DRIVEN, RANGES, STATE
 
@@ -75,7 +75,7 @@ class Axis:
         return cls(name, (name,), column[:, None])
 
     @classmethod
-    def of_device(cls, device: PhysicalParameters, name: str, values: ArrayLike) -> Self:
+    def of_device(cls, device: SceneDevice, name: str, values: ArrayLike) -> Self:
         """The axis of P_d, Omega, G, c or k2 of a device with given values, shape (n,), SI units.
 
         Runs have the dimensionless parameter that is in proportion to it; results have both.

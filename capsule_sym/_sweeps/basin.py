@@ -14,7 +14,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import START
 from capsule_sym._sweeps.execution import Summary, run_sweep
@@ -101,7 +101,7 @@ class _OverStarts(Sweep):
         return {ATTRACTOR: Added(found.numbers, {"long_name": meaning, "attractors": records})}
 
 
-def identify(parameters: Parameters, results: xr.Dataset) -> Basin:
+def identify(parameters: SceneParameters, results: xr.Dataset) -> Basin:
     """The attractors of a basin: orbits closed by Newton's method from the ends of runs.
 
     Of all ends of one itinerary and period number, that farthest from the orbits known so far is
@@ -151,7 +151,7 @@ def identify(parameters: Parameters, results: xr.Dataset) -> Basin:
 class _Found:
     """The orbits found so far, each with its states at phase 0, shape (period_number, 3)."""
 
-    def __init__(self, parameters: Parameters) -> None:
+    def __init__(self, parameters: SceneParameters) -> None:
         self.parameters = parameters
         self.orbits: list[tuple[Orbit, NDArray[np.float64]]] = []
 

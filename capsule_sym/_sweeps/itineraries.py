@@ -13,7 +13,7 @@ from capsule_sym._errors import CapsuleError
 from capsule_sym._map.itinerary import begun
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,10 @@ class NotSolved(CapsuleError):
 
 
 def orbit_at_end(
-    parameters: Parameters, state: tuple[float, float, float], period_number: int, itinerary: int
+    parameters: SceneParameters,
+    state: tuple[float, float, float],
+    period_number: int,
+    itinerary: int,
 ) -> Orbit:
     """The orbit of an itinerary (its code) and period number at a state of phase 0.
 

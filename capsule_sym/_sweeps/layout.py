@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from zarr.errors import ZarrUserWarning
 
 import capsule_sym
-from capsule_sym._parameters import UNITS
 from capsule_sym._sweeps.axes import START
 from capsule_sym._sweeps.cells import CORE, KERNELS
 from capsule_sym._sweeps.quantities import CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
+from capsule_sym._units import UNITS
 
 
 class Added(NamedTuple):

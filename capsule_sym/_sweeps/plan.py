@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._files import read_toml
 from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import Parameters, PhysicalParameters, read_toml
+from capsule_sym._parameters import Parameters, PhysicalParameters, SceneDevice
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
 from capsule_sym.generated.capsule.facts import DEVICE, DEVICE_DEFAULTS, DRIVEN, STATE
@@ -60,13 +61,13 @@ def read_plan(plan: Mapping[str, Any]) -> Sweep:
     )
 
 
-def _device(given: Any) -> PhysicalParameters:
+def _device(given: Any) -> SceneDevice:
     needed = [name for name in DEVICE if name not in DEVICE_DEFAULTS]
     _check_table("device", given, [*DEVICE], needed)
     return PhysicalParameters(**given)
 
 
-def _axis(name: str, given: Any, device: PhysicalParameters | None) -> Axis:
+def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:
     """An axis; one in SI units has the spacing of the parameter in proportion to it."""
     check_name(name)
     own = device if name in DRIVEN else None
@@ -100,7 +101,7 @@ def _scaled(value: Any, factor: float) -> Any:
         return value
 
 
-def _box(device: PhysicalParameters, ranges: Any) -> Any:
+def _box(device: SceneDevice, ranges: Any) -> Any:
     """Ranges by name, those in SI units as ranges of the parameters in proportion to them."""
     if not isinstance(ranges, Mapping):
         return ranges

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_start, is_real
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
 from capsule_sym._sweeps.axes import START, Axis
 from capsule_sym._sweeps.quantities import OF_ORBIT, QUANTITIES
 
@@ -49,14 +49,14 @@ class Sweep:
     """What its store is."""
 
     axes: tuple[Axis, ...]
-    parameters: Parameters = field(default_factory=Parameters)
+    parameters: SceneParameters = field(default_factory=Parameters)
     state: tuple[float, float, float] = (0.0, 0.0, 0.0)
     phase: float = 0.0
     periods: int = 300
     tolerance: float = 1e-9
     compute: tuple[str, ...] = ("itinerary",)
     chunk: tuple[int, ...] = ()
-    device: PhysicalParameters | None = None
+    device: SceneDevice | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -187,5 +187,5 @@ class Sweep:
             "tolerance": self.tolerance,
             "compute": list(self.compute),
             "chunk": list(self.chunk),
-            **({} if self.device is None else {"device": asdict(self.device)}),
+            **({} if self.device is None else {"device": self.device.to_dict()}),
         }

@@ -292,7 +292,7 @@ def test_a_core_of_other_kernels_is_one_line() -> None:
         "cli.main(['run'])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    if find_spec("capsule_sym._native._core") is None:
+    if find_spec("capsule_sym.generated.capsule._core") is None:
         pytest.skip("the core was not compiled")
     assert (done.returncode, done.stdout) == (1, "")
     assert re.fullmatch(

@@ -19,7 +19,7 @@ from capsule_sym import (
 )
 from capsule_sym._cli import main
 from capsule_sym._commands.optimise import optimise as optimise_command
-from capsule_sym._parameters import METRIC_UNITS
+from capsule_sym._units import METRIC_UNITS
 
 DEVICE = """M_m = 0.5\nM_c = 1.65\nk1 = 50\nk2 = 75\nc = 0.5\nG = 0.0017\nP_d = 3.0
 Omega = 8.0\nmu = 0.2

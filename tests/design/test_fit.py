@@ -59,7 +59,10 @@ def physical(device=DEVICE_TRUE, **options):
 
 def test_units_change_as_differences_say() -> None:
     for device in (DEVICE_TRUE, replace(DEVICE_TRUE, c=0.0, G=0.0, k2=0.0, P_d=0.0)):
-        slopes, own = dimensionless_slopes(device), varied(values_of(device), names_of(device))
+        slopes, own = (
+            dimensionless_slopes(device),
+            varied(device.scene, values_of(device), names_of(device)),
+        )
         length, rate = own.length_scale, own.natural_frequency
         for column, name in enumerate(names_of(device)):
             value = getattr(device, name)

@@ -21,7 +21,7 @@ from capsule_sym._design import evaluation
 from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import same_itinerary_at, settle
 from capsule_sym._design.quantities import dimensionless_slopes, of
-from capsule_sym._parameters import METRIC_UNITS
+from capsule_sym._units import METRIC_UNITS
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
 DEVICE = PhysicalParameters(

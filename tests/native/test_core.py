@@ -19,6 +19,7 @@ from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
 from capsule_sym._native import core
+from capsule_sym._parameters import CAPSULE
 from capsule_sym.generated.capsule.interface import Precision
 from capsule_sym.generated.capsule.py import DIGEST
 from tests.finals import final_states, parameter_rows
@@ -51,9 +52,9 @@ def test_the_core_is_live_and_was_built_from_these_kernels() -> None:
 
 
 def test_a_core_from_other_kernels_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(native, "DIGEST", "0" * 16)
+    monkeypatch.setattr(type(CAPSULE), "digest", "0" * 16)
     with pytest.raises(native.StaleCore, match="install capsule-sym again"):
-        native._load()
+        native.core_of.__wrapped__(CAPSULE)
 
 
 def test_a_core_with_other_structs_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -64,7 +65,7 @@ def test_a_core_with_other_structs_is_refused(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(native, "import_module", wrong)
     with pytest.raises(native.StaleCore, match="install capsule-sym again"):
-        native._load()
+        native.core_of.__wrapped__(CAPSULE)
 
 
 @sampled

@@ -14,10 +14,10 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Number
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 if TYPE_CHECKING:
-    from capsule_sym._parameters import PhysicalParameters
+    from capsule_sym._parameters import SceneDevice
 
 Function = Callable[[Any], Any]
 Evaluated = Callable[[Mapping[str, Any]], Any]
@@ -148,7 +148,7 @@ class ParameterPath:
         allowed = f"a parameter ({', '.join(PARAMETERS)}), or what one is an affine function of"
         raise InvalidInput("parameter", self.name, allowed)
 
-    def check(self, base: Parameters, first: float, last: float) -> None:
+    def check(self, base: SceneParameters, first: float, last: float) -> None:
         """Raises InvalidInput where the path between two values goes through no parameters."""
         for at in (first, last):
             if not math.isfinite(at):
@@ -200,7 +200,7 @@ class Axis(NamedTuple):
         """The derivative by q, from those by the parameters, (many, parameters)."""
         return self.path.by(by_p, values) * self.width
 
-    def check(self, base: Parameters, values: Sequence[Number]) -> None:
+    def check(self, base: SceneParameters, values: Sequence[Number]) -> None:
         """Raises InvalidInput for values off the path, or where it goes through no parameters."""
         self.path.check(base, self.begin, self.end)
         value = self.value(values)
@@ -240,7 +240,7 @@ def chosen_path(
     return parameter_path(parameter or name, ties)
 
 
-def device_path(device: PhysicalParameters, name: str) -> dict[str, str]:
+def device_path(device: SceneDevice, name: str) -> dict[str, str]:
     """The tie of a device's P_d, Omega, G, c or k2 (SI units), for `parameter_path`.
 
     Raises InvalidInput for another name.

@@ -32,7 +32,7 @@ from capsule_sym._orbits.shooting.search import (
     solve_orbit,
 )
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 _MOST_STARTS, _MOST_PERIODS = 100_000, 16
 
@@ -67,7 +67,7 @@ class BoxSearch:
 
 
 def search_box(
-    parameters: Parameters,
+    parameters: SceneParameters,
     box: Sequence[float],
     *,
     size: Sequence[int] = (12, 12, 3),
@@ -158,7 +158,10 @@ class _Search:
     """The orbits that are known, and how many starts settle on each."""
 
     def __init__(
-        self, parameters: Parameters, starts: NDArray[np.float64], settings: ContinuationSettings
+        self,
+        parameters: SceneParameters,
+        starts: NDArray[np.float64],
+        settings: ContinuationSettings,
     ) -> None:
         self.parameters, self.starts, self.settings = parameters, starts, settings
         self.row = np.array([[*parameters.to_dict().values()]])

@@ -30,7 +30,7 @@ from capsule_sym._orbits.shooting.equations import (
 )
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.newton import newton, solved_to_rounding
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, SceneParameters
 from capsule_sym.generated.capsule.interface import Solving
 
 _backend = backend  # the parameter of `solve_itinerary` has the same name
@@ -90,7 +90,7 @@ class Orbit(Labelled):
         return f"<Orbit {self.itinerary!r} at {self.parameters}: {found}>"
 
     @property
-    def parameters(self) -> Parameters:
+    def parameters(self) -> SceneParameters:
         """The parameters, rounded to double precision."""
         return Parameters(*(float(value) for value in self.values))
 
@@ -257,7 +257,7 @@ def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
 
 
 def solve_itinerary(
-    parameters: Parameters | Sequence[Number],
+    parameters: SceneParameters | Sequence[Number],
     itinerary: Itinerary,
     guess: Sequence[Number] | None = None,
     *,
@@ -273,7 +273,7 @@ def solve_itinerary(
     switches is closed. The search ends after `max_seconds`. Raises InvalidInput for a guess of the
     wrong size.
     """
-    given = parameters.to_dict().values() if isinstance(parameters, Parameters) else parameters
+    given = parameters.to_dict().values() if isinstance(parameters, SceneParameters) else parameters
     with _backend(backend) as numbers:
         values = tuple(numbers.number(value) for value in given)
         if guess is None:

@@ -19,7 +19,7 @@ from capsule_sym._orbits.shooting.identity import primitive, same
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, OrbitStatus, solve_itinerary
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 _BLOCK = 64  # excitation periods after which it is first looked whether the motion is periodic
 _LATEST = 16  # segments that tell the size of the motion
@@ -35,7 +35,7 @@ _MOST_NAMED = 3  # itineraries that a message names
 
 
 def solve_orbit(
-    parameters: Parameters,
+    parameters: SceneParameters,
     state: Sequence[float] = (0.0, 0.0, 0.0),
     phase: float = 0.0,
     periods: int = 1024,
@@ -160,7 +160,7 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
 
 
 def solve_admissible(
-    parameters: Parameters,
+    parameters: SceneParameters,
     itinerary: Itinerary,
     guess: Sequence[float] | None = None,
     *,
@@ -257,7 +257,7 @@ def _guess(
 
 
 def search_orbits(
-    parameters: Parameters,
+    parameters: SceneParameters,
     starts: int = 50,
     *,
     period_numbers: Sequence[int] = (1, 2, 3),
@@ -352,14 +352,16 @@ def checked_periods(period_numbers: Sequence[int], most: int) -> tuple[int, ...]
     return tuple(sorted(set(period_numbers)))
 
 
-def _reach(parameters: Parameters) -> NDArray[np.float64]:
+def _reach(parameters: SceneParameters) -> NDArray[np.float64]:
     run = simulate(parameters, periods=20)
     states = np.array([s.end_state for s in run.segments], dtype=float)
     reach: NDArray[np.float64] = 2 * abs(states).max(axis=0)
     return np.maximum(reach, max(1.0, parameters.delta))
 
 
-def _newton(parameters: Parameters, state: NDArray[np.float64], period_number: int) -> Orbit | None:
+def _newton(
+    parameters: SceneParameters, state: NDArray[np.float64], period_number: int
+) -> Orbit | None:
     """The orbit that Newton's method on the map over some periods leads to; None if to none.
 
     Steps are shortened, as far starts need: of 230 random starts from which this finds an orbit
@@ -382,7 +384,9 @@ def _newton(parameters: Parameters, state: NDArray[np.float64], period_number: i
     return None
 
 
-def orbit_at(parameters: Parameters, state: Sequence[float], period_number: int) -> Orbit | None:
+def orbit_at(
+    parameters: SceneParameters, state: Sequence[float], period_number: int
+) -> Orbit | None:
     """The orbit through a state at phase 0, in the itinerary of the map's run; None if none.
 
     The state (x_r, v_r, v_c) is dimensionless.
@@ -415,5 +419,5 @@ def _near(orbit: Orbit, guess: Sequence[float]) -> bool:
     return bool(abs(orbit.z[:3] - guess[:3]).max() <= _NEAR * abs(states).max())
 
 
-def _values(parameters: Parameters) -> tuple[float, ...]:
+def _values(parameters: SceneParameters) -> tuple[float, ...]:
     return tuple(parameters.to_dict().values())

@@ -17,6 +17,7 @@ from capsule_sym._symbolic.model.parts import (
     Unit,
     excess,
     read,
+    substituted,
     unit_of,
 )
 
@@ -120,6 +121,12 @@ class Declared:
             if size / found.subs(numbers) != unit_of(unit):
                 raise self.refusal(word, f"{name} = {relation} is not in {unit or 'numbers'}")
         return known
+
+    def in_quantities(self, relation: str) -> str:
+        """A relation in quantities and units alone: parameters in it stand for their relations."""
+        own = {one.name: f"({one.si})" for one in self.parameters}
+        found = substituted(relation, own)
+        return relation if found == relation else self.in_quantities(found)
 
     def check(self) -> None:
         """Raises BadDeclaration, with the line at fault."""

@@ -47,7 +47,7 @@ __all__ = [
     "tau",
 ]
 
-SHIPPED = ("capsule",)
+SHIPPED = ("capsule", "slope")
 """Scenes that ship, by the names of their files; the first is the paper's."""
 _RESERVED = ("alpha", "omega", "zeta", "gamma")
 _STATE = ("x_r", "v_r", "v_c")

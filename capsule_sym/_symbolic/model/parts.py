@@ -145,6 +145,11 @@ def spelled(relation: str, name: Callable[[str], str], root: str) -> str:
     return _NAME.sub(lambda one: root if one[0] == "sqrt" else name(one[0]), relation)
 
 
+def substituted(relation: str, texts: Mapping[str, str]) -> str:
+    """A relation with texts in the place of names."""
+    return _NAME.sub(lambda one: texts.get(one[0], one[0]), relation)
+
+
 def shown(relation: str) -> str:
     """A relation for readers."""
     return relation.replace(" * ", " ")

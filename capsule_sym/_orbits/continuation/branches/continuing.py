@@ -25,7 +25,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 
 def continue_orbit(
@@ -124,7 +124,7 @@ def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
 
 
 def axis_within(
-    parameters: Parameters,
+    parameters: SceneParameters,
     values: Sequence[Number],
     parameter: str,
     ends: Sequence[float],

@@ -31,7 +31,7 @@ from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSetti
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import SceneParameters
 
 _BEGIN = (Ending.CODIMENSION_TWO, "the point from which the curve is followed")
 # The type of the other curve through a point where this vanishes; None where there is none.
@@ -227,7 +227,7 @@ def _within(start: Start) -> bool:
 
 
 def check(
-    base: Parameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
+    base: SceneParameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
 ) -> None:
     """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
     first, second = names

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pprint import pformat
 
+from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.model.consistency import UNITS
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.parts import shown, spelled
@@ -37,6 +38,7 @@ def assigned(values: dict[str, object], about: dict[str, str]) -> str:
 
 
 _ABOUT = {
+    "SCENE": "Name of the scene.",
     "PARAMETERS": "Parameters of the model, in their order.",
     "STATE": "Symbols of the state.",
     "DEFAULTS": "Parameters that are not given.",
@@ -65,6 +67,7 @@ def _facts() -> dict[str, object]:
     fields = {g.index: (g.contact, g.drift) for g in SEGMENTS}
     gaps = (way * place for way, place in zip((1, -1), MODEL.stops, strict=False))
     return {
+        "SCENE": declaration.path().stem,
         "PARAMETERS": tuple(p.name for p in own),
         "STATE": tuple(MODEL.state_labels),
         "DEFAULTS": {p.name: float(p.default) for p in own},
@@ -93,7 +96,9 @@ def _relations() -> str:
     own = {unit.letter: unit.name for unit in MODEL.units}
 
     def written(relation: str) -> str:
-        return spelled(relation, lambda name: f"self.{own.get(name, name)}", "_root")
+        return spelled(
+            MODEL.in_quantities(relation), lambda name: f"self.{own.get(name, name)}", "_root"
+        )
 
     properties = (
         f"    @property\n    def {unit.name}(self: Any) -> float:\n"

@@ -26,7 +26,7 @@ class _Printer(Products, PythonCodePrinter):
     _print_sin = _print_cos = _print_exp = _print_expm1 = _print_Function
 
 
-_ASSIGNED = re.compile(r"(\s*\w+ = )([^(].*)")
+_ASSIGNED = re.compile(r"^(\s*\w+ = )([^(].*)")
 
 
 class PythonSpelling(Backend):

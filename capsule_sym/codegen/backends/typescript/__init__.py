@@ -73,7 +73,8 @@ def _record(struct: Entry, interface: Interface) -> str:
 
 def _relation(relation: str) -> str:
     units = {unit.letter for unit in MODEL.units}
-    return spelled(relation, lambda name: name if name in units else f"d.{name}", "Math.sqrt")
+    own = MODEL.in_quantities(relation)
+    return spelled(own, lambda name: name if name in units else f"d.{name}", "Math.sqrt")
 
 
 def _field(one: Any, value: float, **more: str) -> dict[str, object]:

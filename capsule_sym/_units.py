@@ -1,0 +1,108 @@
+"""Units of results in SI: powers of a device's units of force, length and rate."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+
+_Quantity = TypeVar("_Quantity", float, NDArray[np.float64])
+
+
+class Unit(NamedTuple):
+    """A quantity's unit: powers of a device's units of force, length and rate, and its SI name."""
+
+    force: int
+    length: int
+    rate: int
+    name: str
+
+
+_TIME, _LENGTH, _VELOCITY = Unit(0, 0, -1, "s"), Unit(0, 1, 0, "m"), Unit(0, 1, 1, "m/s")
+_FORCE, _ENERGY = Unit(1, 0, 0, "N"), Unit(1, 1, 0, "J")
+METRIC_UNITS = {
+    **dict.fromkeys(("velocity", "speed"), _VELOCITY),
+    "progression": _LENGTH,
+    **dict.fromkeys(("work", "damper_loss", "friction_loss"), _ENERGY),
+    "power": Unit(1, 1, 1, "W"),
+    **dict.fromkeys(("peak_force", "peak_contact"), _FORCE),
+    "speed_per_work": Unit(-1, 0, 0, "m/J"),
+    "cost_of_transport": Unit(0, 0, 0, ""),
+}
+"""The metrics of a steady motion by name. Energies and progression are per excitation period; speed
+is `|velocity|`, power is work over the period, speed_per_work is `|progression|` over work, which
+is average speed over average power; cost_of_transport is work over friction bound and
+`|progression|`."""
+UNITS = {
+    **METRIC_UNITS,
+    **dict.fromkeys(("phase", "duration"), _TIME),
+    **dict.fromkeys(("x_r", "x_c", "advance"), _LENGTH),
+    **dict.fromkeys(("v_r", "v_c", "average_velocity"), _VELOCITY),
+    "lyapunov": Unit(0, 0, 1, "1/s"),
+}
+"""The units of all results that have one."""
+
+
+def mean_power(work: Any, rate: Any) -> Any:
+    """The mean power of a motion, from its work per excitation period and the frequency."""
+    return work * rate / math.tau
+
+
+class Scales:
+    """The SI units of results, from the units of a device in any arithmetic."""
+
+    __slots__ = ()
+
+    @property
+    def friction_force(self) -> float:
+        """Coulomb friction, the unit of force (N)."""
+        raise NotImplementedError
+
+    @property
+    def natural_frequency(self) -> float:
+        """Natural frequency, the unit of rates (rad/s)."""
+        raise NotImplementedError
+
+    @property
+    def length_scale(self) -> float:
+        """Length that friction stretches the spring, the unit of length (m)."""
+        raise NotImplementedError
+
+    def scale(self, name: str) -> float:
+        """The SI unit of a result: what its dimensionless value is multiplied with.
+
+        The name is one of trajectories, orbits, sweeps or metrics, such as `velocity` (m/s),
+        `work` (J) or `peak_force` (N). Raises `InvalidInput` for another.
+        """
+        if name not in UNITS:
+            raise InvalidInput("quantity", name, f"one of {', '.join(UNITS)}")
+        force, length, rate, _ = UNITS[name]
+        return self.friction_force**force * self.length_scale**length * self.natural_frequency**rate
+
+    def time(self, tau: _Quantity) -> _Quantity:
+        """Time in s, from dimensionless time: a float or an array of any shape."""
+        return tau / self.natural_frequency
+
+    def displacement(self, x: _Quantity) -> _Quantity:
+        """Displacement in m, from a dimensionless one: a float or an array of any shape."""
+        return x * self.length_scale
+
+    def velocity(self, v: _Quantity) -> _Quantity:
+        """Velocity in m/s, from a dimensionless one: a float or an array of any shape."""
+        return v * self.scale("velocity")
+
+    def acceleration(self, a: _Quantity) -> _Quantity:
+        """Acceleration in m/s^2, from a dimensionless one: a float or an array of any shape."""
+        return a * (self.length_scale * self.natural_frequency**2)
+
+    def force(self, p: _Quantity) -> _Quantity:
+        """Force in N, from a dimensionless one: a float or an array of any shape."""
+        return p * self.friction_force
+
+    def energy(self, e: _Quantity) -> _Quantity:
+        """Energy in J, from a dimensionless one: a float or an array of any shape."""
+        return e * (self.friction_force * self.length_scale)
