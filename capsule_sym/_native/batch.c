@@ -159,16 +159,14 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
         }
         const capsule_constants *c = &workspace->map.field[field - 1];
         const double way = DRIFT_OF[field - 1], at_bound = state.bound;
-#if !CAPSULE_PULSED
         double cosine, sine;
-        sine_cosine(state.angle, state.angle_rest, &sine, &cosine);
-#endif
+        phase_terms(state.angle, state.angle_rest, &sine, &cosine);
         const double slips = state.v_c == 0.0 ? 1.0 + (at_bound == way) : 0.0;
 #define OF_RUN(name) [RUN_##name] = c->name,
         const double numbers[CAPSULE_RUN_NUMBERS] = {
             [X_R] = state.x_r, [FAR] = state.gap, [V_R] = state.v_r, [V_C] = state.v_c,
             [MARGIN] = state.bound ? friction_at(c, at_bound) - c->friction
-                                   : margin_at(c, state.x_r, state.gap, state.v_r),
+                                   : margin_at(c, state.x_r, state.gap, state.v_r, cosine),
 #if CAPSULE_PULSED
             [HIGH] = c->high,
 #else

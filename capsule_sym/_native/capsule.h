@@ -33,6 +33,15 @@
 #define CAPSULE_LIMITS 8
 #define CAPSULE_LEVELS 4 /* lengths of expansions side by side, each half of the one before */
 
+/* Whether Q changes by the drive within a segment: Q - P is constant there where the drive is. */
+#define CAPSULE_REACTION (CAPSULE_REACTS && !CAPSULE_PULSED)
+#if CAPSULE_REACTION
+#define CAPSULE_REACTION_OF(number, terms)                                                         \
+    number reaction[2][terms]; /* of the drive in Q at rest, by its cosine and sine at the start */
+#else
+#define CAPSULE_REACTION_OF(number, terms)
+#endif
+
 /* What expansions of one linear flow have in common, for motions made of the responses to a unit
    force and a unit velocity, and, of a drive that is not constant, to its cosine and sine. The time unit is `reach`. */
 #define CAPSULE_TABLE_OF(number, terms, degree, levels)                                            \
@@ -46,11 +55,12 @@
         number x_whole[CAPSULE_RESPONSE_COUNT]; /* x_r(1) - x_r(0) */                              \
         number v_whole[CAPSULE_RESPONSE_COUNT], second_whole[CAPSULE_RESPONSE_COUNT]; /* v_r(1) */ \
         number x[CAPSULE_RESPONSE_COUNT][terms]; /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */ \
-        /* Bernstein coefficients on (0, level), from 1: of x_r, and of P - P(0), which is in drift \
+        /* Bernstein coefficients on (0, level), from 1: of x_r, and of Q - Q(0), which is in drift \
            v_c - v_c(0) - margin s. */                                                             \
         number x_form[levels][CAPSULE_RESPONSE_COUNT][degree];                                     \
         number second_form[levels][CAPSULE_RESPONSE_COUNT][degree];                                \
-        number from_position[terms + 1], from_rate[terms + 1]; /* x to P or v_c, by term */        \
+        number from_position[terms + 1], from_rate[terms + 1]; /* x to Q or v_c, by term */        \
+        CAPSULE_REACTION_OF(number, terms)                                                         \
         double limit[CAPSULE_RESPONSE_COUNT][CAPSULE_LIMITS]; /* bounds per unit, see tables.h */  \
         double v_error[CAPSULE_RESPONSE_COUNT]; /* of v_r */                                       \
         double x_speed[CAPSULE_RESPONSE_COUNT], second_speed[CAPSULE_RESPONSE_COUNT]; /* in s */   \
@@ -330,8 +340,8 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                        capsule_quantity quantity, int zeros, double duration,
                        capsule_extremum *extrema, int room);
 
-/* P - friction at a state; not a number without constants. */
-double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r);
+/* The interaction force P at a state; not a number without constants. */
+double capsule_force_at(const capsule_constants *c, double x_r, double gap, double v_r);
 
 /* Digest of the generator's inputs that the kernels were made from. */
 const char *capsule_digest(void);

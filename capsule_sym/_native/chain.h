@@ -4,6 +4,7 @@
 #ifndef CAPSULE_CHAIN_H
 #define CAPSULE_CHAIN_H
 
+#include <math.h>
 #include <string.h>
 
 #include "number.h"
@@ -59,29 +60,52 @@ static inline void chain_moved(const double by[CAPSULE_COLUMN_COUNT],
         to[k] = by[k] + by[CAPSULE_SLOPE_COUNT] * moved[k];
 }
 
-/* The row of the guard that ends a segment: of x_r - delta where contact changes, of v_c where a slip
-   ends, else of P less the bound that it passes. */
+/* The cosine and sine of the forcing angle some time after a segment's start. */
+static inline void chain_turn(const capsule_constants *c, const capsule_start *start, double h,
+                              double *cosine, double *sine)
+{
+    const double co = cos(c->omega * h), si = sin(c->omega * h);
+    *cosine = start->cos_theta * co - start->sin_theta * si;
+    *sine = start->sin_theta * co + start->cos_theta * si;
+}
+
+/* The row of the guard that ends a segment some time after its start: of x_r - delta where contact
+   changes, of v_c where a slip ends, else of Q less the bound that it passes. */
 static inline void chain_guard(const capsule_constants *c, const capsule_constants *next,
-                               const double end[STATES], double rows[ROWS][ROW], double guard[ROW])
+                               const capsule_start *start, double h, const double end[STATES],
+                               double rows[ROWS][ROW], double guard[ROW])
 {
     double gradient[CAPSULE_SLOPE_COUNT];
     if (c->contact != next->contact)
         gap_gradient(c, gradient);
     else if (c->drift != 0.0)
         speed_gradient(c, gradient);
-    else
-        limit_gradient(c, next->drift, end[0] - c->delta, end[1], gradient);
+    else {
+        double cosine = 0.0, sine = 0.0;
+        if (CAPSULE_REACTION)
+            chain_turn(c, start, h, &cosine, &sine);
+        limit_gradient(c, next->drift, end[0] - c->delta, end[1], cosine, sine, gradient);
+    }
     chain_gradient(gradient, &rows[0][0], ROW, ROW, guard);
+    if (CAPSULE_REACTION && c->contact == next->contact && c->drift == 0.0) {
+        guard[BY_ANGLE] += gradient[STATES];
+        guard[BY_TIME] += gradient[STATES] * c->omega;
+        guard[BY(omega)] += gradient[STATES] * h;
+    }
 }
 
 /* Takes deviations of the state, a column each, over a landing: v_r' jumps by as much as v_c' does, the
    other way. What sticks has no v_c', even where the landing is so soft that the drift has none. */
 static inline void chain_saltation(const capsule_constants *c, const capsule_constants *next,
-                                   const double end[STATES], double deviation[STATES][STATES])
+                                   const capsule_start *start, double h, const double end[STATES],
+                                   double deviation[STATES][STATES])
 {
     const double gap = end[0] - c->delta;
-    const double before = v_c_rate(c, margin_at(c, end[0], gap, end[1]));
-    const double after = v_c_rate(next, margin_at(next, end[0], gap, end[1]));
+    double cosine = 0.0, sine = 0.0;
+    if (CAPSULE_REACTION)
+        chain_turn(c, start, h, &cosine, &sine);
+    const double before = v_c_rate(c, margin_at(c, end[0], gap, end[1], cosine));
+    const double after = v_c_rate(next, margin_at(next, end[0], gap, end[1], cosine));
     const double ratio = next->drift != 0.0 ? after / before : 0.0;
     for (int k = 0; k < STATES; k++) {
         deviation[1][k] += (1.0 - ratio) * deviation[2][k];

@@ -77,9 +77,10 @@ static void run_segment(const capsule_constants *c, const double state[STATES], 
                         capsule_segment_flow *p)
 {
     const double cosine = cos(angle.whole), sine = sin(angle.whole);
-    const double gap = state[0] - c->delta, margin = margin_at(c, state[0], gap, state[1]);
-    const capsule_start start = {state[0], gap, state[1], state[2], margin,
-                                 cosine - angle.rest * sine, sine + angle.rest * cosine};
+    const double gap = state[0] - c->delta, turned = cosine - angle.rest * sine;
+    const double margin = margin_at(c, state[0], gap, state[1], turned);
+    const capsule_start start = {state[0], gap, state[1], state[2], margin, turned,
+                                 sine + angle.rest * cosine};
     double change[STATES] = {0.0};
     memcpy(p->start, &start, sizeof p->start);
     p->angle = angle.whole;
@@ -95,6 +96,14 @@ static void run_segment(const capsule_constants *c, const double state[STATES], 
     chain_rows(c, &start, p->duration, (double (*)[ROW])p->jacobian);
 }
 
+/* Where a segment's closed form starts. */
+static capsule_start start_of(const capsule_segment_flow *p)
+{
+    capsule_start start;
+    memcpy(&start, p->start, sizeof start);
+    return start;
+}
+
 /* A guard at the end of a segment over the power `zeros` of its duration, and the row of that. */
 static double divided_guard(const capsule_constants *c, const capsule_constants *next, int zeros,
                             const capsule_segment_flow *p, double row[ROW])
@@ -104,11 +113,15 @@ static double divided_guard(const capsule_constants *c, const capsule_constants 
     double rows[ROWS][ROW];
     memcpy(rows, p->jacobian, sizeof rows);
     if (zeros == 0) {
-        chain_guard(c, next, p->end, rows, row);
+        const capsule_start start = start_of(p);
+        double cosine = 0.0, sine = 0.0;
+        chain_guard(c, next, &start, h, p->end, rows, row);
+        if (CAPSULE_REACTION)
+            chain_turn(c, &start, h, &cosine, &sine);
         const double gap = p->end[0] - c->delta;
         return impact              ? gap
                : c->drift != 0.0 ? p->end[2]
-                                   : force(c, p->end[0], gap, p->end[1]) - friction_at(c, next->drift);
+                                   : pull(c, p->end[0], gap, p->end[1], cosine) - friction_at(c, next->drift);
     }
     double gained = p->moved[impact ? 0 : 1];
     memcpy(row, rows[which], ROW * sizeof *row);
@@ -119,8 +132,11 @@ static double divided_guard(const capsule_constants *c, const capsule_constants 
         double gradient[CAPSULE_SLOPE_COUNT], slip[ROW], start[STATES][ROW] = {{0.0}};
         for (int k = 0; k < STATES; k++)
             start[k][k] = 1.0;
-        slip_gradient(c, c->drift, p->start[0], p->start[1], p->start[2], gradient);
+        slip_gradient(c, c->drift, p->start[0], p->start[1], p->start[2], p->start[5], p->start[6],
+                      gradient);
         chain_gradient(gradient, &start[0][0], ROW, ROW, slip);
+        if (CAPSULE_REACTION)
+            slip[BY_ANGLE] += gradient[STATES];
         gained -= rate * h;
         for (int k = 0; k < ROW; k++)
             row[k] -= slip[k] * h;
@@ -195,6 +211,14 @@ static void close_up(const capsule_equations *e, const double *z, angle_sum angl
     to->residual[n + STATES] = ((angle.whole - turns) - z[ANGLE]) + (angle.rest - lost);
 }
 
+/* Takes deviations over the landing that ends a segment. */
+static void landed(const capsule_constants *c, const capsule_constants *next, const capsule_segment_flow *p,
+                   double deviation[STATES][STATES])
+{
+    const capsule_start start = start_of(p);
+    chain_saltation(c, next, &start, p->duration, p->end, deviation);
+}
+
 /* The monodromy matrix over the segments from `first` on, all round. */
 static void multiply(const capsule_constants field[CAPSULE_FIELD_COUNT], const capsule_itinerary *it,
                      const capsule_segment_flow *flows, int first, double product[STATES][STATES])
@@ -214,7 +238,7 @@ static void multiply(const capsule_constants field[CAPSULE_FIELD_COUNT], const c
                               p->jacobian[r * ROW + 2] * product[2][j];
         memcpy(product, moved, sizeof moved);
         if (guard_of(it, i) == LANDING)
-            chain_saltation(&field[it->fields[i] - 1], &field[neighbour(it, i + 1)], p->end, product);
+            landed(&field[it->fields[i] - 1], &field[neighbour(it, i + 1)], p, product);
     }
 }
 

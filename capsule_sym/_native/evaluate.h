@@ -40,7 +40,7 @@ static void interval_make(const capsule_map *map, const capsule_segment *s, cons
         p->begin.cosine = s->cosine * cosine - s->sine * sine;
         p->begin.sine = s->sine * cosine + s->cosine * sine;
 #endif
-        p->begin.margin = margin_at(k, p->begin.x_r, p->begin.gap, p->begin.v_r);
+        p->begin.margin = margin_at(k, p->begin.x_r, p->begin.gap, p->begin.v_r, p->begin.cosine);
         if (p->drift && p->position)
             p->begin.position += capsule_flow_advance(k, &start, change[0], h);
     }

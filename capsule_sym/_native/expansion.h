@@ -2,7 +2,7 @@
    number.h.
 
    On an expansion the time unit is its reach. x_r(s) - x_r(0) is a combination of tabulated
-   responses; P and v_c follow term by term. The same coefficients bound a guard (in Bernstein
+   responses; Q and v_c follow term by term. The same coefficients bound a guard (in Bernstein
    form) and give the states, and small durations lose no digits, because the value at the start is
    never part of the sum.
 
@@ -16,7 +16,7 @@ typedef struct {
     real x_r, gap, v_r, v_c, margin, angle, cosine, sine, position;
     bound angle_rest; /* by how much the angle is more than rounded */
     bound gap_zeros;  /* derivatives that vanish at the start, of the gap */
-    bound second_zeros; /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
+    bound second_zeros; /* and of v_c; at rest 1 (-1) where Q is f_b (-f_b) */
     bound energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
     bound v_c_error, angle_error;
 } point;
@@ -27,7 +27,7 @@ typedef struct {
     real u[RESPONSES], slope;           /* multiples of the responses; in drift v_c' reach */
     bound size[RESPONSES];                      /* what the multiples add up */
     bound limit[CAPSULE_LIMITS];        /* the table's bounds by these */
-    bound x_own, second_own;            /* error bounds of x_r, and of P or v_c: this expansion's */
+    bound x_own, second_own;            /* error bounds of x_r, and of Q or v_c: this expansion's */
     bound x_rounding, second_rounding;  /* and all */
 } expansion;
 
@@ -98,6 +98,8 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     } else {
         e.second_own += pick(eq(s->second_zeros, all(0.0)), margin_error, all(0.0));
         e.second_rounding = e.second_own + t->force_per_energy * s->energy_error;
+        if (CAPSULE_REACTION) /* Q has the drive itself, at an angle that is off */
+            e.second_rounding += b->alpha * s->angle_error;
     }
     e.x_rounding = e.x_own + s->energy_error * t->x_per_energy;
     return e;
@@ -160,9 +162,60 @@ inlined isolation certify(const guard *g, double r, int twice)
 /* The motion at s, from coefficients of s, s^2, ... of x_r(s) - x_r(0). */
 typedef struct {
     real x, slope, lag; /* x_r(s) - x_r(0); its derivative, and itself, without the linear term */
+#if CAPSULE_REACTION
+    real bend, bend_slope; /* x without its linear and quadratic terms, and its derivative */
+#else
     real sum, lag_sum, again; /* integrals of x and of the lag over (0, s), and of `sum` */
+#endif
 } motion;
 
+#if CAPSULE_REACTION
+inlined motion motion_at(const real *a, real s, int drift, int position)
+{
+    real y = a[TERMS - 1], y1 = num(0.0), bend = y;
+    (void)drift, (void)position;
+    for (int n = TERMS - 1; n >= 2; n--) { /* coefficient n is a[n - 1] */
+        bend = y;
+        y1 = mad(y1, s, y);
+        y = mad(y, s, a[n - 1]);
+    }
+    motion m;
+    const real s2 = mul(s, s);
+    m.lag = mul(s2, y);
+    m.x = mad(s, a[0], m.lag);
+    m.slope = mul(s, mad(s, y1, add(y, y)));
+    m.bend = mul(mul(s2, s), bend);
+    m.bend_slope = mul(s2, add(y1, add(bend, bend)));
+    return m;
+}
+
+/* v_c(s) - v_c(0), and x_c(s) - x_c(0): (gamma + 1) v_c + v_r has no drive in it, so v_c gains what v_r
+   loses, beside what is linear in time. */
+inlined real v_c_change(const segment *c, const table *t, real slope, const motion *m, real s)
+{
+    const real lost = over(mul(m->bend_slope, row(t->per_reach)), add(c->gamma, num(1.0)));
+    return sub(mul(slope, s), lost);
+}
+
+inlined real advance_at(const segment *c, const table *t, real slope, const motion *m,
+                        real v_c, real s)
+{
+    const real begun = mul(s, mad(mul(num(0.5), s), slope, v_c));
+    return sub(mul(num(t->reach), begun), over(m->bend, add(c->gamma, num(1.0))));
+}
+
+/* Q(s) - Q(0) at rest. */
+inlined real pull_change(const segment *c, const table *t, const expansion *e, const motion *m, real s)
+{
+    real cosine = row(t->reaction[0][TERMS - 1]), sine = row(t->reaction[1][TERMS - 1]);
+    for (int n = TERMS - 2; n >= 0; n--) {
+        cosine = mad(cosine, s, row(t->reaction[0][n]));
+        sine = mad(sine, s, row(t->reaction[1][n]));
+    }
+    const real reaction = mul(s, mad(e->u[2], cosine, mul(e->u[3], sine)));
+    return sub(force_change(c, m->x, mul(m->slope, row(t->per_reach))), reaction);
+}
+#else
 inlined motion motion_at(const real *a, real s, int drift, int position)
 {
     real y = a[TERMS - 1], y1 = num(0.0);
@@ -188,7 +241,7 @@ inlined motion motion_at(const real *a, real s, int drift, int position)
     return m;
 }
 
-/* v_c(s) - v_c(0), and x_c(s) - x_c(0), by the integrals of P. */
+/* v_c(s) - v_c(0), and x_c(s) - x_c(0), by the integrals of P, which is Q. */
 inlined real v_c_change(const segment *c, const table *t, real slope, const motion *m, real s)
 {
     const real grown = v_c_rate(c, force_change(c, m->sum, mul(m->lag, row(t->per_reach))));
@@ -203,7 +256,15 @@ inlined real advance_at(const segment *c, const table *t, real slope, const moti
     return mul(num(t->reach), mad(num(t->reach), grown, begun));
 }
 
-/* Guards of a segment: the gap's side or the sign of v_c, or f_b -+ P. */
+/* Q(s) - Q(0) at rest. */
+inlined real pull_change(const segment *c, const table *t, const expansion *e, const motion *m, real s)
+{
+    (void)e, (void)s;
+    return force_change(c, m->x, mul(m->slope, row(t->per_reach)));
+}
+#endif
+
+/* Guards of a segment: the gap's side or the sign of v_c, or f_b -+ Q. */
 enum { GAP, FIRST, SECOND };
 
 /* All of a guard but its form. */

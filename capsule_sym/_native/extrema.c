@@ -28,7 +28,7 @@ typedef struct {
     capsule_quantity quantity;
     double rounding; /* 1 where its bounds count, 0 of a peak */
     double force, largest_x, largest_v, gap_error; /* of the closed form's error bounds */
-    double amplitude; /* of what the drive changes by within a segment */
+    double amplitude; /* of what a drive that changes within a segment accelerates the relative motion by */
 } course;
 
 /* The rate at a time: derivatives over factorials, bounds on their errors, and on the remainder. */
@@ -57,7 +57,8 @@ static course course_of(const capsule_constants *c, const capsule_start *start,
     f.force = rest_force_size(c, x, gap);
     f.largest_x = f.largest_v = INFINITY;
 #if !CAPSULE_PULSED
-    f.amplitude = c->alpha;
+    double rate;
+    forcing_terms_size(c, &f.amplitude, &rate);
     if (c->Z2 > 0.0) {
         const double detuning = fabs(c->K - c->omega * c->omega), both = c->omega + sqrt(c->K);
         f.largest_x = (2.0 * c->sigma * both + 2.0 * detuning) / c->Z2;
@@ -103,7 +104,7 @@ static expansion expand(const course *f, double h)
     if (h > 0.0) {
         capsule_flow(c, s, h, change);
         x_r += change[0], gap += change[0], v_r = change[1];
-        margin = margin_at(c, x_r, gap, v_r);
+        margin = margin_at(c, x_r, gap, v_r, cosine);
         errors_at(f, h, x_r, &x_error, &v_error);
     }
     x[0] = x_r, x[1] = v_r;
@@ -120,19 +121,22 @@ static expansion expand(const course *f, double h)
     }
     const double per_energy = (1.0 + 8.0 * UNIT) * force_per_energy(c, sqrt(c->K));
     const int speed = f->quantity == CAPSULE_SPEED, gaps = f->quantity == CAPSULE_GAP;
-    /* The remainder is the derivative of x_r's, or of the force's, whose order this is. */
-    const int last = speed || gaps ? ORDER : ORDER + 1;
+    /* The remainder is the derivative of x_r's, or of the force's, whose order this is; of v_r' by
+       momentum, where the drive is in the force that moves the capsule. */
+    const int momentum = CAPSULE_REACTION && speed;
+    const int last = (speed && !momentum) || gaps ? ORDER : ORDER + 1;
     const double slack = f->rounding * ((8.0 * (ORDER + 3) + 8.0) * UNIT + late);
     const double high = fabs(x[last + 1]) + slack * size[last + 1];
     const double low = fabs(x[last]) + slack * size[last];
     double factor = (1.0 + 8.0 * UNIT) * hypot(high, sqrt(c->K) * low), inverse = 1.0;
     double forcing = f->amplitude * pow(c->omega, last) * (1.0 + 32.0 * UNIT);
-    expansion e = {.value = gaps ? gap : speed ? s->v_c + change[2] : margin + c->friction,
+    const double force_ = CAPSULE_REACTS ? force(c, x_r, gap, v_r) : margin + c->friction;
+    expansion e = {.value = gaps ? gap : speed ? s->v_c + change[2] : force_,
                    .x_r = x_r, .gap = gap, .v_r = v_r};
-    if (!gaps)
+    if (!gaps && !momentum)
         factor *= per_energy, forcing *= per_energy;
     if (speed)
-        factor /= c->gamma, forcing /= c->gamma;
+        factor /= momentum ? c->gamma + 1.0 : c->gamma, forcing /= momentum ? c->gamma + 1.0 : c->gamma;
     for (int n = 0; n < ORDER; n++) {
         const double rounded = (8.0 * (n + 3) + 8.0) * UNIT + late;
         if (gaps) {
@@ -143,6 +147,9 @@ static expansion expand(const course *f, double h)
             e.error[0] = (force_change_size(c, x_error, v_error) +
                           MARGIN_AT_UNITS * UNIT *
                               margin_at_size(c, fabs(x_r), fabs(gap), fabs(v_r))) / c->gamma;
+        } else if (momentum) {
+            e.rate[n] = -x[n + 2] / (c->gamma + 1.0);
+            e.error[n] = rounded * size[n + 2] / (c->gamma + 1.0);
         } else {
             const int k = speed ? n : n + 1;
             const double by = speed ? 1.0 / c->gamma : 1.0;

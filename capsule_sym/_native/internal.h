@@ -9,6 +9,10 @@
 
 #define MOST_SUMMED 4 /* expansions whose roundings may add up to a switch */
 
+/* How many powers of s the second guard's coefficients are behind those of x_r: v_c is the integral of P,
+   which has x_r and v_r. If the drive reacts, v_c has v_r alone, by momentum. */
+#define BEHIND(drift) (CAPSULE_REACTION ? 0 : (drift))
+
 /* A state in 106 bits, where these decided the switch that led to it. */
 typedef struct {
     double x_r[2], gap[2], v_r[2], v_c[2], angle[2];

@@ -70,7 +70,7 @@ static point point_at(const segment *c, int field, const known *p, const capsule
 #endif
         phase_terms(p->angle, p->angle_rest, &s.sine, &s.cosine);
     s.margin = bound_at != 0.0 ? sub(friction_at(c, num(bound_at)), c->friction)
-                               : margin_at(c, p->x_r, p->gap, p->v_r);
+                               : margin_at(c, p->x_r, p->gap, p->v_r, s.cosine);
     if (near_to(p->gap) == 0.0)
         s.gap_zeros = near_to(p->v_r) == 0.0 ? 2.0 : 1.0;
     if (!way)
@@ -102,9 +102,9 @@ static int is_successor(const segment *c, int field, const known *p)
     const real rate = v_rate(c, s.x_r, s.gap, s.v_r, s.cosine);
     const double rate_size = v_rate_size(b, x, gap, v);
     const double margin_error = MARGIN_AT_UNITS * UNIT * margin_at_size(b, x, gap, v);
-    const real force_rate = force_change(c, s.v_r, rate);
-    const double force_error = (FORCE_CHANGE_UNITS + V_RATE_UNITS) * UNIT *
-                               force_change_size(b, v, rate_size);
+    const real force_rate = pull_rate(c, s.v_r, rate, s.sine);
+    const double force_error = (PULL_RATE_UNITS + V_RATE_UNITS) * UNIT *
+                               pull_rate_size(b, v, rate_size);
     const double gaps[3] = {side * near_to(s.gap), side * near_to(s.v_r), side * near_to(rate)};
     const double gap_errors[3] = {0.0, 0.0, V_RATE_UNITS * UNIT * rate_size};
     int sign = first_sign(gaps, gap_errors, (int)s.gap_zeros), open = sign == 0;
@@ -217,11 +217,11 @@ static void refine(const segment *c, const capsule_constants *k, const point *fr
     double change[3] = {0.0, 0.0, 0.0};
     capsule_flow(k, &start, *duration, change);
     const double x_r = from->x_r + change[0], gap = from->gap + change[0], v_r = change[1];
-    const double v_c = from->v_c + change[2], pull = force(c, x_r, gap, v_r);
+    const double v_c = from->v_c + change[2], pulled = pull(c, x_r, gap, v_r, to->cosine);
     const double rate = v_rate(c, x_r, gap, v_r, to->cosine);
-    const double slip = c->drift != 0.0 ? v_c_rate(c, pull - c->friction) : 0.0;
-    const double value = o->at_gap ? gap : c->drift != 0.0 ? v_c : pull - friction_at(c, o->bound_at);
-    const double slope = o->at_gap ? v_r : c->drift != 0.0 ? slip : force_change(c, v_r, rate);
+    const double slip = c->drift != 0.0 ? v_c_rate(c, pulled - c->friction) : 0.0;
+    const double value = o->at_gap ? gap : c->drift != 0.0 ? v_c : pulled - friction_at(c, o->bound_at);
+    const double slope = o->at_gap ? v_r : c->drift != 0.0 ? slip : pull_rate(c, v_r, rate, to->sine);
     const double by = -value / slope;
     if (!(fabs(by) <= error))
         return;

@@ -54,7 +54,7 @@ static void pass_switch(const passing *p, const capsule_constants *next, const c
     if (next->contact == p->c->contact && next->drift == p->c->drift) {
         memset(later, 0, sizeof later);
     } else {
-        chain_guard(p->c, next, s->end, rows, guard);
+        chain_guard(p->c, next, &p->start, s->duration, s->end, rows, guard);
         total(p, guard, still, later);
         for (int k = 0; k < N; k++)
             later[k] /= -guard[BY_TIME];

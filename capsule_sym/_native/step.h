@@ -7,16 +7,16 @@
 #define ROUNDS 60 /* of Newton's method; what takes more is left open */
 
 /* What follows a switch off the lines: the drift's way, and where that stays open. `bound_at` is 1
-   (-1) where P left rest at f_b (-f_b), outwards: that is a simple root of its guard. */
+   (-1) where Q left rest at f_b (-f_b), outwards: that is a simple root of its guard. */
 inlined bound direction_after(const segment *c, const segment_sizes *b, const point *s, bound bound_at,
                         mask *undetermined)
 {
     const bound x = size_of(near_to(s->x_r)), gap = size_of(near_to(s->gap));
-    const bound v = size_of(near_to(s->v_r)), terms = force_size(b, x, gap, v);
-    const real pull = force(c, s->x_r, s->gap, s->v_r);
+    const bound v = size_of(near_to(s->v_r)), terms = pull_size(b, x, gap, v);
+    const real pulled = pull(c, s->x_r, s->gap, s->v_r, s->cosine);
     const mask rests = eq(near_to(s->v_c), all(0.0)), at_bound = ne(bound_at, all(0.0));
-    const bound side = pick(gt(near_to(pull), all(0.0)), all(1.0), all(-1.0));
-    const bound within = near_to(friction_guard(c, wide(-side), pull));
+    const bound side = pick(gt(near_to(pulled), all(0.0)), all(1.0), all(-1.0));
+    const bound within = near_to(friction_guard(c, wide(-side), pulled));
     const mask close = le(size_of(within), 16.0 * UNIT * (terms + friction_bounds(b)));
     *undetermined = (rests & not(at_bound) & close) |
                (eq(near_to(s->gap), all(0.0)) & eq(near_to(s->v_r), all(0.0)));
@@ -34,7 +34,7 @@ typedef struct {
     mask edge;     /* the switch is an edge of pulses */
     mask at_gap;   /* the gap's guard fired */
     bound way;     /* after a switch, of the drift: 1, -1, or 0 at rest */
-    bound bound_at; /* and whether P is f_b (1) or -f_b (-1) there exactly */
+    bound bound_at; /* and whether Q is f_b (1) or -f_b (-1) there exactly */
     bound error;   /* of a switching time */
     real h;        /* the time it took */
     real end_h;    /* until the end of the period passed */
@@ -126,12 +126,17 @@ inlined void guard_terms(const segment *c, const table *t, const expansion *e, c
     for (int n = 1; n <= MOST; n++) {
         real term = num(0.0);
         if (others) {
-            const int k = n - drift; /* P's or v_c's coefficient by those of x_r */
+            const int k = n - BEHIND(drift); /* Q's or v_c's coefficient by those of x_r */
             const real low = k >= 1 && k <= TERMS ? a[k - 1] : num(0.0);
             const real high = k + 1 >= 2 && k + 1 <= TERMS ? a[k] : num(0.0);
             term = drift && n == 1 ? e->slope
                                    : mad(row(t->from_position[n - 1]), low,
                                          mul(row(t->from_rate[n - 1]), high));
+#if CAPSULE_REACTION
+            if (!drift && n <= TERMS)
+                term = sub(term, mad(row(t->reaction[0][n - 1]), e->u[2],
+                                     mul(row(t->reaction[1][n - 1]), e->u[3])));
+#endif
         }
         const real gap_term = n <= TERMS ? a[n - 1 < TERMS ? n - 1 : 0] : num(0.0);
         p[n] = !gaps ? term : !others ? gap_term : choose(is_gap, gap_term, term);
@@ -326,7 +331,7 @@ inlined mask rival_is_later(const segment *c, const table *t, const expansion *e
     const bound side = all(t->contact ? 1.0 : -1.0);
     const bound other_sign = drift ? way : pick(p->lower, all(1.0), -all(1.0));
     const real gap = mul(wide(side), add(s->gap, f->m.x));
-    const real pulled = force_change(c, f->m.x, mul(f->m.slope, row(t->per_reach)));
+    const real pulled = pull_change(c, t, e, &f->m, f->at);
     const real second = drift ? mul(wide(other_sign), add(s->v_c, f->v_c_by))
                               : friction_guard(c, wide(other_sign), add(s->margin, pulled));
     const bound value = near_to(choose(other_is_gap, gap, second));
@@ -520,7 +525,8 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
     const mask slips = crossing & eq(near_to(to->v_c), zero) & ne(out->way, zero);
     to->second_zeros = pick(slips, pick(ne(outside, zero), all(2.0), one), zero);
     to->margin = choose(crossing & ne(outside, zero), num(0.0),
-                        sub(force(c, to->x_r, to->gap, to->v_r), friction_at(c, wide(out->way))));
+                        sub(pull(c, to->x_r, to->gap, to->v_r, to->cosine),
+                            friction_at(c, wide(out->way))));
 }
 
 /* The state at the end of a period that an expansion passes. */
@@ -542,7 +548,7 @@ inlined void end_of_period(const segment *c, const table *t, const expansion *e,
 }
 
 /* The errors that an expansion begins with where the segment goes on. */
-inlined void propagate_errors(const segment_sizes *b, const table *t, const expansion *e,
+inlined void propagate_errors(const table *t, const expansion *e,
                               const point *s, mask crossing, point *to)
 {
     const bound zero = all(0.0);
@@ -555,10 +561,8 @@ inlined void propagate_errors(const segment_sizes *b, const table *t, const expa
     const bound angle_error = s->angle_error + 4.0 * UNIT * TWO_PI;
     bound energy = s->energy_error + bound_dot(t->v_error, e->size) +
                    t->root_K * (e->x_own + 2.0 * UNIT * x_size);
-#if CAPSULE_PULSED
-    (void)b;
-#else
-    energy += angle_error * b->alpha * t->reach;
+#if !CAPSULE_PULSED
+    energy += angle_error * e->size[2] * t->reach;
 #endif
     /* That of momentum, by which the whole expansion's v_c is tabulated, is among those of v_r. */
     const bound v_c_error = s->v_c_error + e->second_own + energy * t->v_c_per_energy +
@@ -606,5 +610,5 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
     if (ends && some(out->passed))
         end_of_period(c, t, &e, a, drift, position, s, out);
 #endif
-    propagate_errors(b, t, &e, s, out->crossing, to);
+    propagate_errors(t, &e, s, out->crossing, to);
 }

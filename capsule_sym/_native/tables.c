@@ -55,9 +55,9 @@ capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_ma
     return capsule_map_make(parameters, map);
 }
 
-double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r)
+double capsule_force_at(const capsule_constants *c, double x_r, double gap, double v_r)
 {
-    return c ? margin_at(c, x_r, gap, v_r) : NAN;
+    return c ? force(c, x_r, gap, v_r) : NAN;
 }
 
 const char *capsule_digest(void)

@@ -1,7 +1,7 @@
 /* What expansions of one linear flow have in common.
 
    A segment's motion is x_r(h) - x_r(0) = F H + v_r G + C Bd + S B, where F is the force at the
-   start, C = alpha cos(angle), S = -alpha omega sin(angle), and
+   start, C = alpha cos(angle), S = -alpha omega sin(angle), m times these if the drive reacts, and
 
        phi'' + 2 sigma phi' + K phi = drive,    drive = 1, 0, cos(omega h), sin(omega h)/omega
 
@@ -126,19 +126,84 @@ static double remainder_of(const segment_sizes *b, double reach, int which, cons
     return 1.0001 * (hypot(last, before) + grown);
 }
 
+/* How coefficients of the second guard, Q's change at rest or v_c's in drift, follow from those of x_r: from
+   two neighbours, and from the drive's own where that reacts. */
+typedef struct {
+    real by[FULL + 2], rate[FULL + 2];
+    int behind;
+#if CAPSULE_REACTION
+    real reaction[FULL + 2][RESPONSES];
+    double reaction_left[RESPONSES]; /* what the reaction's series leaves out, over s^3 */
+#endif
+} relation;
+
+static relation relation_of(const segment *c, const segment_sizes *z, double reach_, int drift)
+{
+    relation r = {.behind = BEHIND(drift)};
+    const real reach = num(reach_), one = num(1.0), none_ = num(0.0);
+    const real share = force_change(c, one, none_), damper = force_change(c, none_, one);
+    for (int n = 1; n <= FULL + 1; n++) {
+#if CAPSULE_REACTION
+        /* (gamma + 1) v_c + v_r has no drive in it. */
+        r.by[n] = drift ? none_ : share;
+        r.rate[n] = over(mul(drift ? neg(over(one, add(c->gamma, one))) : damper, num(n + 1.0)), reach);
+#else
+        /* P - P(0) by the changes of x_r and v_r, and gamma v_c' = P - friction. */
+        r.by[n] = drift ? over(mul(v_c_rate(c, share), reach), num((double)n)) : share;
+        r.rate[n] = drift ? v_c_rate(c, damper) : over(mul(damper, num(n + 1.0)), reach);
+#endif
+        if (drift && n == 1)
+            r.by[n] = r.rate[n] = none_;
+    }
+#if CAPSULE_REACTION
+    memset(r.reaction, 0, sizeof r.reaction);
+    memset(r.reaction_left, 0, sizeof r.reaction_left);
+    if (drift)
+        return r;
+    /* cos(omega h) - 1 and sin(omega h)/omega, whose derivatives keep within powers of omega. */
+    double left = 1.0;
+    for (int n = 1; n <= FULL + 1; n++)
+        left *= z->omega * reach_ / n;
+    real even = one, odd = reach;
+    for (int n = 1; n <= FULL; n++)
+        if (n % 2) {
+            r.reaction[n][3] = odd;
+            odd = forcing_next(c, num((double)n), reach, odd);
+        } else {
+            even = forcing_next(c, num(n - 2.0), reach, even);
+            r.reaction[n][2] = even;
+        }
+    r.reaction_left[2] = 1.0001 * left;
+    r.reaction_left[3] = 1.0001 * left / z->omega;
+#else
+    (void)z;
+#endif
+    return r;
+}
+
+/* Coefficient n of the second guard in a response, from those of x_r up to `last`. */
+static real second_of(const relation *r, const real (*x)[RESPONSES], int last, int n, int k)
+{
+    const int at = n - r->behind;
+    const real next = at < last ? x[at + 1][k] : num(0.0);
+    const real term = mad(r->by[n], x[at][k], mul(r->rate[n], next));
+#if CAPSULE_REACTION
+    return sub(term, r->reaction[n][k]);
+#else
+    return term;
+#endif
+}
+
 /* The responses at the end of an expansion: by the closed form where it has the digits, for in a
    segment of hundreds of expansions an error of their sum would be the same each time. By how much it
    differs from the series, whose error is bounded, adds to that bound: so it is proved as well. */
 static void wholes_make(const capsule_constants *field, const segment *c, const real (*x)[RESPONSES],
-                        const real *by, const real *rate, table *t)
+                        const relation *second, table *t)
 {
-    const int drift = field->drift != 0.0;
     for (int k = 0; k < RESPONSES; k++) {
         t->x_whole[k] = t->v_whole[k] = t->second_whole[k] = num(0.0);
-        for (int n = FULL + drift; n >= 1; n--) {
-            const real next = n - drift < FULL ? x[n + 1 - drift][k] : num(0.0);
-            const real second = mad(by[n], x[n - drift][k], mul(rate[n], next));
-            t->second_whole[k] = add(t->second_whole[k], second);
+        for (int n = FULL + second->behind; n >= 1; n--) {
+            t->second_whole[k] = add(t->second_whole[k], second_of(second, x, FULL, n, k));
             if (n > FULL)
                 continue;
             t->x_whole[k] = add(t->x_whole[k], x[n][k]);
@@ -160,10 +225,17 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
     const capsule_start cosine = {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
     const capsule_start sine = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0};
     const capsule_start *start[RESPONSES] = {&push, &kick, &cosine, &sine};
-    const double impulse[RESPONSES] = {h, 0.0, sin(omega * h) / omega, 2.0 * half * half};
+    const double turned = sin(omega * h) / omega, versine = 2.0 * half * half;
+#if CAPSULE_REACTION
+    const double impulse[RESPONSES] = {h, 0.0, h, 0.0};
+    const double reaction[RESPONSES] = {0.0, 0.0, -omega * omega * versine, turned};
+#else
+    const double impulse[RESPONSES] = {h, 0.0, turned, versine};
+#endif
 #endif
     capsule_constants unit = *field;
     unit.drift = 0.0;
+    unit.m = 1.0; /* of the drive alone: these starts have no spring */
     for (int k = 0; k < RESPONSES; k++) {
         double change[3];
         unit.push = k == 0;
@@ -172,10 +244,14 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
 #endif
         capsule_flow(&unit, start[k], h, change);
         const double gained = change[1] - (k == 1);
-        const double second_whole =
+        double second_whole =
             c->drift != 0.0
                 ? (impulse[k] - gained - force_change(c, 0.0, h * (k == 1) * c->m)) / (c->gamma + 1.0)
                 : force_change(c, change[0], gained);
+#if CAPSULE_REACTION
+        if (c->drift == 0.0)
+            second_whole -= reaction[k];
+#endif
         t->limit[k][X_ERROR] += fabs(change[0] - t->x_whole[k]);
         t->v_error[k] += fabs(change[1] - t->v_whole[k]);
         t->limit[k][SECOND_ERROR] += fabs(second_whole - t->second_whole[k]);
@@ -236,20 +312,11 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     t->per_reach = over(num(1.0), num(t->reach));
     for (int l = 0; l < LEVELS; l++)
         t->level[l] = ldexp(1.0, -l);
-    /* P - P(0) by the changes of x_r and v_r, and gamma v_c' = P - friction. */
     const int drift = field->drift != 0.0;
-    const real reach = num(t->reach), one = num(1.0), none_ = num(0.0);
-    const real share = force_change(c, one, none_), damper = force_change(c, none_, one);
-    real by[FULL + 2], rate[FULL + 2];
-    for (int n = 1; n <= FULL + 1; n++) {
-        by[n] = drift ? over(mul(v_c_rate(c, share), reach), num((double)n)) : share;
-        rate[n] = drift ? v_c_rate(c, damper) : over(mul(damper, num(n + 1.0)), reach);
-        if (drift && n == 1)
-            by[n] = rate[n] = none_;
-    }
+    relation to_second = relation_of(c, z, t->reach, drift);
     for (int n = 1; n <= TERMS + 1; n++) {
-        t->from_position[n - 1] = by[n];
-        t->from_rate[n - 1] = rate[n];
+        t->from_position[n - 1] = to_second.by[n];
+        t->from_rate[n - 1] = to_second.rate[n];
     }
     real x[FULL + 2][RESPONSES], second[TERMS + 2][RESPONSES];
     double rest[RESPONSES];
@@ -264,10 +331,17 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
             x[n][k] = phi[n];
         for (int n = 1; n <= FULL; n++) {
             const double off = (units[n] + evaluation_units(n)) * UNIT;
+            const int at = n - to_second.behind;
             /* By P's change, in drift over gamma, and products and quotients on the way. */
-            const double second_off = off + (FORCE_CHANGE_UNITS + 8) * UNIT;
-            const double second_size =
-                near_to(by[n]) * size[n - drift] + near_to(rate[n]) * size[n + 1 - drift];
+            double second_off = off + (FORCE_CHANGE_UNITS + 8) * UNIT;
+            double second_size =
+                near_to(to_second.by[n]) * size[at] + fabs(near_to(to_second.rate[n])) * size[at + 1];
+#if CAPSULE_REACTION
+            /* A coefficient behind, two sums more, and the drive's, which is off by less than a response's
+               and cancels what it moves: so its size counts. */
+            second_off += (units[n + 1] - units[n] + 4) * UNIT;
+            second_size += fabs(near_to(to_second.reaction[n][k]));
+#endif
             t->limit[k][X_ERROR] += off * size[n];
             t->v_error[k] += off * n * size[n] / t->reach;
             t->limit[k][SECOND_ERROR] += second_off * second_size;
@@ -277,20 +351,28 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
             t->limit[k][SECOND_BEND] += n * (n - 1) * second_size;
         }
     }
-    wholes_make(field, c, (const real(*)[RESPONSES])x, by, rate, t);
-    double change[RESPONSES] = {0}, speed[RESPONSES] = {0}, bend[RESPONSES] = {0};
-    double tail[RESPONSES] = {0}, unused[2][RESPONSES] = {{0}};
+    wholes_make(field, c, (const real(*)[RESPONSES])x, &to_second, t);
+    double change[RESPONSES] = {0}, speed[RESPONSES] = {0}, bend[RESPONSES] = {0}, tail[RESPONSES] = {0}, unused[2][RESPONSES] = {{0}};
     economize(b, x, FULL, TERMS, change, speed, bend);
-    for (int n = 1; n <= TERMS + drift; n++)
-        for (int k = 0; k < RESPONSES; k++) {
-            const real last = n - drift < TERMS ? x[n + 1 - drift][k] : none_;
-            second[n][k] = mad(by[n], x[n - drift][k], mul(rate[n], last));
-        }
+#if CAPSULE_REACTION
+    economize(b, to_second.reaction, FULL, TERMS, to_second.reaction_left, unused[0], unused[1]);
+    for (int n = 1; n <= TERMS; n++)
+        for (int k = 0; k < 2; k++)
+            t->reaction[k][n - 1] = to_second.reaction[n][k + 2];
+#endif
+    for (int n = 1; n <= TERMS + to_second.behind; n++)
+        for (int k = 0; k < RESPONSES; k++)
+            second[n][k] = second_of(&to_second, (const real(*)[RESPONSES])x, TERMS, n, k);
     for (int k = 0; k < RESPONSES; k++) {
         const double x_left = rest[k] + change[k];
         const double v_left = ((FULL + 1) * rest[k] + speed[k]) / t->reach;
+#if CAPSULE_REACTION
+        const double left = drift ? v_left / (z->gamma + 1.0)
+                                  : force_change_size(z, x_left, v_left) + to_second.reaction_left[k];
+#else
         const double left = drift ? force_change_size(z, t->reach * x_left, x_left) / z->gamma
                                   : force_change_size(z, x_left, v_left);
+#endif
         t->limit[k][X_ERROR] += x_left;
         t->v_error[k] += v_left;
         t->limit[k][SECOND_ERROR] += left;
@@ -308,7 +390,7 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         t->limit[k][X_TAIL] += tail[k];
         tail[k] = 0.0;
     }
-    economize(b, second, TERMS + drift, DEGREE, tail, unused[0], unused[1]);
+    economize(b, second, TERMS + to_second.behind, DEGREE, tail, unused[0], unused[1]);
     for (int k = 0; k < RESPONSES; k++)
         t->limit[k][SECOND_TAIL] += tail[k];
     forms_make(b, (const real(*)[RESPONSES])x, (const real(*)[RESPONSES])second, t);

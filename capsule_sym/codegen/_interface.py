@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes
-from capsule_sym._symbolic.model.model import LEVELS, SEGMENTS
+from capsule_sym._symbolic.model.model import LEVELS, REACTS, SEGMENTS
 from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS, PULSED, STATE
 from capsule_sym.codegen._blocks import flow_parameters
 
@@ -60,7 +60,7 @@ class Interface:
 def flags() -> dict[str, int]:
     """Whether the model has something, 1 or 0, and the planes of the drive's edges; all by name."""
     planes = dict(zip(("RISE_PLANE", "FALL_PLANE"), edge_planes(), strict=False))
-    return {"PULSED": int(PULSED), **planes}
+    return {"PULSED": int(PULSED), "REACTS": int(REACTS), **planes}
 
 
 def members(struct: Entry) -> Iterator[tuple[str, str, str]]:

@@ -266,7 +266,7 @@ static int nulls(void)
     EXTREMA(c, &begin, CAPSULE_GAP, -1, found, 4)
     EXTREMA(c, &begin, CAPSULE_GAP, 0, NULL, 4)
     EXTREMA(c, &begin, CAPSULE_GAP, 0, found, -1)
-    if (found[0].kind != 9 || !isnan(capsule_margin_at(NULL, 0, 0, 0)))
+    if (found[0].kind != 9 || !isnan(capsule_force_at(NULL, 0, 0, 0)))
         return failed("written", &good);
     return 0;
 }

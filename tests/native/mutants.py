@@ -81,7 +81,7 @@ TERMS: tuple[Term, ...] = (
     _term("a batch: what follows a switch", "(out->undetermined >> l & 1)", "0", {"stopping side by side": LANES}),
     _term("halves of a part of the reach", "whole->to = r", "whole->to = 1.0", {"twice": ("1",)}),
     _term("successor: rounding of P", "MARGIN_AT_UNITS * UNIT * margin_at_size(b, x, gap, v)", "0.0", {"bound": ("1",)}),
-    _term("successor: rounding of P'", "(FORCE_CHANGE_UNITS + V_RATE_UNITS) * UNIT", "0.0", {"turning": ("1",)}),
+    _term("successor: rounding of P'", "(PULL_RATE_UNITS + V_RATE_UNITS) * UNIT", "0.0", {"turning": ("1",)}),
     _term("successor: rounding of v_r'", "V_RATE_UNITS * UNIT * rate_size", "0.0", {"touching": ("1",)}),
     _term("rest for ever: rounding of the forced response", "8.0 * rounded / distance", "0.0", {"resonant": SCALAR}),
     _term("rest for ever: forcing out of phase", "(relative + s->angle_error)", "(relative)", {"resting out of phase": SCALAR}),

@@ -33,6 +33,7 @@ SHIM = """
 #include <math.h>
 #include <string.h>
 #include "batch.h"
+#include "number.h"
 #define GIVEN(name) [RUN_##name] = c->name,
 static int alone(const double *p, const double *state, double phase, int periods, int precision,
                  int *field, int *plane)
@@ -69,7 +70,7 @@ static int beside(int lanes, int lane, const double *p, const double *state, dou
         const double v_c = at.v_c + off * c->drift;
         const double numbers[CAPSULE_RUN_NUMBERS] = {
             [X_R] = x_r, [FAR] = l == lane ? at.gap : x_r - c->delta, [V_R] = at.v_r, [V_C] = v_c,
-            [MARGIN] = capsule_margin_at(c, x_r, l == lane ? at.gap : x_r - c->delta, at.v_r),
+            [MARGIN] = margin_at(c, x_r, l == lane ? at.gap : x_r - c->delta, at.v_r, cosine),
             [ANGLE] = at.angle, [ANGLE_REST] = at.angle_rest,
             [COSINE] = cosine - at.angle_rest * sine, [SINE] = sine + at.angle_rest * cosine,
             [WAY] = c->drift, [GAP_ZEROS] = l == lane && at.gap == 0.0,

@@ -82,10 +82,19 @@ class Declared:
     @property
     def load(self) -> sp.Expr:
         """The constant force on the mass beside drive and interaction."""
-        drive = self.symbol("alpha") * sp.cos(self.symbol("omega") * tau)
+        return sp.expand(self.mass_force - self.drive_force + self.force)
+
+    @property
+    def drive_force(self) -> sp.Expr:
+        """The force of the drive on the mass, or what stands for pulses."""
         if self.drive and self.drive.pulsed:
-            drive = force
-        return sp.expand(self.mass_force - drive + self.force)
+            return force
+        return self.symbol("alpha") * sp.cos(self.symbol("omega") * tau)
+
+    @property
+    def reacts(self) -> bool:
+        """Whether the drive pushes the capsule back."""
+        return bool(sp.expand(self.capsule_force - self.force) != 0)
 
     @property
     def driven(self) -> dict[str, tuple[str, str]]:
@@ -187,9 +196,11 @@ class Declared:
                 "the forces on the mass are the drive, alpha*cos(omega*tau) or what pulses gives, "
                 "less the interaction force, and a constant",
             )
-        if sp.expand(self.capsule_force - self.force) != 0:
+        if self.reacts and sp.expand(self.capsule_force - self.force + self.drive_force) != 0:
             raise self.refusal(
-                "capsule", "the capsule is moved by the interaction force and friction"
+                "capsule",
+                "the capsule is moved by the interaction force and friction, and where the drive "
+                f"reacts on it by all of that, -{self.drive_force}",
             )
         if self.inertia != self.symbol("gamma"):
             raise self.refusal("capsule", f"the mass ratio is gamma, not {self.inertia}")
@@ -268,13 +279,14 @@ class Declared:
         if [mode.way for mode in self.modes] != [1, 0, -1]:
             raise self.refusal("rest", "drift forward, rest and drift backward, in this order")
         ahead, rest, back = self.modes
-        reached = {sp.expand(ahead.friction + self.force), sp.expand(back.friction + self.force)}
+        pull = self.capsule_force
+        reached = {sp.expand(ahead.friction + pull), sp.expand(back.friction + pull)}
         held = {sp.expand(-way * excess(r)) for way, r in zip((1, -1), rest.where, strict=False)}
         if held != reached or len(rest.where) != 2:
             raise self.refusal(
                 rest.line,
                 f"no way from {rest.name} to {ahead.name} or {back.name}: rest "
-                "ends where the force meets the friction of a drift",
+                "ends where the force that moves the capsule meets the friction of a drift",
             )
         for one, way in ((ahead, 1), (back, -1)):
             if self.bounds[way] not in [p.symbol for p in self.parameters if p.positive]:

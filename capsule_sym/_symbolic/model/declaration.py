@@ -194,10 +194,10 @@ class Model(Declared):
         return self.force
 
     def rest(self, name: str, *where: sp.Basic) -> None:
-        """Rest of the capsule, while the force obeys two inequalities."""
+        """Rest of the capsule, while the force that moves it obeys two inequalities."""
         line = self._note("rest")
         self._check_name(name, line, "mode")
-        self.modes.append(Mode(name, 0, tuple(map(self._inequality, where)), -self.force, line))
+        self.modes.append(Mode(name, 0, tuple(map(self._inequality, where)), sp.S.Zero, line))
 
     def drift(self, name: str, where: sp.Basic, against: sp.Expr) -> None:
         """Drift of the capsule against a friction, where an inequality for its velocity holds."""
@@ -262,11 +262,11 @@ class Model(Declared):
         return sp.nsimplify(found, rational=True) if found.has(sp.Float) else found
 
     def _inequality(self, value: object) -> sp.Basic:
-        """A value of this line as a strict inequality between affine functions of the state."""
+        """A value of this line as a strict inequality, affine in the state and the drive."""
         if not isinstance(value, sp.StrictGreaterThan | sp.StrictLessThan):
             raise self.refusal(self._line, f"{value} is no strict inequality")
         self._expression(excess(value))
-        if not self._affine(excess(value)):
+        if not self._affine(sp.expand(excess(value)).subs(self.drive_force, 0)):
             raise self.refusal(
                 self._line,
                 f"{value} is not affine in {', '.join(_STATE)} with coefficients that are "

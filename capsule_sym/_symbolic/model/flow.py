@@ -21,7 +21,18 @@ import sympy as sp
 
 from capsule_sym._symbolic.model import basis
 from capsule_sym._symbolic.model.basis import K, W, s, sigma
-from capsule_sym._symbolic.model.model import FORCING, STEADY, P, Segment, friction_of, kappa
+from capsule_sym._symbolic.model.model import (
+    DRIVE,
+    FORCING,
+    LEVEL,
+    LOAD,
+    PULL,
+    REACTS,
+    P,
+    Segment,
+    friction_of,
+    kappa,
+)
 from capsule_sym._symbolic.model.symbols import (
     MODEL,
     PARAMETERS,
@@ -45,7 +56,7 @@ cos_theta, sin_theta = sp.symbols("cos_theta sin_theta", real=True)  # forcing a
 STIFFNESS, DAMPER = sp.diff(P, x_r), sp.diff(P, v_r)  # P's parts in x_r and in v_r
 
 spring = sp.Symbol("spring", real=True)  # the interaction force at the start less the damper's
-margin = sp.Symbol("margin", real=True)  # interaction force minus `friction` at the start
+margin = sp.Symbol("margin", real=True)  # pull on the capsule minus `friction` at the start
 
 
 def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
@@ -54,10 +65,10 @@ def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
     Where there are two stops, its own is one more.
     """
     _, acceleration, capsule = segment.field
-    unforced = sp.expand(acceleration - FORCING)
+    unforced = sp.expand(acceleration).subs(FORCING, 0)
     inertia = sp.cancel(unforced.coeff(v_r) / -DAMPER)
     rest = sp.expand(unforced + inertia * segment.interaction)
-    held = sp.expand(gamma * capsule - (0 if segment.stick else segment.interaction))
+    held = sp.expand(gamma * capsule - (0 if segment.stick else segment.pull))
     own = {stop: segment.stop} if stop not in PARAMETERS else {}
     return {
         m: inertia,
@@ -72,8 +83,9 @@ def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
 
 # Definitions that keep x_r - stop together: near the impact surface it is small and exact.
 SPRING = P.subs(v_r, 0)
-MARGIN = P - friction
+MARGIN = PULL.subs(DRIVE, LEVEL if PULSED else alpha * cos_theta) - friction
 FORCE = push - m * spring  # what the equation of motion leaves when v_r = 0 and alpha = 0
+SHARE = m if REACTS else sp.S.One  # of the drive, that accelerates the relative motion
 
 
 @dataclass(frozen=True)
@@ -109,12 +121,13 @@ def derive() -> Flow:
     """The flow of a segment, from the Laplace transforms of its equations of motion."""
     X = sp.Symbol("X")
     force = sp.Symbol("force")
-    forcing = 0 if PULSED else alpha * (s * cos_theta - omega * sin_theta) / W
+    drive = 0 if PULSED else alpha * (s * cos_theta - omega * sin_theta) / W
     # x_r = x_r(0) + increment, so the spring's constant part enters through `force`.
-    motion = sp.Eq(s**2 * X - v_r + 2 * sigma * s * X + K * X, force / s + forcing)
+    motion = sp.Eq(s**2 * X - v_r + 2 * sigma * s * X + K * X, force / s + SHARE * drive)
     increment = sp.solve(motion, X)[0]
     velocity = s * increment
     growth = (STIFFNESS * increment + DAMPER * (velocity - v_r / s)) / (gamma * s)
+    outside = sp.S.Zero if REACTS else drive  # of both bodies
 
     def in_time(image: sp.Expr) -> sp.Expr:
         sources = (v_r, force, cos_theta, sin_theta, friction)
@@ -126,15 +139,23 @@ def derive() -> Flow:
         return sum(parts, sp.S.Zero).subs(force, FORCE)
 
     position, speed = in_time(increment), in_time(velocity)
+    gained = in_time(growth)
+    if (
+        REACTS and not PULSED
+    ):  # what v_r loses, and v_r'(0) h, by the momentum of both bodies; s/W = 1/s - wave
+        wave = SHARE * (drive - alpha * cos_theta / s)
+        pushed = force + SHARE * alpha * cos_theta
+        steady = (v_r + pushed / s) * s / basis.Q - v_r / s - (pushed - 2 * sigma * v_r) / s**2
+        gained = -(in_time(steady) + in_time(sp.factor(wave * s / basis.Q))) / (gamma + 1)
     # The momentum (gamma + 1) v_c + v_r of both bodies changes by the forces on them from outside.
-    resistance = friction - STEADY
+    resistance = friction - (LOAD if REACTS else LOAD + LEVEL)
     return Flow(
         position=position,
         velocity=speed,
-        drift_short=margin * h / gamma + in_time(growth),
-        drift_long=(v_r - speed - resistance * h + in_time(forcing / s)) / (gamma + 1),
+        drift_short=margin * h / gamma + gained,
+        drift_long=(v_r - speed - resistance * h + in_time(outside / s)) / (gamma + 1),
         advance=v_c * h
-        + (v_r * h - position - resistance * h**2 / 2 + in_time(forcing / s**2)) / (gamma + 1),
+        + (v_r * h - position - resistance * h**2 / 2 + in_time(outside / s**2)) / (gamma + 1),
     )
 
 
@@ -157,10 +178,11 @@ PLACE = front + _at_stops([place - front for place in MODEL.stops])  # where the
 def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
     """The constants of every drifting (or sticking) segment, in `contact` and `drift`."""
     inertia = sp.Integer(1) if stick else 1 + 1 / gamma
+    steady = LOAD + (inertia * LEVEL if REACTS else LEVEL)
     return {
         m: inertia,
         kappa: STIFF,
-        push: STEADY if stick else STEADY + friction_of(drift) / gamma,
+        push: steady if stick else steady + friction_of(drift) / gamma,
         friction: sp.S.Zero if stick else friction_of(drift),
         sigma: inertia * DAMPER / 2,
         K: inertia * STIFFNESS.subs(kappa, STIFF),

@@ -17,6 +17,7 @@ from capsule_sym._symbolic.model.elimination import GAPS
 from capsule_sym._symbolic.model.flow import (
     DAMPER,
     PLACE,
+    SHARE,
     SPRING,
     STIFF,
     STIFFNESS,
@@ -30,12 +31,16 @@ from capsule_sym._symbolic.model.flow import (
     push,
     sin_theta,
 )
-from capsule_sym._symbolic.model.jets import forcing, gap, with_gap
+from capsule_sym._symbolic.model.jets import at_angle, drive, forcing, gap, reaction, with_gap
 from capsule_sym._symbolic.model.model import (
     ANY_LEVEL,
     BACKWARD,
+    DRIVE,
     FORWARD,
+    LEVEL,
     LOAD,
+    PULL,
+    REACTS,
     SEGMENTS,
     STEADY,
     P,
@@ -63,7 +68,7 @@ from capsule_sym._symbolic.model.symbols import (
 
 x_change, v_change, v_rate, index = sp.symbols("x_change v_change v_rate n", real=True)
 level, sign, pull, way = sp.symbols("level sign pull way", real=True)
-drive, last, before, term = sp.symbols("drive last before term", real=True)
+source, last, before, term = sp.symbols("drive last before term", real=True)
 root_K, reach = sp.symbols("root_K reach", positive=True)
 
 
@@ -87,7 +92,7 @@ class Formula:
         ones = {cos_theta: sp.S.One, sin_theta: sp.S.One}
         signed = {friction: sp.Abs(friction), push: sp.Abs(push)}
         if STEADY != 0:  # the terms of push may cancel
-            terms = map(sp.Abs, sp.Add.make_args(STEADY))
+            terms = map(sp.Abs, sp.Add.make_args(sp.expand(LOAD + SHARE * LEVEL)))
             signed[push] = sp.Abs(friction) / gamma + sp.Add(*terms)
         magnitudes = {a: sp.Symbol(a.name, nonnegative=True) for a in self.arguments}
 
@@ -105,27 +110,27 @@ class Formula:
 
 
 def _forced() -> dict[str, sp.Expr]:
-    """Re(e^(i theta)/Q(i omega)) and its rate, for a forcing cos(theta) of amplitude alpha."""
+    """Re(e^(i theta)/Q(i omega)) and its rate, for a drive cos(theta) of amplitude alpha."""
     real, imaginary = sp.expand(Q.subs(s, sp.I * omega)).as_real_imag()
     norm = real**2 + imaginary**2
-    x = alpha * (real * cos_theta + imaginary * sin_theta) / norm
+    x = SHARE * alpha * (real * cos_theta + imaginary * sin_theta) / norm
     rate = x.subs({cos_theta: -sin_theta, sin_theta: cos_theta}, simultaneous=True) * omega
     return {"x_forced": x, "v_forced": rate}
 
 
-def _next(operator: sp.Expr, source: sp.Expr) -> sp.Expr:
-    """Coefficient n + 2 of a power series in h/reach that solves operator(d/dh) y = source.
+def _next(operator: sp.Expr, driven: sp.Expr) -> sp.Expr:
+    """Coefficient n + 2 of a power series in h/reach that solves operator(d/dh) y = driven.
 
-    The source's coefficient n comes in units of h^n; `last` and `before` are n + 1 and n.
+    That one's coefficient n comes in units of h^n; `last` and `before` are n + 1 and n.
     """
     known = {0: before, 1: last}
-    total = -source * reach**2
+    total = -driven * reach**2
     for (power,), coefficient in sp.Poly(operator, s).terms():
         rising = sp.prod([index + i for i in range(1, power + 1)])
         value = known.get(power, sp.Symbol("next"))
         total += coefficient * rising * reach ** (2 - power) * value
     (solution,) = sp.solve(total, sp.Symbol("next"))
-    parts = (sp.factor(sp.expand(solution).coeff(a)) * a for a in (drive, last, before))
+    parts = (sp.factor(sp.expand(solution).coeff(a)) * a for a in (source, last, before))
     return sp.Add(*parts)
 
 
@@ -146,6 +151,7 @@ def _formula(
 
 
 _STATE = (x_r, gap, v_r)
+_AT = (*_STATE, cos_theta)
 
 
 def _pulses() -> tuple[Formula, ...]:
@@ -153,26 +159,28 @@ def _pulses() -> tuple[Formula, ...]:
     if not PULSES:
         return ()
     return (
-        _formula("drive_level", "The level of the drive.", (), level=STEADY - LOAD),
+        _formula("drive_level", "The level of the drive.", (), level=LEVEL),
         _formula("high_share", "Share of a period at the high level.", (), share=PULSES.share),
     )
 
 
 def _forces() -> tuple[Formula, ...]:
-    """The interaction force and friction."""
+    """The interaction force, the pull on the capsule, and friction."""
+    pulled = at_angle(with_gap(PULL))
     drifting = {a: b.subs(drift, way) for a, b in general_constants(stick=False).items()}
     return (
         _formula("force", "The interaction force P.", _STATE, True, force=with_gap(P)),
+        _formula("pull", "The pull Q on the capsule.", _AT, True, pull=pulled),
         _formula(
             "margin_at",
-            "P - friction, which drives the capsule.",
-            _STATE,
+            "Q - friction, which drives the capsule.",
+            _AT,
             True,
-            margin=with_gap(P) - friction,
+            margin=pulled - friction,
         ),
         _formula(
             "friction_at",
-            "Friction in drift of a way (1, -1; 0 at rest), which is P where that way begins.",
+            "Friction in drift of a way (1, -1; 0 at rest), which is Q where that way begins.",
             (way,),
             friction=drifting[friction],
         ),
@@ -184,7 +192,7 @@ def _forces() -> tuple[Formula, ...]:
         ),
         _formula(
             "friction_guard",
-            "How far P is from its bound ahead (sign -1) or behind (sign 1), of a capsule at rest.",
+            "How far Q is from its bound ahead (sign -1) or behind (sign 1), of a capsule at rest.",
             (sign, pull),
             guard=bound_of(-sign) + sign * pull,
         ),
@@ -194,6 +202,13 @@ def _forces() -> tuple[Formula, ...]:
             (x_change, v_change),
             True,
             change=_change(x_change, v_change),
+        ),
+        _formula(
+            "pull_rate",
+            "The rate of Q, by those of x_r and v_r.",
+            (x_change, v_change, sin_theta),
+            True,
+            rate=_change(x_change, v_change) - _rate_of(reaction(0)),
         ),
         _formula(
             "rest_force",
@@ -208,9 +223,9 @@ def _forces() -> tuple[Formula, ...]:
 def _motion() -> tuple[Formula, ...]:
     """Rates, the forcing, and what bounds the forced and the free motion."""
     rate = _rest_force() - 2 * sigma * v_r + forcing(0)
-    second = -K * v_r - 2 * sigma * v_rate + _rate_of_forcing()
+    second = -K * v_r - 2 * sigma * v_rate + _rate_of(forcing(0))
     return (
-        _formula("v_rate", "v_r'.", (*_STATE, cos_theta), True, rate=rate),
+        _formula("v_rate", "v_r'.", _AT, True, rate=rate),
         _formula("v_second", "v_r''.", (v_r, v_rate, sin_theta), True, second=second),
         _formula("v_c_rate", "v_c' in drift.", (margin,), rate=margin / gamma),
         _formula(
@@ -219,16 +234,16 @@ def _motion() -> tuple[Formula, ...]:
             (cos_theta, sin_theta),
             True,
             drive=forcing(0),
-            drive_rate=_rate_of_forcing(),
+            drive_rate=_rate_of(forcing(0)),
         ),
         _formula(
             "forced", "The forced response: x_r and v_r.", (cos_theta, sin_theta), **_forced()
         ),
         _formula(
             "force_gain2",
-            "The amplitude of P over that of x_r in forced motion, squared.",
+            "The amplitude of Q over that of x_r in forced motion, squared.",
             (),
-            gain=STIFFNESS**2 + (DAMPER * omega) ** 2,
+            gain=(omega**2 / m) ** 2 if REACTS else STIFFNESS**2 + (DAMPER * omega) ** 2,
         ),
         _formula(
             "force_per_energy",
@@ -270,9 +285,9 @@ def _points() -> tuple[Formula, ...]:
         _formula("damper_power", "The power that the damper takes.", (v_r,), power=DAMPER * v_r**2),
         _formula(
             "drive_power",
-            "The power of the drive on the mass.",
+            "The power of the drive.",
             (cos_theta, v_r, v_c),
-            power=(forcing(0) + STEADY - LOAD) * (v_r + v_c),
+            power=(drive(0) + LEVEL) * DRIVEN,
         ),
         _formula(
             "load_force",
@@ -291,7 +306,8 @@ def _points() -> tuple[Formula, ...]:
 
 def _gradients() -> tuple[Formula, ...]:
     """Gradients of what guards and forces are made of."""
-    limit = P - friction_of(way)
+    limit = PULL.subs(DRIVE, LEVEL if PULSED else alpha * sp.cos(theta)) - friction_of(way)
+    angle = cos_theta, sin_theta
     return (
         _gradient("gap", "the gap x_r - stop", (), x_r - stop),
         _gradient("speed", "the capsule's velocity v_c", (), v_c),
@@ -301,13 +317,13 @@ def _gradients() -> tuple[Formula, ...]:
             "drive_power",
             "the drive's power",
             (cos_theta, sin_theta, v_r, v_c),
-            (forcing(0).subs(cos_theta, sp.cos(theta)) + STEADY - LOAD) * (v_r + v_c),
+            (drive(0).subs(cos_theta, sp.cos(theta)) + LEVEL) * DRIVEN,
         ),
         _gradient("contact", "the force of the stop's spring", (gap,), P.coeff(kappa) * kappa),
         _gradient("friction", "the friction of drift of a way", (way,), friction_of(way)),
         _gradient("load_force", "the constant force on the mass", (), LOAD),
-        _gradient("limit", "P less the friction of drift of a way", (way, gap, v_r), limit),
-        _gradient("slip", "v_c' in drift of a way", (way, x_r, gap, v_r), limit / gamma),
+        _gradient("limit", "Q less the friction of drift of a way", (way, gap, v_r, *angle), limit),
+        _gradient("slip", "v_c' in drift of a way", (way, *_STATE, *angle), limit / gamma),
     )
 
 
@@ -317,10 +333,10 @@ def _recurrences() -> tuple[Formula, ...]:
         Formula(
             "response_next",
             "Coefficient n + 2 of a response in h/reach, from the drive's and those before.",
-            (index, reach, drive, last, before),
-            (("next", _next(Q, drive)),),
+            (index, reach, source, last, before),
+            (("next", _next(Q, source)),),
             sized=True,
-            carried=(drive, last, before),
+            carried=(source, last, before),
         ),
         Formula(
             "forcing_next",
@@ -342,6 +358,8 @@ def _rest_force() -> sp.Expr:
     return push - m * with_gap(SPRING)
 
 
+DRIVEN = v_r if REACTS else v_r + v_c
+"""Velocity that the drive works along: that of the mass, relative to what it pushes back on."""
 GRADIENT = (*STATE, theta, *PARAMETERS)
 """Columns of gradients: state and phase, parameters."""
 
@@ -364,15 +382,16 @@ def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: s
     return Formula(f"{name}_gradient", doc, arguments, results, array=True)
 
 
-def _rate_of_forcing() -> sp.Expr:
-    return omega * forcing(0).subs(cos_theta, -sin_theta)
+def _rate_of(wave: sp.Expr) -> sp.Expr:
+    """The rate of what is in proportion to the drive."""
+    return omega * wave.subs(cos_theta, -sin_theta)
 
 
 def places() -> dict[tuple[int, int, int, int], str]:
-    """Surface, line or corner point by the signs of v_c, the gap, v_r, and by what P exceeds.
+    """Surface, line or corner point by the signs of v_c, the gap, v_r, and by what Q exceeds.
 
     Of two stops the gap's sign is -2 on the one behind, and -3 beyond it. The last number is 3 (-3)
-    for P beyond its bound, 2 (-2) for P on it, else 0; the sign is P's.
+    for Q beyond its bound, 2 (-2) for Q on it, else 0; the sign is Q's.
     Off rest it has no meaning and is 0. A corner point on L9 is named before a line, O1 before O3.
     """
     levels = {3: 2 * FORWARD, 2: FORWARD, 0: sp.S.Zero, -2: -BACKWARD, -3: -2 * BACKWARD}
@@ -387,7 +406,7 @@ def places() -> dict[tuple[int, int, int, int], str]:
         if v_c_sign and level:
             continue
         contact = 1 if side > 0 else 2 if side == -3 else 0
-        model = SEGMENTS[3 * contact + 1].interaction
+        model = ANY_LEVEL[3 * contact + 1].pull
         for piece in pieces:
             values = {v_c: v_c_sign, v_r: speed, x_r: 1 + side, **dict.fromkeys(GAPS, 1)}
             relations = [r.subs(model, force) for r in piece.relations]
@@ -400,7 +419,7 @@ def places() -> dict[tuple[int, int, int, int], str]:
 
 
 def _in_force(relation: sp.Basic) -> bool:
-    """Whether a relation is about the interaction force of the other side."""
+    """Whether a relation is about the pull on the other side."""
     return len(relation.free_symbols & {x_r, v_r}) == 2
 
 

@@ -16,7 +16,7 @@ from itertools import product
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, P1, P2, P3, segment
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, P1, P2, Q3, segment
 from capsule_sym._symbolic.model.proof import consistent, implies
 from capsule_sym._symbolic.model.symbols import MODEL, STATE, front, v_r
 
@@ -82,7 +82,7 @@ def meets(piece: Piece, point: Piece, hypotheses: Iterable[Relation]) -> bool:
 _REST = sp.Eq(P1, 0)
 _PLANES = tuple(sp.Eq(P2, place) for place in MODEL.stops)
 _SIDES = tuple(region.where for region in MODEL.regions)  # between the stops, and beyond each
-_FORCES = tuple(one.interaction for one in ANY_LEVEL if one.stick)
+_FORCES = tuple(one.pull for one in ANY_LEVEL if one.stick)
 _RISING = sp.Gt(v_r, 0)
 _FALLING = sp.Lt(v_r, 0)
 _FORWARD = sp.Gt(P1, 0)
@@ -123,12 +123,12 @@ def _lines() -> Iterator[tuple[Relation, ...]]:
     for side, force in zip(_SIDES, _FORCES, strict=True):
         yield (_REST, *side, sp.Eq(force, FORWARD))
         yield (_REST, *side, sp.Eq(force, -BACKWARD))
-    ahead, behind = _ahead(P3), _behind(P3)
+    ahead, behind = _ahead(Q3), _behind(Q3)
     signs = ((_RISING, _FALLING, ahead, behind), (_FALLING, _RISING, behind, ahead))
     for plane, (inward, outward, pressed, pulled) in zip(_PLANES, signs, strict=False):
         yield _REST, plane, inward, pressed
-        yield (_REST, plane, inward, *_within(P3))
-        yield (_REST, plane, outward, *_within(P3))
+        yield (_REST, plane, inward, *_within(Q3))
+        yield (_REST, plane, outward, *_within(Q3))
         yield _REST, plane, outward, pulled
         yield plane, sp.Eq(v_r, 0)
         yield _REST, plane, outward, pressed
@@ -137,7 +137,7 @@ def _lines() -> Iterator[tuple[Relation, ...]]:
 def _points() -> Iterator[tuple[Relation, ...]]:
     """Corner points of each stop, behind as in a mirror."""
     for plane, levels in zip(_PLANES, ((FORWARD, -BACKWARD), (-BACKWARD, FORWARD)), strict=False):
-        yield from ((_REST, plane, sp.Eq(P3, level)) for level in levels)
+        yield from ((_REST, plane, sp.Eq(Q3, level)) for level in levels)
         yield _REST, plane, sp.Eq(v_r, 0)
 
 
@@ -153,7 +153,7 @@ def cell(index: int) -> Piece:
     field = segment(index)
     side = _SIDES[field.contact]
     if field.stick:
-        return Piece(f"cell {index}", (_REST, *side, *_within(field.interaction)))
+        return Piece(f"cell {index}", (_REST, *side, *_within(field.pull)))
     return Piece(f"cell {index}", (_FORWARD if field.drift > 0 else _BACKWARD, *side))
 
 

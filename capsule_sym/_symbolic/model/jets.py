@@ -1,8 +1,8 @@
 """Time derivatives of the state and of the guards of a segment, to any order, from its field.
 
 Once x_r, v_r and the forcing angle are known, every further derivative follows from the equation
-of motion, x^(n+2) = -2 sigma x^(n+1) - K x^(n) + alpha (d/dtau)^n cos, and the interaction force
-P, linear in x_r and v_r, gives those of v_c' = (P - friction)/gamma.
+of motion, x^(n+2) = -2 sigma x^(n+1) - K x^(n) + alpha (d/dtau)^n cos, and the pull Q on the
+capsule, linear in x_r, v_r and a drive that reacts, gives those of v_c' = (Q - friction)/gamma.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import sympy as sp
 from capsule_sym._symbolic.model.basis import K, sigma
 from capsule_sym._symbolic.model.flow import (
     DAMPER,
+    SHARE,
     SPRING,
     STIFFNESS,
     cos_theta,
@@ -19,7 +20,7 @@ from capsule_sym._symbolic.model.flow import (
     push,
     sin_theta,
 )
-from capsule_sym._symbolic.model.model import P
+from capsule_sym._symbolic.model.model import DRIVE, LEVEL, PULL, REACTS
 from capsule_sym._symbolic.model.symbols import PULSED, alpha, omega, stop, v_r, x_r
 
 gap = sp.Symbol("gap", real=True)  # x_r - stop
@@ -36,17 +37,17 @@ def position_symbol(order: int) -> sp.Symbol:
 
 
 def force_symbol(order: int) -> sp.Symbol:
-    """Symbol of the derivative of the interaction force P of this order."""
+    """Symbol of the derivative of the pull Q of this order."""
     return sp.Symbol(f"p{order}", real=True)
 
 
 def _drive(order: int) -> sp.Symbol:
-    """Amplitude alpha omega^order of the forcing's derivative of this order."""
+    """Amplitude alpha omega^order of the drive's derivative of this order."""
     return alpha if order == 0 else sp.Symbol(f"drive{order}", nonnegative=True)
 
 
-def forcing(order: int) -> sp.Expr:
-    """The forcing's derivative of this order; that of pulses is 0 within a segment."""
+def drive(order: int) -> sp.Expr:
+    """The drive's derivative of this order; that of pulses is 0 within a segment."""
     if PULSED:
         return sp.S.Zero
     angle = sp.Symbol("angle")
@@ -54,17 +55,33 @@ def forcing(order: int) -> sp.Expr:
     return value.subs({sp.cos(angle): cos_theta, sp.sin(angle): sin_theta})
 
 
-def jet(order: int) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Assignments, in order, of x^(2) ... x^(order + 1) and of P, P', ... P^(order).
+def forcing(order: int) -> sp.Expr:
+    """The derivative of this order of what the drive accelerates the relative motion by."""
+    return SHARE * drive(order)
 
-    The amplitudes of the forcing's derivatives come first, under their own symbols.
+
+def reaction(order: int) -> sp.Expr:
+    """The derivative of this order of what the drive takes from the pull on the capsule."""
+    return drive(order) if REACTS else sp.S.Zero
+
+
+def at_angle(expression: sp.Expr) -> sp.Expr:
+    """The expression with the drive at a forcing angle theta."""
+    return expression.subs(DRIVE, drive(0) + LEVEL)
+
+
+def jet(order: int) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Assignments, in order, of x^(2) ... x^(order + 1) and of Q, Q', ... Q^(order).
+
+    The amplitudes of the drive's derivatives come first, under their own symbols.
     """
     x = position_symbol
-    steps = [(_drive(n), omega * _drive(n - 1)) for n in range(1, order)]
+    steps = [(_drive(n), omega * _drive(n - 1)) for n in range(1, order + REACTS)]
     steps += [(x(2), push - m * with_gap(SPRING) - 2 * sigma * v_r + forcing(0))]
     steps += [(x(n + 2), -2 * sigma * x(n + 1) - K * x(n) + forcing(n)) for n in range(1, order)]
-    steps += [(force_symbol(0), with_gap(P))]
-    steps += [(force_symbol(n), STIFFNESS * x(n) + DAMPER * x(n + 1)) for n in range(1, order + 1)]
+    steps += [(force_symbol(0), at_angle(with_gap(PULL)))]
+    for n in range(1, order + 1):
+        steps += [(force_symbol(n), STIFFNESS * x(n) + DAMPER * x(n + 1) - reaction(n))]
     return steps
 
 

@@ -31,15 +31,22 @@ from capsule_sym._symbolic.model.symbols import (
 
 kappa = MODEL.stiffness  # of a stop's spring while it acts
 P = MODEL.force
-"""Force of the inner mass on the capsule."""
+"""Force of the inner mass on the capsule, by springs and damper."""
+DRIVE = MODEL.drive_force
+"""Force of the drive on the mass."""
+REACTS = MODEL.reacts
+"""Whether the drive pushes the capsule back."""
+PULL = MODEL.capsule_force
+"""Pull Q on the capsule, which friction works against: P, less the drive where that reacts."""
 
 # Auxiliary functions of Section 2.
 P1 = v_c
 P2 = x_r
 P3, P4 = (P.subs({kappa: one.stiffness, stop: MODEL.stops[0]}) for one in MODEL.regions[:2])
+Q3 = PULL.subs({kappa: MODEL.regions[0].stiffness, stop: MODEL.stops[0]})
 
 FORWARD, BACKWARD = MODEL.bounds[1], MODEL.bounds[-1]
-"""Friction bounds: at rest -BACKWARD < P < FORWARD."""
+"""Friction bounds: at rest -BACKWARD < Q < FORWARD."""
 LOAD = MODEL.load
 """Constant force on the mass, beside drive and interaction."""
 
@@ -49,15 +56,14 @@ LEVELS: tuple[sp.Expr, ...] = (PULSES.amplitude, PULSES.low) if PULSES else (sp.
 ANY = -1  # level
 FORCING = sp.S.Zero if PULSED else alpha * sp.cos(omega * tau)
 """Drive that changes within a segment."""
-STEADY = LOAD + (LEVELS[0] * high + LEVELS[1] * (1 - high) if PULSED else 0)
-"""Constant force on the mass in a segment, beside interaction: the load, and the level of pulses.
-
-A level is multiplied with 0 or 1, which is exact.
-"""
+LEVEL = LEVELS[0] * high + LEVELS[1] * (1 - high) if PULSED else sp.S.Zero
+"""Level of pulses in a segment: each is multiplied with 0 or 1, which is exact."""
+STEADY = LOAD + LEVEL
+"""Constant force on the mass in a segment, beside interaction: load, and level of pulses."""
 
 
 def friction_of(way: sp.Expr) -> sp.Expr:
-    """The friction that drift of a way works against: P where it begins; 0 at rest, of way 0.
+    """The friction that drift of a way works against: Q where it begins; 0 at rest, of way 0.
 
     Where the bounds differ each is multiplied with 0 or 1, which is exact.
     """
@@ -118,8 +124,9 @@ class Segment:
         return self.drift == 0
 
     def here(self, expression: sp.Expr) -> sp.Expr:
-        """An expression with the stiffness and the place of this segment's stop."""
-        return expression.subs({kappa: self.region.stiffness, stop: self.stop})
+        """An expression with this segment's stiffness and place of its stop, and its level."""
+        found = expression.subs({kappa: self.region.stiffness, stop: self.stop})
+        return found.subs(force, LEVELS[self.level]) if PULSED and self.level != ANY else found
 
     @property
     def interaction(self) -> sp.Expr:
@@ -127,9 +134,14 @@ class Segment:
         return self.here(P)
 
     @property
+    def pull(self) -> sp.Expr:
+        """The pull on the capsule, in this segment."""
+        return self.here(PULL)
+
+    @property
     def friction(self) -> sp.Expr:
         """Force of the ground on the capsule: the Coulomb bound in drift, the reaction in stick."""
-        return self.here(self.way.friction)
+        return -self.pull if self.stick else self.way.friction
 
     @cached_property
     def guards(self) -> tuple[sp.Expr, ...]:
@@ -139,10 +151,8 @@ class Segment:
     @cached_property
     def field(self) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
         """Time derivatives of (x_r, v_r, v_c) at time tau, Eqs. (7)-(12)."""
-        capsule_acceleration = sp.expand((self.interaction + self.friction) / gamma)
+        capsule_acceleration = sp.expand((self.pull + self.friction) / gamma)
         mass_acceleration = self.here(MODEL.mass_force)
-        if PULSED and self.level != ANY:
-            mass_acceleration = mass_acceleration.subs(force, LEVELS[self.level])
         return v_r, sp.expand(mass_acceleration - capsule_acceleration), capsule_acceleration
 
 

@@ -91,7 +91,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Mode:
-    """Drift of a way (1, -1) against a friction, or rest (0) within bounds of the force."""
+    """Drift of a way (1, -1) against a friction, or rest (0), which takes what holds it."""
 
     name: str
     way: int

@@ -36,13 +36,20 @@ class PythonSpelling(Backend):
     comment = "#"
 
     def function(self, kernel: Kernel, kind: str = "") -> str:
-        """A kernel as a function, whose numbers are annotated as a kind if there is one."""
-        names = ("c", *kernel.arguments)
-        given = ", ".join(f"{name}: {kind}" if kind else name for name in names)
+        """A kernel as a function, whose numbers are annotated as a kind if there is one.
+
+        What another model needs of it may be left out: last arguments that it does not use.
+        """
+        names, unused = ["c", *kernel.arguments], self.unused(kernel)
+        given = [f"{name}: {kind}" if kind else name for name in names]
+        for k in reversed(range(len(names))):
+            if names[k] not in unused:
+                break
+            given[k] += "=None"
         returned = f" -> {kind}" if kind else ""
         results = ", ".join(map(self.expression, kernel.results))
         return (
-            f"def {kernel.name}({given}){returned}:\n"
+            f"def {kernel.name}({', '.join(given)}){returned}:\n"
             f'    """{kernel.doc}\n\n    {kernel.cost}.\n    """\n'
             f"{self.body(kernel)}    return {results if kernel.single else f'({results},)'}\n"
         )
