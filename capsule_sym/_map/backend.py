@@ -16,7 +16,7 @@ from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.promised import GUARD_DIGITS, MOST_DIGITS
-from capsule_sym._parameters import CAPSULE, SceneParameters
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
 Number = Any  # float, or a number of the mpmath kernels
 
@@ -25,6 +25,8 @@ class Backend:
     """What the map asks of a number system: by mpmath's functions, or what stands for them."""
 
     name: str
+    scene: Scene
+    """The scene whose kernels these are."""
     kernels: Any
     unit: Number
     """Unit roundoff."""
@@ -33,8 +35,8 @@ class Backend:
     closed_form_units: int
     """Rounding of the closed form, in units of its largest terms."""
 
-    def __init__(self, functions: Any, kernels: Any) -> None:
-        self.kernels, self._functions = kernels, functions
+    def __init__(self, functions: Any, kernels: Any, scene: Scene = CAPSULE) -> None:
+        self.kernels, self._functions, self.scene = kernels, functions, scene
         self.unit, self.full_turn = functions.eps / 2, 2 * functions.pi
 
     def number(self, value: object) -> Number:
@@ -78,10 +80,8 @@ class NumpyBackend(Backend):
     # 2 pi in two parts, so that subtracting it k times commits no error that grows with k.
     _TURN = (2.0 * math.pi, 2.4492935982947064e-16)
 
-    def __init__(self) -> None:
-        from capsule_sym.generated.capsule.py import kernels
-
-        self.kernels = kernels
+    def __init__(self, scene: Scene = CAPSULE) -> None:
+        self.kernels, self.scene = scene.kernels, scene
 
     def number(self, value: object) -> float:
         return float(value)  # type: ignore[arg-type]
@@ -124,10 +124,10 @@ class MpmathBackend(Backend):
     # Some hundred operations are less by far: the arbiter's bounds rest on no measurement.
     closed_form_units = 10**GUARD_DIGITS
 
-    def __init__(self, digits: int = MOST_DIGITS) -> None:
+    def __init__(self, digits: int = MOST_DIGITS, scene: Scene = CAPSULE) -> None:
         from capsule_sym._map.precision import mpmath_kernels, of_mpmath
 
-        super().__init__(of_mpmath(digits), mpmath_kernels(digits))
+        super().__init__(of_mpmath(digits), mpmath_kernels(digits, scene), scene)
 
 
 def default_backend() -> str:
@@ -153,14 +153,16 @@ def _is_compiled() -> bool:
 
 
 @contextmanager
-def backend(name: str) -> Iterator[Backend]:
+def backend(name: str, scene: Scene = CAPSULE) -> Iterator[Backend]:
     """The backend of this name, `numpy`, or `mpmath` with 50 digits and 10 to guard them.
+
+    Its kernels are those of the scene.
 
     Raises InvalidInput for another name.
     """
     if name == "numpy":
-        yield NumpyBackend()
+        yield NumpyBackend(scene)
     elif name == "mpmath":
-        yield MpmathBackend()
+        yield MpmathBackend(scene=scene)
     else:
         raise InvalidInput("backend", name, "c, numpy or mpmath")

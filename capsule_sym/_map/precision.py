@@ -11,7 +11,6 @@ what needs others works in a `workspace`.)
 from __future__ import annotations
 
 from functools import cache
-from importlib import import_module
 from importlib.util import find_spec, module_from_spec
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -20,8 +19,8 @@ from mpmath import MPContext
 from mpmath.libmp.libelefun import ln2_fixed, pi_fixed
 
 from capsule_sym._map.promised import MOST_DIGITS
+from capsule_sym._parameters import CAPSULE, Scene
 
-_KERNELS = "capsule_sym.generated.capsule.mp.kernels"
 _FUNCTIONS = ("cos", "exp", "expm1", "sin", "sqrt")
 _WARM_BITS = 4096
 
@@ -61,14 +60,14 @@ mpf = of_mpmath(MOST_DIGITS).mpf
 mpf.__module__, mpf.__qualname__ = __name__, "mpf"
 
 
-def kernels_by(functions: SimpleNamespace) -> ModuleType:
-    """The kernels generated for mpmath, with these functions in the place of mpmath's."""
-    spec = find_spec(_KERNELS)
+def kernels_by(functions: SimpleNamespace, scene: Scene = CAPSULE) -> ModuleType:
+    """A scene's kernels generated for mpmath, with these functions in the place of mpmath's."""
+    plain = scene.exact_kernels
+    spec = find_spec(plain.__name__)
     assert spec is not None
     assert spec.loader is not None
     kernels = module_from_spec(spec)
     spec.loader.exec_module(kernels)
-    plain = import_module(_KERNELS)
     vars(kernels).update(
         {name: getattr(functions, name) for name in _FUNCTIONS},
         mp=functions,
@@ -79,6 +78,6 @@ def kernels_by(functions: SimpleNamespace) -> ModuleType:
 
 
 @cache
-def mpmath_kernels(digits: int) -> ModuleType:
-    """The kernels in numbers of so many digits."""
-    return kernels_by(of_mpmath(digits))
+def mpmath_kernels(digits: int, scene: Scene = CAPSULE) -> ModuleType:
+    """The kernels of a scene in numbers of so many digits."""
+    return kernels_by(of_mpmath(digits), scene)
