@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial bench first-calls bench-design battery mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial scenes bench first-calls bench-design battery mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -66,6 +66,12 @@ hardcases: $(READY)  ## judge every switch of the hard cases by 50 digits, or of
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes
 	$(BIN)/python -m benchmarks adversarial --count $(N) --out results/adversarial
+
+SCENES ?= capsule slope
+RUNS ?= 1000
+HARD ?= 100000
+scenes: $(READY)  ## judge RUNS random runs (1000) and HARD hard starts (100000) of each scene; resumes
+	$(BIN)/python -m tests.scenes.checks $(SCENES) --runs $(RUNS) --hard $(HARD)
 
 bench: $(READY)  ## measure speed against error beside other tools, and what has to be reached
 	@$(call bring,peers)

@@ -48,7 +48,7 @@ static void complete(sizes *m, field f, double h)
 
 /* `columns` are the flow's, by x_r, v_r, v_c and t at the start; `rates` the state's, `by` the guard's. */
 static void pass(passage *e, field f, char event, const series *columns, const series *s, const guard *g,
-                 real u, real step, const sizes *m)
+                 real u, real step, double h, const sizes *m)
 {
     double by[5][5] = {{0}}, rates[4], along[5] = {0}, gradient[5] = {0}, slow = 1;
     const real *parts[4] = {s->x, s->v, s->c, s->y};
@@ -80,14 +80,17 @@ static void pass(passage *e, field f, char event, const series *columns, const s
             gradient[1] = sign * 2 * p.zeta;
         }
     }
-    const double size[5] = {m->x, m->v, m->c, m->y, (double)(2 * period)};
+    /* A rate that is off by a rounding shifts the phase of the motion by so much. */
+    const double grown = 1 + fmax(1 / (double)longest(f), p.omega) * h;
+    const double size[5] = {grown * m->x, grown * m->v, grown * m->c, grown * m->y, h + (double)period};
     for (int j = 0; j < 5; j++) {
         const double later = timed ? (j == 4 ? -1 : 0) : -along[j] / slow;
-        const double own = timed ? 0 : j == 4 ? 1 : -gradient[j] / slow;
+        const double own = j == 4 ? 1 : timed ? 0 : -gradient[j] / slow;
         for (int i = 0; i < 5; i++) {
             const double rate = i < 4 ? rates[i] : 1;
             e->by[i][j] = by[i][j] + rate * later;
-            e->rounding[i][j] = (timed && j == 4 ? 0 : (i == j && j < 4) + rate * own) * size[j];
+            /* The time of an edge is exact, the duration until then is rounded. */
+            e->rounding[i][j] = i == 4 && timed ? 0 : ((i == j && j < 4) + rate * own) * size[j];
         }
     }
 }
@@ -196,7 +199,7 @@ static enum status leg(field f, real *z, real *t, real left, real edge, int chec
             to->size = event == 'V' ? m.c : event == 'F' || event == 'B' ? m.x
                        : fmax(fmax(force, fmax(p.f_plus, p.f_minus)), reacts * p.alpha);
             if (checked)
-                pass(&to->errors, f, event, by, &s, own, u, step, &m);
+                pass(&to->errors, f, event, by, &s, own, u, step, (double)to->duration, &m);
             to->event = event;
             if (event == 'V')
                 z[2] = 0;

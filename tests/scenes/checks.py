@@ -1,0 +1,228 @@
+"""Runs and hard starts of scenes beside the judge: `python -m tests.scenes.checks SCENE ...`.
+
+The judge is `integrator.c`, which knows the equations of motion alone, in 113 bits. Checks that are
+interrupted go on where they were, unless the code has changed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from random import Random
+
+from tests.native import ROOT
+from tests.scenes import HERE, UNIT, Integrator, Run, Start, integrator, random_starts
+from tests.scenes.library import Found, Library, library
+from tests.scenes.starts import HardStart, hard_start
+
+CONTRACT = 8.0
+"""Largest error of a switching time, in units of u (t* + M/|g'(t*)|)."""
+
+STATES = 2.0
+"""Largest error of a final state, in units of the run's rounding errors."""
+
+WAYS = {"as needed": 0, "double": 1, "106 bits": 2}
+LANES = (4, 8)
+CHUNK = {"runs": 100, "hard": 2000}
+TOLD = 1e-12  # from this distance on, one rounding of a state does not change what follows
+
+
+@dataclass
+class Tally:
+    """Counts over some starts; `wrong` has what disagrees with the judge."""
+
+    starts: int = 0
+    switches: int = 0
+    worst: float = 0.0
+    kinds: dict[str, int] = field(default_factory=dict)
+    open: dict[str, int] = field(default_factory=dict)
+    far_open: dict[str, int] = field(default_factory=dict)
+    undecided: int = 0
+    wrong: list[dict[str, object]] = field(default_factory=list)
+
+    def add(self, other: Tally) -> None:
+        """Add the counts of another tally."""
+        self.starts += other.starts
+        self.switches += other.switches
+        self.undecided += other.undecided
+        self.worst = max(self.worst, other.worst)
+        for name in ("kinds", "open", "far_open"):
+            setattr(self, name, dict(Counter(getattr(self, name)) + Counter(getattr(other, name))))
+        self.wrong += other.wrong
+
+    def blame(self, start: Start, way: str, kind: str, problem: str) -> None:
+        """Add a disagreement."""
+        self.wrong.append({"problem": problem, "way": way, "kind": kind, **start._asdict()})
+
+
+def random_runs(judge: Integrator, library: Library, count: int, seed: int = 30) -> Tally:
+    """Random runs of some periods: itineraries, and final states within conditioning."""
+    starts, tally = random_starts(library.form, count, seed), Tally(starts=count)
+    expected = judge.runs(library.form, starts)
+    for way in ("as needed", "106 bits"):
+        found = library.runs(starts, precision=WAYS[way])
+        for start, run, true in zip(starts, found, expected, strict=True):
+            tally.switches += len(run.segments) if way == "as needed" else 0
+            _compare_run(tally, start, way, run, true)
+    for lanes in LANES:
+        for start, run, true in zip(starts, library.many(starts, lanes), expected, strict=True):
+            _compare_run(tally, start, f"{lanes} lanes", run, true)
+    return tally
+
+
+def _compare_run(tally: Tally, start: Start, way: str, run: Found, true: Run) -> None:
+    if true.status != "done":
+        tally.undecided += 1
+    elif run.stop != "done":
+        tally.blame(start, way, "run", f"stopped: {run.stop}, after {run.fields}")
+    elif run.segments and run.fields != true.fields:
+        tally.blame(start, way, "run", f"{_parted(run.fields, true.fields)}")
+    else:
+        off = true.off(run.state)
+        tally.worst = max(tally.worst, off)
+        if not off <= STATES:
+            tally.blame(start, way, "run", f"state off by {off:.3g} units: {run.state}")
+
+
+def _parted(found: Sequence[int], true: Sequence[int]) -> str:
+    n = next((i for i, (a, b) in enumerate(zip(found, true, strict=False)) if a != b), -1)
+    n = min(len(found), len(true)) if n < 0 else n
+    near = slice(max(0, n - 2), n + 2)
+    return f"fields part at segment {n}: {found[near]}, not {true[near]}"
+
+
+def adversarial(judge: Integrator, library: Library, count: int, seed: str) -> Tally:
+    """First switches of hard starts, at every width: field, event, what follows, and time."""
+    random = Random(seed)
+    hard = [hard_start(library.form, random) for _ in range(count)]
+    starts = [one.start for one in hard]
+    expected = judge.runs(library.form, starts, periods=2, most=1, checked=False)
+    tally = Tally(starts=count, kinds=dict(Counter(one.kind for one in hard)))
+    tally.undecided = sum(true.status not in {"done", "most"} for true in expected)
+    ways = {way: library.runs(starts, 2, 2, precision) for way, precision in WAYS.items()}
+    ways |= {f"{lanes} lanes": library.in_lanes(starts, lanes) for lanes in LANES}
+    for way, found in ways.items():
+        for one, run, true in zip(hard, found, expected, strict=True):
+            tally.switches += 1
+            if run.stop == "open" and not run.segments:
+                tally.open[way] = tally.open.get(way, 0) + 1
+                if one.distance > 1e-13 and true.status in {"done", "most"}:
+                    tally.far_open[way] = tally.far_open.get(way, 0) + 1
+            for problem in _problems(library, tally, way, one, run, true):
+                tally.blame(one.start, way, one.kind, f"{problem} (distance {one.distance:.1g})")
+    return tally
+
+
+def _problems(
+    library: Library, tally: Tally, way: str, one: HardStart, run: Found, true: Run
+) -> Iterator[str]:
+    if run.stop == "refused":
+        yield "refused"
+    if run.stop == "refused" or not true.segments:
+        return
+    (expected,) = true.segments
+    if not run.segments:
+        if run.stop == "done" and expected.event != "E" and "lanes" in way:
+            yield f"no switch, not {expected.event} from F{expected.field}"
+        return
+    first = run.segments[0]
+    if first.field != expected.field:
+        yield f"F{first.field}, not F{expected.field}"
+        return
+    plane = library.plane(true)
+    if plane is not None and first.plane != plane:
+        yield f"F{first.field} ends on {first.plane}, not {plane} ({expected.event})"
+        return
+    if expected.event == "E":
+        return
+    off = abs(first.duration - float(expected.duration)) / UNIT
+    slow = expected.size / abs(expected.rate) if expected.rate else 0.0
+    timed = expected.event in {"R", "D"}
+    allowed = float(expected.duration) + (
+        2 * math.pi / one.start.parameters["omega"] if timed else slow
+    )
+    error = off / allowed if allowed else 0.0
+    tally.worst = max(tally.worst, error)
+    if error > CONTRACT:
+        yield f"duration off by {error:.3g} units: {first.duration}"
+    if true.status == "most" and len(run.segments) > 1:
+        decided = one.distance > TOLD or way == "106 bits"
+        if run.segments[1].field != true.following and decided:
+            yield f"F{run.segments[1].field} follows {expected.event}, not F{true.following}"
+
+
+def _log(path: Path, key: str) -> dict[str, Tally]:
+    """Tallies that are known for this state of the code, by chunk."""
+    known = {}
+    for line in path.read_text().splitlines() if path.exists() else ():
+        record = json.loads(line)
+        if record.pop("key") == key:
+            chunk = record.pop("chunk")
+            known[chunk] = Tally(**record)
+    return known
+
+
+def _code(*files: Path) -> str:
+    names = ("checks.py", "starts.py", "__init__.py", "pieces.h", "integrator.c")
+    own = (HERE / name for name in names)
+    return sha256(b"".join(file.read_bytes() for file in (*files, *own))).hexdigest()[:16]
+
+
+def checked(scene: str, folder: Path, runs: int, hard: int) -> dict[str, Tally]:
+    """Tallies of a scene's random runs and hard starts; chunks in the folder's log are not run."""
+    place = folder / scene
+    place.mkdir(parents=True, exist_ok=True)
+    scenes, judge = library(scene, place), integrator(place)
+    log, key = place / "log.jsonl", _code(scenes.program)
+    known, found = _log(log, key), {"runs": Tally(), "hard": Tally()}
+    for kind, count in (("runs", runs), ("hard", hard)):
+        for number in range(-(-count // CHUNK[kind])):
+            chunk = f"{kind} {number} of {min(CHUNK[kind], count)}"
+            if chunk not in known:
+                size = min(CHUNK[kind], count)
+                if kind == "runs":
+                    known[chunk] = random_runs(judge, scenes, size, number)
+                else:
+                    known[chunk] = adversarial(judge, scenes, size, f"{scene} {number}")
+                with log.open("a") as file:
+                    file.write(
+                        json.dumps({"key": key, "chunk": chunk, **asdict(known[chunk])}) + "\n"
+                    )
+            found[kind].add(known[chunk])
+    return found
+
+
+def main() -> int:
+    """Check scenes, and print a table."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("scenes", nargs="+")
+    parser.add_argument("--runs", type=int, default=1000, help="random runs of four periods")
+    parser.add_argument("--hard", type=int, default=100_000, help="random hard starts")
+    parser.add_argument("--out", type=Path, default=ROOT / "results" / "scenes")
+    given = parser.parse_args()
+    wrong = 0
+    for scene in given.scenes:
+        tallies = checked(scene, given.out, given.runs, given.hard)
+        for kind, tally in tallies.items():
+            for problem in tally.wrong:
+                print(problem)
+            wrong += len(tally.wrong)
+            print(
+                f"{scene}, {kind}: {tally.starts} starts, {tally.switches} switches, "
+                f"{len(tally.wrong)} wrong, worst error {tally.worst:.2f} of "
+                f"{CONTRACT if kind == 'hard' else STATES:g} units, "
+                f"open {tally.open}, of them from 1e-13 on {tally.far_open}, "
+                f"open to the judge {tally.undecided}"
+            )
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
