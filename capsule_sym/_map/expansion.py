@@ -24,12 +24,18 @@ from capsule_sym._map.backend import Backend, Number
 
 
 class Guard(Enum):
-    """A condition of the present segment; it fires where its function vanishes."""
+    """A condition of the present segment; it fires where its function vanishes.
+
+    The gap is that at the stop in front, or at the stop in contact; `BACK` is that of two stops at
+    the other one, and `EDGE` the time to the drive's next rise or fall.
+    """
 
     GAP = "gap"
     DRIFT = "drift"
     UPPER = "upper"
     LOWER = "lower"
+    BACK = "back gap"
+    EDGE = "edge"
 
 
 class Point(NamedTuple):

@@ -13,7 +13,7 @@ from sympy.printing.pycode import pycode
 from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes, places
 from capsule_sym._symbolic.model.model import ANY_LEVEL, LEVELS, SEGMENTS
 from capsule_sym._symbolic.model.switching import line_transitions, local_maps, surface_transitions
-from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, alpha
+from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, alpha, stop
 from capsule_sym.codegen._derived import Matrix, entries, matrices
 from capsule_sym.codegen._interface import Entry, Interface, members
 from capsule_sym.codegen.backends.python import facts
@@ -40,6 +40,7 @@ class Python(PythonSpelling):
             "formulas": indent(
                 "\n".join(self.function(kernel, "Any") for kernel in formulas), "    "
             ),
+            "own_stop": str(stop),
             "friction_bounds": " + ".join(f"c.{name}" for name in derived.bounds),
             "units": "\n".join(f"    {name} = {number}" for name, number in derived.units.items()),
             "table": facts.assigned(_table(), _ABOUT),
