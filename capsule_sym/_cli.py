@@ -17,6 +17,7 @@ from typing import NoReturn, TextIO
 import click
 
 from capsule_sym._commands.options import meant
+from capsule_sym._commands.signature import Command
 from capsule_sym._errors import CapsuleError, InvalidInput
 
 _INTERRUPTED = 130  # the exit status of shells for it
@@ -38,13 +39,21 @@ class Group(click.Group):
         """Add the command that a module has under this name, with _ for -."""
         self.add_command(_Elsewhere(name, module, short_help))
 
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write which scenes there are below the commands."""
+        from capsule_sym._parameters import SHIPPED
+
+        scenes = f"Scenes: {', '.join(SHIPPED)}. --scene chooses one, with its own parameters."
+        formatter.write_paragraph()
+        formatter.write_text(scenes)
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _Elsewhere):
             command = getattr(import_module(command.module), (command.name or "").replace("-", "_"))
-        return name, command, rest
+        return name, command.of_line(rest) if isinstance(command, Command) else command, rest
 
 
 def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from importlib import import_module
@@ -16,14 +17,13 @@ from os import PathLike
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-import numpy as np
-
 from capsule_sym._errors import InvalidInput
 from capsule_sym._units import Scales
 from capsule_sym.generated.capsule.parameters import DeviceFields, Fields, Relations
 
 SHIPPED = ("capsule", "slope")
 """Names of the scenes that ship; the first is the paper's."""
+_ALLOWED = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
 _MODULES = {
     "facts": "facts",
     "fields": "fields",
@@ -71,6 +71,11 @@ class Scene:
     def name(self) -> str:
         """Name of its declaration, such as "capsule"."""
         return str(self.facts.SCENE)
+
+    @property
+    def told(self) -> str:
+        """Its name in messages about names of another scene than the paper's."""
+        return "" if self is CAPSULE else f" (scene {self.name})"
 
     @property
     def digest(self) -> str:
@@ -122,21 +127,24 @@ def scene(source: str) -> Scene:
 
     Raises InvalidInput where neither is there.
     """
+    if not isinstance(source, str) or "\0" in source:
+        raise InvalidInput("scene", source, _ALLOWED)
     if source not in SHIPPED:
-        source = os.path.realpath(source)
+        given, source = source, os.path.realpath(source)
     if source not in _known:
         package = f"capsule_sym.generated.{source}"
-        _known[source] = Scene(source, package if source in SHIPPED else _package(source))
+        if source not in SHIPPED:
+            package = _package(given, source)
+        _known[source] = Scene(source, package)
     return _known[source]
 
 
-def _package(folder: str) -> str:
+def _package(given: str, folder: str) -> str:
     """The name of a folder's package, which is imported under it."""
     from importlib.util import module_from_spec, spec_from_file_location
 
     if not os.path.isfile(os.path.join(folder, "facts.py")):
-        allowed = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
-        raise InvalidInput("scene", folder, allowed)
+        raise InvalidInput("scene", given, _ALLOWED)
     name = f"_capsule_sym_scene_{len(_known)}"
     spec = spec_from_file_location(
         name, os.path.join(folder, "__init__.py"), submodule_search_locations=[folder]
@@ -152,14 +160,14 @@ CAPSULE = scene(SHIPPED[0])
 """The paper's scene."""
 
 
-def _number(facts: ModuleType, name: str, value: object, positive: bool | None = None) -> float:
+def _number(facts: ModuleType, name: str, value: Any, positive: bool | None = None) -> float:
     """A value as a float; raises InvalidInput unless it is one that the parameter may have."""
     positive = name in facts.POSITIVE if positive is None else positive
     least = 0.0 if name not in facts.SIGNED else -math.inf
     allowed = "finite" + ("" if least else " and > 0" if positive else " and >= 0")
     # Kinds whose conversion to double would silently drop digits (mpf, Fraction, strings) are
     # refused, and so is bool, which Python counts as an int.
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+    if isinstance(value, bool) or not (isinstance(value, int | float) or _of_numpy(value)):
         raise InvalidInput(name, value, f"a real number, {allowed}")
     try:
         number = float(value)
@@ -168,6 +176,13 @@ def _number(facts: ModuleType, name: str, value: object, positive: bool | None =
     if not math.isfinite(number) or number < least or (positive and number == 0):
         raise InvalidInput(name, number, allowed)
     return number
+
+
+def _of_numpy(value: object) -> bool:
+    """Whether a value is a real number of NumPy, which is imported where there may be one."""
+    import numpy as np
+
+    return isinstance(value, np.integer | np.floating)
 
 
 class _Frozen:
@@ -192,7 +207,7 @@ class _Frozen:
         """A copy with some parameters changed; raises `InvalidInput` as construction does."""
         for name in changes:
             if name not in (names := names_of(self)):
-                raise InvalidInput("parameter", name, f"one of {', '.join(names)}")
+                raise InvalidInput("parameter", name, f"one of {', '.join(names)}{self.scene.told}")
         return type(self)(**self.to_dict() | changes)
 
     def to_dict(self) -> dict[str, float]:
@@ -264,7 +279,9 @@ class SceneDevice(_Frozen, Scales):
         facts = self.scene.facts
         if name not in facts.DRIVEN:
             raise InvalidInput(
-                "parameter", name, f"one of {', '.join(facts.DRIVEN)}, of the device"
+                "parameter",
+                name,
+                f"one of {', '.join(facts.DRIVEN)}, of the device{self.scene.told}",
             )
         tied = facts.DRIVEN[name][0]
         one = self.scene.values(
@@ -305,19 +322,22 @@ def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
     `InvalidInput` when the file cannot be read, is not TOML, or holds a key or a value that is not
     allowed.
     """
+    return read_parameters(path, CAPSULE)
+
+
+def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParameters | SceneDevice:
+    """The parameters in a TOML file, of a scene given here if the file names none."""
     from capsule_sym._files import read_toml
 
     table = read_toml(path)
-    named = table.pop("scene", CAPSULE.source)
-    if not isinstance(named, str):
-        raise InvalidInput("scene", named, f"one of {', '.join(SHIPPED)}, or a folder")
-    of = scene(named if named in SHIPPED else os.path.join(os.path.dirname(path), named))
+    of = scene_in(table, path) or otherwise
+    table.pop("scene", None)
     dimensionless, physical = of.facts.PARAMETERS, tuple(of.facts.DEVICE)
     for name in table:
         if name not in dimensionless and name not in physical:
             allowed = f"one of {', '.join(dimensionless)}"
             allowed += f", or of {', '.join(physical)}" if physical else ""
-            raise InvalidInput("parameter", name, allowed)
+            raise InvalidInput("parameter", name, allowed + of.told)
     given = [name for name in physical if name in table]
     if not given:
         return of.Parameters(**table)
@@ -326,5 +346,19 @@ def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
             raise InvalidInput(name, table[name], f"absent where {given[0]} is given in SI units")
     known = {**table, **of.facts.DEVICE_DEFAULTS}
     if missing := [name for name in physical if name not in known]:
-        raise InvalidInput("file", str(path), f"a whole device, with {', '.join(missing)} too")
+        whole = f"a whole device, with {', '.join(missing)} too{of.told}"
+        raise InvalidInput("file", str(path), whole)
     return of.PhysicalParameters(**table)
+
+
+def scene_in(table: Mapping[str, Any], path: str | PathLike[str]) -> Scene | None:
+    """The scene that a table of a file names, a folder from the file's own, if it names one.
+
+    Raises InvalidInput for what is none.
+    """
+    if "scene" not in table:
+        return None
+    named = table["scene"]
+    if not isinstance(named, str):
+        raise InvalidInput("scene", named, _ALLOWED)
+    return scene(named if named in SHIPPED else os.path.join(os.path.dirname(path), named))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, TypeVar
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from capsule_sym._errors import InvalidInput
 
-_Quantity = TypeVar("_Quantity", float, NDArray[np.float64])
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+_Quantity = TypeVar("_Quantity", float, "NDArray[np.float64]")
 
 
 class Unit(NamedTuple):

@@ -19,7 +19,7 @@ ONLY = option("Only the peers with this in their name.", default="", metavar="TE
 QUICK = option("A few runs of each set: about 20 seconds.")
 
 
-@command()
+@command(further=options.paper_alone)
 def bench(
     repeats: int = REPEATS,
     only: str = ONLY,

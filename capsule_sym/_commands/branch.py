@@ -12,7 +12,6 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import checked
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
-from capsule_sym.generated.capsule.facts import DEFAULTS
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
@@ -61,7 +60,7 @@ def branch(
     itinerary where an inequality of the itinerary fails. With --restart all branches are followed
     that leave the point towards --to: at a period doubling the doubled one too. With --with the
     parameter may also be a name of one's own, of which one of the parameters given so is an affine
-    function, or P_d, Omega, G, c or k2 of a device in SI units.
+    function, or a quantity of a device in SI units, such as P_d.
 
     In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
     "label", "type", "line", "parameter", "value", "uncertainty", "itinerary_before",
@@ -75,14 +74,14 @@ def branch(
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.settings import check_points
 
-    for name in (*DEFAULTS, *options.ranges(), "file", "begin", "state"):
+    for name in (*system.names, *options.ranges(), "begin", "state"):
         options.check_beside(name, never=("restart",))
     device, limit = None, Watch(max_seconds)
     for name, (low, high, *_) in options.ranges().items():
         if parameter is not None or begin is not None or end is not None:
             raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
         parameter, begin, end = name, low, high
-    if parameter in DEFAULTS:
+    if parameter is not None and parameter in system.of.facts.PARAMETERS:
         options.check_beside(parameter, never=("begin",))
     check_points(points)
     if end is None:

@@ -149,12 +149,9 @@ def _scaled(
     device: options.Device, name: str, ends: tuple[float, ...]
 ) -> tuple[str, tuple[float, float], float]:
     """A parameter with its range: of a device's the dimensionless one, with the factor to it."""
-    from capsule_sym.generated.capsule.facts import PARAMETERS
-
     low, high, *_ = ends
-    if name in PARAMETERS:
+    if device is None or name not in device.scene.facts.DRIVEN:
         return name, (low, high), 1.0
-    assert device is not None  # or `System.load` has refused it
     tied, factor = device.tie(name)
     return tied, (low * factor, high * factor), factor
 

@@ -23,7 +23,7 @@ def _growing(text: str) -> Any:
     return option(text, type=options.WritablePath(file=True), metavar="FILE")
 
 
-@command()
+@command(further=options.paper_alone)
 def enclose(
     thresholds: bool = option("Only the bifurcations, not the intervals."),
     region: options.Path | None = _growing(

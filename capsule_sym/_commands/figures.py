@@ -198,7 +198,7 @@ def _curves(path: Path) -> list[Any]:
     return found
 
 
-@command()
+@command(further=options.paper_alone)
 def report(
     out: Path = options.out(
         "HTML file to write.", "FILE", default="results/report.html", show_default=True

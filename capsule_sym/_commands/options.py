@@ -5,28 +5,22 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from functools import partial
 from importlib.util import find_spec
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
-from capsule_sym._commands.signature import option, several
+from capsule_sym._commands.signature import by_line, option, several
 from capsule_sym._errors import InvalidInput, NotInstalled
-from capsule_sym.generated.capsule.facts import (
-    DEFAULTS,
-    DEVICE,
-    DEVICE_DEFAULTS,
-    DEVICE_LABELS,
-    DRIVEN,
-    LABELS,
-)
 
 if TYPE_CHECKING:
     from pathlib import Path as Path
 
-    from capsule_sym._parameters import SceneDevice, SceneParameters
+    from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
 
     Device = SceneDevice | None
 
@@ -127,67 +121,156 @@ def ranged_parameters(counted: bool = False) -> Any:
 
     `ranges` gives them.
     """
-    driven = {
-        name: option(
-            f"{DEVICE_LABELS[name].capitalize()} ({DEVICE[name]}), of the device in --params.",
-            type=_ValueOrRange(counted, device=True),
-            expose_value=False,
-        )
-        for name in DRIVEN
-    }
-    return parameters(_ValueOrRange(counted), **driven)
+    return by_line(lambda words: _several(words, _ValueOrRange(counted), counted))
 
 
-def parameters(kind: Any = float, **others: Any) -> Any:
-    """The options of a `System`: one for each parameter, --params for a file, and `others`."""
-    of_device = " ".join(f"[{name}]" if name in DEVICE_DEFAULTS else name for name in DEVICE)
+def parameters() -> Any:
+    """The options of a `System`: one for each parameter of the line's scene, a file, the scene."""
+    return by_line(_several)
+
+
+def _several(words: Sequence[str], kind: Any = float, counted: bool | None = None) -> Any:
+    """The options of the scene of a line; with `counted` those of ranges of a device too."""
+    scene = scene_of(words)
+    facts = scene.facts
+    of_device = " ".join(
+        f"[{name}]" if name in facts.DEVICE_DEFAULTS else name for name in facts.DEVICE
+    )
     dimensionless = {
         name: option(
-            f"{LABELS[name].capitalize()}.  [default: {default:g}]",
+            f"{facts.LABELS[name].capitalize()}.  [default: {default:g}]",
             *dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}")),
             type=kind,
         )
-        for name, default in DEFAULTS.items()
+        for name, default in facts.DEFAULTS.items()
     }
+    in_si = f" or physical in SI units ({of_device}; no options above)" if of_device else ""
     file = option(
-        "Parameters from a file, dimensionless (options above override it) or physical in SI "
-        f"units ({of_device}; no options above).",
+        f"Parameters from a file, dimensionless (options above override it){in_si}.",
         "--params",
         type=click.Path(),
         metavar="FILE.toml",
     )
-    return several(System, **dimensionless, file=file, **others)
+    named = option(
+        "Which capsule: one that ships, or the folder of its generated code.  "
+        f"[default: that of --params, or {_paper().name}]",
+        "--scene",
+        metavar="NAME|FOLDER",
+    )
+    driven = {
+        name: option(
+            f"{facts.DEVICE_LABELS[name].capitalize()} ({facts.DEVICE[name]}), of the device in "
+            "--params.",
+            type=_ValueOrRange(bool(counted), device=True),
+            expose_value=False,
+        )
+        for name in (facts.DRIVEN if counted is not None else ())
+    }
+    return several(partial(System, scene), **dimensionless, file=file, scene=named, **driven)
+
+
+def _paper() -> Scene:
+    """The paper's scene."""
+    from capsule_sym._parameters import CAPSULE
+
+    return CAPSULE
+
+
+def scene_of(words: Sequence[str]) -> Scene:
+    """The scene of a line: that of --scene, else that of the file in --params, else the paper's.
+
+    Raises InvalidInput for a --scene that is none. A file that is wrong is left to `System.load`.
+    """
+    from capsule_sym._files import read_toml
+    from capsule_sym._parameters import scene_in
+
+    if (named := _value_of("--scene", words)) is not None:
+        return _named(named)
+    file = _value_of("--params", words)
+    if file is not None and os.path.isfile(file):  # a pipe is read once
+        try:
+            return scene_in(read_toml(file), file) or _paper()
+        except InvalidInput:
+            pass
+    return _paper()
+
+
+def _value_of(flag: str, words: Sequence[str]) -> str | None:
+    """The last value of an option on a line."""
+    words = words[: words.index("--")] if "--" in words else words
+    found = None
+    for word, after in zip_longest(words, words[1:]):
+        if word == flag:
+            found = after
+        elif word.startswith(f"{flag}="):
+            found = word.removeprefix(f"{flag}=")
+    return found
+
+
+def _named(given: str) -> Scene:
+    """The scene of --scene."""
+    from capsule_sym._parameters import scene
+
+    try:
+        return scene(given)
+    except InvalidInput as error:
+        raise InvalidInput("--scene", error.value, error.allowed) from error
+
+
+def _refuse_scene(context: click.Context, _: click.Parameter, given: str | None) -> None:
+    if given is not None and _named(given) is not _paper():
+        about = f"absent: {context.info_name} is about the capsule of the paper alone"
+        raise InvalidInput("--scene", given, about)
+
+
+paper_alone = (
+    click.Option(
+        ["--scene"], hidden=True, expose_value=False, callback=_refuse_scene, metavar="NAME"
+    ),
+)
+"""The further option of a command that is about the paper, which refuses another scene."""
 
 
 class System:
     """The parameters that a command line chooses: of a file, of options, or by default."""
 
-    def __init__(self, file: str | None, **dimensionless: float | None) -> None:
-        self.file = file
+    def __init__(
+        self, of: Scene, file: str | None, scene: str | None, **dimensionless: float | None
+    ) -> None:
+        self.of, self.file, self.named = of, file, scene
         self.given = {name: v for name, v in dimensionless.items() if v is not None}
 
     @property
     def chosen(self) -> bool:
         """Whether any of them is not by default."""
-        return self.file is not None or bool(self.given)
+        return self.file is not None or bool(self.given) or self.of is not _paper()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the options, of which each chooses something."""
+        return (*self.of.facts.PARAMETERS, "file", "scene")
 
     def load(self) -> tuple[SceneParameters, Device]:
         """The parameters, with those of the device if the file is in SI units.
 
-        Raises InvalidInput for values that are not allowed, for options beside SI units, and for
-        ranges of a device's parameters where there is none.
+        Raises InvalidInput for values that are not allowed, for options beside SI units, for ranges
+        of a device's parameters where there is none, and for a file of another scene.
         """
-        from capsule_sym._parameters import Parameters, SceneParameters, load_parameters
+        from capsule_sym._parameters import SceneParameters, read_parameters
 
         try:
-            loaded = Parameters() if self.file is None else load_parameters(self.file)
+            default = self.of.Parameters
+            loaded = default() if self.file is None else read_parameters(self.file, self.of)
         except InvalidInput as error:
             if error.field != "file":
                 raise
             raise InvalidInput("--params", error.value, error.allowed) from error
+        if loaded.scene is not self.of:
+            allowed = f"{loaded.scene.name}, as in {self.file}, or absent"
+            raise InvalidInput("--scene", self.named, allowed)
         if isinstance(loaded, SceneParameters):
             for name, ends in ranges().items():
-                if name in DRIVEN:
+                if name in self.of.facts.DRIVEN:
                     text = ":".join(f"{end:g}" for end in ends)
                     raise InvalidInput(name, text, "absent unless --params is a device")
             return loaded.replace(**self.given), None

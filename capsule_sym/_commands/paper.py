@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from capsule_sym._study.thresholds import Threshold
 
 
-@command()
+@command(further=options.paper_alone)
 def paper(
     out: options.Path | None = options.out(
         "Write casestudy.json and the tables to this directory."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
@@ -59,17 +59,40 @@ def several(make: Callable[..., Any] = dict, **options: Any) -> Any:
     return _Several(make, [made(name) for name, made in options.items()])
 
 
-def command(epilog: str | None = None) -> Callable[[Callable[..., Any]], click.Command]:
+class _ByLine(NamedTuple):
+    """Options that depend on the line: `made` gives the `several` of its words."""
+
+    made: Callable[[Sequence[str]], Any]
+
+
+def by_line(made: Callable[[Sequence[str]], Any]) -> Any:
+    """The default of a parameter whose options depend on the line, a `several` of its words."""
+    return _ByLine(made)
+
+
+class Command(click.Command):
+    """A command whose options may depend on the line."""
+
+    of_line: Callable[[Sequence[str]], Command]
+    """The command with the options that it has on a line of these words."""
+
+
+def command(
+    epilog: str | None = None, further: Sequence[click.Parameter] = ()
+) -> Callable[[Callable[..., Any]], Command]:
     """Decorator that makes a command of a function of its name, with its docstring as help.
 
-    The default of each parameter says what it is on the line: by `option`, `argument` or `several`.
+    The default of each parameter says what it is on the line: by `option`, `argument`, `several` or
+    `by_line`. Options that the function does not get are `further`.
     """
 
-    def decorate(function: Callable[..., Any]) -> click.Command:
+    def decorate(function: Callable[..., Any], words: Sequence[str] = ()) -> Command:
         parameters: list[click.Parameter] = []
         joined: dict[str, _Several] = {}
         given = zip(function.__annotations__.items(), function.__defaults__ or (), strict=False)
         for (name, kind), default in given:
+            if isinstance(default, _ByLine):
+                default = default.made(words)
             if isinstance(default, _Several):
                 joined[name] = default
                 parameters += default.options
@@ -80,8 +103,14 @@ def command(epilog: str | None = None) -> Callable[[Callable[..., Any]], click.C
             return function(**{name: one.take(values) for name, one in joined.items()}, **values)
 
         name = function.__name__.replace("_", "-")
-        return click.Command(
-            name, callback=called, params=parameters, help=function.__doc__, epilog=epilog
+        made = Command(
+            name,
+            callback=called,
+            params=[*parameters, *further],
+            help=function.__doc__,
+            epilog=epilog,
         )
+        made.of_line = partial(decorate, function)
+        return made
 
     return decorate

@@ -16,7 +16,6 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
-from capsule_sym.generated.capsule.facts import DEFAULTS
 
 _EXTRA = ("sweep", "xarray", "zarr", "filelock")
 _store = option("Where results go.", required=True, metavar="DIR")
@@ -83,7 +82,7 @@ def sweep(
     settings = {"periods": periods, "compute": compute and compute.split(",")}
     settings = {name: value for name, value in settings.items() if value is not None}
     if plan is not None:
-        for name in (*over, *DEFAULTS, *settings, "file"):
+        for name in (*over, *system.names, *settings):
             options.check_beside(name, never=("plan",))
         loaded = capsule_sym.load_sweep(plan)
     else:

@@ -1,0 +1,130 @@
+"""Which scene a line is about: its options, its file, and what is refused in one line."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+
+from capsule_sym import InvalidInput, load_parameters, scenes
+from capsule_sym._commands.options import scene_of
+
+Command = Callable[..., CompletedProcess[str]]
+
+_DEVICE = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
+_FILES = {
+    "slope.toml": "scene = 'slope'\ns = 0.1\n",
+    "plain.toml": "alpha = 0.5\n",
+    "capsule.toml": "scene = 'capsule'\nalpha = 0.5\n",
+    "of_another.toml": "f_b = 1.0\nscene = 'slope'\n",
+    "of_slope.toml": "f_plus = 1.0\n",
+    "nowhere.toml": "scene = 'nowhere'\n",
+    "number.toml": "scene = 1\n",
+    "device.toml": f"scene = 'slope'\nslope = -0.05\n{_DEVICE}",
+    "part.toml": "scene = 'slope'\nM_m = 1\nslope = 0.1\n",
+    "mixed.toml": f"scene = 'slope'\ns = 0.1\n{_DEVICE}",
+}
+_KNOWN = ", ".join(scenes.SHIPPED)
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Path:
+    for name, text in _FILES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+REFUSED = [
+    ("run --scene nowhere", f"--scene = 'nowhere': must be {_KNOWN}, or a folder that"),
+    ("run --scene=", f"--scene = '': must be {_KNOWN}, or a folder that"),
+    ("run --params nowhere.toml", f"scene = 'nowhere': must be {_KNOWN}, or a folder that"),
+    ("run --params number.toml", f"scene = 1: must be {_KNOWN}, or a folder that"),
+    ("run --scene slope --f-b 1", "No such option '--f-b'"),
+    ("run --s 0.1", "No such option '--s'"),
+    ("run --params plain.toml --s 0.1", "No such option '--s'"),
+    (
+        "run --params of_another.toml",
+        "parameter = 'f_b': must be one of alpha, omega, delta, zeta, beta, gamma, s, f_plus, "
+        "f_minus, or of M_m, M_c, k1, k2, c, G, P_d, Omega, mu, g, slope (scene slope)",
+    ),
+    ("run --params of_slope.toml", "parameter = 'f_plus': must be one of alpha,"),
+    ("run --scene slope --params capsule.toml", "--scene = 'slope': must be capsule, as in caps"),
+    ("run --scene capsule --params slope.toml", "--scene = 'capsule': must be slope, as in slop"),
+    (
+        "run --params part.toml",
+        "--params = 'part.toml': must be a whole device, with M_c, k1, k2, c, G, P_d, Omega, mu "
+        "too (scene slope)",
+    ),
+    ("run --params mixed.toml", "s = 0.1: must be absent where M_m is given in SI units"),
+    ("run --params device.toml --s 0.1", "s = 0.1: must be absent where device.toml is in SI"),
+    ("branch --scene slope --f-b 1:2", "No such option '--f-b'"),
+    ("branch --restart a.json PD1 --to 2 --scene slope", "--scene and --restart exclude each"),
+    ("sweep a.toml --store s --scene slope", "--scene and FILE.toml exclude each other"),
+    ("paper --scene slope", "--scene = 'slope': must be absent: paper is about the capsule of the"),
+    ("enclose --scene slope", "must be absent: enclose is about the capsule of the paper alone"),
+    ("report --scene slope", "must be absent: report is about the capsule of the paper alone"),
+    ("bench --scene nowhere", f"--scene = 'nowhere': must be {_KNOWN}, or a folder that"),
+]
+
+
+@pytest.mark.parametrize(("line", "told"), REFUSED)
+def test_what_contradicts_a_scene_is_refused_in_one_line(
+    line: str, told: str, inside: Command, files: Path
+) -> None:
+    done = inside(*line.split(), cwd=files)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert told in done.stderr
+
+
+@pytest.mark.parametrize("name", scenes.SHIPPED)
+def test_help_lists_the_parameters_of_the_line_s_scene_alone(name: str, inside: Command) -> None:
+    facts = {one: set(scenes.load(one).facts.PARAMETERS) for one in scenes.SHIPPED}
+    every = set().union(*facts.values())
+    for command in ("run", "branch", "optimise"):
+        shown = inside(command, "--scene", name, "--help").stdout
+        listed = {
+            one for one in every if re.search(rf"^  --{one.replace('_', '-')}\b(?!-)", shown, re.M)
+        }
+        assert listed == facts[name], command
+
+
+def test_the_overview_says_which_scenes_there_are(inside: Command) -> None:
+    assert f"Scenes: {_KNOWN}." in inside("--help").stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        ("", "capsule"),
+        ("--scene slope", "slope"),
+        ("--scene=slope", "slope"),
+        ("--scene capsule --scene slope", "slope"),
+        ("--scene=slope --scene capsule", "capsule"),
+        ("--params slope.toml --s 0.2", "slope"),
+        ("--params=slope.toml", "slope"),
+        ("--params slope.toml --scene capsule", "capsule"),
+        ("--params none.toml", "capsule"),
+        ("--params nowhere.toml", "capsule"),
+        ("-- --scene slope", "capsule"),
+        ("--scene", "capsule"),
+    ],
+)
+def test_a_line_has_a_scene(
+    words: str, name: str, files: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(files)
+    assert scene_of(words.split()).name == name
+
+
+def test_a_file_has_parameters_of_its_scene(files: Path) -> None:
+    slope = scenes.load("slope")
+    assert load_parameters(files / "slope.toml") == slope.Parameters(s=0.1)
+    assert load_parameters(files / "capsule.toml").scene is scenes.load("capsule")
+    device = load_parameters(files / "device.toml")
+    assert device.slope == -0.05
+    assert device == slope.PhysicalParameters(**device.to_dict())
+    with pytest.raises(InvalidInput, match=r"^scene = 'nowhere': must be "):
+        scenes.load("nowhere")
