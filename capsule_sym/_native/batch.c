@@ -50,14 +50,32 @@ static void schedule(capsule_workspace *workspace, int slot, int field, int key)
     enqueue(workspace, slot, level);
 }
 
+#if TWO_STOPS
+/* Sets the gaps of a state from that of its field's stop and the other one. */
+static void set_gaps(capsule_state *state, int field, double own, double other)
+{
+    const int behind = CONTACT_OF[field - 1] == 2;
+    state->gap = behind ? other : own;
+    state->back = behind ? own : other;
+}
+
+static int touches(const capsule_state *s) { return s->gap == 0.0 || s->back == 0.0; }
+#else
+static int touches(const capsule_state *s) { return s->gap == 0.0; }
+#endif
+
 /* The state that a segment of a field began at. */
 static capsule_state state_of(const double *began, int field, int64_t period)
 {
     const int way = (int)began[WAY], zeros = (int)began[SECOND_ZEROS];
-    return (capsule_state){
+    capsule_state state = {
         .x_r = began[X_R], .gap = began[FAR], .v_r = began[V_R], .v_c = began[V_C],
         .angle = began[ANGLE], .angle_rest = began[ANGLE_REST], .position = began[POSITION],
         .period = period, .bound = way == 0 ? zeros : zeros == 2 ? way : 0, .field = field};
+#if TWO_STOPS
+    set_gaps(&state, field, began[FAR], began[OTHER]);
+#endif
+    return state;
 }
 
 static capsule_state start_of(const capsule_workspace *workspace, int slot)
@@ -159,14 +177,23 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
         }
         const capsule_constants *c = &workspace->map.field[field - 1];
         const double way = DRIFT_OF[field - 1], at_bound = state.bound;
+#if TWO_STOPS
+        const int behind = CONTACT_OF[field - 1] == 2;
+        const double own = behind ? state.back : state.gap;
+#else
+        const double own = state.gap;
+#endif
         double cosine, sine;
         phase_terms(state.angle, state.angle_rest, &sine, &cosine);
         const double slips = state.v_c == 0.0 ? 1.0 + (at_bound == way) : 0.0;
 #define OF_RUN(name) [RUN_##name] = c->name,
         const double numbers[CAPSULE_RUN_NUMBERS] = {
-            [X_R] = state.x_r, [FAR] = state.gap, [V_R] = state.v_r, [V_C] = state.v_c,
+#if TWO_STOPS
+            [OTHER] = behind ? state.gap : state.back,
+#endif
+            [X_R] = state.x_r, [FAR] = own, [V_R] = state.v_r, [V_C] = state.v_c,
             [MARGIN] = state.bound ? friction_at(c, at_bound) - c->friction
-                                   : margin_at(c, state.x_r, state.gap, state.v_r, cosine),
+                                   : margin_at(c, state.x_r, own, state.v_r, cosine),
 #if CAPSULE_PULSED
             [HIGH] = c->high,
 #else
@@ -174,14 +201,14 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
 #endif
             [ANGLE] = state.angle, [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
             /* A touch, where v_r is 0 too, proves nothing: its first coefficient is 0. */
-            [GAP_ZEROS] = state.gap == 0.0, [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
+            [GAP_ZEROS] = touches(&state), [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
             CAPSULE_RUN_PARAMETERS(OF_RUN)};
 #undef OF_RUN
         memcpy(workspace->run[slot].number, numbers, sizeof numbers);
         memcpy(workspace->run[slot].begun, numbers, sizeof numbers);
         workspace->run[slot].period = workspace->run[slot].begun_period = state.period;
         workspace->run[slot].expansions = 0;
-        schedule(workspace, slot, field, state.gap == 0.0);
+        schedule(workspace, slot, field, touches(&state));
         return;
     }
 }
@@ -194,7 +221,11 @@ static int field_beyond(const double *number, const capsule_outcomes *out, int l
 #else
     const int level = 0;
 #endif
-    return FIELD_OF[level][out->contact >> l & 1][(int)number[WAY] + 1];
+    int contact = out->contact >> l & 1;
+#if TWO_STOPS
+    contact += out->behind >> l & 1;
+#endif
+    return FIELD_OF[level][contact][(int)number[WAY] + 1];
 }
 
 /* What follows from a step for one of its lanes. */
@@ -235,6 +266,9 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
                                   .field = crosses ? 0 : field};
             if (edge)
                 last.plane = EDGE_PLANE[0], last.field = field_beyond(number, out, l);
+#if TWO_STOPS
+            set_gaps(&last, field, end[1], end[5]);
+#endif
             finish_run(w, slot, CAPSULE_DONE, &last);
             return;
         }

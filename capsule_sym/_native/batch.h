@@ -18,6 +18,9 @@ enum {
     ENERGY_ERROR, V_C_ERROR, ANGLE_ERROR, POSITION,
     LASTED,       /* what the last segment like this took, over its reach; after a step, this one */
 #define OF_RUN_AT(name) RUN_##name,
+#if TWO_STOPS
+    OTHER, /* the gap of the other stop */
+#endif
     CAPSULE_RUN_PARAMETERS(OF_RUN_AT) /* fixed; in all at most CAPSULE_RUN_NUMBERS */
 };
 
@@ -28,8 +31,11 @@ typedef struct {
     int crossing; /* a switch ends the segment */
     int contact;  /* of the segment to come */
     int edge;     /* the switch is an edge of pulses */
+#if TWO_STOPS
+    int behind;   /* whether the contact to come is with the stop behind */
+#endif
     int passed;   /* an excitation period ended within the expansion */
-    double end[8][8]; /* there, if asked for: x_r, gap, v_r, v_c, x_c by lane */
+    double end[8][8]; /* there, if asked for: x_r, gap, v_r, v_c, x_c, the other stop's gap by lane */
 } capsule_outcomes;
 
 /* Takes one expansion's step of as many runs as there are lanes, all in the same linear flow,

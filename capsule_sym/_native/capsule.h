@@ -168,7 +168,8 @@ typedef struct {
 } capsule_batch;
 
 #define CAPSULE_BATCH_SIZE 128  /* runs in hand at a time */
-#define CAPSULE_RUN_NUMBERS ((17 - CAPSULE_PULSED + CAPSULE_RUN_PARAMETER_COUNT + 3) / 4 * 4)
+#define CAPSULE_RUN_NUMBERS                                                                        \
+    ((16 + CAPSULE_STOP_COUNT - CAPSULE_PULSED + CAPSULE_RUN_PARAMETER_COUNT + 3) / 4 * 4)
 
 /* Workspace of `capsule_run_many`, some 100 kB: zero before the first call; the tables of the last
    flows are kept for the next. */

@@ -69,22 +69,22 @@ static inline void chain_turn(const capsule_constants *c, const capsule_start *s
     *sine = start->sin_theta * co + start->cos_theta * si;
 }
 
-/* The row of the guard that ends a segment some time after its start: of x_r - delta where contact
-   changes, of v_c where a slip ends, else of Q less the bound that it passes. */
+/* The row of the guard that ends a segment some time after its start: of the gap of the stop where
+   contact changes, of v_c where a slip ends, else of Q less the bound that it passes. */
 static inline void chain_guard(const capsule_constants *c, const capsule_constants *next,
                                const capsule_start *start, double h, const double end[STATES],
                                double rows[ROWS][ROW], double guard[ROW])
 {
     double gradient[CAPSULE_SLOPE_COUNT];
     if (c->contact != next->contact)
-        gap_gradient(c, gradient);
+        gap_gradient(c->contact != 0.0 ? c : next, gradient);
     else if (c->drift != 0.0)
         speed_gradient(c, gradient);
     else {
         double cosine = 0.0, sine = 0.0;
         if (CAPSULE_REACTION)
             chain_turn(c, start, h, &cosine, &sine);
-        limit_gradient(c, next->drift, end[0] - c->delta, end[1], cosine, sine, gradient);
+        limit_gradient(c, next->drift, end[0] - c->CAPSULE_OWN_STOP, end[1], cosine, sine, gradient);
     }
     chain_gradient(gradient, &rows[0][0], ROW, ROW, guard);
     if (CAPSULE_REACTION && c->contact == next->contact && c->drift == 0.0) {
@@ -100,7 +100,7 @@ static inline void chain_saltation(const capsule_constants *c, const capsule_con
                                    const capsule_start *start, double h, const double end[STATES],
                                    double deviation[STATES][STATES])
 {
-    const double gap = end[0] - c->delta;
+    const double gap = end[0] - c->CAPSULE_OWN_STOP;
     double cosine = 0.0, sine = 0.0;
     if (CAPSULE_REACTION)
         chain_turn(c, start, h, &cosine, &sine);

@@ -77,7 +77,7 @@ static void run_segment(const capsule_constants *c, const double state[STATES], 
                         capsule_segment_flow *p)
 {
     const double cosine = cos(angle.whole), sine = sin(angle.whole);
-    const double gap = state[0] - c->delta, turned = cosine - angle.rest * sine;
+    const double gap = state[0] - c->CAPSULE_OWN_STOP, turned = cosine - angle.rest * sine;
     const double margin = margin_at(c, state[0], gap, state[1], turned);
     const capsule_start start = {state[0], gap, state[1], state[2], margin, turned,
                                  sine + angle.rest * cosine};
@@ -118,7 +118,7 @@ static double divided_guard(const capsule_constants *c, const capsule_constants 
         chain_guard(c, next, &start, h, p->end, rows, row);
         if (CAPSULE_REACTION)
             chain_turn(c, &start, h, &cosine, &sine);
-        const double gap = p->end[0] - c->delta;
+        const double gap = p->end[0] - c->CAPSULE_OWN_STOP;
         return impact              ? gap
                : c->drift != 0.0 ? p->end[2]
                                    : pull(c, p->end[0], gap, p->end[1], cosine) - friction_at(c, next->drift);

@@ -19,6 +19,9 @@ typedef struct {
     bound second_zeros; /* and of v_c; at rest 1 (-1) where Q is f_b (-f_b) */
     bound energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
     bound v_c_error, angle_error;
+#if TWO_STOPS
+    real other; /* x_r less where the other stop is: that behind, or in contact behind that in front */
+#endif
 } point;
 
 #define RESPONSES CAPSULE_RESPONSE_COUNT
@@ -88,6 +91,10 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
                      fused(all(t->limit[3][i]), e.size[3], t->limit[2][i] * e.size[2]);
 #endif
     e.x_own = e.limit[X_ERROR] + 2.0 * UNIT * gap + UNDERFLOW;
+#if TWO_STOPS
+    if (!t->contact)
+        e.x_own += 2.0 * UNIT * size_of(near_to(s->other));
+#endif
     e.second_own = e.limit[SECOND_ERROR] + UNDERFLOW;
     e.slope = num(0.0);
     if (drift) {
@@ -264,20 +271,31 @@ inlined real pull_change(const segment *c, const table *t, const expansion *e, c
 }
 #endif
 
-/* Guards of a segment: the gap's side or the sign of v_c, or f_b -+ Q. */
-enum { GAP, FIRST, SECOND };
+/* Guards of a segment: the gap's side; the sign of v_c, or f_b -+ Q; and between two stops the gap
+   behind. */
+enum { GAP, FIRST, SECOND, BACK, GUARDS = BACK + TWO_STOPS };
+
+/* Whether a segment has a guard. */
+#define watched(which, drift, t) (!((which) == SECOND && (drift)) && !((which) == BACK && (t)->contact))
 
 /* All of a guard but its form. */
 inlined guard guard_of(const segment *c, const expansion *e, const point *s, int which, int drift,
                        bound sign)
 {
-    const int gap = which == GAP;
+    const int gap = which == GAP || which == BACK;
+#if TWO_STOPS
+    const real at = which == BACK ? s->other : s->gap; /* of both one is 0 at most */
+    const bound gap_zeros = pick(eq(near_to(at), all(0.0)), s->gap_zeros, all(0.0));
+#else
+    const real at = s->gap;
+    const bound gap_zeros = s->gap_zeros;
+#endif
     guard g;
     g.sign = sign;
-    g.first = gap     ? mul(wide(sign), s->gap)
+    g.first = gap     ? mul(wide(sign), at)
               : drift ? mul(wide(sign), s->v_c)
                       : friction_guard(c, wide(sign), s->margin);
-    g.zeros = gap     ? s->gap_zeros
+    g.zeros = gap     ? gap_zeros
               : drift ? s->second_zeros
                       : larger(-sign * s->second_zeros, all(0.0));
     g.rounding = gap ? e->x_rounding : e->second_rounding;
@@ -291,7 +309,8 @@ inlined guard guard_of(const segment *c, const expansion *e, const point *s, int
 inlined void form_of(const table *t, const expansion *e, int which, int level, int drift,
                      const guard *other, guard *g)
 {
-    const entry(*rows)[DEGREE] = which == GAP ? t->x_form[level] : t->second_form[level];
+    const int gap = which == GAP || which == BACK;
+    const entry(*rows)[DEGREE] = gap ? t->x_form[level] : t->second_form[level];
     const real by = wide(g->sign);
     real u[RESPONSES];
     for (int k = 0; k < RESPONSES; k++)
@@ -300,7 +319,7 @@ inlined void form_of(const table *t, const expansion *e, int which, int level, i
     for (int j = 0; j < DEGREE; j++) {
         g->form[j] = other ? neg(other->form[j])
                            : combined(u, rows, j);
-        if (drift && which != GAP)
+        if (drift && !gap)
             g->form[j] = mad(slope, part(num(j + 1.0), DEGREE), g->form[j]);
     }
 }

@@ -65,7 +65,7 @@ static course course_of(const capsule_constants *c, const capsule_start *start,
         f.largest_v = (4.0 * c->sigma * c->omega * c->omega + detuning * both) / c->Z2;
     }
 #endif
-    f.gap_error = 2.0 * gap > c->delta ? UNIT * gap : 0.0;
+    f.gap_error = 2.0 * gap > c->CAPSULE_OWN_STOP ? UNIT * gap : 0.0;
     return f;
 }
 
@@ -332,7 +332,7 @@ capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_quantity q
     for (size_t i = 0; i < run->count; i++) {
         const capsule_segment *s = &run->segments[i];
         const capsule_constants *c = &run->map->field[s->field - 1];
-        const double gap = s->end[0] - c->delta;
+        const double gap = s->end[0] - c->CAPSULE_OWN_STOP;
         const double value = quantity == CAPSULE_FORCE ? force(c, s->end[0], gap, s->end[1]) : gap;
         /* Where the run ends nothing need happen: what turns there is found in a segment. */
         const double size = fabs(value) * (s->target ? 1.0 : 1.0 - 16.0 * UNIT);

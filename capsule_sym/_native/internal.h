@@ -7,6 +7,8 @@
 #define LEAST_ROWS 8192 /* of a strobe whose rows are taken again; no segment passes half as many
                            ends of periods, unless it lasts for ever */
 
+#define TWO_STOPS (CAPSULE_STOP_COUNT == 2)
+
 #define MOST_SUMMED 4 /* expansions whose roundings may add up to a switch */
 
 /* How many powers of s the second guard's coefficients are behind those of x_r: v_c is the integral of P,
@@ -16,6 +18,9 @@
 /* A state in 106 bits, where these decided the switch that led to it. */
 typedef struct {
     double x_r[2], gap[2], v_r[2], v_c[2], angle[2];
+#if TWO_STOPS
+    double back[2];
+#endif
     int known;
 } capsule_exact;
 

@@ -101,10 +101,16 @@ inlined void lanes_step(const capsule_constants *k, const table *t, int level, i
 #endif
                  .contact = all(k->contact), .drift = way, .m = all(k->m), .kappa = all(k->kappa),
                  .sigma = all(k->sigma), .K = all(k->K)};
+#if TWO_STOPS
+    c.CAPSULE_OWN_STOP = t->contact == 2 ? -c.CAPSULE_BACK_GAP : c.CAPSULE_FRONT_GAP;
+#endif
     c.push = push_at(&c, way), c.friction = friction_at(&c, way);
     const point s = {.x_r = v[X_R], .gap = v[FAR], .v_r = v[V_R], .v_c = v[V_C], .margin = v[MARGIN],
 #if !CAPSULE_PULSED
                      .cosine = v[COSINE], .sine = v[SINE],
+#endif
+#if TWO_STOPS
+                     .other = v[OTHER],
 #endif
                      .angle = v[ANGLE], .angle_rest = v[ANGLE_REST], .position = v[POSITION],
                      .gap_zeros = v[GAP_ZEROS], .second_zeros = v[SECOND_ZEROS],
@@ -130,12 +136,19 @@ inlined void lanes_step(const capsule_constants *k, const table *t, int level, i
     v[WAY] = o.way, v[GAP_ZEROS] = to.gap_zeros, v[SECOND_ZEROS] = to.second_zeros;
     v[ENERGY_ERROR] = to.energy_error, v[V_C_ERROR] = to.v_c_error;
     v[ANGLE_ERROR] = to.angle_error, v[POSITION] = to.position, v[LASTED] = o.h * t->per_reach;
+#if TWO_STOPS
+    out->behind = bits_of(t->contact == 2 ? not(o.at_gap) : o.at_back);
+    v[OTHER] = to.other;
+#endif
     store(v, done, runs);
     if (ends && out->passed)
         for (int l = 0; l < WIDTH; l++) {
             double *end = out->end[l];
             end[0] = o.end.x_r[l], end[1] = o.end.gap[l], end[2] = o.end.v_r[l];
             end[3] = o.end.v_c[l], end[4] = o.end.position[l];
+#if TWO_STOPS
+            end[5] = o.end.other[l];
+#endif
         }
 }
 

@@ -280,6 +280,15 @@ enum {
 
 #include "capsule_formulas.h"
 
+/* How far a position is from the next stop, of constants of any field. */
+#if TWO_STOPS
+#define room_about(c, x)                                                                           \
+    ((c)->CAPSULE_FRONT_GAP - (x) < (c)->CAPSULE_BACK_GAP + (x) ? (c)->CAPSULE_FRONT_GAP - (x)     \
+                                                                : (c)->CAPSULE_BACK_GAP + (x))
+#else
+#define room_about(c, x) ((c)->CAPSULE_FRONT_GAP - (x))
+#endif
+
 /* The plane of an impact, by the fields before and after it: one of them is in contact. */
 static inline int impact_plane(int before, int after, double v_c, double v_r)
 {

@@ -28,6 +28,9 @@ int capsule_lanes(void)
 int capsule_allowed(const capsule_map *map, const capsule_state *s)
 {
     return map && s && capsule_parameters_allowed(&map->parameters) && isfinite(s->x_r) &&
+#if TWO_STOPS
+           isfinite(s->back) &&
+#endif
            isfinite(s->gap) && isfinite(s->v_r) && isfinite(s->v_c) && isfinite(s->position) &&
            s->angle >= 0.0 && s->angle <= TWO_PI + 8.0 * UNIT * TWO_PI &&
            fabs(s->angle_rest) <= 1.0 && s->period >= 0 && s->period <= CAPSULE_PERIODS &&
@@ -61,7 +64,10 @@ static void resting_state(const capsule_constants *k, double x, double v, double
     out->x_r += x + change[0];
     out->x_r -= 0.0 - rest_centre(k);
     out->v_r += change[1];
-    out->gap = out->x_r - k->delta;
+    out->gap = out->x_r - k->CAPSULE_FRONT_GAP;
+#if TWO_STOPS
+    out->back = out->x_r + k->CAPSULE_BACK_GAP;
+#endif
     out->v_c = out->angle = out->angle_rest = 0.0;
 }
 
@@ -179,7 +185,10 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
     if (!map)
         return state;
     const capsule_parameters *p = &map->parameters;
-    state.gap = x_r - p->delta;
+    state.gap = x_r - p->CAPSULE_FRONT_GAP;
+#if TWO_STOPS
+    state.back = x_r + p->CAPSULE_BACK_GAP;
+#endif
     state.angle = phase * p->omega;
     state.angle_rest = fma(phase, p->omega, -state.angle);
     if (v_c != 0.0)

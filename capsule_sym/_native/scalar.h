@@ -15,6 +15,9 @@ typedef struct {
     real x_r, gap, v_r, v_c, angle;
     double angle_rest;
     int bound_at;
+#if TWO_STOPS
+    real back; /* `gap` is by the stop in front, this by that behind */
+#endif
 } known;
 
 #ifdef WIDE
@@ -30,15 +33,29 @@ static const segment *segment_of(const capsule_map *map, int field, segment *roo
 /* Near the impact surface the gap is what is known, elsewhere the position is. */
 static known known_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
 {
-    const real delta = num(map->parameters.delta);
+    const real front = num(map->parameters.CAPSULE_FRONT_GAP);
+#if TWO_STOPS
+    const real behind = num(map->parameters.CAPSULE_BACK_GAP);
+#endif
     if (exact->known)
         return (known){{exact->x_r[0], exact->x_r[1]}, {exact->gap[0], exact->gap[1]},
                        {exact->v_r[0], exact->v_r[1]}, {exact->v_c[0], exact->v_c[1]},
-                       {exact->angle[0], exact->angle[1]}, 0.0, s->bound};
-    const int far = 2.0 * fabs(s->gap) > map->parameters.delta;
-    const real gap = far ? sub(num(s->x_r), delta) : num(s->gap);
-    return (known){far ? num(s->x_r) : add(delta, gap), gap, num(s->v_r), num(s->v_c),
-                   whole_sum(s->angle, s->angle_rest), 0.0, s->bound};
+                       {exact->angle[0], exact->angle[1]}, 0.0, s->bound
+#if TWO_STOPS
+                       , {exact->back[0], exact->back[1]}
+#endif
+        };
+    const int far = 2.0 * fabs(s->gap) > front.hi;
+    known p = {num(s->x_r), num(s->gap), num(s->v_r), num(s->v_c),
+               whole_sum(s->angle, s->angle_rest), .bound_at = s->bound};
+    p.x_r = far ? p.x_r : add(front, p.gap);
+#if TWO_STOPS
+    const int far_behind = !far || 2.0 * fabs(s->back) > behind.hi;
+    p.x_r = far_behind ? p.x_r : sub(num(s->back), behind);
+    p.back = far_behind ? add(p.x_r, behind) : num(s->back);
+#endif
+    p.gap = far ? sub(p.x_r, front) : p.gap;
+    return p;
 }
 #else
 static const segment *segment_of(const capsule_map *map, int field, segment *room)
@@ -50,7 +67,21 @@ static const segment *segment_of(const capsule_map *map, int field, segment *roo
 static known known_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
 {
     (void)map, (void)exact;
-    return (known){s->x_r, s->gap, s->v_r, s->v_c, s->angle, s->angle_rest, s->bound};
+    return (known){s->x_r, s->gap, s->v_r, s->v_c, s->angle, s->angle_rest, s->bound
+#if TWO_STOPS
+                   , s->back
+#endif
+    };
+}
+#endif
+
+#if TWO_STOPS
+/* The gaps of a point by its field's stop and the other one, from those in front and behind, or these
+   from those: in contact behind they change places. */
+static void gaps_of(int contact, real first, real second, real *own, real *other)
+{
+    *own = contact == 2 ? second : first;
+    *other = contact == 2 ? first : second;
 }
 #endif
 
@@ -69,9 +100,14 @@ static point point_at(const segment *c, int field, const known *p, const capsule
     (void)context;
 #endif
         phase_terms(p->angle, p->angle_rest, &s.sine, &s.cosine);
+    int touches = near_to(p->gap) == 0.0;
+#if TWO_STOPS
+    gaps_of(CONTACT_OF[field - 1], p->gap, p->back, &s.gap, &s.other);
+    touches |= near_to(p->back) == 0.0;
+#endif
     s.margin = bound_at != 0.0 ? sub(friction_at(c, num(bound_at)), c->friction)
-                               : margin_at(c, p->x_r, p->gap, p->v_r, s.cosine);
-    if (near_to(p->gap) == 0.0)
+                               : margin_at(c, p->x_r, s.gap, p->v_r, s.cosine);
+    if (touches)
         s.gap_zeros = near_to(p->v_r) == 0.0 ? 2.0 : 1.0;
     if (!way)
         s.second_zeros = bound_at;
@@ -96,7 +132,7 @@ static int is_successor(const segment *c, int field, const known *p)
     segment_sizes room;
     const segment_sizes *b = sizes_of(c, &room);
     const point s = point_at(c, field, p, NULL);
-    const double way = DRIFT_OF[field - 1], side = CONTACT_OF[field - 1] ? 1.0 : -1.0;
+    const double way = DRIFT_OF[field - 1];
     const double x = size_of(near_to(s.x_r)), gap = size_of(near_to(s.gap));
     const double v = size_of(near_to(s.v_r));
     const real rate = v_rate(c, s.x_r, s.gap, s.v_r, s.cosine);
@@ -105,7 +141,12 @@ static int is_successor(const segment *c, int field, const known *p)
     const real force_rate = pull_rate(c, s.v_r, rate, s.sine);
     const double force_error = (PULL_RATE_UNITS + V_RATE_UNITS) * UNIT *
                                pull_rate_size(b, v, rate_size);
-    const double gaps[3] = {side * near_to(s.gap), side * near_to(s.v_r), side * near_to(rate)};
+    double side = CONTACT_OF[field - 1] == 1 ? 1.0 : -1.0, from_stop = near_to(s.gap);
+#if TWO_STOPS
+    if (!CONTACT_OF[field - 1] && near_to(s.other) == 0.0)
+        side = 1.0, from_stop = 0.0;
+#endif
+    const double gaps[3] = {side * from_stop, side * near_to(s.v_r), side * near_to(rate)};
     const double gap_errors[3] = {0.0, 0.0, V_RATE_UNITS * UNIT * rate_size};
     int sign = first_sign(gaps, gap_errors, (int)s.gap_zeros), open = sign == 0;
     if (sign < 0)
@@ -145,12 +186,33 @@ static int level_at(const capsule_map *map, const known *p)
 #endif
 }
 
+/* Whether there is contact just after, by the gap in front and behind (0 or more without that stop), and
+   whether a field's is not; -1 where the mass touches a stop with v_r = 0. */
+static int contact_at(double gap, double back, double v_r)
+{
+    if ((gap == 0.0 || (TWO_STOPS && back == 0.0)) && v_r == 0.0)
+        return -1;
+    if (gap > 0.0 || (gap == 0.0 && v_r > 0.0))
+        return 1;
+    return TWO_STOPS && (back < 0.0 || (back == 0.0 && v_r < 0.0)) ? 2 : 0;
+}
+
+static int is_apart(int contact, double gap, double back)
+{
+    return contact == 0 ? gap > 0.0 || (TWO_STOPS && back < 0.0) : contact == 1 ? gap < 0.0 : back > 0.0;
+}
+
 /* The field of a level that takes over: the one all of whose guards are positive just after. */
 static int successor_of(const capsule_map *map, const known *p, int level)
 {
+#if TWO_STOPS
+    const double back = near_to(p->back);
+#else
+    const double back = INFINITY;
+#endif
     const double gap = near_to(p->gap), v_r = near_to(p->v_r), v_c = near_to(p->v_c);
-    const int contact = gap > 0.0 || (gap == 0.0 && v_r > 0.0);
-    if (!(gap == 0.0 && v_r == 0.0) && !p->bound_at) {
+    const int contact = contact_at(gap, back, v_r);
+    if (contact >= 0 && !p->bound_at) {
         const int rest = FIELD_OF[level][contact][1];
         segment c_room;
         segment_sizes b_room;
@@ -163,7 +225,7 @@ static int successor_of(const capsule_map *map, const known *p, int level)
     }
     int found = 0;
     for (int field = 1; field <= CAPSULE_FIELD_COUNT; field++) {
-        if ((gap != 0.0 && CONTACT_OF[field - 1] != (gap > 0.0)) ||
+        if (is_apart(CONTACT_OF[field - 1], gap, back) ||
             (v_c != 0.0 && DRIFT_OF[field - 1] != (v_c > 0.0 ? 1 : -1)) ||
             LEVEL_OF[field - 1] != level)
             continue;
@@ -200,7 +262,7 @@ static int rests_forever(const segment *c, const capsule_constants *k, const poi
     const double most = amplitude * sqrt(near_to(force_gain2(c))) +
                         near_to(force_per_energy(c, num(root_K))) * energy;
     const real load = load_force(c);
-    return reach < b->delta - near_to(rest_centre(c)) &&
+    return reach < room_about(b, near_to(rest_centre(c))) &&
            most < near_to(friction_guard(c, num(-1.0), load)) &&
            most < near_to(friction_guard(c, num(1.0), load));
 }
@@ -217,16 +279,25 @@ static void refine(const segment *c, const capsule_constants *k, const point *fr
     double change[3] = {0.0, 0.0, 0.0};
     capsule_flow(k, &start, *duration, change);
     const double x_r = from->x_r + change[0], gap = from->gap + change[0], v_r = change[1];
+    double at = gap; /* the gap that vanishes, if one does */
+#if TWO_STOPS
+    at = o->at_back ? from->other + change[0] : gap;
+#endif
     const double v_c = from->v_c + change[2], pulled = pull(c, x_r, gap, v_r, to->cosine);
     const double rate = v_rate(c, x_r, gap, v_r, to->cosine);
     const double slip = c->drift != 0.0 ? v_c_rate(c, pulled - c->friction) : 0.0;
-    const double value = o->at_gap ? gap : c->drift != 0.0 ? v_c : pulled - friction_at(c, o->bound_at);
+    const double value = o->at_gap ? at : c->drift != 0.0 ? v_c : pulled - friction_at(c, o->bound_at);
     const double slope = o->at_gap ? v_r : c->drift != 0.0 ? slip : pull_rate(c, v_r, rate, to->sine);
     const double by = -value / slope;
     if (!(fabs(by) <= error))
         return;
-    to->x_r = o->at_gap ? c->delta : x_r + by * v_r;
-    to->gap = o->at_gap ? 0.0 : gap + by * v_r;
+    if (!o->at_gap) { /* it is at a stop exactly there */
+        to->x_r = x_r + by * v_r;
+        to->gap = gap + by * v_r;
+#if TWO_STOPS
+        to->other = from->other + change[0] + by * v_r;
+#endif
+    }
     to->v_r = v_r + by * rate;
     to->v_c = c->drift != 0.0 && o->at_gap ? v_c + by * slip : 0.0;
     to->angle_rest += c->omega * by;
@@ -281,6 +352,11 @@ static void end_run(capsule_context *context, capsule_state *state, const outcom
                              .v_r = near_to(o->end.v_r), .v_c = near_to(o->end.v_c),
                              .position = state->position + p->advance, .period = context->periods,
                              .field = o->crossing ? 0 : field};
+#if TWO_STOPS
+    real gap, back;
+    gaps_of(CONTACT_OF[field - 1], o->end.gap, o->end.other, &gap, &back);
+    state->gap = near_to(gap), state->back = near_to(back);
+#endif
     context->exact.known = 0;
 }
 
@@ -290,12 +366,18 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
 {
     const int contact = CONTACT_OF[field - 1];
     const int level = o->edge ? !LEVEL_OF[field - 1] : LEVEL_OF[field - 1];
-
-    const known end = {at->x_r, at->gap, at->v_r, at->v_c, at->angle, at->angle_rest,
-                       (int)o->bound_at};
-    const int following =
-        o->undetermined ? successor_of(context->map, &end, level)
-                        : FIELD_OF[level][o->at_gap ? !contact : contact][(int)o->way + 1];
+    known end = {at->x_r, at->gap, at->v_r, at->v_c, at->angle, at->angle_rest, (int)o->bound_at
+#if TWO_STOPS
+                 , at->other
+#endif
+    };
+    int next_contact = o->at_gap ? !contact : contact;
+#if TWO_STOPS
+    next_contact += o->at_back;
+    gaps_of(next_contact, at->gap, at->other, &end.gap, &end.back);
+#endif
+    const int following = o->undetermined ? successor_of(context->map, &end, level)
+                                          : FIELD_OF[level][next_contact][(int)o->way + 1];
     if (!following)
         return; /* The switch itself is certain, but not where it leads. */
     p->outcome = CAPSULE_REGULAR;
@@ -303,7 +385,7 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
     p->advance = near_to(at->position);
     const double v_r = near_to(at->v_r), v_c = near_to(at->v_c);
     *state = (capsule_state){
-        .x_r = near_to(at->x_r), .gap = near_to(at->gap), .v_r = v_r, .v_c = v_c,
+        .x_r = near_to(at->x_r), .gap = near_to(end.gap), .v_r = v_r, .v_c = v_c,
         .angle = near_to(at->angle), .angle_rest = at->angle_rest,
         .position = state->position + p->advance, .period = period, .bound = (int)o->bound_at,
         /* Eq. (24): by the field to come where the capsule rests. */
@@ -318,9 +400,15 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
     context->cosine = near_to(at->cosine), context->sine = near_to(at->sine);
 #ifdef WIDE
     state->angle_rest += at->angle.lo;
-    context->exact = (capsule_exact){{at->x_r.hi, at->x_r.lo}, {at->gap.hi, at->gap.lo},
+    context->exact = (capsule_exact){{at->x_r.hi, at->x_r.lo}, {end.gap.hi, end.gap.lo},
                                     {at->v_r.hi, at->v_r.lo}, {at->v_c.hi, at->v_c.lo},
-                                    {at->angle.hi, at->angle.lo}, 1};
+                                    {at->angle.hi, at->angle.lo}, .known = 1};
+#endif
+#if TWO_STOPS
+    state->back = near_to(end.back);
+#ifdef WIDE
+    context->exact.back[0] = end.back.hi, context->exact.back[1] = end.back.lo;
+#endif
 #endif
 }
 

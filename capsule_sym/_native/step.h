@@ -33,6 +33,9 @@ typedef struct {
     mask undetermined;  /* what follows the switch stays open here */
     mask edge;     /* the switch is an edge of pulses */
     mask at_gap;   /* the gap's guard fired */
+#if TWO_STOPS
+    mask at_back;  /* that of the stop behind, without contact */
+#endif
     bound way;     /* after a switch, of the drift: 1, -1, or 0 at rest */
     bound bound_at; /* and whether Q is f_b (1) or -f_b (-1) there exactly */
     bound error;   /* of a switching time */
@@ -48,33 +51,78 @@ static void isolate(const guard *g, double r, isolation *f);
 
 /* What is proved of the guards on (0, r], and which of them crosses first by where they are isolated. */
 typedef struct {
-    guard g[3];
-    isolation found[3];
+    guard g[GUARDS];
+    isolation found[GUARDS];
     mask open, crossing;
     mask is_gap; /* the gap's guard; else the second friction guard if `lower`, else the first other one */
     mask lower, both; /* `both`: the gap's guard crosses, and another one */
+#if TWO_STOPS
+    mask back; /* GAP is the guard of the stop behind, and BACK the other one */
+    real gap;  /* that of GAP */
+#endif
 } certificate;
+
+#if TWO_STOPS
+#define gap_of(p, s) ((p)->gap)
+#define other_gap_of(p, s) choose((p)->back, (s)->gap, (s)->other)
+#define stops_apart(c) ((c)->CAPSULE_FRONT_GAP + (c)->CAPSULE_BACK_GAP)
+
+inlined isolation isolation_of(mask m, const isolation *a, const isolation *b)
+{
+    return (isolation){(m & a->clear) | (not(m) & b->clear), (m & a->crossing) | (not(m) & b->crossing),
+                       pick(m, a->from, b->from), pick(m, a->to, b->to), pick(m, a->near, b->near),
+                       pick(m, a->off, b->off)};
+}
+
+/* Makes GAP that of both stops' guards that crosses first, which is the one with the smaller `to`, and
+   BACK the other one. The other one, T, is positive up to the `to` of the first one, C: for C is negative
+   there, so T = delta_1 + delta_2 - C is more than the stops' distance, which is more than T's bounds are
+   apart (`others_are_later`): its lower bound is positive there, and changes its sign once up to T's `to`.
+   Both are not negative at once, so no two `to` are equal, and in lanes, where each is r, one of them
+   crosses at most. */
+inlined void order_stops(const point *s, certificate *p)
+{
+    guard *g = p->g;
+    const isolation front = p->found[GAP], behind = p->found[BACK];
+    p->back = behind.crossing & (not(front.crossing) | lt(behind.to, front.to));
+    p->gap = choose(p->back, s->other, s->gap);
+    p->found[GAP] = isolation_of(p->back, &behind, &front);
+    p->found[BACK] = isolation_of(p->back, &front, &behind);
+    const bound signs[2] = {g[GAP].sign, g[BACK].sign}, zeros[2] = {g[GAP].zeros, g[BACK].zeros};
+    g[GAP].sign = pick(p->back, signs[1], signs[0]), g[BACK].sign = pick(p->back, signs[0], signs[1]);
+    g[GAP].zeros = pick(p->back, zeros[1], zeros[0]), g[BACK].zeros = pick(p->back, zeros[0], zeros[1]);
+}
+#else
+#define gap_of(p, s) ((s)->gap)
+#define other_gap_of(p, s) ((s)->gap)
+#endif
 
 /* Which guards are clear, and which cross zero once. */
 inlined void bound_guards(const segment *c, const table *t, const expansion *e, int level, int drift,
                           bound way, const point *s, certificate *p)
 {
-    const double side = t->contact ? 1.0 : -1.0, r = t->level[level];
-    const bound one = all(1.0), signs[3] = {all(side), drift ? way : -one, one};
-    const int count = drift ? 2 : 3, last_guard = count - 1;
+    const double side = t->contact == 1 ? 1.0 : -1.0, r = t->level[level];
+    const bound one = all(1.0), signs[] = {all(side), drift ? way : -one, one, one};
+    const int last_guard = drift ? FIRST : SECOND;
     guard *g = p->g;
     isolation *found = p->found;
-    int made = -1;
+    int made = 0; /* forms, a bit each */
     p->open = p->crossing = none;
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < GUARDS; i++) {
+        found[i] = (isolation){not(none), none, all(r), all(r), all(r), all(0.0)};
+        if (!watched(i, drift, t))
+            continue;
+        const int slips = drift && i == FIRST;
         g[i] = guard_of(c, e, s, i, drift, signs[i]);
-        const mask clear = out_of_range(&g[i], e, drift && i != GAP);
+        const mask clear = out_of_range(&g[i], e, slips);
         found[i] = (isolation){clear, none, all(r), all(r), all(r), all(0.0)};
         if (!some(not(clear)))
             continue;
-        form_of(t, e, i, level, drift, made == FIRST && i == SECOND ? &g[FIRST] : NULL, &g[i]);
-        made = i;
-        const isolation f = certify(&g[i], r, WIDTH == 1 || (drift && i != GAP));
+        const int mirror = i == SECOND ? FIRST : GAP; /* whose form is this one's with its sign turned */
+        const int known = i > FIRST && made >> mirror & 1;
+        form_of(t, e, i, level, drift, known ? &g[mirror] : NULL, &g[i]);
+        made |= 1 << i;
+        const isolation f = certify(&g[i], r, WIDTH == 1 || slips);
         found[i].clear = clear | f.clear;
         found[i].crossing = f.crossing & not(clear);
         found[i].from = pick(clear, found[i].from, f.from);
@@ -86,6 +134,12 @@ inlined void bound_guards(const segment *c, const table *t, const expansion *e, 
         p->open |= not(found[i].clear | found[i].crossing);
         p->crossing |= found[i].crossing;
     }
+#if TWO_STOPS
+    if (!t->contact)
+        order_stops(s, p);
+    else
+        p->back = none, p->gap = s->gap;
+#endif
     /* Of two friction guards that cross, C is the one with the smaller `to`, T the other one: then T is
        positive up to C's `to`. For C is negative there, so T = 2 f_b - C is more than 2 f_b, which is more
        than T's bounds are apart (`others_are_later`): its lower bound is positive there, and changes its
@@ -118,10 +172,10 @@ enum { MOST = TERMS + 1 }; /* the degree of a guard: v_c has a term more than x_
 
 /* Coefficients of the guard that is looked at, times its sign where that is of friction. */
 inlined void guard_terms(const segment *c, const table *t, const expansion *e, const real *a, int drift,
-                         bound sign, mask is_gap, mask active, const point *s, real *p)
+                         bound sign, mask is_gap, mask active, const point *s, real gap, real *p)
 {
     const real margin = mul(wide(sign), friction_guard(c, wide(sign), s->margin));
-    p[0] = choose(is_gap, s->gap, drift ? s->v_c : margin);
+    p[0] = choose(is_gap, gap, drift ? s->v_c : margin);
     const int gaps = some(is_gap), others = some(active & not(is_gap));
     for (int n = 1; n <= MOST; n++) {
         real term = num(0.0);
@@ -203,7 +257,7 @@ inlined void find_root(const segment *c, const table *t, const expansion *e, con
         return;
     const bound bend = pick(is_gap, g[GAP].bend, g[FIRST].bend);
     real terms[MOST + 1];
-    guard_terms(c, t, e, a, drift, f->sign, is_gap, f->sure, s, terms);
+    guard_terms(c, t, e, a, drift, f->sign, is_gap, f->sure, s, gap_of(p, s), terms);
     bound low = zero, high = r;
     bound start =
         pick(is_gap, found[GAP].near, pick(lower, found[last_guard].near, found[FIRST].near));
@@ -268,12 +322,14 @@ inlined mask still_positive(const segment *c, const table *t, const expansion *e
     const guard *g = &p->g[which];
     const bound at = near_to(f->at), zero = all(0.0), one = all(1.0);
     const real pulled = force_change(c, f->m.x, mul(f->m.slope, row(t->per_reach)));
-    const real value = which == GAP ? mul(wide(g->sign), add(s->gap, f->m.x))
-                       : drift      ? mul(wide(g->sign), add(s->v_c, f->v_c_by))
-                                    : friction_guard(c, wide(g->sign), add(s->margin, pulled));
+    const int is_gap = which == GAP || which == BACK;
+    const real gap = which == GAP ? gap_of(p, s) : other_gap_of(p, s);
+    const real value = is_gap  ? mul(wide(g->sign), add(gap, f->m.x))
+                       : drift ? mul(wide(g->sign), add(s->v_c, f->v_c_by))
+                               : friction_guard(c, wide(g->sign), add(s->margin, pulled));
     const bound begun = pick(gt(g->zeros, zero), pick(gt(g->zeros, one), at * at, at), one);
-    const bound most = which == GAP ? bound_dot(t->x_speed, e->size)
-                                    : bound_dot(t->second_speed, e->size) + size_of(near_to(e->slope));
+    const bound most = is_gap ? bound_dot(t->x_speed, e->size)
+                              : bound_dot(t->second_speed, e->size) + size_of(near_to(e->slope));
     return gt(near_to(value), begun * (3.0 * g->rounding + p->found[which].off) +
                                   3.0 * g->tail * (at * at * at) + error * most);
 }
@@ -300,7 +356,7 @@ inlined void find_edge(const segment *c, const table *t, const expansion *e, con
     there.at = until;
     find_motion(c, t, e, a, drift, position, &there);
     const mask asked = first;
-    for (int i = 0; i < (drift ? 2 : 3); i++) {
+    for (int i = 0; i < GUARDS; i++) {
         const isolation *g = &p->found[i];
         mask positive = g->clear | lt(at + error, g->from);
         if (some(first & not(positive)))
@@ -328,9 +384,8 @@ inlined mask rival_is_later(const segment *c, const table *t, const expansion *e
 {
     const guard *g = p->g;
     const mask other_is_gap = not(p->is_gap);
-    const bound side = all(t->contact ? 1.0 : -1.0);
     const bound other_sign = drift ? way : pick(p->lower, all(1.0), -all(1.0));
-    const real gap = mul(wide(side), add(s->gap, f->m.x));
+    const real gap = mul(wide(g[GAP].sign), add(gap_of(p, s), f->m.x));
     const real pulled = pull_change(c, t, e, &f->m, f->at);
     const real second = drift ? mul(wide(other_sign), add(s->v_c, f->v_c_by))
                               : friction_guard(c, wide(other_sign), add(s->margin, pulled));
@@ -347,10 +402,10 @@ inlined mask rival_is_later(const segment *c, const table *t, const expansion *e
 
 #if WIDTH == 1
 /* How far nothing happens for certain, of an expansion up to r. */
-inlined double horizon_of(const certificate *p, int drift, double r)
+inlined double horizon_of(const certificate *p, double r)
 {
     double horizon = r;
-    for (int i = 0; i < (drift ? 2 : 3); i++)
+    for (int i = 0; i < GUARDS; i++)
         horizon = smaller(horizon, p->found[i].from);
     return horizon;
 }
@@ -358,7 +413,7 @@ inlined double horizon_of(const certificate *p, int drift, double r)
 /* Whether a root is before whatever else may be: another guard that crosses once up to `to`, and is
    positive at this root before that, crosses later. Of the gap and the first friction guard this is
    proved by `rival_is_later`; the other friction guard crosses later still (`bound_guards`), where 2 f_b
-   is more than the bounds of its isolation are apart. */
+   is more than the bounds of its isolation are apart; and so does that of the other stop. */
 inlined mask others_are_later(const segment_sizes *b, int drift, const certificate *p, const location *f)
 {
     const guard *g = p->g;
@@ -370,7 +425,14 @@ inlined mask others_are_later(const segment_sizes *b, int drift, const certifica
                              2.0 * larger(found[FIRST].off, found[SECOND].off);
         later = friction_bounds(b) > apart;
     }
-    for (int i = 0; i <= last_guard; i++)
+#if TWO_STOPS
+    if (found[GAP].crossing && found[BACK].crossing) {
+        const double apart =
+            3.0 * (g[GAP].rounding + g[GAP].tail) + 2.0 * larger(found[GAP].off, found[BACK].off);
+        later &= stops_apart(b) > apart;
+    }
+#endif
+    for (int i = 0; i < GUARDS; i++)
         later &= i == (p->is_gap ? GAP : p->lower ? last_guard : FIRST) || found[i].clear ||
                  found[i].from > near_to(f->at) + f->error ||
                  (found[i].crossing && near_to(f->at) + f->error < found[i].to);
@@ -395,7 +457,7 @@ inlined void locate(const segment *c, const segment_sizes *b, const table *t, co
     f->at = wide(all(t->level[level]));
     f->error = all(0.0);
 #if WIDTH == 1
-    const double horizon = horizon_of(p, drift, t->level[level]);
+    const double horizon = horizon_of(p, t->level[level]);
     int tries = p->both ? 2 : 1;
 again:
 #endif
@@ -500,8 +562,14 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
     const mask at_gap = p->is_gap & crossing, at_friction = crossing & not(p->is_gap);
     const bound zero = all(0.0), one = all(1.0);
     const bound outside = drift ? zero : pick(at_friction, -f->sign, zero);
+#if TWO_STOPS
+    out->at_back = t->contact ? none : at_gap & p->back;
+    const real stop = choose(out->at_back, neg(c->CAPSULE_BACK_GAP), c->CAPSULE_OWN_STOP);
+#else
+    const real stop = c->CAPSULE_OWN_STOP;
+#endif
     to->v_r = speed;
-    to->x_r = choose(at_gap, c->delta, add(s->x_r, x_change));
+    to->x_r = choose(at_gap, stop, add(s->x_r, x_change));
     to->gap = choose(at_gap, num(0.0), add(s->gap, x_change));
     to->v_c = num(0.0);
     to->position = s->position;
@@ -527,6 +595,17 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
     to->margin = choose(crossing & ne(outside, zero), num(0.0),
                         sub(pull(c, to->x_r, to->gap, to->v_r, to->cosine),
                             friction_at(c, wide(out->way))));
+#if TWO_STOPS
+    /* Of the field to come: on one stop the other is as far as both are apart. */
+    const real apart = add(c->CAPSULE_FRONT_GAP, c->CAPSULE_BACK_GAP);
+    to->other = add(s->other, x_change);
+    if (t->contact == 2) {
+        to->gap = choose(at_gap, neg(apart), to->gap);
+        to->other = choose(at_gap, num(0.0), to->other);
+    } else {
+        to->other = choose(at_gap, choose(out->at_back, neg(apart), apart), to->other);
+    }
+#endif
 }
 
 /* The state at the end of a period that an expansion passes. */
@@ -540,6 +619,9 @@ inlined void end_of_period(const segment *c, const table *t, const expansion *e,
     const motion z = motion_at(a, until, drift, position);
     out->end.x_r = add(s->x_r, z.x);
     out->end.gap = add(s->gap, z.x);
+#if TWO_STOPS
+    out->end.other = add(s->other, z.x);
+#endif
     out->end.v_r = mul(add(a[0], z.slope), row(t->per_reach));
     out->end.v_c = drift ? add(s->v_c, v_c_change(c, t, e->slope, &z, until)) : num(0.0);
     out->end.position = s->position;
@@ -583,7 +665,7 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
     bound_guards(c, t, &e, level, drift, way, s, &p);
     mask entire = level == 0 ? not(none) : none;
 #if WIDTH == 1
-    entire &= horizon_of(&p, drift, t->level[level]) == 1.0;
+    entire &= horizon_of(&p, t->level[level]) == 1.0;
 #endif
 #if CAPSULE_PULSED
     const real until = mul(time_to_edge(c, s), row(t->per_reach));

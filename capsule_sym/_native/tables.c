@@ -9,6 +9,10 @@ int capsule_parameters_allowed(const capsule_parameters *p)
 #define POSITIVE(name) && p->name > 0.0
 #define NOT_NEGATIVE(name) && p->name >= 0.0
 #define BELOW_ONE(name) && p->name < 1.0
+#if TWO_STOPS
+    if (!(p->CAPSULE_FRONT_GAP + p->CAPSULE_BACK_GAP > 0.0)) /* there is room between both */
+        return 0;
+#endif
     return 1 CAPSULE_PARAMETERS(FINITE) CAPSULE_POSITIVE_PARAMETERS(POSITIVE)
         CAPSULE_NOT_NEGATIVE_PARAMETERS(NOT_NEGATIVE) CAPSULE_SHARE_PARAMETERS(BELOW_ONE);
 }
@@ -27,7 +31,7 @@ capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
     const double least = fmin(friction_guard(c, -1.0, load_force(c)),
                               friction_guard(c, 1.0, load_force(c)));
-    map->may_rest = amplitude < c->delta - rest_centre(c) && amplitude * sqrt(force_gain2(c)) < least;
+    map->may_rest = amplitude < room_about(c, rest_centre(c)) && amplitude * sqrt(force_gain2(c)) < least;
 #endif
     return capsule_parameters_allowed(p) ? CAPSULE_DONE : CAPSULE_REFUSED;
 }

@@ -304,7 +304,7 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     t->force_per_energy = near_to(force_per_energy(c, num(t->root_K))) * (1.0 + 4.0 * UNIT);
     t->x_per_energy = (1.0 + 4.0 * UNIT) / t->root_K;
     t->v_c_per_energy = 2.0 * (1.0 + 4.0 * UNIT) / (z->gamma + 1.0);
-    t->contact = field->contact != 0.0;
+    t->contact = (int)field->contact;
     /* A damped response is smaller than the terms of its series: not so far that digits go. */
     const double growth = t->root_K + 2.0 * z->sigma + (field->q < 0.0 ? field->nu : 0.0);
     t->reach = SHORTER * smaller(CAPSULE_REACH / field->rate, CAPSULE_GROWTH / growth);

@@ -84,7 +84,7 @@ EXPORT(evaluate) void evaluate(int segment, int times)
     const capsule_constants *c = &map.field[segments[segment].field - 1];
     capsule_evaluate(&map, &segments[segment], 1, 0, numbers, (size_t)times, at, NULL);
     for (int k = 0; k < times; k++)
-        at[times][k] = capsule_force_at(c, at[k][0], at[k][0] - c->delta, at[k][1]);
+        at[times][k] = capsule_force_at(c, at[k][0], at[k][0] - c->CAPSULE_OWN_STOP, at[k][1]);
 }
 
 /* Energies of some recorded segments: the drive's work, the damper's and the friction's loss. */

@@ -51,7 +51,7 @@ TERMS: tuple[Term, ...] = (
     _term("error carried on", "s->energy_error + bound_dot(t->v_error, e->size)", "bound_dot(t->v_error,e->size)", {"displaced": ALL}),
     _term("x_r's own error carried on", "(e->x_own + 2.0 * UNIT * x_size)", "(2.0*UNIT*x_size)", {"still": ALL}),
     _term("rounding of x_r carried on", "2.0 * UNIT * x_size", "0.0 * x_size", {"overdamped": ALL}),
-    _term("forcing out of phase", "angle_error * b->alpha * t->reach", "all(0.0)", {"out of phase": ALL}),
+    _term("forcing out of phase", "angle_error * e->size[2] * t->reach", "all(0.0)", {"out of phase": ALL}),
     _term("error of the angle carried on", "s->angle_error + 4.0 * UNIT * TWO_PI", "4.0*UNIT*TWO_PI - (bound){0}", {"out of phase": ALL}),
     _term("rounding of the angle", "4.0 * UNIT * TWO_PI", "0.0", {"moving": DOUBLES, "drift displaced": WIDE}),
     _term("error of v_c carried on", "s->v_c_error + e->second_own", "e->second_own - (bound){0}", {"displaced": ALL}),
@@ -86,7 +86,7 @@ TERMS: tuple[Term, ...] = (
     _term("rest for ever: rounding of the forced response", "8.0 * rounded / distance", "0.0", {"resonant": SCALAR}),
     _term("rest for ever: forcing out of phase", "(relative + s->angle_error)", "(relative)", {"resting out of phase": SCALAR}),
     _term("rest for ever: error carried", "s->energy_error + roundings", "roundings", {"resting displaced": SCALAR}),
-    _term("rest for ever: x_r", "reach < b->delta", "1", {"resting": SCALAR}),
+    _term("rest for ever: x_r", "reach < room_about(b, near_to(rest_centre(c)))", "1", {"resting": SCALAR}),
     _term("rest for ever: P", "most < near_to(friction_guard(c, num(-1.0), load)) &&\n           most < near_to(friction_guard(c, num(1.0), load))", "1", {"resting": SCALAR}),
 )  # fmt: skip
 

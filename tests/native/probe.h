@@ -76,7 +76,7 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
     sine_cosine(s.angle, s.angle_rest, &s.sine, &s.cosine);
     const mask bounded = drift ? s.second_zeros == 2.0 : s.second_zeros != 0.0;
     s.margin = choose(bounded, drift ? num(0.0) : mul(wide(s.second_zeros), c->f_b),
-                      margin_at(c, s.x_r, s.gap, s.v_r));
+                      margin_at(c, s.x_r, s.gap, s.v_r, s.cosine));
     for (int i = 0; i < steps; i++, s = to) {
         const expansion e = expand(c, b, t, drift, &s);
         const bound signs[3] = {all(t->contact ? 1.0 : -1.0), drift ? way : all(-1.0), all(1.0)};
