@@ -195,13 +195,10 @@ cdef class Fields:
         return [(found[i].kind, found[i].time, found[i].value) for i in range(count)]
 
     def constants(self, int field):
-        """The constants of field F1 to F6, in the order of the kernels' own."""
+        """The constants of a field, in the order of the kernels' own."""
         if not 1 <= field <= CAPSULE_FIELD_COUNT:
-            raise ValueError("field must be 1 to 6")
-        cdef const capsule_constants *c = &self.map.field[field - 1]
-        own = [(<const double *> c)[i] for i in range(CAPSULE_PARAMETER_COUNT)]
-        return (*own, int(c.contact), int(c.drift), c.m, c.kappa, c.push, c.friction, c.sigma, c.K,
-                c.q, c.nu, c.slow, c.Z2, bool(c.resonant), c.fast, c.rate)
+            raise ValueError(f"field must be 1 to {CAPSULE_FIELD_COUNT}")
+        return _constants(&self.map.field[field - 1])
 
     cdef capsule_itinerary _itinerary(self, const int32_t[::1] fields, int periods, bint mirrored,
                                       Py_ssize_t unknowns) except *:

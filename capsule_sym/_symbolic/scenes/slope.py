@@ -1,7 +1,8 @@
 """The capsule of the paper on a slope: gravity pulls both bodies backward, down the slope.
 
 Forward is up the slope. On the mass gravity is the bias s; for the capsule it makes the friction
-bound f_plus of going up larger, and f_minus of going down smaller. The unit of force is the
+bound f_plus of going up larger, and f_minus of going down smaller, which may have a friction
+coefficient of its own. The unit of force is the
 friction P_f on the slope, that of length P_f / k1, and that of time sqrt(M_m / k1).
 """
 
@@ -39,8 +40,11 @@ model.quantity(
     "Omega", "rad/s", (1e-9, 1e9), 8, label="frequency of the excitation", letter="Ω",
     about="Angular frequency of the driving force.", slider=(0.1, 50, 0.01))
 model.quantity(
-    "mu", "", (1e-9, 1e6), 0.2, label="friction coefficient", letter="μ",
-    about="Coulomb friction between the capsule and what it lies on.", slider=(0.01, 2, 0.001))
+    "mu", "", (1e-9, 1e6), 0.2, label="friction coefficient forward", letter="μ",
+    about="Coulomb friction where the capsule moves forward.", slider=(0.01, 2, 0.001))
+model.quantity(
+    "mu_back", "", (1e-9, 1e6), 0.2, label="friction coefficient backward", letter="μ₋",
+    about="Coulomb friction where the capsule moves backward.", slider=(0.01, 2, 0.001))
 model.quantity(
     "g", "m/s^2", (1e-9, 1e6), default=9.81, label="gravitational acceleration",
     about="Gravitational acceleration.", slider=(0.1, 30, 0.01))
@@ -90,7 +94,7 @@ f_plus = model.parameter(
     about="Force that moves the capsule up the slope, over the friction force.", letter="f₊",
     tex="f_+", slider=(0.1, 2, 0.001))
 f_minus = model.parameter(
-    "f_minus", 0.934, (1e-10, 1e10), label="friction bound backward", si="1 - gamma * s",
+    "f_minus", 0.934, (1e-10, 1e10), label="friction bound backward", si="mu_back / mu - gamma * s",
     about="Force that moves the capsule down the slope, over the friction force. Where it is not "
     "above 0, the capsule slips down by itself and never rests.", letter="f₋", tex="f_-",
     slider=(0.1, 2, 0.001))

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from capsule_sym.codegen._backend import Backend
+from capsule_sym.codegen._derived import CONSTANTS
 from capsule_sym.codegen._interface import Entry, Interface
 from capsule_sym.codegen.backends.c import C
 
@@ -33,11 +34,17 @@ class Cython(Backend):
                 f"    static const size_t capsule_{n}_layout[] = CAPSULE_{n.upper()}_LAYOUT;"
                 for n in names
             ),
+            "constants": ", ".join(
+                _KINDS.get(name, "{}").format(f"c.{name}") for name in CONSTANTS
+            ),
             "offsets": "\n".join(f"    const size_t capsule_{n}_layout[]" for n in names),
             "checks": "\n".join(
                 f"{n.upper()} = _checked(interface.{n.upper()}, capsule_{n}_layout)" for n in names
             ),
         }
+
+
+_KINDS = {"resonant": "bool({})"} | dict.fromkeys(("high", "contact", "drift"), "int({})")
 
 
 def _struct(struct: Entry, interface: Interface) -> str:

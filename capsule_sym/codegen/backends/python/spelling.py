@@ -48,8 +48,11 @@ class PythonSpelling(Backend):
             given[k] += "=None"
         returned = f" -> {kind}" if kind else ""
         results = ", ".join(map(self.expression, kernel.results))
+        head = f"def {kernel.name}({', '.join(given)}){returned}:"
+        if len(head) > WIDTH - 4:  # a method is further in
+            head = f"def {kernel.name}(\n    {', '.join(given)}\n){returned}:"
         return (
-            f"def {kernel.name}({', '.join(given)}){returned}:\n"
+            f"{head}\n"
             f'    """{kernel.doc}\n\n    {kernel.cost}.\n    """\n'
             f"{self.body(kernel)}    return {results if kernel.single else f'({results},)'}\n"
         )
