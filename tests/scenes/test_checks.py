@@ -59,7 +59,7 @@ class Off(Library):
 
     def _printed(self, starts: Sequence[Start], *words: object) -> list[list[str]]:
         moved = [
-            s._replace(state=(s.state[0], s.state[1] * (1 + 400 * UNIT), s.state[2]))
+            s._replace(state=(s.state[0], s.state[1] * (1 + 1e4 * UNIT), s.state[2]))
             for s in starts
         ]
         return super()._printed(moved, *words)
