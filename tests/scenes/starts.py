@@ -33,7 +33,7 @@ class HardStart(NamedTuple):
     start: Start
 
 
-class _Field(NamedTuple):
+class Field(NamedTuple):
     """A field of the general form: level, contact and way, and the equations in it."""
 
     p: dict[str, float]
@@ -121,7 +121,7 @@ def hard_start(form: Form, r: Random) -> HardStart:
         parameters = _parameters(form, r)
         p = dict(zip(GENERAL, form.general(parameters), strict=True))
         contact, way = r.randint(0, form.stops), r.randint(-1, 1)
-        field = _Field(p, form, r.randint(0, int(form.pulsed)), contact, way)
+        field = Field(p, form, r.randint(0, int(form.pulsed)), contact, way)
         period = 2 * math.pi / p["omega"]
         begins, ends = 0.0, period
         if form.pulsed:
@@ -193,7 +193,7 @@ def _moved(value: float, offset: float) -> float:
 _Target = tuple[tuple[float, float, float], float]
 
 
-def _target(r: Random, kind: str, f: _Field, t: float) -> _Target | None:
+def _target(r: Random, kind: str, f: Field, t: float) -> _Target | None:
     """The state to be met (or to start from) and its distance; None where the kind does not fit."""
     p, speed = f.p, r.gauss(0.0, 1.0)
     surface = f.stop
