@@ -162,6 +162,21 @@ def random_starts(form: Form, count: int, seed: int = 30) -> list[Start]:
     return [random_start(form, r) for _ in range(count)]
 
 
+def typical_starts(form: Form, count: int) -> list[Start]:
+    """Runs of one parameter set from random states, to be timed."""
+    typical = {
+        **{"alpha": 1.5, "omega": 0.8, "zeta": 0.05, "gamma": 3.3, "f_b": 1.0, "s": 0.05},
+        **{"f_plus": 1.1, "f_minus": 0.9, "alpha_low": -0.3, "D": 0.4, "delta": 0.1, "beta": 1.5},
+        **{"delta_1": 0.1, "beta_1": 1.5, "delta_2": 0.6, "beta_2": 2.5},
+    }
+    parameters = {name: typical[name] for name in form.names}
+    r = random.Random(7)
+    return [
+        Start(parameters, (r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-1, 1)))
+        for _ in range(count)
+    ]
+
+
 def random_start(form: Form, r: random.Random) -> Start:
     """One random start; every ninth or so has an extreme parameter."""
     bounds = {

@@ -16,9 +16,19 @@ from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from random import Random
+from typing import NamedTuple
 
 from tests.native import ROOT
-from tests.scenes import HERE, UNIT, Integrator, Run, Start, integrator, random_starts
+from tests.scenes import (
+    HERE,
+    UNIT,
+    Integrator,
+    Run,
+    Start,
+    integrator,
+    random_starts,
+    typical_starts,
+)
 from tests.scenes.cases import cases
 from tests.scenes.library import Found, Library, library
 from tests.scenes.starts import HardStart, hard_start
@@ -31,7 +41,7 @@ STATES = 2.0
 
 WAYS = {"as needed": 0, "double": 1, "106 bits": 2}
 LANES = (4, 8)
-CHUNK = {"runs": 100, "hard": 2000}
+CHUNK = {"runs": 100, "cases": 1, "hard": 2000}
 RUNS_TOLD = 1e-7  # likewise for all of a run
 TOLD = 1e-12  # from this distance on, one rounding of a state does not change what follows
 
@@ -189,25 +199,35 @@ def _log(path: Path, key: str) -> dict[str, Tally]:
 
 
 def _code(*files: Path) -> str:
-    names = ("checks.py", "starts.py", "__init__.py", "pieces.h", "integrator.c")
+    names = ("checks.py", "cases.py", "starts.py", "__init__.py", "pieces.h", "integrator.c")
     own = (HERE / name for name in names)
     return sha256(b"".join(file.read_bytes() for file in (*files, *own))).hexdigest()[:16]
 
 
-def checked(scene: str, folder: Path, runs: int, hard: int) -> dict[str, Tally]:
-    """Tallies of a scene's random runs and hard starts; chunks in the folder's log are not run."""
+class Checked(NamedTuple):
+    """A scene's tallies by kind, and microseconds a switch alone and side by side."""
+
+    tallies: dict[str, Tally]
+    times: tuple[float, float]
+
+
+def checked(scene: str, folder: Path, runs: int, hard: int) -> Checked:
+    """A scene's random runs, named cases and hard starts; what the folder's log has is not run."""
     place = folder / scene
     place.mkdir(parents=True, exist_ok=True)
-    scenes, judge = library(scene, place), integrator(place)
+    scenes, judge = library(scene, place, "-O3"), integrator(place)
     log, key = place / "log.jsonl", _code(scenes.program)
-    known, found = _log(log, key), {"runs": Tally(), "hard": Tally()}
-    for kind, count in (("runs", runs), ("hard", hard)):
-        for number in range(-(-count // CHUNK[kind])):
-            chunk = f"{kind} {number} of {min(CHUNK[kind], count)}"
+    known, found = _log(log, key), {}
+    for kind, count in (("runs", runs), ("cases", 1), ("hard", hard)):
+        found[kind] = Tally()
+        size = min(CHUNK[kind], count)
+        for number in range(-(-count // size)) if count else ():
+            chunk = f"{kind} {number} of {size}"
             if chunk not in known:
-                size = min(CHUNK[kind], count)
                 if kind == "runs":
                     known[chunk] = random_runs(judge, scenes, size, number)
+                elif kind == "cases":
+                    known[chunk] = hard_cases(judge, scenes)
                 else:
                     known[chunk] = adversarial(judge, scenes, size, f"{scene} {number}")
                 with log.open("a") as file:
@@ -215,7 +235,9 @@ def checked(scene: str, folder: Path, runs: int, hard: int) -> dict[str, Tally]:
                         json.dumps({"key": key, "chunk": chunk, **asdict(known[chunk])}) + "\n"
                     )
             found[kind].add(known[chunk])
-    return found
+    starts = typical_starts(scenes.form, 512)
+    times = [scenes.times(starts, 100) for _ in range(5)]
+    return Checked(found, (min(one for one, _ in times), min(many for _, many in times)))
 
 
 def main() -> int:
@@ -226,21 +248,30 @@ def main() -> int:
     parser.add_argument("--hard", type=int, default=100_000, help="random hard starts")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "scenes")
     given = parser.parse_args()
-    wrong = 0
-    for scene in given.scenes:
-        tallies = checked(scene, given.out, given.runs, given.hard)
-        for kind, tally in tallies.items():
+    found = {name: checked(name, given.out, given.runs, given.hard) for name in given.scenes}
+    for name, one in found.items():
+        for tally in one.tallies.values():
             for problem in tally.wrong:
-                print(problem)
-            wrong += len(tally.wrong)
-            print(
-                f"{scene}, {kind}: {tally.starts} starts, {tally.switches} switches, "
-                f"{len(tally.wrong)} wrong, worst error {tally.worst:.2f} of "
-                f"{CONTRACT if kind == 'hard' else STATES:g} units, "
-                f"open {tally.open}, of them from 1e-13 on {tally.far_open}, "
-                f"open to the judge {tally.undecided}"
-            )
-    return int(wrong > 0)
+                print(f"{name}: {problem}")
+    first = next(iter(found.values())).times
+    row = "{:16} {:>14} {:>8} {:>14} {:>14} {:>8} {:>10} {:>10}"
+    print(row.format("wrong of", "runs", "off", "cases", "hard", "off", "us alone", "us many"))
+    for name, one in found.items():
+        runs, cases, hard = (
+            f"{len(tally.wrong)} of {tally.starts}" for tally in one.tallies.values()
+        )
+        off = (f"{one.tallies[kind].worst:.2f}" for kind in ("runs", "hard"))
+        times = (f"{a:.2f} ({a / b:.2f})" for a, b in zip(one.times, first, strict=True))
+        print(row.format(name, runs, next(off), cases, hard, next(off), *times))
+    print(
+        f"\noff: largest error of a final state, of {STATES:g} units of rounding errors, and "
+        f"of a switching time, of {CONTRACT:g} u (t* + M/|g'(t*)|).\n"
+        "us: microseconds a switch, one by one and side by side, and over those of the first row."
+    )
+    for name, one in found.items():
+        hard = one.tallies["hard"]
+        print(f"{name}: left open {hard.open}, open to the judge {hard.undecided}; {hard.kinds}")
+    return int(any(tally.wrong for one in found.values() for tally in one.tallies.values()))
 
 
 if __name__ == "__main__":

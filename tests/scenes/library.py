@@ -90,6 +90,11 @@ class Library(NamedTuple):
             for stop, *state in self._printed(block, "many", lanes, periods)
         ]
 
+    def times(self, starts: Sequence[Start], periods: int) -> tuple[float, float]:
+        """Microseconds a switch of the same runs, one by one and in four lanes."""
+        ((together, alone, switches),) = self._printed(starts, "time", 4, periods)
+        return float(alone) / int(switches) * 1e6, float(together) / int(switches) * 1e6
+
     def plane(self, run: Run) -> int | None:
         """The plane on which a run of one segment ends, 0 for none; None if not decided."""
         (segment,) = run.segments

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import pytest
 
 from tests.scenes import UNIT, Integrator, Start, integrator
-from tests.scenes.checks import adversarial, random_runs
+from tests.scenes.checks import adversarial, hard_cases, random_runs
 from tests.scenes.library import Library, library
 
 pytestmark = [
@@ -71,3 +71,10 @@ def test_a_changed_library_is_noticed(
 ) -> None:
     assert random_runs(judge, mutant(*scene), 20).wrong
     assert adversarial(judge, mutant(*scene), 200, "test").wrong
+
+
+def test_hard_cases_by_name_are_the_judge_s(scene: Library, judge: Integrator) -> None:
+    tally = hard_cases(judge, scene)
+    assert not tally.wrong
+    assert tally.undecided == 0
+    assert {"contact of stiffness 900", "graze", "sliding tangency", "corner"} <= tally.kinds.keys()

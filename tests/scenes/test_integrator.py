@@ -10,6 +10,7 @@ import pytest
 from mpmath import mp, mpf
 
 from tests.scenes import SCENES, UNIT, Form, Integrator, Run, Start, integrator, random_starts
+from tests.scenes.cases import cases
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
@@ -198,3 +199,14 @@ def test_a_bias_is_a_shift_of_gaps_and_bounds(judge: Integrator) -> None:
         assert run.fields == other.fields
         assert abs(float(other.state[0] - run.state[0]) - start.parameters["s"]) < TINY
         assert abs(float(other.state[3] - run.state[3])) < TINY
+
+
+def test_a_contact_of_the_hard_cases_is_shorter_than_a_hundredth_of_a_period(
+    judge: Integrator,
+) -> None:
+    named = [one for one in cases(SCENES["prototype"]) if one.kind == "contact of stiffness 900"]
+    for run, one in zip(
+        judge.runs(SCENES["prototype"], [one.start for one in named], periods=1), named, strict=True
+    ):
+        short = [s.duration for s in run.segments if s.field % 9 in {4, 5, 6, 7, 8, 0}]
+        assert float(min(short)) < 0.01 * 6.28 / one.start.parameters["omega"]
