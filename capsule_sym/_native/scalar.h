@@ -521,8 +521,10 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     *guess = near_to(o.h) / t->reach;
 #ifndef WIDE
 #if CAPSULE_PULSED
-    if (p->evaluations > MOST_SUMMED && o.edge)
+    if (p->evaluations > MOST_SUMMED && o.edge) {
         refine_edge(c, k, &from, next, &p->duration);
+        o.undetermined = CAPSULE_REACTS;
+    }
 #endif
     if (p->evaluations > MOST_SUMMED && !o.edge) {
         refine(c, k, &from, &o, o.error * t->reach, next, &p->duration);

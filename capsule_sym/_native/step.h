@@ -578,10 +578,20 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
         if (position)
             to->position = add(s->position, advance_at(c, t, e->slope, &f->m, s->v_c, f->at));
     }
-    if (some(crossing)) {
+    mask moved = crossing;
+#if CAPSULE_PULSED && CAPSULE_REACTS
+    /* At an edge Q jumps to what it is at the other level, and rest may break. */
+    segment other = *c;
+    segment_sizes other_sizes = *b;
+    other.high = choose(out->edge, sub(num(1.0), c->high), c->high);
+    other_sizes.high = pick(out->edge, all(1.0) - b->high, b->high);
+    moved |= out->edge;
+    c = &other, b = &other_sizes;
+#endif
+    if (some(moved)) {
         out->way = direction_after(c, b, to, outside, &out->undetermined);
-        out->undetermined &= crossing;
-        out->way = pick(crossing, out->way, way);
+        out->undetermined &= moved;
+        out->way = pick(moved, out->way, way);
     } else {
         out->undetermined = none;
         out->way = way;
@@ -590,7 +600,7 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
     out->at_gap = at_gap;
     out->bound_at = outside;
     to->gap_zeros = pick(at_gap, one, zero);
-    const mask slips = crossing & eq(near_to(to->v_c), zero) & ne(out->way, zero);
+    const mask slips = moved & eq(near_to(to->v_c), zero) & ne(out->way, zero);
     to->second_zeros = pick(slips, pick(ne(outside, zero), all(2.0), one), zero);
     to->margin = choose(crossing & ne(outside, zero), num(0.0),
                         sub(pull(c, to->x_r, to->gap, to->v_r, to->cosine),

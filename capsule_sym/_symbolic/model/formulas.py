@@ -188,7 +188,7 @@ def _forces() -> tuple[Formula, ...]:
             "push_at",
             "What friction accelerates the relative motion by, in drift of a way.",
             (way,),
-            push=drifting[push],
+            push=LOAD + SHARE * LEVEL + friction_of(way) / gamma,
         ),
         _formula(
             "friction_guard",
