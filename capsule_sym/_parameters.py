@@ -67,10 +67,21 @@ class Scene:
     def __repr__(self) -> str:
         return f"<Scene {self.name}>"
 
+    def __reduce__(self) -> Any:
+        return scene, (self.source,)
+
     @property
     def name(self) -> str:
         """Name of its declaration, such as "capsule"."""
         return str(self.facts.SCENE)
+
+    @property
+    def entry(self) -> dict[str, str]:
+        """What records have beside parameters, by which `scene_in` finds it: "scene".
+
+        Nothing for the paper's scene.
+        """
+        return {} if self is CAPSULE else {"scene": self.source}
 
     @property
     def told(self) -> str:
@@ -270,6 +281,14 @@ class SceneDevice(_Frozen, Scales):
         """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
         return self.scene.Parameters(**self.ratios())
 
+    @property
+    def rate(self) -> float:
+        """Angular frequency of the drive (rad/s)."""
+        for name, (tied, unit) in self.scene.facts.DRIVEN.items():
+            if tied == "omega" and unit == "rad/s":
+                return float(getattr(self, name))
+        return self.dimensionless().omega * self.natural_frequency
+
     def tie(self, name: str) -> tuple[str, float]:
         """The parameter that is in proportion to a quantity, such as P_d, and the factor (1/SI).
 
@@ -351,8 +370,8 @@ def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParamet
     return of.PhysicalParameters(**table)
 
 
-def scene_in(table: Mapping[str, Any], path: str | PathLike[str]) -> Scene | None:
-    """The scene that a table of a file names, a folder from the file's own, if it names one.
+def scene_in(table: Mapping[str, Any], path: str | PathLike[str] = "") -> Scene | None:
+    """The scene that a table or record names, a folder from the file's own, if it names one.
 
     Raises InvalidInput for what is none.
     """

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from capsule_sym._files import write_whole
 from capsule_sym._units import UNITS, mean_power
-from capsule_sym.generated.capsule.facts import DRIVEN
 
 if TYPE_CHECKING:
     from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
@@ -51,9 +50,11 @@ def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
 def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str, Any]:
     """A whole run and the steady motion that it ends in, None if it has not settled.
 
-    Only of a run that ended early it says why, as `stopped`.
+    Only of a run that ended early it says why, as `stopped`, and of a scene other than the paper's
+    which one it is.
     """
     record = {
+        **trajectory.parameters.scene.entry,
         "parameters": trajectory.parameters.to_dict(),
         "backend": trajectory.backend,
         "segments": [segment_record(segment) for segment in trajectory.segments],
@@ -76,6 +77,7 @@ def physical_record(
     period = physical.time(trajectory.parameters.period)
     advance = physical.displacement(float(motion.progression)) if motion else None
     return {
+        **physical.scene.entry,
         "parameters": physical.to_dict(),
         "period": period,
         "durations": [physical.time(float(s.duration)) for s in trajectory.segments],
@@ -87,8 +89,8 @@ def physical_record(
 def in_si(device: SceneDevice | None, row: Mapping[str, Any]) -> dict[str, float]:
     """What of a row has an SI unit, such as "velocity [m/s]"; nothing where no device is given.
 
-    A number counts, or a metric's record, and a parameter that P_d, Omega, G, c or k2 alone is in
-    proportion to. With the work of a period stands the mean power.
+    A number counts, or a metric's record, and a parameter that one quantity alone, such as P_d, is
+    in proportion to. With the work of a period stands the mean power.
     """
     if device is None:
         return {}
@@ -98,8 +100,8 @@ def in_si(device: SceneDevice | None, row: Mapping[str, Any]) -> dict[str, float
         if name in UNITS and isinstance(number, float):
             found[f"{name} [{UNITS[name].name}]"] = number * device.scale(name)
     if "work [J]" in found:
-        found["power [W]"] = mean_power(found["work [J]"], device.Omega)
-    for name, (tied, unit) in DRIVEN.items():
+        found["power [W]"] = mean_power(found["work [J]"], device.rate)
+    for name, (tied, unit) in device.scene.facts.DRIVEN.items():
         if tied in row:
             found[f"{name} [{unit}]"] = row[tied] / device.tie(name)[1]
     return found

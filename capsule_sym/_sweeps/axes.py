@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -13,12 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.labelled import package
-from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import SceneDevice
+from capsule_sym._parameters import CAPSULE, Scene, SceneDevice
 from capsule_sym._sweeps.quantities import TAKEN
-from capsule_sym.generated.capsule.facts import DRIVEN, RANGES, STATE
 
-START = (*STATE, "phase")
+START = (*CAPSULE.facts.STATE, "phase")
 
 _MOST_VALUES = 10**8  # of one axis, which is held in memory
 _LONGEST_NAME = 100
@@ -29,8 +27,9 @@ class Axis:
     """One dimension of a sweep: values, shape (n, k), of k quantities that change together.
 
     The quantities are parameters, or `x_r`, `v_r`, `v_c` and `phase` of the start, all
-    dimensionless; `device` has the SI values of an axis of a device. Raises InvalidInput for a name
-    or a value that is not allowed.
+    dimensionless; `device` has the SI values of an axis of a device. Names and ranges are those of
+    a `scene`, the paper's where none is given. Raises InvalidInput for a name or a value that is
+    not allowed.
     """
 
     name: str
@@ -38,15 +37,17 @@ class Axis:
     values: NDArray[np.float64]
     device: tuple[NDArray[np.float64], str] | None = None
     """Of a device's axis the values (n,) in SI units, and their unit."""
+    scene: Scene = CAPSULE
 
     def __post_init__(self) -> None:
         if not isinstance(self.quantities, list | tuple):
             raise InvalidInput("quantities", self.quantities, "a tuple of names")
         object.__setattr__(self, "quantities", tuple(self.quantities))
-        ranges = [_range(quantity) for quantity in self.quantities]
+        ranges = [_range(self.scene, quantity) for quantity in self.quantities]
         check_name(self.name)
-        if self.name in PARAMETERS + START and self.quantities != (self.name,):
-            raise InvalidInput("axis", self.name, f"a name that is not one of {_listed()}")
+        if self.name in named(self.scene) and self.quantities != (self.name,):
+            allowed = f"a name that is not one of {', '.join(named(self.scene))}"
+            raise InvalidInput("axis", self.name, allowed)
         values = _doubles(self.name, self.values)
         if not values.size:
             raise InvalidInput(self.name, [], "one value or more")
@@ -62,53 +63,64 @@ class Axis:
     def __len__(self) -> int:
         return len(self.values)
 
+    def within(self, scene: Scene) -> Axis:
+        """The axis of a sweep of a scene; raises InvalidInput for what it has not."""
+        return self if scene is self.scene else replace(self, scene=scene)
+
     @classmethod
-    def of(cls, name: str, values: ArrayLike) -> Self:
+    def of(cls, name: str, values: ArrayLike, scene: Scene = CAPSULE) -> Self:
         """The axis of one quantity with given values, shape (n,), dimensionless.
 
         Raises InvalidInput for a quantity or values that are not allowed.
         """
-        _range(name)
+        _range(scene, name)
         column = np.atleast_1d(_doubles(name, values))
         if column.ndim != 1:
             raise InvalidInput(name, column.shape, "of shape (n,)")
-        return cls(name, (name,), column[:, None])
+        return cls(name, (name,), column[:, None], scene=scene)
 
     @classmethod
     def of_device(cls, device: SceneDevice, name: str, values: ArrayLike) -> Self:
-        """The axis of P_d, Omega, G, c or k2 of a device with given values, shape (n,), SI units.
+        """The axis of a quantity of a device, such as P_d, with values (n,) in SI units.
 
         Runs have the dimensionless parameter that is in proportion to it; results have both.
         Raises InvalidInput for another name, or values that are not allowed.
         """
         tied, factor = device.tie(name)
         column = np.atleast_1d(_doubles(name, values))
-        whole = cls.of(tied, column * factor).values
-        return cls(name, (tied,), whole, (column, DRIVEN[name][1]))
+        whole = cls.of(tied, column * factor, device.scene).values
+        unit = device.scene.facts.DRIVEN[name][1]
+        return cls(name, (tied,), whole, (column, unit), device.scene)
 
     @classmethod
-    def linear(cls, name: str, low: float, high: float, count: int) -> Self:
+    def linear(cls, name: str, low: float, high: float, count: int, scene: Scene = CAPSULE) -> Self:
         """`count` evenly spaced values of one quantity, both ends among them.
 
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
-        low, high = _ends(name, low, high, count)
-        return cls.of(name, np.linspace(low, high, count))
+        low, high = _ends(scene, name, low, high, count)
+        return cls.of(name, np.linspace(low, high, count), scene)
 
     @classmethod
-    def log(cls, name: str, low: float, high: float, count: int) -> Self:
+    def log(cls, name: str, low: float, high: float, count: int, scene: Scene = CAPSULE) -> Self:
         """`count` values of one quantity with even ratios, both ends, above 0, among them.
 
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
-        low, high = _ends(name, low, high, count)
+        low, high = _ends(scene, name, low, high, count)
         if not (low > 0 and high > 0):
             raise InvalidInput(name, (low, high), "> 0 for a logarithmic axis")
         values = np.geomspace(low, high, count)
-        return cls.of(name, values.clip(min(low, high), max(low, high)))
+        return cls.of(name, values.clip(min(low, high), max(low, high)), scene)
 
     @classmethod
-    def sobol(cls, ranges: Mapping[str, Sequence[float]], count: int, seed: int) -> Self:
+    def sobol(
+        cls,
+        ranges: Mapping[str, Sequence[float]],
+        count: int,
+        seed: int,
+        scene: Scene = CAPSULE,
+    ) -> Self:
         """`count` points of a scrambled Sobol sequence in a box, one range for each quantity.
 
         The sequence is balanced where `count` is a power of two. Raises InvalidInput for ranges, a
@@ -118,10 +130,10 @@ class Axis:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")
         box = []
         for name, ends in ranges.items():
-            _range(name)
+            _range(scene, name)
             if not isinstance(ends, list | tuple) or len(ends) != 2:
                 raise InvalidInput(name, ends, "a range [low, high]")
-            box.append(_ends(name, *ends))
+            box.append(_ends(scene, name, *ends))
             if not box[-1][0] < box[-1][1]:
                 raise InvalidInput(name, ends, "a range [low, high] with low < high")
         check_count("count", count, most=_MOST_VALUES // len(box))
@@ -131,7 +143,8 @@ class Axis:
             len(box), rng=np.random.default_rng(seed)
         )
         whole = design.random_base2(int(count - 1).bit_length())
-        return cls("sample", tuple(ranges), low + (high - low) * whole[:count])
+        values = low + (high - low) * whole[:count]
+        return cls("sample", tuple(ranges), values, scene=scene)
 
     def record(self) -> dict[str, Any]:
         """What identifies the axis, in plain values."""
@@ -174,16 +187,27 @@ def _doubles(name: str, values: ArrayLike) -> NDArray[np.float64]:
         raise InvalidInput(name, values, allowed) from error
 
 
-def _range(quantity: object) -> tuple[float, float]:
+def named(scene: Scene) -> tuple[str, ...]:
+    """Names of what an axis of a scene can change."""
+    return (*scene.facts.PARAMETERS, *START)
+
+
+def _range(scene: Scene, quantity: object) -> tuple[float, float]:
     """The values that a quantity may have; raises InvalidInput for what is no quantity."""
-    if not isinstance(quantity, str) or quantity not in PARAMETERS + START:
-        raise InvalidInput("axis", quantity, f"one of {_listed()}")
-    return RANGES.get(quantity, (0.0 if quantity == "phase" else -1e20, 1e20))
+    names = named(scene)
+    if not isinstance(quantity, str) or quantity not in names:
+        raise InvalidInput("axis", quantity, f"one of {', '.join(names)}{scene.told}")
+    ends: tuple[float, float] = scene.facts.RANGES.get(
+        quantity, (0.0 if quantity == "phase" else -1e20, 1e20)
+    )
+    return ends
 
 
-def _ends(name: str, low: object, high: object, count: int = 1) -> tuple[float, float]:
+def _ends(
+    scene: Scene, name: str, low: object, high: object, count: int = 1
+) -> tuple[float, float]:
     """Both ends of an axis as floats; raises InvalidInput for values that are not allowed."""
-    least, most = _range(name)
+    least, most = _range(scene, name)
     for value in (low, high):
         if not is_real(value) or not least <= value <= most:
             raise InvalidInput(name, value, _within(least, most))
@@ -193,7 +217,3 @@ def _ends(name: str, low: object, high: object, count: int = 1) -> tuple[float, 
 
 def _within(low: float, high: float) -> str:
     return f"a number in [{low:g}, {high:g}] for a run"
-
-
-def _listed() -> str:
-    return ", ".join(PARAMETERS + START)

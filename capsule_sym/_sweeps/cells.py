@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -11,26 +12,17 @@ from numpy.typing import NDArray
 from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import simulate
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import TimeUp, Watch, core, live
+from capsule_sym._native import TimeUp, Watch, core_of, live
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
-from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Scene
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.itineraries import orbit_at_end
 from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
-from capsule_sym.generated.capsule.facts import STATE
-from capsule_sym.generated.capsule.py import DIGEST
-
-KERNELS = DIGEST
-"""Digest of the generated kernels that compute the cells."""
-CORE = live()
-"""What runs them: backends, and cores of other widths, differ in the last bits."""
 
 _ROOM = 512  # bytes for the switches of two periods of a motion; longer ones go the slow way
-_SHARED = ("gamma", "beta", "zeta", "omega")
 _FURTHER = 1000  # excitation periods, at most, that a Lyapunov exponent of a run is taken over
 _BLOCK = 64  # excitation periods that the slow way takes at a time
 
@@ -39,7 +31,8 @@ class Block(NamedTuple):
     """Results of a chunk: columns (n, ...) by variable, and what they do not hold.
 
     `itineraries` has code and number of cells of each itinerary by its text, `reasons` the reason
-    of each failed cell by its place in the chunk; `kernels` and `core` name what computed them.
+    of each failed cell by its place in the chunk; `kernels`, a digest, and `core` name what
+    computed them: backends, and cores of other widths, differ in the last bits.
     """
 
     columns: dict[str, NDArray[np.generic]]
@@ -59,7 +52,8 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
     Raises Abandoned soon after the watch is over.
     """
     cells = _Cells(part, watch or Watch())
-    slow = cells.fast() if core is not None else np.arange(part.size)
+    core = core_of(cells.scene)
+    slow = np.arange(part.size) if core is None else cells.fast(core)
     for i in slow.tolist():
         cells.guarded(i, cells.slow)
     if OF_ORBIT & set(part.compute):
@@ -72,19 +66,24 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
         kept,
         cells.counted() if "itinerary" in part.compute else {},
         {str(i): reasons[i] for i in sorted(reasons)},
-        KERNELS,
-        CORE,
+        cells.scene.digest,
+        live(cells.scene),
     )
+
+
+def _shared(scene: Scene) -> list[int]:
+    """Places of the parameters of which the core takes runs side by side that share them."""
+    stiffnesses = (stiffness for _, stiffness in scene.facts.STOPS)
+    return [*map(scene.facts.PARAMETERS.index, ("gamma", *stiffnesses, "zeta", "omega"))]
 
 
 class _Cells:
     """The cells of a chunk in the `order` of what they share; `back` is the order that they had."""
 
     def __init__(self, part: Sweep, watch: Watch) -> None:
-        self.part, self.watch = part, watch
+        self.part, self.watch, self.scene = part, watch, part.parameters.scene
         rows, states, phases = part.columns()
-        # The core takes runs side by side that share these parameters.
-        self.order = np.lexsort([rows[:, PARAMETERS.index(name)] for name in _SHARED])
+        self.order = np.lexsort([rows[:, i] for i in _shared(self.scene)])
         self.back = np.argsort(self.order)
         self.rows, self.states, self.phases = (one[self.order] for one in (rows, states, phases))
         self.columns: dict[str, NDArray[np.generic]] = {}
@@ -113,13 +112,12 @@ class _Cells:
         self.columns["outcome"][i] = CellOutcome.FAILED
         self.reasons[i] = reason
 
-    def fast(self) -> NDArray[np.intp]:
+    def fast(self, core: ModuleType) -> NDArray[np.intp]:
         """All cells by the C core; returns those that it leaves open."""
-        assert core is not None
         count, last, watch = self.part.size, min(self.part.periods, 2 * LONGEST), self.watch
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
-        strobe = np.empty((count, last + 1, len(STATE)))
+        strobe = np.empty((count, last + 1, self.states.shape[1]))
         core.start_many(self.rows, self.states, self.phases, records, watch)
         core.run_many(self.rows, records, self.part.periods - last, stops, watch=watch)
         ahead = stops != core.DONE
@@ -132,7 +130,7 @@ class _Cells:
         columns, done, period_number = self.columns, stops == core.DONE, motions["period_number"]
         periodic, never = period_number > 0, motions["never"] != 0
         columns["period_number"][:] = period_number
-        columns["final"][:] = np.stack([records[name] for name in STATE], axis=-1)
+        columns["final"][:] = np.stack([records[name] for name in self.scene.facts.STATE], axis=-1)
         columns["progression"][periodic] = motions["advance"][periodic] / period_number[periodic]
         columns["outcome"][:] = np.where(
             never,
@@ -182,7 +180,7 @@ class _Cells:
         """Lyapunov exponents from the largest multipliers of cells."""
         with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is meant to be -inf
             grown = np.log(abs(largest))
-        omega = self.rows[cells, PARAMETERS.index("omega")]
+        omega = self.rows[cells, self.scene.facts.PARAMETERS.index("omega")]
         times = self.columns["period_number"][cells] * (2 * np.pi / omega)
         return np.asarray(grown / times)
 
@@ -202,7 +200,7 @@ class _Cells:
 
     def slow(self, i: int) -> None:
         """One cell by the trajectory, where 50 digits decide what double leaves open."""
-        parameters, part = Parameters(*self.rows[i].tolist()), self.part
+        parameters, part = self.scene.Parameters(*self.rows[i].tolist()), self.part
         state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
         left, escalations = part.periods, 0
         while True:
@@ -237,7 +235,7 @@ class _Cells:
     def close(self, i: int) -> None:
         """What is asked for of the closed orbit of one cell, or of the run where there is none."""
         columns, part = self.columns, self.part
-        parameters = Parameters(*self.rows[i].tolist())
+        parameters = self.scene.Parameters(*self.rows[i].tolist())
         state = tuple(columns["final"][i].tolist())
         if not columns["period_number"][i]:
             if "lyapunov" in part.compute:

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from zarr.errors import ZarrUserWarning
 
 import capsule_sym
+from capsule_sym._native import live
+from capsule_sym._parameters import Scene
 from capsule_sym._sweeps.axes import START
-from capsule_sym._sweeps.cells import CORE, KERNELS
 from capsule_sym._sweeps.quantities import CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
 from capsule_sym._units import UNITS
@@ -28,12 +29,12 @@ class Added(NamedTuple):
     attributes: dict[str, Any]
 
 
-def provenance(command: str) -> dict[str, Any]:
+def provenance(command: str, scene: Scene) -> dict[str, Any]:
     """Where results come from: the command, what computed them, and the versions around it."""
     return {
         "command": command,
-        "kernels": KERNELS,
-        "core": CORE,
+        "kernels": scene.digest,
+        "core": live(scene),
         "versions": {
             "capsule-sym": capsule_sym.__version__,
             "python": platform.python_version(),
@@ -102,6 +103,7 @@ def described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -
     }
     varied = {quantity for axis in sweep.axes for quantity in axis.quantities}
     return {
+        "scene": sweep.parameters.scene.source,
         "periods": sweep.periods,
         "tolerance": sweep.tolerance,
         **{name: value for name, value in fixed.items() if name not in varied},

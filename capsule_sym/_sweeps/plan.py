@@ -11,11 +11,9 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import read_toml
 from capsule_sym._map.checks import is_real
-from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import Parameters, PhysicalParameters, SceneDevice
+from capsule_sym._parameters import CAPSULE, Scene, SceneDevice, scene_in
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
-from capsule_sym.generated.capsule.facts import DEVICE, DEVICE_DEFAULTS, DRIVEN, STATE
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
 _SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
@@ -29,57 +27,60 @@ def load_sweep(path: str | PathLike[str]) -> Sweep:
 
     Raises InvalidInput when the file cannot be read, is not TOML, or holds what is not allowed.
     """
-    return read_plan(read_toml(path))
+    return read_plan(read_toml(path), path)
 
 
-def read_plan(plan: Mapping[str, Any]) -> Sweep:
-    """The sweep that a table describes.
+def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
+    """The sweep that a table describes, in a file if there is one.
 
-    Tables `axes`, `parameters` and `start` (x_r, v_r, v_c, phase); keys `periods`, `tolerance`,
-    `compute` and `chunk`. A table `device` in SI units takes the place of `parameters`; P_d, Omega,
-    G, c and k2 may then be axes, or vary in a design, in SI units. An axis is a list of values, a
+    Tables `axes`, `parameters` and `start` (x_r, v_r, v_c, phase); keys `scene`, as in a file of
+    parameters, `periods`, `tolerance`, `compute` and `chunk`. A table `device` in SI units takes
+    the place of `parameters`; quantities that one parameter alone is in proportion to, such as P_d,
+    may then be axes, or vary in a design, in SI units. An axis is a list of values, a
     table with `from`, `to`, `count` and perhaps `spacing = "log"`, or a design: a table with
     `sobol` (ranges by name), `count` and `seed`. Raises InvalidInput for what is not allowed.
     """
     if not isinstance(plan, Mapping):
         raise InvalidInput("plan", plan, "a table")
-    _check_table("key", plan, ("axes", "parameters", "device", "start", *_SETTINGS))
+    _check_table("key", plan, ("scene", "axes", "parameters", "device", "start", *_SETTINGS))
+    scene = scene_in(plan, path) or CAPSULE
     axes, parameters, start = (plan.get(name, {}) for name in ("axes", "parameters", "start"))
-    device = _device(plan["device"]) if "device" in plan else None
+    device = _device(scene, plan["device"]) if "device" in plan else None
     if device is not None and parameters:
         raise InvalidInput("parameters", [*parameters], "absent where a device is given")
-    _check_table("parameters", parameters, PARAMETERS)
+    _check_table("parameters", parameters, scene.facts.PARAMETERS, told=scene.told)
     _check_table("start", start, START)
     _check_table("axes", axes)
     return Sweep(
-        tuple(_axis(name, given, device) for name, given in axes.items()),
-        Parameters(**parameters),
-        tuple(start.get(name, 0.0) for name in STATE),
-        start.get("phase", 0.0),
+        tuple(_axis(scene, name, given, device) for name, given in axes.items()),
+        scene.Parameters(**parameters),
+        tuple(start.get(name, 0.0) for name in START[:-1]),
+        start.get(START[-1], 0.0),
         device=device,
         **{name: plan[name] for name in _SETTINGS if name in plan},
     )
 
 
-def _device(given: Any) -> SceneDevice:
-    needed = [name for name in DEVICE if name not in DEVICE_DEFAULTS]
-    _check_table("device", given, [*DEVICE], needed)
-    return PhysicalParameters(**given)
+def _device(scene: Scene, given: Any) -> SceneDevice:
+    facts = scene.facts
+    needed = [name for name in facts.DEVICE if name not in facts.DEVICE_DEFAULTS]
+    _check_table("device", given, [*facts.DEVICE], needed, scene.told)
+    return scene.PhysicalParameters(**given)
 
 
-def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:
+def _axis(scene: Scene, name: str, given: Any, device: SceneDevice | None) -> Axis:
     """An axis; one in SI units has the spacing of the parameter in proportion to it."""
     check_name(name)
-    own = device if name in DRIVEN else None
+    own = device if name in scene.facts.DRIVEN else None
     if isinstance(given, list | tuple):
-        return Axis.of(name, given) if own is None else Axis.of_device(own, name, given)
+        return Axis.of(name, given, scene) if own is None else Axis.of_device(own, name, given)
     if not isinstance(given, Mapping):
         raise InvalidInput(name, given, "a list of values or a table")
     if "sobol" in given and own is None:
         _check_table(name, given, ("sobol", "count", "seed"), needed=("count", "seed"))
         ranges = given["sobol"] if device is None else _box(device, given["sobol"])
-        axis = Axis.sobol(ranges, given["count"], given["seed"])
-        return Axis(name, axis.quantities, axis.values)
+        axis = Axis.sobol(ranges, given["count"], given["seed"], scene)
+        return Axis(name, axis.quantities, axis.values, scene=scene)
     _check_table(name, given, ("from", "to", "count", "spacing"), needed=("from", "to", "count"))
     spacing = given.get("spacing", "linear")
     if not isinstance(spacing, str) or spacing not in _SPACINGS:
@@ -87,9 +88,9 @@ def _axis(name: str, given: Any, device: SceneDevice | None) -> Axis:
     of, spaced = _SPACINGS[spacing]
     low, high, count = given["from"], given["to"], given["count"]
     if own is None:
-        return of(name, low, high, count)
+        return of(name, low, high, count, scene)
     tied, factor = own.tie(name)
-    of(tied, _scaled(low, factor), _scaled(high, factor), count)  # which checks them all
+    of(tied, _scaled(low, factor), _scaled(high, factor), count, scene)  # which checks them all
     return Axis.of_device(own, name, spaced(low, high, count))
 
 
@@ -107,7 +108,7 @@ def _box(device: SceneDevice, ranges: Any) -> Any:
         return ranges
     box = {}
     for name, ends in ranges.items():
-        tied, factor = device.tie(name) if name in DRIVEN else (name, 1.0)
+        tied, factor = device.tie(name) if name in device.scene.facts.DRIVEN else (name, 1.0)
         if tied in box:
             raise InvalidInput("sobol", [*ranges], f"a table in which {tied} varies once")
         if isinstance(ends, list | tuple):
@@ -117,13 +118,17 @@ def _box(device: SceneDevice, ranges: Any) -> Any:
 
 
 def _check_table(
-    field: str, given: Any, allowed: Sequence[str] | None = None, needed: Sequence[str] = ()
+    field: str,
+    given: Any,
+    allowed: Sequence[str] | None = None,
+    needed: Sequence[str] = (),
+    told: str = "",
 ) -> None:
     """Raises InvalidInput unless this is a table with these keys alone."""
     if not isinstance(given, Mapping):
         raise InvalidInput(field, given, "a table")
     for name in given:
         if allowed is not None and name not in allowed:
-            raise InvalidInput(field, name, f"one of {', '.join(allowed)}")
+            raise InvalidInput(field, name, f"one of {', '.join(allowed)}{told}")
     if missing := [name for name in needed if name not in given]:
-        raise InvalidInput(field, dict(given), f"a table with {', '.join(missing)} too")
+        raise InvalidInput(field, dict(given), f"a table with {', '.join(missing)} too{told}")

@@ -6,8 +6,6 @@ from collections.abc import Iterable
 from enum import IntEnum
 from typing import NamedTuple
 
-from capsule_sym.generated.capsule.facts import STATE
-
 
 class CellOutcome(IntEnum):
     """How the run of a cell ended."""
@@ -42,13 +40,11 @@ VARIABLES = {
     },
     "progression": {"progression": Variable("f8", "advance of x_c per excitation period")},
     "final": {
-        "final": Variable(
-            "f8", "x_r, v_r and v_c at the end of the run", ("component", len(STATE))
-        ),
+        "final": Variable("f8", "x_r, v_r and v_c at the end of the run", ("component", 3)),
     },
     "multipliers": {
         "multipliers": Variable(
-            "c16", "multipliers of the closed orbit, largest first", ("multiplier", len(STATE))
+            "c16", "multipliers of the closed orbit, largest first", ("multiplier", 3)
         ),
     },
     "energies": {

@@ -15,7 +15,8 @@ from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
 from capsule_sym._errors import CapsuleError, InvalidInput
-from capsule_sym._sweeps.cells import CORE, KERNELS, Block
+from capsule_sym._native import live
+from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.files import checksum, checksums, move, place, remove, sealed
 from capsule_sym._sweeps.layout import (
     Added,
@@ -63,7 +64,7 @@ class Store:
         """Lays out an empty store; `sweep.json` comes last and says that it is whole."""
         for name in (RESULTS, CHUNKS):
             remove(self.path / name)
-        origin = provenance(command)
+        origin = provenance(command, self.sweep.parameters.scene)
         lay(self.results, self.sweep, origin)
         self._describe(
             {
@@ -96,8 +97,9 @@ class Store:
         Raises NotWritten if that cannot be done, CapsuleError for a chunk of other kernels, or of
         another core than the store was begun with.
         """
-        if block.kernels != KERNELS:
-            raise CapsuleError(f"a worker has the kernels {block.kernels}, this process {KERNELS}")
+        kernels = self.sweep.parameters.scene.digest
+        if block.kernels != kernels:
+            raise CapsuleError(f"a worker has the kernels {block.kernels}, this process {kernels}")
         held = self.held
         if not self.any_core:
             check_core(self.path, block.core, held.head["provenance"]["core"])
@@ -212,7 +214,7 @@ def write_chart(
     """Writes a refined chart: columns by name with their dimensions, itineraries by code."""
     import xarray as xr
 
-    attributes = described(sweep, provenance(""), cores) | attributes
+    attributes = described(sweep, provenance("", sweep.parameters.scene), cores) | attributes
     chart = xr.Dataset(columns, coordinates(sweep), attributes)
     table = {text: (code, 0) for code, text in sorted(texts.items())}
     chart["itinerary"].attrs.update(itinerary_flags(table))
@@ -264,9 +266,9 @@ def _check_same(path: Path, sweep: Sweep, any_core: bool) -> None:
         before = {"kind": there["kind"], **there["sweep"]}.get(name)
         if before != value:
             raise InvalidInput(name, value, f"{before!r}, as in {path}")
-    origin = there["provenance"]
-    if origin["kernels"] != KERNELS:
+    origin, scene = there["provenance"], sweep.parameters.scene
+    if origin["kernels"] != scene.digest:
         allowed = f"{origin['kernels']!r}, with which {path} was begun"
-        raise InvalidInput("kernels", KERNELS, allowed)
+        raise InvalidInput("kernels", scene.digest, allowed)
     if not any_core:
-        check_core(path, CORE, origin["core"])
+        check_core(path, live(scene), origin["core"])

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_start, is_real
-from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
-from capsule_sym._sweeps.axes import START, Axis
+from capsule_sym._sweeps.axes import START, Axis, named
 from capsule_sym._sweeps.quantities import OF_ORBIT, QUANTITIES
 
 _MOST_CELLS = 10**10
@@ -67,12 +66,14 @@ class Sweep:
                 raise InvalidInput("axes", axis, "an Axis")
             if axis.device and self.device is None:
                 raise InvalidInput("device", None, f"given for the axis {axis.name} in SI units")
-        set_(self, "axes", tuple(self.axes))
         if self.device is not None:
-            if self.parameters not in (Parameters(), self.device.dimensionless()):
+            default = type(self.parameters)()
+            if self.parameters not in (Parameters(), default, self.device.dimensionless()):
                 raise InvalidInput("parameters", self.parameters, "absent where a device is given")
             set_(self, "parameters", self.device.dimensionless())
         set_(self, "state", check_start(self.parameters, self.state, 0.0, self.periods))
+        scene = self.parameters.scene
+        set_(self, "axes", tuple(axis.within(scene) for axis in self.axes))
         names = [axis.name for axis in self.axes]
         changed = [quantity for axis in self.axes for quantity in axis.quantities]
         for kind in (names, changed):
@@ -158,17 +159,16 @@ class Sweep:
         return replace(self, axes=axes, chunk=tuple(map(len, axes)))
 
     def columns(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Parameters (n, 7), states (n, 3) and phases (n,) of all cells, the last axis fastest."""
+        """Parameters (n, k), states (n, 3) and phases (n,) of all cells, the last axis fastest."""
+        names = named(self.parameters.scene)
         fixed = [*self.parameters.to_dict().values(), *self.state, self.phase]
         table = np.tile(np.array(fixed), (*self.shape, 1))
         for number, axis in enumerate(self.axes):
             across = [1] * len(self.axes)
             across[number] = len(axis)
             for i, quantity in enumerate(axis.quantities):
-                table[..., (*PARAMETERS, *START).index(quantity)] = axis.values[:, i].reshape(
-                    across
-                )
-        ends = len(PARAMETERS), len(PARAMETERS) + len(START) - 1
+                table[..., names.index(quantity)] = axis.values[:, i].reshape(across)
+        ends = len(names) - len(START), len(names) - 1
         rows, states, phases = np.split(table.reshape(self.size, -1), ends, axis=1)
         return rows.copy(), states.copy(), phases[:, 0].copy()
 
@@ -179,6 +179,7 @@ class Sweep:
     def record(self) -> dict[str, Any]:
         """The sweep in plain values: two sweeps with one record give the same results."""
         return {
+            "scene": self.parameters.scene.source,
             "axes": [axis.record() for axis in self.axes],
             "parameters": self.parameters.to_dict(),
             "state": list(self.state),

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import Axis, InvalidInput, Sweep, open_results, refine_sweep, run_sweep
-from capsule_sym._native import present
-from capsule_sym._sweeps import cells
+from capsule_sym._native import live, present
 from capsule_sym._sweeps import pools as execution_module
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.quantities import CellOutcome
@@ -27,7 +26,8 @@ def disk(part: Sweep, watch: object = None) -> Block:
         "period_number": np.ones(part.size, np.int16),
     }
     kept = {"F5 F2": (7, int(inside.sum())), "F2": (11, int((~inside).sum()))}
-    return Block(columns, {t: v for t, v in kept.items() if v[1]}, {}, cells.KERNELS, cells.CORE)
+    itineraries = {t: v for t, v in kept.items() if v[1]}
+    return Block(columns, itineraries, {}, part.parameters.scene.digest, live())
 
 
 def test_a_smooth_boundary_costs_its_length_not_the_area(

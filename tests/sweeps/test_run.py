@@ -30,6 +30,7 @@ from capsule_sym import (
     run_sweep,
 )
 from capsule_sym._native import check_time, live, present
+from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._sweeps import cells as cells_module
 from capsule_sym._sweeps import execution
 from capsule_sym._sweeps import pools as run_module
@@ -65,7 +66,7 @@ def test_a_run_says_how_its_cells_ended(tmp_path: Path, monkeypatch: pytest.Monk
             raise RuntimeError("no root")
         slow(self, i)
 
-    monkeypatch.setattr(cells_module, "core", None)
+    monkeypatch.setattr(cells_module, "core_of", lambda _: None)
     monkeypatch.setattr(cells_module._Cells, "slow", failing)
     small = chart(3, 3, compute=("itinerary",), chunk=(3, 3))
     summary = run_sweep(small, tmp_path / "failing", workers=1)
@@ -142,7 +143,7 @@ def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.Monke
         check_time()
         slow(self, i)
 
-    monkeypatch.setattr(cells_module, "core", None)
+    monkeypatch.setattr(cells_module, "core_of", lambda _: None)
     monkeypatch.setattr(cells_module._Cells, "slow", late)
     small = chart(4, 2, compute=("itinerary",), chunk=(4, 1))
     found = run_sweep(small, tmp_path / "store", executor=Here(), workers=1, max_seconds=1e9)
@@ -182,7 +183,7 @@ def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> No
         assert texts[int(one["itinerary"])].split("_")[0] in {"F4", "F5"}
         assert results.attrs["omega"] == 0.8
         assert results.attrs["command"] == "capsule-sym sweep"
-        assert results.attrs["kernels"] == cells_module.KERNELS
+        assert results.attrs["kernels"] == CAPSULE.digest
         assert results.attrs["core"] == live()
         assert "numpy" in results.attrs["versions"]
         assert not {"alpha", "gamma"} & set(results.attrs)
@@ -360,7 +361,7 @@ def test_a_store_is_not_mixed_with_anything_else(
         run_sweep(SWEEP, tmp_path / "file")
     with pytest.raises(InvalidInput, match="directory of a sweep"):
         open_results(tmp_path / "other")
-    monkeypatch.setattr(store_module, "KERNELS", "other kernels")
+    monkeypatch.setattr(Scene, "digest", "other kernels")
     with pytest.raises(InvalidInput, match="kernels = 'other kernels'"):
         run_sweep(SWEEP, tmp_path / "store", resume=True)
 
@@ -376,11 +377,11 @@ def test_results_of_other_kernels_are_not_taken_in(
 def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    here = cells_module.CORE
+    here = live()
     with pytest.raises(KeyboardInterrupt):
         run_sweep(SWEEP, tmp_path / "store", executor=Counting(5), workers=1)
     for module in (cells_module, store_module):
-        monkeypatch.setattr(module, "CORE", "c-other")
+        monkeypatch.setattr(module, "live", lambda _: "c-other")
     before = contents(tmp_path / "store")
     with pytest.raises(InvalidInput, match=rf"core = 'c-other': must be '{here}', .*--any-core"):
         run_sweep(SWEEP, tmp_path / "store", resume=True)
