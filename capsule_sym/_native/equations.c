@@ -27,7 +27,8 @@ static int neighbour(const capsule_itinerary *it, int i)
     const int n = it->count, field = it->fields[(i + n) % n] - 1;
     if (!it->mirrored || (i >= 0 && i < n))
         return field;
-    return FIELD_OF[0][0][1 - DRIFT_OF[field]] - 1;
+    const int contact = CONTACT_OF[field]; /* in front, its mirror image has it behind */
+    return FIELD_OF[0][TWO_STOPS && contact ? 3 - contact : 0][1 - DRIFT_OF[field]] - 1;
 }
 
 /* The guard that ends segment i. */
@@ -36,6 +37,8 @@ static guard_kind guard_of(const capsule_itinerary *it, int i)
     const int field = it->fields[i] - 1, next = neighbour(it, i + 1);
     const int impact = CONTACT_OF[field] != CONTACT_OF[next];
     const int slides = DRIFT_OF[field] != DRIFT_OF[next];
+    if (impact && CONTACT_OF[field] && CONTACT_OF[next])
+        return IMPOSSIBLE; /* from one stop to the other */
     if (it->count == 1 && DRIFT_OF[field] == 0)
         return NEVER;
     if (impact == slides)
@@ -47,8 +50,9 @@ static guard_kind guard_of(const capsule_itinerary *it, int i)
 static int zeros_of(const capsule_itinerary *it, int i)
 {
     const guard_kind guard = guard_of(it, i), before = guard_of(it, (i + it->count - 1) % it->count);
-    if (guard == IMPACT)
-        return before == IMPACT;
+    if (guard == IMPACT) /* of the same stop */
+        return before == IMPACT && (CONTACT_OF[it->fields[i] - 1] != 0 ||
+                                    CONTACT_OF[neighbour(it, i - 1)] == CONTACT_OF[neighbour(it, i + 1)]);
     return guard != LANDING ? 0 : before == LANDING ? 1 : before == SLIP ? 2 : 0;
 }
 
@@ -118,7 +122,7 @@ static double divided_guard(const capsule_constants *c, const capsule_constants 
         chain_guard(c, next, &start, h, p->end, rows, row);
         if (CAPSULE_REACTION)
             chain_turn(c, &start, h, &cosine, &sine);
-        const double gap = p->end[0] - c->CAPSULE_OWN_STOP;
+        const double gap = p->end[0] - (c->contact != 0.0 ? c : next)->CAPSULE_OWN_STOP;
         return impact              ? gap
                : c->drift != 0.0 ? p->end[2]
                                    : pull(c, p->end[0], gap, p->end[1], cosine) - friction_at(c, next->drift);

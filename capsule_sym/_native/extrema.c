@@ -65,7 +65,7 @@ static course course_of(const capsule_constants *c, const capsule_start *start,
         f.largest_v = (4.0 * c->sigma * c->omega * c->omega + detuning * both) / c->Z2;
     }
 #endif
-    f.gap_error = 2.0 * gap > c->CAPSULE_OWN_STOP ? UNIT * gap : 0.0;
+    f.gap_error = 2.0 * gap > fabs(c->CAPSULE_OWN_STOP) ? UNIT * gap : 0.0;
     return f;
 }
 
@@ -325,6 +325,12 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
     return look(&s) == CAPSULE_DONE ? s.found : -1;
 }
 
+/* What sizes are compared by: the gaps of two stops by their springs' forces. */
+static double weight_of(const capsule_constants *c, capsule_quantity quantity)
+{
+    return TWO_STOPS && quantity == CAPSULE_GAP ? c->kappa : 1.0;
+}
+
 capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_quantity quantity,
                                capsule_watch *watch, capsule_peak *peak)
 {
@@ -335,7 +341,8 @@ capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_quantity q
         const double gap = s->end[0] - c->CAPSULE_OWN_STOP;
         const double value = quantity == CAPSULE_FORCE ? force(c, s->end[0], gap, s->end[1]) : gap;
         /* Where the run ends nothing need happen: what turns there is found in a segment. */
-        const double size = fabs(value) * (s->target ? 1.0 : 1.0 - 16.0 * UNIT);
+        const double size =
+            fabs(value) * weight_of(c, quantity) * (s->target ? 1.0 : 1.0 - 16.0 * UNIT);
         if (size > peak->size && (quantity == CAPSULE_FORCE || c->contact != 0.0))
             *peak = (capsule_peak){size, s->duration, s->end[0], gap, s->end[1], i, 1};
     }
@@ -343,11 +350,16 @@ capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_quantity q
         const capsule_segment *at = &run->segments[i];
         const capsule_constants *c = &run->map->field[at->field - 1];
         const capsule_start start = capsule_start_of(at);
-        if (quantity == CAPSULE_GAP && c->contact == 0.0)
+        const double weight = weight_of(c, quantity);
+        if ((quantity == CAPSULE_GAP && c->contact == 0.0) || weight == 0.0)
             continue;
+        capsule_peak here = *peak;
+        here.size /= weight;
         search s = {.of = course_of(c, &start, quantity, 0.0), .duration = at->duration,
-                    .most = MOST_STRETCHES, .peak = peak, .segment = i, .watch = watch};
+                    .most = MOST_STRETCHES, .peak = &here, .segment = i, .watch = watch};
         const capsule_stop stop = look(&s);
+        *peak = here;
+        peak->size *= weight;
         if (stop != CAPSULE_DONE)
             return stop;
     }

@@ -106,7 +106,7 @@ static void add_peak(const capsule_closed_run *run, const capsule_segment *s, do
     else
         contact_gradient(c, peak->gap, gradient);
     chain_gradient(gradient, rows[0], SLOPES, SLOPES, slopes);
-    if (quantity == CAPSULE_FORCE && force(c, peak->x_r, peak->gap, peak->v_r) < 0.0)
+    if ((quantity == CAPSULE_FORCE ? force(c, peak->x_r, peak->gap, peak->v_r) : peak->gap) < 0.0)
         for (int k = 0; k < SLOPES; k++)
             slopes[k] = -slopes[k];
 }
@@ -180,7 +180,8 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     if (request->forces) {
         orbit->peak_force = peak[0].size;
         const int field = run->segments[peak[1].segment].field;
-        orbit->peak_contact = force(&run->map->field[field - 1], 0.0, peak[1].size, 0.0);
+        orbit->peak_contact =
+            TWO_STOPS ? peak[1].size : force(&run->map->field[field - 1], 0.0, peak[1].size, 0.0);
     }
     if (!request->gradients)
         return CAPSULE_DONE;

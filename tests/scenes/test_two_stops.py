@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.native import LIBRARY, ROOT
@@ -119,3 +120,66 @@ def test_runs_side_by_side_are_those_of_the_integrator(
     for line, run in zip(printed(driver, given, 0, lanes), expected, strict=True):
         assert line[0] == "0"
         assert run.off(tuple(map(float, line[1:4]))) < WITHIN
+
+
+STEP = 1e-4
+
+
+def by_differences(judge: Integrator, row: list[float]) -> tuple[np.ndarray, np.ndarray] | None:
+    """A period's end (x_r, v_r, v_c) and its slopes by parameters and start, to fourth order.
+
+    None where the fields passed are not the same in all directions.
+    """
+    at = np.array(row)
+    steps = [k * STEP * e for e in np.eye(len(at)) for k in (-2, -1, 1, 2)]
+    given = [
+        Start(dict(zip(ORDER, map(float, r[:-3]), strict=True)), tuple(map(float, r[-3:])))
+        for r in (at, *(at + d for d in steps))
+    ]
+    runs = judge.runs(FORM, given, 1, checked=False)
+    if len({(run.status, run.fields) for run in runs}) > 1 or runs[0].status != "done":
+        return None
+    ends = np.array([[float(x) for x in run.state[:3]] for run in runs])
+    rows = ends[1:].reshape(len(at), 4, 3)
+    slopes = (rows[:, 0] - 8 * rows[:, 1] + 8 * rows[:, 2] - rows[:, 3]).T / (12 * STEP)
+    return ends[0], slopes
+
+
+def test_orbits_and_monodromy_are_those_of_the_integrator(driver: Path, judge: Integrator) -> None:
+    """Of orbits that meet either stop, with the itinerary's equations solved to rounding."""
+    folder, m = driver.parent, len(ORDER)
+    sources = [*LIBRARY.glob("*.c"), folder / "c" / "capsule_kernels.c"]
+    paths = [f"-I{LIBRARY}", f"-I{folder / 'c'}"]
+    program = ROOT / "tests" / "secondmodel" / "orbits.c"
+    command = ["cc", "-O1", *WARNED, *paths, program, *sources, "-lm", "-o", folder / "orbits"]
+    subprocess.run(command, check=True)
+    r, rows = random.Random(5), []
+    for _ in range(60):
+        drawn = (r.uniform(1, 2.5), r.uniform(0.6, 1.6), r.uniform(0.1, 0.6), r.uniform(0.1, 0.6))
+        rest = (r.choice([0.05, 0.2]), r.uniform(1, 8), r.uniform(1, 8), r.uniform(0.5, 4), 0.5)
+        rows.append([*drawn, *rest, 0.1, 0.0, 0.0])
+    text = "".join(" ".join(map(repr, row)) + "\n" for row in rows)
+    done = subprocess.run([folder / "orbits", "1"], input=text, capture_output=True, text=True)
+    assert done.returncode == 0
+    compared = 0
+    for row, line in zip(rows, done.stdout.splitlines(), strict=True):
+        fit, *texts = line.split()
+        if not int(fit):
+            continue
+        numbers = np.array(texts, float)
+        state, monodromy = numbers[:3], numbers[3:12].reshape(3, 3)
+        moved = numbers[12 : 12 + 3 * m].reshape(3, m)
+        residual, trace, determinant = numbers[-3:]
+        assert residual < 1e-13
+        if (found := by_differences(judge, [*row[:m], *map(float, state)])) is None:
+            continue
+        end, slopes = found
+        compared += 1
+        assert np.max(np.abs(end - state)) < 1e-12
+        expected = slopes[:, m:]
+        assert np.max(np.abs(monodromy - expected)) < 1e-8 * (1 + np.max(np.abs(expected)))
+        by = np.linalg.solve(np.eye(3) - expected, slopes[:, :m])
+        assert np.max(np.abs(moved - by)) < 1e-6 * (1 + np.max(np.abs(by)))
+        assert abs(trace - np.trace(expected)) < 1e-8 * (1 + abs(trace))
+        assert abs(determinant - np.linalg.det(expected)) < 1e-8
+    assert compared >= 10
