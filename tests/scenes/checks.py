@@ -26,6 +26,7 @@ from tests.scenes import (
     Run,
     Start,
     integrator,
+    random_start,
     random_starts,
     typical_starts,
 )
@@ -36,12 +37,15 @@ from tests.scenes.starts import HardStart, hard_start
 CONTRACT = 8.0
 """Largest error of a switching time, in units of u (t* + M/|g'(t*)|)."""
 
+CLOSED, SETTLED = 1, 2000
+"""Status of an orbit that is found, and periods after which a run has come to its motion."""
+
 STATES = 2.0
 """Largest error of a final state, in units of the run's rounding errors."""
 
 WAYS = {"as needed": 0, "double": 1, "106 bits": 2}
 LANES = (4, 8)
-CHUNK = {"runs": 100, "cases": 1, "hard": 2000}
+CHUNK = {"runs": 100, "cases": 1, "motions": 100, "hard": 2000}
 RUNS_TOLD = 1e-7  # likewise for all of a run
 TOLD = 1e-12  # from this distance on, one rounding of a state does not change what follows
 
@@ -114,6 +118,33 @@ def adversarial(judge: Integrator, library: Library, count: int, seed: str) -> T
     """First switches of random hard starts."""
     random = Random(seed)
     return first_switches(judge, library, [hard_start(library.form, random) for _ in range(count)])
+
+
+def random_motions(judge: Integrator, library: Library, count: int, seed: int) -> Tally:
+    """Random periodic motions: an orbit is found, near the run's end, and the judge closes it."""
+    random, tally = Random(f"motions {seed}"), Tally()
+    while tally.starts < count:
+        starts = []
+        while len(starts) < count - tally.starts:
+            start = random_start(library.form, random)
+            if start.parameters["zeta"] > 0:
+                starts.append(start._replace(state=(0.0, 0.0, 0.0), phase=0.0))
+        found = zip(starts, library.motions(starts, SETTLED), strict=True)
+        periodic = [(start, motion) for start, motion in found if motion.number]
+        tally.starts += len(periodic)
+        for start, motion in periodic:
+            apart = max(abs(a - b) for a, b in zip(motion.orbit, motion.end, strict=True))
+            if motion.status != CLOSED or apart > 1e-6 * (1 + max(map(abs, motion.end))):
+                problem = f"status {motion.status}, {apart:.1g} apart, {motion.number} periods"
+                tally.blame(start, "orbit", "motion", problem)
+                continue
+            again = start._replace(state=motion.orbit)
+            (run,) = judge.runs(library.form, [again], motion.number, checked=False)
+            back = max(abs(float(a) - b) for a, b in zip(run.state, motion.orbit, strict=False))
+            tally.worst = max(tally.worst, back)
+            if run.status != "done" or back > 1e-9 * (1 + max(map(abs, motion.end))):
+                tally.blame(again, "orbit", "motion", f"{run.status}, closed to {back:.1g}")
+    return tally
 
 
 def hard_cases(judge: Integrator, library: Library) -> Tally:
@@ -211,14 +242,19 @@ class Checked(NamedTuple):
     times: tuple[float, float]
 
 
-def checked(scene: str, folder: Path, runs: int, hard: int) -> Checked:
-    """A scene's random runs, named cases and hard starts; what the folder's log has is not run."""
+def checked(scene: str, folder: Path, runs: int, motions: int, hard: int) -> Checked:
+    """All checks of a scene in such numbers; what the folder's log has is not run."""
     place = folder / scene
     place.mkdir(parents=True, exist_ok=True)
     scenes, judge = library(scene, place, "-O3"), integrator(place)
     log, key = place / "log.jsonl", _code(scenes.program)
     known, found = _log(log, key), {}
-    for kind, count in (("runs", runs), ("cases", 1), ("hard", hard)):
+    for kind, count in (
+        ("runs", runs),
+        ("cases", 1),
+        ("motions", motions),
+        ("hard", hard),
+    ):
         found[kind] = Tally()
         size = min(CHUNK[kind], count)
         for number in range(-(-count // size)) if count else ():
@@ -228,6 +264,8 @@ def checked(scene: str, folder: Path, runs: int, hard: int) -> Checked:
                     known[chunk] = random_runs(judge, scenes, size, number)
                 elif kind == "cases":
                     known[chunk] = hard_cases(judge, scenes)
+                elif kind == "motions":
+                    known[chunk] = random_motions(judge, scenes, size, number)
                 else:
                     known[chunk] = adversarial(judge, scenes, size, f"{scene} {number}")
                 with log.open("a") as file:
@@ -245,24 +283,26 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--runs", type=int, default=1000, help="random runs of four periods")
+    parser.add_argument("--motions", type=int, default=500, help="random periodic motions")
     parser.add_argument("--hard", type=int, default=100_000, help="random hard starts")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "scenes")
     given = parser.parse_args()
-    found = {name: checked(name, given.out, given.runs, given.hard) for name in given.scenes}
+    counts = given.runs, given.motions, given.hard
+    found = {name: checked(name, given.out, *counts) for name in given.scenes}
     for name, one in found.items():
         for tally in one.tallies.values():
             for problem in tally.wrong:
                 print(f"{name}: {problem}")
     first = next(iter(found.values())).times
-    row = "{:16} {:>14} {:>8} {:>14} {:>14} {:>8} {:>10} {:>10}"
-    print(row.format("wrong of", "runs", "off", "cases", "hard", "off", "us alone", "us many"))
+    row = "{:16} {:>10} {:>5} {:>9} {:>9} {:>12} {:>5} {:>12} {:>12}"
+    print(row.format("wrong of", "runs", "off", "cases", "motions", "hard", "off", "us", "us many"))
     for name, one in found.items():
-        runs, cases, hard = (
+        runs, named, motions, hard = (
             f"{len(tally.wrong)} of {tally.starts}" for tally in one.tallies.values()
         )
         off = (f"{one.tallies[kind].worst:.2f}" for kind in ("runs", "hard"))
         times = (f"{a:.2f} ({a / b:.2f})" for a, b in zip(one.times, first, strict=True))
-        print(row.format(name, runs, next(off), cases, hard, next(off), *times))
+        print(row.format(name, runs, next(off), named, motions, hard, next(off), *times))
     print(
         f"\noff: largest error of a final state, of {STATES:g} units of rounding errors, and "
         f"of a switching time, of {CONTRACT:g} u (t* + M/|g'(t*)|).\n"

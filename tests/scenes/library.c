@@ -6,6 +6,9 @@
    library lanes LANES PERIODS: field, plane and duration of its first switch, found in one of LANES lanes
    among runs from displaced states, and whether it was left to the code for one run.
    library many LANES PERIODS: the final state, of all lines side by side.
+   library motion LONGEST PERIODS: after so many periods the period number, 0 if the run does not repeat
+   itself within LONGEST periods, and what becomes of the orbit that is looked for: its status, its
+   state, and that of the run.
    library time LANES PERIODS: in one line seconds, and switches of the same runs one by one. */
 #include <math.h>
 #include <stdio.h>
@@ -20,7 +23,8 @@ __extension__ typedef __float128 wide;
 #else
 typedef long double wide;
 #endif
-enum { ROOM = 65536, MOST = 4096, STATE = CAPSULE_STATE_COUNT };
+#define SAME 1e-9 /* share of the state by which a motion repeats itself */
+enum { PERIODS = 2048, ROOM = 65536, MOST = 4096, STATE = CAPSULE_STATE_COUNT };
 static capsule_map map;
 static capsule_workspace workspace;
 static capsule_segment segments[ROOM];
@@ -119,13 +123,42 @@ static void many(int lanes, long periods, int timed)
                switches);
 }
 
+/* The periodic motion that a run comes to, and its orbit. */
+static void settled(int longest, long periods)
+{
+    static double strobe[PERIODS + 1][3];
+    size_t written = 0;
+    capsule_outcome open;
+    capsule_state state = begun(0, 0, 0);
+    const capsule_request request = {.strobe = strobe};
+    const capsule_stop stop = capsule_run(&map, &state, periods, &request, &written, &open);
+    const double *end = strobe[periods];
+    int number = 0;
+    for (int k = stop == CAPSULE_DONE ? 1 : longest + 1; k <= longest && !number; k++) {
+        double off = 0, size = 1;
+        for (int i = 0; i < 3; i++) {
+            off = fmax(off, fabs(end[i] - strobe[periods - k][i]));
+            size = fmax(size, fabs(end[i]));
+        }
+        number = off < SAME * size ? k : 0;
+    }
+    capsule_orbit orbit = {.status = -1};
+    const capsule_orbit_request asked = {.segments = segments, .room = ROOM};
+    if (number && capsule_solve_orbit(&map, end, number, &asked, &orbit) != CAPSULE_DONE)
+        orbit.status = -2;
+    printf("%d %d", number, orbit.status);
+    for (int i = 0; i < 3; i++)
+        printf(" %.17g %.17g", orbit.state[i], end[i]);
+    printf("\n");
+}
+
 int main(int argc, char **argv)
 {
     if (argc < 4)
         return 2;
     const int number = atoi(argv[2]);
     const long periods = atol(argv[3]);
-    if (argv[1][0] == 'm' || argv[1][0] == 't') {
+    if (!strcmp(argv[1], "many") || !strcmp(argv[1], "time")) {
         many(number, periods, argv[1][0] == 't');
         return 0;
     }
@@ -134,6 +167,8 @@ int main(int argc, char **argv)
             printf("%d\n", CAPSULE_REFUSED);
         else if (argv[1][0] == 'a')
             alone(number, periods, (size_t)fmin(atof(argv[4]), ROOM));
+        else if (!strcmp(argv[1], "motion"))
+            settled(number, periods);
         else
             in_lanes(number, periods, line % number);
     }

@@ -49,6 +49,15 @@ class Found(NamedTuple):
         return tuple(segment.field for segment in self.segments)
 
 
+class Motion(NamedTuple):
+    """A motion's period number (0: not periodic), the orbit's status and state, the run's state."""
+
+    number: int
+    status: int
+    orbit: tuple[float, ...]
+    end: tuple[float, ...]
+
+
 class Library(NamedTuple):
     """A compiled driver, with the scene's parameters in their order."""
 
@@ -88,6 +97,13 @@ class Library(NamedTuple):
             Found(STOPS[int(stop)], tuple(map(float, state)), ())
             for block in batched(starts)
             for stop, *state in self._printed(block, "many", lanes, periods)
+        ]
+
+    def motions(self, starts: Sequence[Start], periods: int, longest: int = 16) -> list[Motion]:
+        """Periodic motions that runs come to, and the orbits that are found of them."""
+        return [
+            Motion(int(line[0]), int(line[1]), *(tuple(map(float, line[i::2])) for i in (2, 3)))
+            for line in self._printed(starts, "motion", longest, periods)
         ]
 
     def times(self, starts: Sequence[Start], periods: int) -> tuple[float, float]:
