@@ -70,9 +70,9 @@ adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000
 SCENES ?= $(notdir $(patsubst %/,%,$(dir $(wildcard generated/*/manifest.json))))
 RUNS ?= 1000
 MOTIONS ?= 500
-HARD ?= 100000
-scenes: $(READY)  ## judge RUNS random runs (1000), MOTIONS motions (500) and HARD hard starts (100000) of each scene; resumes
-	$(BIN)/python -m tests.scenes.checks $(SCENES) --runs $(RUNS) --motions $(MOTIONS) --hard $(HARD)
+STARTS ?= 100000
+scenes: $(READY)  ## judge RUNS random runs (1000), MOTIONS motions (500) and STARTS hard starts (100000) of each scene; resumes
+	$(BIN)/python -m tests.scenes.checks $(SCENES) --runs $(RUNS) --motions $(MOTIONS) --hard $(STARTS)
 
 bench: $(READY)  ## measure speed against error beside other tools, and what has to be reached
 	@$(call bring,peers)
