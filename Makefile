@@ -137,8 +137,8 @@ lines: $(READY)  ## count the lines of each room, long functions, circles of imp
 generate: $(READY)  ## derive and write generated/
 	$(BIN)/python -m capsule_sym.codegen
 
-core: $(READY)  ## compile the C core anew, as after `make generate`
-	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+core: $(READY)  ## compile what changed of the C cores, as after `make generate`
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -C build-dir=.venv/core --editable .
 
 check-generated: $(READY)  ## check that generated/ is what the derivation gives
 	$(BIN)/python -m capsule_sym.codegen --check
