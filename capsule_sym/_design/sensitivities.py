@@ -107,9 +107,9 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
         if not len(records):
             found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), len(SLOPES) + 1)
         elif core is not None:
-            native = evaluation.borrowed(run.parameters.to_dict().values())
+            native = evaluation.borrowed(run.parameters)
             passed = native.differentiate(records, ascending, switches, found, present())
-            evaluation.give_back(native)
+            evaluation.give_back(run.parameters, native)
             if passed < len(records):
                 check_time()
         else:

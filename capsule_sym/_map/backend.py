@@ -130,19 +130,19 @@ class MpmathBackend(Backend):
         super().__init__(of_mpmath(digits), mpmath_kernels(digits, scene), scene)
 
 
-def default_backend() -> str:
-    """The fastest backend: "c" where the core was compiled, else "numpy"."""
-    return "c" if _is_compiled() else "numpy"
+def default_backend(scene: Scene = CAPSULE) -> str:
+    """The fastest backend: "c" where the scene's core was compiled, else "numpy"."""
+    return "c" if _is_compiled(scene) else "numpy"
 
 
 @cache
-def _is_compiled() -> bool:
-    """Whether the C core is there; warns once if it is not."""
-    from capsule_sym._native import core
+def _is_compiled(scene: Scene) -> bool:
+    """Whether the scene's core is there; warns once if it is not."""
+    from capsule_sym._native import core_of
 
-    if core is not None:
+    if core_of(scene) is not None:
         return True
-    searched = import_module(CAPSULE.package).__path__
+    searched = import_module(scene.package).__path__
     warnings.warn(
         f"no compiled core in {' or '.join(searched)}: the NumPy backend runs, slower by far; "
         "to have the core, install capsule-sym where there is a C compiler",

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from numbers import Integral
-from operator import attrgetter
 from typing import TypeGuard
 
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import SceneDevice, SceneParameters
-from capsule_sym.generated.capsule.facts import RANGES
 
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
-_scales = attrgetter(*RANGES)
 
 
 def is_real(value: object) -> TypeGuard[float]:
@@ -51,7 +48,8 @@ def checked_seconds(value: float, field: str = "max_seconds") -> float:
 @lru_cache
 def _check_scales(parameters: SceneParameters) -> None:
     """Refuse parameters whose powers and quotients double precision cannot carry."""
-    for (field, (low, high)), value in zip(RANGES.items(), _scales(parameters), strict=True):
+    for field, (low, high) in parameters.scene.facts.RANGES.items():
+        value = getattr(parameters, field)
         if not low <= value <= high:
             raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
 

@@ -13,6 +13,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 from capsule_sym._map.backend import Backend, MpmathBackend, backend
+from capsule_sym._parameters import CAPSULE, Scene
 
 try:
     import gmpy2
@@ -23,14 +24,14 @@ _BITS = 203  # the 60 digits that the mpmath backend has
 
 
 @contextmanager
-def fifty_digits() -> Iterator[Backend]:
-    """The map's number system with 50 digits, and 10 to guard them, while in use."""
+def fifty_digits(scene: Scene = CAPSULE) -> Iterator[Backend]:
+    """A scene's number system with 50 digits, and 10 to guard them, while in use."""
     if gmpy2 is None:
-        with backend("mpmath") as numbers:
+        with backend("mpmath", scene) as numbers:
             yield numbers
     else:
         with gmpy2.context(precision=_BITS):
-            yield MpfrBackend()
+            yield MpfrBackend(scene)
 
 
 class MpfrBackend(MpmathBackend):
@@ -38,8 +39,8 @@ class MpfrBackend(MpmathBackend):
 
     name = "mpfr"
 
-    def __init__(self) -> None:
-        Backend.__init__(self, _functions(), _kernels())
+    def __init__(self, scene: Scene = CAPSULE) -> None:
+        Backend.__init__(self, _functions(), _kernels(scene), scene)
 
 
 @cache
@@ -63,7 +64,7 @@ def _functions() -> SimpleNamespace:
 
 
 @cache
-def _kernels() -> ModuleType:
+def _kernels(scene: Scene) -> ModuleType:
     from capsule_sym._map.precision import kernels_by
 
-    return kernels_by(_functions())
+    return kernels_by(_functions(), scene)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym.generated.capsule.facts import BOUNDS, PARAMETERS, SYMMETRIC
+from capsule_sym._parameters import CAPSULE, Scene
 
 UNIT = 2.0**-53
 """Of rounding in double precision."""
@@ -23,8 +24,9 @@ def drifts(
     segments: ArrayLike,
     attracting: ArrayLike = False,
     unit: float = UNIT,
+    scene: Scene = CAPSULE,
 ) -> NDArray[np.bool_]:
-    """Whether n steady motions drift, of parameters by row, or one of one row.
+    """Whether n steady motions drift, of a scene's parameters by row, or one of one row.
 
     Each (n,), or one: `contact` is whether it comes into contact; `progression` is its advance and
     `way` the length of the capsule's way, both per excitation period; `segments` is their number;
@@ -37,14 +39,21 @@ def drifts(
     difference may also be a free oscillation for ever; then those between them are periodic too,
     and neither attracts them: one that attracts is its own mirror image. Elsewhere a drift counts
     that is above its rounding: the advance of a segment is a sum of terms of the size of the
-    capsule's way, and of f_b h^2 with the larger bound and alpha/omega^2 over 1 + gamma.
+    capsule's way, and of f h^2 with f the larger bound, a bias and a constant drive, and of
+    alpha/omega^2, over 1 + gamma.
     """
-    p = dict(zip(PARAMETERS, np.asarray(parameters, dtype=float).T, strict=True))
-    bound = np.max([p[name] for name in BOUNDS.values()], axis=0, initial=0.0)
+    facts, formulas = scene.facts, scene.formulas.Formulas
+    p = dict(zip(facts.PARAMETERS, np.asarray(parameters, dtype=float).T, strict=True))
+    bound = np.max([p[name] for name in facts.BOUNDS.values()], axis=0, initial=0.0)
+    constant = bound + abs(formulas.load_force(SimpleNamespace(**p)))
+    if facts.PULSED:
+        levels = [formulas.drive_level(SimpleNamespace(high=high, **p)) for high in (1, 0)]
+        constant = constant + np.max(np.abs(levels), axis=0)
     period = math.tau / p["omega"]
-    terms = way + (bound * period**2 + p["alpha"] / p["omega"] ** 2) / (1 + p["gamma"])
+    terms = way + (constant * period**2 + p["alpha"] / p["omega"] ** 2) / (1 + p["gamma"])
     above: Any = np.abs(progression) > _ROUNDED * unit * np.asarray(segments) * terms
-    alone = ~np.asarray(contact, dtype=bool) | (p["beta"] == 0)
-    free = SYMMETRIC & alone & ((p["zeta"] > 0) | np.asarray(attracting, dtype=bool))
+    soft = np.all([p[stiffness] == 0 for _, stiffness in facts.STOPS], axis=0)
+    alone = ~np.asarray(contact, dtype=bool) | soft
+    free = facts.SYMMETRIC & alone & ((p["zeta"] > 0) | np.asarray(attracting, dtype=bool))
     found: NDArray[np.bool_] = above & ~free
     return found

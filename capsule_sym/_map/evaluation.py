@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable
+from functools import cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -11,29 +13,36 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
 from capsule_sym._map.segments import Records
-from capsule_sym._native import core
-from capsule_sym._parameters import SceneParameters
-
-_kept: list[Any] = []
+from capsule_sym._native import core_of
+from capsule_sym._parameters import Scene, SceneParameters
 
 
-def borrowed(parameters: Iterable[float]) -> Any:
-    """The core's map at these parameters, in the place of one that is kept for it.
+@cache
+def _maps(scene: Scene) -> tuple[list[Any], Callable[[SceneParameters], tuple[float, ...]]]:
+    """Maps of a scene that nobody has, and the numbers that one is made of."""
+    return [], attrgetter(*scene.facts.PARAMETERS)
+
+
+def borrowed(parameters: SceneParameters) -> Any:
+    """The core's map at these parameters, in the place of one that is kept for their scene.
 
     It has to be given back by `give_back`. No other thread, and no handler of signals, has it until
     then: as many are kept as were ever used at a time.
     """
+    kept, numbers = _maps(parameters.scene)
     try:
-        native = _kept.pop()
+        native = kept.pop()
     except IndexError:
-        return core.Map(np.array([*parameters]))  # type: ignore[union-attr]
-    native.remake(*parameters)
+        return core_of(parameters.scene).Map(  # type: ignore[union-attr]
+            np.array(numbers(parameters))
+        )
+    native.remake(*numbers(parameters))
     return native
 
 
-def give_back(native: Any) -> None:
+def give_back(parameters: SceneParameters, native: Any) -> None:
     """Keeps a map for the next one who borrows it."""
-    _kept.append(native)
+    _maps(parameters.scene)[0].append(native)
 
 
 def check(times: NDArray[np.float64], first: float, last: float, name: str = "t") -> None:
@@ -90,14 +99,14 @@ def by_core(
 ) -> NDArray[np.float64]:
     """States (x_r, v_r, v_c, x_c) at times of a run, shape times.shape + (4,), by the core."""
     flat, states = np.ascontiguousarray(times).ravel(), np.empty((times.size, 4))
-    native = borrowed(parameters.to_dict().values())
+    native = borrowed(parameters)
     if _ascend(flat):
         native.evaluate(records, flat, states)
     else:
         order, found = _nearly_in_order(flat), np.empty_like(states)
         native.evaluate(records, flat[order], found)
         states[order] = found
-    give_back(native)
+    give_back(parameters, native)
     return states.reshape(*times.shape, 4)
 
 
@@ -110,7 +119,7 @@ def by_numpy(
     rows = records[np.maximum(index, 0)]
     h = np.clip(times.ravel() - starts[np.maximum(index, 0)], 0.0, rows["duration"])
     out = np.empty((times.size, 4))
-    with backend("numpy") as numbers:
+    with backend("numpy", parameters.scene) as numbers:
         for field in np.unique(rows["field"]):
             of = rows["field"] == field
             part, start = rows[of], rows["start"][of]

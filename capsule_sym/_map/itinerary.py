@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
-from capsule_sym.generated.capsule.facts import FIELDS
-
-
-def _rank(field: int) -> tuple[int, int, int]:
-    contact, drift = FIELDS[field]
-    return -contact, abs(drift), -drift
+from capsule_sym._parameters import CAPSULE, Scene
 
 
-_RANK = {field: rank for rank, field in enumerate(sorted(FIELDS, key=_rank))}
-"""Fields in contact first, and of these rest, then forward and backward drift."""
+@cache
+def _ranks(scene: Scene) -> dict[int, int]:
+    """Fields in contact first, and of these rest, then forward and backward drift."""
+    facts = scene.facts
+
+    def rank(field: int) -> tuple[int, ...]:
+        contact, drift = facts.FIELDS[field]
+        return not contact, contact, abs(drift), -drift, facts.LEVELS[field]
+
+    return {field: place for place, field in enumerate(sorted(facts.FIELDS, key=rank))}
 
 
-def cyclic_start(fields: Sequence[int]) -> int:
-    """Index of the segment at which the paper begins a cycle of fields F1 to F6.
+def cyclic_start(fields: Sequence[int], scene: Scene = CAPSULE) -> int:
+    """Index of the segment at which the paper begins a cycle of a scene's fields.
 
     It is in contact, at rest if there is such a segment; what follows decides between several.
     """
-    ranks = [_RANK[field] for field in fields]
+    ranks = [_ranks(scene)[field] for field in fields]
     return min(range(len(ranks)), key=lambda i: ranks[i:] + ranks[:i])
 
 
-def begun(fields: Sequence[int]) -> list[int]:
+def begun(fields: Sequence[int], scene: Scene = CAPSULE) -> list[int]:
     """The same cycle of fields, begun where the paper begins it."""
-    first = cyclic_start(fields)
+    first = cyclic_start(fields, scene)
     return [*fields[first:], *fields[:first]]

@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import evaluation
-from capsule_sym._map.segments import SWITCH, Records, Segments, Tangencies, switches_of
+from capsule_sym._map.segments import SEGMENT, SWITCH, Records, Segments, Tangencies, switches_of
 from capsule_sym._map.trajectory import Kept, Statistics, Trajectory
 from capsule_sym._parameters import SceneParameters
-from capsule_sym.generated.capsule.interface import SEGMENT
 
 CHOICES = ("segments", "final", "stroboscopic", "switches")
 MOST_KEPT = 1_000_000
@@ -162,10 +161,12 @@ class Keeper:
             states[slice(None) if self._order is None else self._order] = self._states
             shape = (*self._times.shape, 4)
             return Kept("times", times=self._times, states=states.reshape(shape))
-        omega = self.parameters.omega
+        p, segments = self.parameters, None
+        if self._rows:
+            segments = Segments(self._rows.done(), p.omega, self._tangencies, scene=p.scene)
         return Kept(
             self.what,
-            segments=Segments(self._rows.done(), omega, self._tangencies) if self._rows else None,
+            segments=segments,
             stroboscopic=self._strobes.done() if self._strobes else None,
             stroboscopic_periods=self._strobe_periods.done() if self._strobe_periods else None,
             switches=self._events.done() if self._events else None,

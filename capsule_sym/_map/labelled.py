@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import NotInstalled
+from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._units import UNITS
-from capsule_sym.generated.capsule.facts import LABELS, STATE
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -29,7 +29,6 @@ _NAMES = {
     "advance": "change of the capsule position",
     "outcome": "how the segment ends",
     "evaluations": "expansions or guard evaluations to find the end",
-    **{name: text + " at the start" * (name in STATE) for name, text in LABELS.items()},
     "itinerary": "fields of one period of the motion",
     "period_number": "excitation periods of one period of the motion",
     "progression": "advance of the capsule per excitation period",
@@ -39,7 +38,7 @@ _NAMES = {
     "residual": "largest entry of the equations' residual",
     "status": "whether the equations are solved",
 }
-"""What the columns of all tables mean. Those that have no name here keep their own."""
+"""What the columns of all tables mean, but parameters and states of their scene."""
 _COUNTED = ("period", "evaluations", "period_number")
 _MOST_ROWS = 8  # of a table in a notebook
 
@@ -63,6 +62,11 @@ class Labelled:
     def columns(self) -> dict[str, NDArray[Any]]:
         """The columns, arrays of shape (n,)."""
         raise NotImplementedError
+
+    @property
+    def scene(self) -> Scene:
+        """The scene whose parameters and states are among the columns."""
+        return CAPSULE
 
     def attributes(self) -> dict[str, Any]:
         """What holds for all rows."""
@@ -107,10 +111,10 @@ class Labelled:
         Raises ImportError without xarray.
         """
         xarray = package("xarray", "sweep")
-        variables, count = {}, 0
+        variables, count, names = {}, 0, _names(self.scene)
         for name, column in in_units(self.columns, device).items():
-            about, count = {"long_name": _NAMES.get(name, name)}, len(column)
-            if column.dtype.kind != "U" and name in _NAMES:
+            about, count = {"long_name": names.get(name, name)}, len(column)
+            if column.dtype.kind != "U" and name in names:
                 about["units"] = "1" if name in _COUNTED else "dimensionless"
             if device is not None and name in UNITS:
                 about["units"] = UNITS[name].name
@@ -119,6 +123,15 @@ class Labelled:
             variables, {self.dimension: np.arange(count)}, in_units(self.attributes(), device)
         )
         return made
+
+
+def _names(scene: Scene) -> dict[str, str]:
+    """What columns mean. Those that have no name here keep their own."""
+    facts = scene.facts
+    own = {
+        name: text + " at the start" * (name in facts.STATE) for name, text in facts.LABELS.items()
+    }
+    return _NAMES | own
 
 
 def in_units(values: dict[str, Any], device: SceneDevice | None) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,20 +19,15 @@ from capsule_sym._map.keep import STATE, STROBE, check_memory, checked
 from capsule_sym._map.labelled import lock
 from capsule_sym._map.native import core
 from capsule_sym._map.reference import Run, step, write
-from capsule_sym._map.segments import SWITCH, Segments, Tangencies, records_of
+from capsule_sym._map.segments import SEGMENT, SWITCH, Segments, Tangencies, records_of
 from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.simulate import watch_of
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import Watch
-from capsule_sym._parameters import Parameters, SceneParameters
-from capsule_sym.generated.capsule.facts import PARAMETERS, RANGES
-from capsule_sym.generated.capsule.facts import STATE as _STATE
-from capsule_sym.generated.capsule.interface import SEGMENT
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
 _MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piece by piece
 _SIDE_BY_SIDE = 8  # runs that a thread should have at least
-_OMEGA = PARAMETERS.index("omega")
-_LOW, _HIGH = np.array([*RANGES.values()]).T.copy()
 _FINISHED = np.array([Status.FINISHED.value], "<U16")
 _Result = TypeVar("_Result")
 
@@ -46,7 +42,7 @@ class Trajectories:
     """
 
     parameters: NDArray[np.float64]
-    """Rows of the parameters, shape (n, 7)."""
+    """Rows of the parameters, shape (n, 7) in the paper's scene."""
     states: NDArray[np.float64]
     """Final states, shape (n, 3)."""
     advances: NDArray[np.float64]
@@ -63,6 +59,8 @@ class Trajectories:
     """What was kept of all runs, one after another."""
     tangencies: Tangencies
     """Contacts that did not end a segment, by the index of the segment in `kept`."""
+    scene: Scene = CAPSULE
+    """The scene of the parameters."""
 
     def __post_init__(self) -> None:
         lock(self)
@@ -78,7 +76,8 @@ class Trajectories:
         part = self.kept[first:last]
         if self.what != "segments":
             return part
-        return Segments(part, self.parameters[place, _OMEGA], self.tangencies, first)
+        omega = self.parameters[place, self.scene.facts.PARAMETERS.index("omega")]
+        return Segments(part, omega, self.tangencies, first, self.scene)
 
     def __repr__(self) -> str:
         done = int(self.success.sum())
@@ -100,26 +99,28 @@ def simulate_many(
     max_segments: int | None = None,
     max_seconds: float = math.inf,
     threads: int = 1,
+    scene: Scene = CAPSULE,
 ) -> Trajectories:
     """The runs of n parameter sets, each as `simulate` gives it.
 
-    `parameters` are n `Parameters` or their rows (n, 7), states (n, 3) or (3,), phases (n,) or one;
-    `keep` is as in `simulate`, times are the same for all runs. Final and stroboscopic states are
-    computed side by side in vector lanes, and agree with those of single runs but for roundings.
-    `max_segments` limits the others, `max_seconds` all together. All that is kept takes at most
-    4 GiB, of which each run has the same part: it ends with the status memory-limit where that is
-    used up, and counts that are sure to take more are refused. All quantities are dimensionless.
+    `parameters` are n `Parameters` of one scene, or rows (n, 7) of those of `scene`, if none is
+    given the paper's; states are (n, 3) or (3,), phases (n,) or one; `keep` is as in `simulate`,
+    times are the same for all runs. Final and stroboscopic states are computed side by side in
+    vector lanes, and agree with those of single runs but for roundings. `max_segments` limits the
+    others, `max_seconds` all together. All that is kept takes at most 4 GiB, of which each run has
+    the same part: it ends with the status memory-limit where that is used up, and counts that are
+    sure to take more are refused. All quantities are dimensionless.
 
     Raises InvalidInput for a value that is not allowed.
     """
-    rows = _rows(parameters)
+    scene, rows = _rows(parameters, scene)
     count = len(rows)
     check_count("periods", periods)
     check_count("threads", threads)
     if max_segments is not None:
         check_count("max_segments", max_segments)
     watch = watch_of(max_seconds)
-    lengths = math.tau / rows[:, _OMEGA]
+    lengths = math.tau / rows[:, scene.facts.PARAMETERS.index("omega")]
     starts, times = _starts(states, count), _times(phases, lengths)
     first, last = 0.0, 0.0
     if not isinstance(keep, str):
@@ -130,47 +131,61 @@ def simulate_many(
         check_memory("keep", kept, STATE * kept.size * count)
     elif what == "stroboscopic":
         check_memory("periods", periods, STROBE * min(periods, _MOST_AT_ONCE) * count)
-    chosen = default_backend()
+    chosen = default_backend(scene)
     by_lanes = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
     if by_lanes and chosen == "c" and max_segments is None:
-        return _side_by_side(rows, starts, times, periods, what, watch, threads)
+        return _side_by_side(scene, rows, starts, times, periods, what, watch, threads)
 
     def one(i: int) -> Trajectory | None:
         if watch.over:
             return None
-        p, (x_r, v_r, v_c) = Parameters(*rows[i].tolist()), starts[i].tolist()
+        p, (x_r, v_r, v_c) = scene.Parameters(*rows[i].tolist()), starts[i].tolist()
         start = (x_r, v_r, v_c), float(times[i]), int(periods)
         return run_one(p, start, kept, max_segments, watch, chosen, share=count)
 
-    return _one_by_one(rows, starts, kept, what, _shared(one, count, threads, watch))
+    return _one_by_one(scene, rows, starts, kept, what, _shared(one, count, threads, watch))
 
 
-def _rows(parameters: Sequence[SceneParameters] | NDArray[np.float64]) -> NDArray[np.float64]:
-    """The parameter sets as rows of their own, shape (n, 7)."""
+def _rows(
+    parameters: Sequence[SceneParameters] | NDArray[np.float64], scene: Scene
+) -> tuple[Scene, NDArray[np.float64]]:
+    """The scene of parameter sets, and these as rows of their own."""
     if isinstance(parameters, np.ndarray):
         if parameters.dtype.kind not in "iuf":
-            allowed = f"real numbers of shape (n, {len(PARAMETERS)})"
+            allowed = f"real numbers of shape (n, {len(scene.facts.PARAMETERS)})"
             raise InvalidInput("parameters", parameters.dtype, allowed)
-        return checked_rows(np.array(parameters, dtype=float, order="C"))
+        return scene, checked_rows(np.array(parameters, dtype=float, order="C"), scene)
     if isinstance(parameters, SceneParameters) or not all(
         isinstance(one, SceneParameters) for one in parameters
     ):
         raise InvalidInput("parameters", parameters, "a sequence of Parameters, or their rows")
+    if len(parameters):
+        scene = parameters[0].scene
+    for one in parameters:
+        if one.scene is not scene:
+            raise InvalidInput("parameters", one, f"of one scene, {scene.name} as the first")
     rows = [[*one.to_dict().values()] for one in parameters]
-    return checked_rows(np.array(rows).reshape(-1, len(PARAMETERS)))
+    return scene, checked_rows(np.array(rows).reshape(-1, len(scene.facts.PARAMETERS)), scene)
 
 
-def checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows of parameters; raises InvalidInput for a shape or a value that is not allowed."""
-    if rows.ndim != 2 or rows.shape[1] != len(PARAMETERS):
-        allowed = f"real numbers of shape (n, {len(PARAMETERS)})"
+def checked_rows(rows: NDArray[np.float64], scene: Scene = CAPSULE) -> NDArray[np.float64]:
+    """Rows of a scene's parameters; raises InvalidInput for a shape or value not allowed."""
+    names, (low, high) = scene.facts.PARAMETERS, _ranges(scene)
+    if rows.ndim != 2 or rows.shape[1] != len(names):
+        allowed = f"real numbers of shape (n, {len(names)})"
         raise InvalidInput("parameters", rows.shape, allowed)
-    within = (rows >= _LOW) & (rows <= _HIGH)
+    within = (rows >= low) & (rows <= high)
     if not _all(within):
         i, k = np.argwhere(~within)[0].tolist()
-        low, high = RANGES[PARAMETERS[k]]
-        raise InvalidInput(PARAMETERS[k], float(rows[i, k]), f"in [{low:g}, {high:g}] for a run")
+        allowed = f"in [{low[k]:g}, {high[k]:g}] for a run"
+        raise InvalidInput(names[k], float(rows[i, k]), allowed)
     return rows
+
+
+@cache
+def _ranges(scene: Scene) -> NDArray[np.float64]:
+    """Least and largest values of a scene's parameters, shape (2, n)."""
+    return np.array([*scene.facts.RANGES.values()]).T.copy()
 
 
 def _all(within: NDArray[np.bool_]) -> bool:
@@ -221,6 +236,7 @@ def _shared(
 
 
 def _one_by_one(
+    scene: Scene,
     rows: NDArray[np.float64],
     starts: NDArray[np.float64],
     kept: str | NDArray[np.float64],
@@ -254,6 +270,7 @@ def _one_by_one(
         ends,
         all_kept,
         tangencies,
+        scene,
     )
 
 
@@ -280,6 +297,7 @@ def _part(run: Trajectory, what: str) -> NDArray[Any]:
 
 
 def _side_by_side(
+    scene: Scene,
     rows: NDArray[np.float64],
     starts: NDArray[np.float64],
     phases: NDArray[np.float64],
@@ -289,7 +307,7 @@ def _side_by_side(
     threads: int,
 ) -> Trajectories:
     """Final or stroboscopic states by the lanes of the core."""
-    binding, count, periods = core(), len(rows), int(periods)
+    binding, count, periods = core(scene), len(rows), int(periods)
     strobe = np.empty((count, periods + 1, 3)) if what == "stroboscopic" else None
     if strobe is not None:
         strobe[:, 0] = starts
@@ -308,7 +326,7 @@ def _side_by_side(
     if sum(_shared(run_share, shares, shares, watch)):
         for i in np.flatnonzero(stops == binding.OPEN).tolist():
             marks = None if strobe is None else strobe[i]
-            run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), True, watch)
+            run = Run(NumpyBackend(scene), scene.Parameters(*rows[i].tolist()), True, watch)
             status[i] = _finish(run, records[i : i + 1].reshape(()), periods, marks).value
     passed = records["period"].copy()
     if watch.over:
@@ -322,7 +340,7 @@ def _side_by_side(
         kept = strobe[has]
     return Trajectories(
         rows,
-        np.array([records[name] for name in _STATE]).T.copy(),
+        np.array([records[name] for name in scene.facts.STATE]).T.copy(),
         records["position"].copy(),
         passed,
         status,
@@ -330,6 +348,7 @@ def _side_by_side(
         ends,
         kept,
         {},
+        scene,
     )
 
 
@@ -337,7 +356,7 @@ def _finish(
     run: Run, record: NDArray[np.void], periods: int, strobe: NDArray[np.float64] | None
 ) -> Status:
     """Takes a run on by the reference map wherever the core leaves a switch open."""
-    native = core().Map(np.array(list(run.parameters.to_dict().values())))
+    native = core(run.scene).Map(np.array([*run.parameters.to_dict().values()]))
     run.marks = 0 if strobe is None else periods
     while record["period"] < periods and not run.watch.over:
         run.segments.clear()

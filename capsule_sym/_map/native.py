@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -23,21 +22,19 @@ from capsule_sym._map.trajectory import (
     Trajectory,
     after,
 )
-from capsule_sym._native import Watch
-from capsule_sym._native import core as _core
-from capsule_sym._parameters import SceneParameters
-from capsule_sym.generated.capsule.facts import PARAMETERS
-from capsule_sym.generated.capsule.interface import Precision
+from capsule_sym._native import Watch, core_of
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
 _NOTHING = Kept("final")
-_row = attrgetter(*PARAMETERS)
+_Precision = CAPSULE.interface.Precision  # of all scenes
 
 
-def core() -> Any:
-    """The binding; raises InvalidInput where the core was not compiled."""
-    if _core is None:
+def core(scene: Scene = CAPSULE) -> Any:
+    """The binding of a scene's core; raises InvalidInput where that was not compiled."""
+    found = core_of(scene)
+    if found is None:
         raise InvalidInput("backend", "c", "numpy or mpmath: the C core was not compiled")
-    return _core
+    return found
 
 
 def end_of_run(
@@ -51,12 +48,12 @@ def end_of_run(
 
     It takes the same steps as `NativeRun`, in one call.
     """
-    if periods >= core().ROWS:
+    if periods >= core(parameters.scene).ROWS:
         return None
-    native = evaluation.borrowed(_row(parameters))
-    precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
+    native = evaluation.borrowed(parameters)
+    precision = _Precision.AS_NEEDED if escalate else _Precision.DOUBLE
     found = native.end_of_run(*values, phase, periods, precision)
-    evaluation.give_back(native)
+    evaluation.give_back(parameters, native)
     if found is None:
         return None
     state, position, passed, angle, *took = found
@@ -85,8 +82,8 @@ class NativeRun:
     ) -> None:
         self.parameters, self.escalate, self.watch = parameters, escalate, watch or Watch()
         self.progress = progress
-        self.precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
-        core()
+        self.precision = _Precision.AS_NEEDED if escalate else _Precision.DOUBLE
+        self.core = core(parameters.scene)
 
     def go(
         self,
@@ -103,7 +100,7 @@ class NativeRun:
         """
         omega = self.parameters.omega
         keeper = Keeper(self.parameters, keep, share)
-        native = evaluation.borrowed(self.parameters.to_dict().values())
+        native = evaluation.borrowed(self.parameters)
         record = native.state_at(*values, phase)
         if phase == 0.0:
             keeper.strobe(np.array([values]), np.array([0]))
@@ -111,7 +108,7 @@ class NativeRun:
         x_r, v_r, v_c, angle, position, period = record[_FINAL].item()
         end = instant(period, angle, omega)
         kept = keeper.kept(native, period * self.parameters.period + end.phase)
-        evaluation.give_back(native)
+        evaluation.give_back(self.parameters, native)
         return Trajectory(
             self.parameters,
             "c",
@@ -129,16 +126,18 @@ class NativeRun:
     ) -> tuple[Status, str]:
         """Goes on to the end of the periods, or as far as it comes; and how it ended."""
         # Whatever is kept, a run pauses at the same places, and so comes to the same state.
-        strobe = np.empty((min(periods + 1, core().ROWS), 3))
+        strobe = np.empty((min(periods + 1, self.core.ROWS), 3))
         while record["period"] < periods:
             left = min(most, keeper.most) - keeper.count
             stop = self._piece(native, record, periods, left, strobe, keeper)
             found = None
-            if stop == core().OPEN and keeper.count < min(most, keeper.most):
+            if stop == self.core.OPEN and keeper.count < min(most, keeper.most):
                 # Imported where it is needed: that takes as long as all the rest.
                 from capsule_sym._map.reference import Run, step, write
 
-                run = Run(NumpyBackend(), self.parameters, self.escalate, self.watch)
+                run = Run(
+                    NumpyBackend(self.parameters.scene), self.parameters, self.escalate, self.watch
+                )
                 run_state = step(run, record, periods, min(most, keeper.most) - keeper.count)
                 tangencies = {i: s.tangencies for i, s in enumerate(run.segments)}
                 keeper.append(native, records_of(run.segments, self.parameters.omega), tangencies)

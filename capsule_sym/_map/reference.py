@@ -15,7 +15,15 @@ from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Point
 from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.segment_end import plane, reached, tells
-from capsule_sym._map.segments import Instant, Segment, Triple, instant, plane_name, plane_number
+from capsule_sym._map.segments import (
+    Instant,
+    Segment,
+    Triple,
+    instant,
+    plane_name,
+    plane_number,
+    start_of,
+)
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._map.trajectory import (
     FINISHED,
@@ -28,7 +36,6 @@ from capsule_sym._map.trajectory import (
 from capsule_sym._map.transitions import State, Undetermined, select_field, start_at
 from capsule_sym._native import Watch
 from capsule_sym._parameters import SceneParameters
-from capsule_sym.generated.capsule.facts import FIELDS
 
 # Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
 _NOTHING = 1e-200
@@ -58,10 +65,10 @@ class Run:
         watch: Watch | None = None,
         progress: Callable[[int], object] | None = None,
     ) -> None:
-        self.numbers, self.parameters = numbers, parameters
+        self.numbers, self.parameters, self.scene = numbers, parameters, parameters.scene
         self.watch, self.progress = watch or Watch(), progress
         self.escalate = escalate and numbers.name != "mpmath"
-        self.constants = [numbers.constants(field, parameters) for field in FIELDS]
+        self.constants = [numbers.constants(field, parameters) for field in self.scene.facts.FIELDS]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
         self.segments: list[Segment] = []
         self.stroboscopic: list[Triple] = []
@@ -172,7 +179,8 @@ class Run:
                     evaluations=switch.evaluations,
                     position=position,
                     advance=advance,
-                    closed=flow.closed,
+                    closed=start_of(*flow.closed),
+                    scene=self.parameters.scene,
                 )
             )
             turns += passed
@@ -228,7 +236,7 @@ class Run:
 
     def _escalate_start(self, state: State, source: int | None) -> SegmentStart | None:
         self.escalations += self.exact is None
-        with fifty_digits() as numbers:
+        with fifty_digits(self.scene) as numbers:
             exact = self.exactly(numbers, state)
             settled = Run(numbers, self.parameters, False).next_segment(exact, source)
             if settled is None:
@@ -238,7 +246,7 @@ class Run:
 
     def _escalate_switch(self, state: State, begin: SegmentStart, limit: Number) -> Switch:
         self.escalations += 1
-        with fifty_digits() as numbers:
+        with fifty_digits(self.scene) as numbers:
             c = numbers.constants(begin.field, self.parameters)
             given = self.exactly(numbers, state)
             start = start_at(c, given)._replace(zeros=begin.start.zeros)
@@ -261,7 +269,7 @@ class Run:
         if not switch.guards:
             return state, None, ""
         state, following = self._begin(state, flow.field)
-        return state, following, plane(state, following)
+        return state, following, plane(self.scene, state, following)
 
     def _advance(self, flow: Flow, duration: Number) -> Number:
         if not flow.c.drift:

@@ -14,7 +14,7 @@ from capsule_sym._map.backend import Number
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.location import Flow, SegmentStart, Switch
 from capsule_sym._map.transitions import State
-from capsule_sym.generated.capsule.switching import IMPACT_PLANES
+from capsule_sym._parameters import Scene
 
 
 def tells(flow: Flow, switch: Switch) -> bool:
@@ -59,10 +59,11 @@ def reached(flow: Flow, switch: Switch, angle: Number) -> State:
     return state
 
 
-def plane(state: State, following: SegmentStart | None) -> str:
+def plane(scene: Scene, state: State, following: SegmentStart | None) -> str:
     """The switching plane of a state, Eq. (24): by the field to come where the capsule rests."""
     if following is None:
         return ""
     if state.v_c == 0:
         return f"Σ{following.field}"
-    return f"Σ{IMPACT_PLANES[1, 1 if state.v_c > 0 else -1, 1 if state.v_r > 0 else -1]}"
+    signs = 1 if state.v_c > 0 else -1, 1 if state.v_r > 0 else -1
+    return f"Σ{scene.switching.IMPACT_PLANES[1, *signs]}"

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Number
-from capsule_sym.generated.capsule.facts import MODES
-from capsule_sym.generated.capsule.interface import OUTCOMES, SEGMENT
+from capsule_sym._parameters import CAPSULE, Scene
 
-_OUTCOMES = (*map(Outcome, OUTCOMES), Outcome.STALLED)
+SEGMENT = CAPSULE.interface.SEGMENT
+"""A record of any scene's core."""
+_OUTCOMES = (*map(Outcome, CAPSULE.interface.OUTCOMES), Outcome.STALLED)
 _BLOCK = 1024  # segments made at a time
 Triple = tuple[Number, Number, Number]
 Records = NDArray[np.void]
@@ -48,10 +49,11 @@ def instant(periods: int, angle: Number, omega: Number) -> Instant:
 class Segment:
     """One segment of a trajectory, from one switching plane to the next, dimensionless.
 
-    States are (x_r, v_r, v_c). `source` and `target` are switching planes "Σ1" to "Σ10"; `target`
-    is empty for a segment that the end of the run cuts off, `source` for one that starts off every
-    plane. `tangencies` are contacts within the error bound that did not end the segment, with the
-    duration after which they occur. `position` is x_c at the start, `advance` its change.
+    States are (x_r, v_r, v_c). `source` and `target` are switching planes, in the paper's scene
+    "Σ1" to "Σ10"; `target` is empty for a segment that the end of the run cuts off, `source` for
+    one that starts off every plane. `tangencies` are contacts within the error bound that did not
+    end the segment, with the duration after which they occur. `position` is x_c at the start,
+    `advance` its change.
     """
 
     field: int
@@ -68,6 +70,7 @@ class Segment:
     position: Number
     advance: Number
     closed: Any  # start of the closed form, for evaluation in between
+    scene: Scene = CAPSULE
 
     def __repr__(self) -> str:
         way = f"{self.source or 'start'} to {self.target or 'end'}"
@@ -77,13 +80,13 @@ class Segment:
 
     @property
     def name(self) -> str:
-        """Name of the field, "F1" to "F6"."""
+        """Name of the field, in the paper's scene "F1" to "F6"."""
         return f"F{self.field}"
 
     @property
     def mode(self) -> str:
         """Mode of operation in the paper's notation, such as "NC-FD"."""
-        return MODES[self.field - 1]
+        return str(self.scene.facts.MODES[self.field - 1])
 
     @property
     def local_map(self) -> str:
@@ -101,9 +104,14 @@ class Segments(Sequence[Segment]):
     """
 
     def __init__(
-        self, records: Records, omega: float, tangencies: Tangencies | None = None, first: int = 0
+        self,
+        records: Records,
+        omega: float,
+        tangencies: Tangencies | None = None,
+        first: int = 0,
+        scene: Scene = CAPSULE,
     ) -> None:
-        self.records, self.omega = records, omega
+        self.records, self.omega, self.scene = records, omega, scene
         self.tangencies, self._first = tangencies or {}, first
 
     def __len__(self) -> int:
@@ -119,7 +127,8 @@ class Segments(Sequence[Segment]):
             return self._made(place, self.records[place].item())
         start, _, step = index.indices(len(self))
         if step == 1:
-            return Segments(self.records[index], self.omega, self.tangencies, self._first + start)
+            first = self._first + start
+            return Segments(self.records[index], self.omega, self.tangencies, first, self.scene)
         return tuple(self[i] for i in range(*index.indices(len(self))))
 
     def __iter__(self) -> Iterator[Segment]:
@@ -138,8 +147,6 @@ class Segments(Sequence[Segment]):
         return f"<{len(self)} segments>"
 
     def _made(self, index: int, values: tuple[Any, ...]) -> Segment:
-        from capsule_sym.generated.capsule.py.kernels import Start
-
         start_period, end_period, angle, end_angle, start, end, duration, position, advance = (
             values[:9]
         )
@@ -159,17 +166,23 @@ class Segments(Sequence[Segment]):
             evaluations=evaluations,
             position=position,
             advance=advance,
-            closed=Start(x_r, gap, v_r, v_c, margin, cosine, sine),
+            closed=start_of(x_r, gap, v_r, v_c, margin, cosine, sine),
+            scene=self.scene,
         )
 
 
+def start_of(*values: Number) -> Any:
+    """The start of a closed form; of all scenes one class, so that pickle finds it."""
+    return CAPSULE.kernels.Start(*values)
+
+
 def plane_name(number: int) -> str:
-    """A switching plane's name, "Σ1" to "Σ10"; empty for 0."""
+    """A switching plane's name, such as "Σ1"; empty for 0."""
     return f"Σ{number}" if number else ""
 
 
 def plane_number(name: str) -> int:
-    """A switching plane's number, 1 to 10; 0 for an empty name."""
+    """A switching plane's number, from 1 on; 0 for an empty name."""
     return int(name[1:]) if name else 0
 
 
@@ -216,10 +229,11 @@ def switches_of(records: Records) -> Records:
     return events
 
 
-def columns_of(records: Records, omega: float) -> dict[str, NDArray[Any]]:
+def columns_of(records: Records, omega: float, scene: Scene = CAPSULE) -> dict[str, NDArray[Any]]:
     """The columns of a table of segments, arrays of numbers or of texts, shape (n,)."""
-    planes = np.array([plane_name(i) for i in range(11)])
-    fields = np.array([f"F{i}" for i in range(7)])
+    last = max(*scene.switching.IMPACT_PLANES.values(), *scene.switching.EDGE_PLANES)
+    planes = np.array([plane_name(i) for i in range(last + 1)])
+    fields = np.array([f"F{i}" for i in range(len(scene.facts.FIELDS) + 1)])
     outcomes = np.array([str(outcome) for outcome in _OUTCOMES])
     start = records["start"]
     return {

@@ -59,7 +59,7 @@ def simulate(
     if max_segments is not None:
         check_count("max_segments", max_segments)
     watch = watch_of(max_seconds)
-    chosen = backend or default_backend()
+    chosen = backend or default_backend(parameters.scene)
     start = values, phase, int(periods)
     unlimited = max_segments is None and progress is None and watch.deadline == math.inf
     if unlimited and chosen == "c" and isinstance(kept, str) and kept == "final":
@@ -98,7 +98,7 @@ def run(
         return NativeRun(parameters, escalate, watch, progress).go(*start, most, kept, share)
     from capsule_sym._map.reference import Run
 
-    with backend_of(chosen) as numbers:
+    with backend_of(chosen, parameters.scene) as numbers:
         found = Run(numbers, parameters, escalate, watch, progress).go(*start, most)
     if isinstance(kept, str) and kept == "segments":
         return found

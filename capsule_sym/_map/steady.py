@@ -16,8 +16,6 @@ from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Segment, Triple
 from capsule_sym._parameters import SceneParameters
-from capsule_sym.generated.capsule.facts import FIELD_OF, FIELDS
-from capsule_sym.generated.capsule.formulas import Formulas
 
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
 _Run = Any  # a `Trajectory` that has ended, whose module imports this one
@@ -56,14 +54,15 @@ class SteadyMotion:
 
 def shown_progression(motion: SteadyMotion) -> float:
     """The progression as it is shown: 0 where the motion does not drift but by its rounding."""
-    segments, number = motion.segments, motion.period_number
+    segments, number, scene = motion.segments, motion.period_number, motion.parameters.scene
     drifting = drifts(
         list(motion.parameters.to_dict().values()),
-        contact=any(FIELDS[segment.field][0] for segment in segments),
+        contact=any(scene.facts.FIELDS[segment.field][0] for segment in segments),
         progression=float(motion.progression),
         way=sum(abs(float(segment.advance)) for segment in segments) / number,
         segments=len(segments),
         unit=UNIT if isinstance(motion.progression, float) else 1e-50,
+        scene=scene,
     )
     return float(motion.progression) if drifting else 0.0
 
@@ -105,22 +104,37 @@ def steady_motion(run: _Run, tolerance: float, longest: int) -> SteadyMotion | N
 def _rests(run: _Run, tolerance: float) -> bool:
     """Whether it is proved that the run stays this near to rest for ever, and never slips."""
     p, (x_r, v_r, v_c) = run.parameters, map(float, run.final[1])
-    # Twice the energy at rest: v_r^2 + k x_r^2 + kappa (x_r - delta)^2 in contact.
-    free, pressed = (NumpyBackend().constants(FIELD_OF[side, 0], p) for side in (0, 1))
-    if free.load_force() != 0 or p.alpha > 0 or v_c != 0 or not run.success or not run.segments:
+    # Twice the energy at rest: v_r^2 + k x_r^2 + kappa (x_r - stop)^2 in contact.
+    facts, numbers = p.scene.facts, NumpyBackend(p.scene)
+    free, *pressed = (
+        numbers.constants(facts.FIELD_OF[side, 0], p) for side in range(1 + len(facts.STOPS))
+    )
+    if facts.PULSED or free.load_force() != 0 or p.alpha > 0:
         return False
-    energy = v_r, math.sqrt(free.K) * x_r, math.sqrt(pressed.kappa) * max(0.0, x_r - p.delta)
+    if v_c != 0 or not run.success or not run.segments:
+        return False
+    beyond = zip(pressed, facts.STOPS, (1, -1), strict=False)
+    energy = (
+        v_r,
+        math.sqrt(free.K) * x_r,
+        *(
+            math.sqrt(c.kappa) * max(0.0, side * x_r - getattr(p, name))
+            for c, (name, _), side in beyond
+        ),
+    )
     speed = 1.000001 * math.hypot(*energy)
     size = speed / min(1.0, math.sqrt(free.K))
-    force = float(pressed.force_change_size(size, speed))
+    force = max(float(c.force_change_size(size, speed)) for c in pressed)
     return size <= tolerance and force < min(free.friction_guard(way, 0) for way in (-1, 1))
 
 
 def _rest(run: _Run) -> Segment:
     """The last excitation period, at rest."""
     zero, end = run.segments[-1].duration * 0, run.final[0].period
-    touches = int(run.parameters.delta == 0)  # the region with contact is the closed one
-    field = FIELD_OF[touches, 0]
+    facts = run.parameters.scene.facts
+    # The region with contact is the closed one.
+    touched = (i for i, (name, _) in enumerate(facts.STOPS, 1) if not getattr(run.parameters, name))
+    field = facts.FIELD_OF[next(touched, 0), 0]
     rest = zero, zero, zero
     found = replace(_last_period(run, rest, field), field=field, end=Instant(end, zero))
     return replace(found, end_state=rest, outcome=Outcome.NEVER, evaluations=0)
@@ -132,9 +146,9 @@ def _last_period(run: _Run, state: Triple, field: int) -> Segment:
     x_r, v_r, v_c = state
     number = type(x_r)
     given = {name: number(value) for name, value in run.parameters.to_dict().items()}
-    free = SimpleNamespace(kappa=x_r * 0, **given)
-    gap = x_r - free.delta
-    force = Formulas.force(free, x_r, gap, v_r)
+    free, scene = SimpleNamespace(kappa=x_r * 0, **given), run.parameters.scene
+    gap = x_r - given[scene.facts.STOPS[0][0]]
+    pull = scene.formulas.Formulas.pull(free, x_r, gap, v_r, x_r * 0 + 1)
     return replace(
         last,
         source=f"Σ{field}",
@@ -145,7 +159,7 @@ def _last_period(run: _Run, state: Triple, field: int) -> Segment:
         tangencies=(),
         position=last.position + last.advance,
         advance=last.advance * 0,
-        closed=type(last.closed)(x_r, gap, v_r, v_c, force, x_r * 0 + 1, x_r * 0),
+        closed=type(last.closed)(x_r, gap, v_r, v_c, pull, x_r * 0 + 1, x_r * 0),
     )
 
 
@@ -164,7 +178,7 @@ def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
 def _steady(
     segments: tuple[Segment, ...], period_number: int, parameters: SceneParameters
 ) -> SteadyMotion:
-    first = cyclic_start([s.field for s in segments])
+    first = cyclic_start([s.field for s in segments], parameters.scene)
     advance = sum((s.advance for s in segments), segments[0].advance * 0)
     whole = segments[first:] + segments[:first]
     return SteadyMotion(whole, period_number, advance / period_number, parameters)

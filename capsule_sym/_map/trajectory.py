@@ -25,8 +25,8 @@ from capsule_sym._map.segments import (
     switches_of,
 )
 from capsule_sym._map.steady import LONGEST, SteadyMotion, steady_motion
-from capsule_sym._native import core
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._native import core_of
+from capsule_sym._parameters import Scene, SceneParameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,6 +132,11 @@ class Trajectory(Labelled):
         return f"<Trajectory by {self.backend}: {count} segments, {at}{stopped}>"
 
     @property
+    def scene(self) -> Scene:
+        """The scene of its parameters."""
+        return self.parameters.scene
+
+    @property
     def success(self) -> bool:
         """Whether the run came to the end of its periods."""
         return self.status is Status.FINISHED
@@ -160,7 +165,8 @@ class Trajectory(Labelled):
         """All switches: an array with fields period, angle, field and plane.
 
         The time of a switch is `period` excitation periods and the forcing's `angle` in [0, 2 pi);
-        `field` (1 to 6) is left there, and `plane` (1 to 10) is the switching plane it happens on.
+        `field` is left there (1 to 6 in the paper's scene), and `plane` (there 1 to 10) is the
+        switching plane it happens on.
         """
         if self.kept.segments is not None:
             return switches_of(self.records)
@@ -211,7 +217,7 @@ class Trajectory(Labelled):
         The start of each by `period` and `phase`, `x_r`, `v_r`, `v_c`, `x_c`, its `duration` and
         `advance` of x_c; texts `field`, `source`, `target` and `outcome`; `evaluations`.
         """
-        return columns_of(self.records, self.parameters.omega)
+        return columns_of(self.records, self.parameters.omega, self.scene)
 
     def __call__(self, t: ArrayLike, *, position: bool = False) -> NDArray[np.float64]:
         """States (x_r, v_r, v_c) at times t, shape t.shape + (3,), from the closed form.
@@ -233,7 +239,7 @@ class Trajectory(Labelled):
         if not len(records):
             origin = np.array([*self.origin[1], 0.0], dtype=float)
             return np.broadcast_to(origin, (*times.shape, 4)).copy()
-        if self.backend == "c" and core is not None:
+        if self.backend == "c" and core_of(self.scene) is not None:
             return evaluation.by_core(self.parameters, records, times)
         return evaluation.by_numpy(self.parameters, records, times)
 
@@ -282,7 +288,8 @@ def _draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
     x_r, v_r, _, x_c = run(times, position=True).T
     if of == "phase":
         axes.plot(x_r, v_r)
-        axes.axvline(run.parameters.delta, color="0.7", zorder=0)
+        for name, side in zip(run.scene.facts.STOPS, (1, -1), strict=False):
+            axes.axvline(side * getattr(run.parameters, name[0]), color="0.7", zorder=0)
         axes.set(xlabel="$x_r$", ylabel="$v_r$")
         return axes
     axes.plot(times / period, x_r, label="$x_r$")

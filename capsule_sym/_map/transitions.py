@@ -8,13 +8,12 @@ derived switching table; the same rule serves corner points and tangencies.
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.location import SegmentStart, Start
-from capsule_sym.generated.capsule.facts import FIELD_OF
-from capsule_sym.generated.capsule.switching import PLACES, TRANSITIONS
 
 
 class State(NamedTuple):
@@ -67,10 +66,10 @@ def select_field(
     be the successor.
     """
     begins = []
-    candidates = _candidates(state)
+    candidates = _candidates(backend.scene.facts, state)
     place = place_of(backend, constants, state)
     if source is not None and place is not None:
-        allowed = TRANSITIONS.get((source, place), ())
+        allowed = backend.scene.switching.TRANSITIONS.get((source, place), ())
         candidates = [field for field in candidates if field in allowed]
     for field in candidates:
         c = constants[field - 1]
@@ -83,10 +82,10 @@ def select_field(
     return begins[0]
 
 
-def _candidates(state: State) -> list[int]:
+def _candidates(facts: ModuleType, state: State) -> list[int]:
     contacts = (0, 1) if state.gap == 0 else (int(state.gap > 0),)
     drifts = (1, 0, -1) if state.v_c == 0 else (1 if state.v_c > 0 else -1,)
-    return [FIELD_OF[contact, drift] for contact in contacts for drift in drifts]
+    return [facts.FIELD_OF[contact, drift] for contact in contacts for drift in drifts]
 
 
 def place_of(backend: Backend, constants: Any, state: State) -> str | None:
@@ -94,19 +93,20 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
 
     None off all of them, and where rounding leaves open on which of them the state is.
     """
+    places = backend.scene.switching.PLACES
     signs = _sign(state.v_c), _sign(state.gap), _sign(state.v_r)
     if state.v_c != 0:
-        return PLACES.get((*signs, 0))
+        return places.get((*signs, 0))  # type: ignore[no-any-return]
     if state.bound:
-        return PLACES[*signs, 2 * state.bound]
-    c = constants[FIELD_OF[int(state.gap > 0), 0] - 1]
+        return places[*signs, 2 * state.bound]  # type: ignore[no-any-return]
+    c = constants[backend.scene.facts.FIELD_OF[int(state.gap > 0), 0] - 1]
     force = c.force(state.x_r, state.gap, state.v_r)
     added = c.force_size(abs(state.x_r), abs(state.gap), abs(state.v_r))
     within = c.friction_guard(-1 if force > 0 else 1, force)
     added = added + c.friction_bounds()
     if abs(within) <= (c.FORCE_UNITS + 1) * backend.unit * added:
         return None
-    return PLACES.get((*signs, 3 * _sign(force) if within < 0 else 0))
+    return places.get((*signs, 3 * _sign(force) if within < 0 else 0))  # type: ignore[no-any-return]
 
 
 def _sign(value: Number) -> int:

@@ -165,7 +165,7 @@ cdef class Fields:
         and the columns of the generated `jacobian`. At rest the last two of each are zero.
         """
         if not 1 <= field <= CAPSULE_FIELD_COUNT or start.shape[0] != 7:
-            raise ValueError("field must be 1 to 6, and start seven numbers")
+            raise ValueError(f"field must be 1 to {CAPSULE_FIELD_COUNT}, and start seven numbers")
         values, rows = np.zeros(4), np.zeros((4, CAPSULE_COLUMN_COUNT))
         cdef double[::1] out = values
         cdef double[:, ::1] slopes = rows
@@ -184,7 +184,7 @@ cdef class Fields:
         cdef int count
         interface.Quantity(quantity)
         if not 1 <= field <= CAPSULE_FIELD_COUNT or not 0 <= zeros <= 1:
-            raise ValueError("field must be 1 to 6, and zeros 0 or 1")
+            raise ValueError(f"field must be 1 to {CAPSULE_FIELD_COUNT}, and zeros 0 or 1")
         (begin.x_r, begin.gap, begin.v_r, begin.v_c, begin.margin, begin.cos_theta,
          begin.sin_theta) = start
         with nogil:
@@ -223,7 +223,7 @@ cdef class Fields:
         cdef double[::1] numbers = block
         cdef capsule_system system = capsule_system_in(&numbers[0], itinerary.count)
         if capsule_evaluate_itinerary(&self.map.parameters, &itinerary, &z[0], &system) != DONE:
-            raise ValueError("no itinerary of fields 1 to 6, each led to by one guard")
+            raise ValueError(f"no itinerary of fields 1 to {CAPSULE_FIELD_COUNT}, each led to by one guard")
         return _arrays(block, &system, itinerary.count)
 
     def solve_itinerary(self, const int32_t[::1] fields, int periods, bint mirrored, z,
@@ -257,7 +257,7 @@ cdef class Fields:
                                            &solution)
         _raised(&a)
         if stop == REFUSED:
-            raise ValueError("no itinerary of fields 1 to 6, or no parameters")
+            raise ValueError(f"no itinerary of fields 1 to {CAPSULE_FIELD_COUNT}, or no parameters")
         values = tuple((<double *> &parameters)[i] for i in range(CAPSULE_PARAMETER_COUNT))
         arrays = _arrays(block, &system, itinerary.count) if stop == DONE else None
         status = solution.status if stop == DONE else None
@@ -590,8 +590,8 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
     `states` holds where runs came to, at the end of a period, and row i of `strobe` the state
     before the last periods and those at their ends, as `run_many` writes them. `stops` receives
     why the search stopped, `motions` (of MOTION) what was found. Row i of `switches` receives one
-    byte 16 field + plane for every switch of a period of the motion, from the end of the run on;
-    a motion with more switches than half the row holds stops at FULL.
+    byte for every switch of a period of the motion, the field that is left, from the end of the run
+    on; a motion with more switches than half the row holds stops at FULL.
     """
     if motions.dtype != MOTION:
         raise TypeError("motions must be of dtype MOTION")
@@ -634,7 +634,7 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
                                                periods, tolerance, events, room, &a.watch,
                                                &found[i], &open_)
             for k in range(found[i].switches):
-                switches[i, k] = <uint8_t> (16 * events[k].field + events[k].plane)
+                switches[i, k] = <uint8_t> events[k].field
     free(work)
     free(events)
     _raised(&a)

@@ -140,9 +140,9 @@ class _Cells:
         codes: dict[bytes, int] = {}
         field, passed = motions["field"].tolist(), motions["switches"].tolist()
         for i in np.flatnonzero(done & (periodic | never)).tolist():
-            key = switches[i, : passed[i]].tobytes() or bytes([16 * field[i]])
+            key = switches[i, : passed[i]].tobytes() or bytes([field[i]])
             if key not in codes:
-                codes[key] = self.code([label // 16 for label in key])
+                codes[key] = self.code([*key])
             columns["itinerary"][i] = codes[key]
         if OF_ORBIT & set(self.part.compute):
             self.close_many(np.flatnonzero(done & periodic), switches)
@@ -165,7 +165,7 @@ class _Cells:
         # The run from the angle 0 on ends in the field that it began in.
         fields = found.fields.copy()
         fields[np.arange(len(chosen)), found.records["segments"] - 1] = 0
-        same = (fields == switches[chosen, : fields.shape[1]] // 16).all(axis=1)
+        same = (fields == switches[chosen, : fields.shape[1]]).all(axis=1)
         good = found.closed & same
         cells, found = chosen[good], found.of(good)
         self.closed[cells] = True

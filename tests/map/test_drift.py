@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, simulate, solve_orbit
-from capsule_sym._map import segments
+from capsule_sym import Parameters, scenes, simulate, solve_orbit
 from capsule_sym._map.steady import shown_progression
 
 RESONANT = Parameters(alpha=5.0, omega=0.8, delta=1e3, zeta=0.0, gamma=1 / (1.6**2 - 1))
@@ -41,7 +40,7 @@ def test_contact_is_told_by_the_field_and_not_by_what_its_mode_is_called(
     drifting = solve_orbit(Parameters(alpha=1.2)).motion
     resting = solve_orbit(RESONANT.replace(zeta=0.1), (1.0, -0.5, 2.0)).motion
     for modes in (("NC",) * 6, ("C",) * 6):
-        monkeypatch.setattr(segments, "MODES", modes)
+        monkeypatch.setattr(scenes.capsule.facts, "MODES", modes)
         assert shown_progression(drifting) == float(drifting.progression) != 0.0
         assert shown_progression(resting) == 0.0 != float(resting.progression)
 

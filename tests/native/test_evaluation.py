@@ -260,8 +260,10 @@ def test_what_the_reference_map_takes_over_is_kept_exactly(monkeypatch: pytest.M
         def run(self, *_: Any, **__: Any) -> tuple[int, int, str]:
             return core.OPEN, 0, "undecided"
 
-    monkeypatch.setattr(evaluation, "borrowed", lambda p: Refused(core.Map(np.array([*p]))))
-    monkeypatch.setattr(evaluation, "give_back", lambda _: None)
+    monkeypatch.setattr(
+        evaluation, "borrowed", lambda p: Refused(core.Map(np.array([*p.to_dict().values()])))
+    )
+    monkeypatch.setattr(evaluation, "give_back", lambda *_: None)
     taken = simulate(SIX, START, 1.25, 3)
     assert taken.backend == "c"
     assert taken.segments == reference.segments

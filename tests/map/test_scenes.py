@@ -1,0 +1,91 @@
+"""Runs of the scenes by every backend, against each other and an integrator of its own."""
+
+from __future__ import annotations
+
+import pickle
+import shutil
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput, Parameters, Trajectory, scenes, simulate, simulate_many
+from capsule_sym.scenes import Scene
+from tests.scenes import SCENES, Form, Integrator, Start, integrator, random_starts
+
+PERIODS = 4
+MOST_UNITS = 4096
+"""Error of a final state, in units of what rounding each segment's end comes to."""
+compiled = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+
+
+@pytest.fixture(scope="module")
+def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
+    return integrator(tmp_path_factory.mktemp("integrator"))
+
+
+def simulated(scene: Scene, start: Start, backend: str) -> Trajectory:
+    p = scene.Parameters(**start.parameters)
+    return simulate(p, start.state, start.phase, PERIODS, backend=backend)
+
+
+def agree(scene: Scene, form: Form, judge: Integrator, backend: str, starts: list[Start]) -> None:
+    """Asserts that runs have the integrator's itineraries and final states."""
+    decided = 0
+    for start, expected in zip(starts, judge.runs(form, starts, PERIODS), strict=True):
+        if expected.status != "done":
+            continue
+        run = simulated(scene, start, backend)
+        assert run.success, (start, run)
+        assert tuple(s.field for s in run.segments) == expected.fields, start
+        assert expected.off([*map(float, run.final[1]), float(run.advance)]) < MOST_UNITS, (
+            start,
+            run,
+        )
+        decided += 1
+    assert decided > 0.9 * len(starts)
+
+
+@compiled
+@pytest.mark.parametrize(("backend", "count"), [("c", 200), ("numpy", 30), ("mpmath", 4)])
+def test_runs_of_the_slope_are_those_of_an_integrator(
+    judge: Integrator, backend: str, count: int
+) -> None:
+    starts = random_starts(SCENES["slope"], count)
+    agree(scenes.slope, SCENES["slope"], judge, backend, starts)
+
+
+def test_what_is_made_of_a_run_is_the_scenes() -> None:
+    p = scenes.slope.Parameters(s=0.05)
+    run = simulate(p, (0.1, 0.2, 0.3), 0.4, 300)
+    reference = simulate(p, (0.1, 0.2, 0.3), 0.4, 20, backend="numpy")
+    assert [s.mode for s in run.segments[:4]] == ["C-FD", "NC-FD", "NC-S", "NC-BD"]
+    assert np.allclose(run([3.0, 1.0]), reference([3.0, 1.0]), rtol=0, atol=1e-14)
+    motion = run.steady()
+    assert motion is not None
+    for result in (run, motion):
+        again = pickle.loads(pickle.dumps(result))
+        assert again.segments == result.segments
+        assert again.segments[0].scene is scenes.slope
+    kept = simulate(p, (0.1, 0.2, 0.3), 0.4, 300, keep=np.array([3.0, 1.0]))
+    assert np.array_equal(kept.states, run([3.0, 1.0]))
+
+
+def test_many_runs_of_a_scene_are_its_single_ones() -> None:
+    given = [scenes.slope.Parameters(s=s) for s in (-0.1, 0.0, 0.1)]
+    rows = np.array([[*p.to_dict().values()] for p in given])
+    alone = [simulate(p, periods=9) for p in given]
+    for many in (
+        simulate_many(given, periods=9),
+        simulate_many(rows, periods=9, scene=scenes.slope),
+    ):
+        assert np.allclose(many.states, [run.final[1] for run in alone], rtol=0, atol=1e-13)
+    kept = simulate_many(given, periods=9, keep="segments")
+    assert [kept[i] for i in range(3)] == [run.segments for run in alone]
+    assert pickle.loads(pickle.dumps(kept))[2][0].scene is scenes.slope
+
+
+def test_parameters_of_two_scenes_are_refused_together() -> None:
+    with pytest.raises(InvalidInput, match=r"^parameters = .*: must be of one scene, slope as"):
+        simulate_many([scenes.slope.Parameters(), Parameters()])
+    with pytest.raises(InvalidInput, match=r"shape \(n, 9\)"):
+        simulate_many(np.ones((2, 7)), scene=scenes.slope)
