@@ -96,6 +96,16 @@ WRONG = {
         'model.drift("BD", v_c < 0, against=1)',
         "no way from S to FD or BD",
     ),
+    "a drive that reacts by a part of it": (
+        "model.capsule(gamma, P)",
+        "model.capsule(gamma, P - alpha * cos(omega * tau) / 2)",
+        "all of that",
+    ),
+    "rest within bounds of what does not move the capsule": (
+        'model.rest("S", P < f_b, P > -f_b)',
+        'model.rest("S", P - alpha * cos(omega * tau) < f_b, P > -f_b)',
+        "no way from S to FD or BD",
+    ),
     "a mass without forces": (
         "model.mass(alpha * cos(omega * tau) - P)",
         "model.mass(1)",
