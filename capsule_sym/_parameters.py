@@ -21,7 +21,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._units import Scales
 from capsule_sym.generated.capsule.parameters import DeviceFields, Fields, Relations
 
-SHIPPED = ("capsule", "slope", "reaction", "reaction_pulse")
+SHIPPED = ("capsule", "slope", "prototype", "reaction", "reaction_pulse")
 """Names of the scenes that ship; the first is the paper's."""
 _ALLOWED = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
 _MODULES = {

@@ -47,7 +47,7 @@ __all__ = [
     "tau",
 ]
 
-SHIPPED = ("capsule", "slope", "reaction", "reaction_pulse")
+SHIPPED = ("capsule", "slope", "prototype", "reaction", "reaction_pulse")
 """Scenes that ship, by the names of their files; the first is the paper's."""
 _RESERVED = ("alpha", "omega", "zeta", "gamma")
 _STATE = ("x_r", "v_r", "v_c")
