@@ -69,6 +69,18 @@ static inline void chain_turn(const capsule_constants *c, const capsule_start *s
     *sine = start->sin_theta * co + start->cos_theta * si;
 }
 
+#if CAPSULE_PULSED
+/* The row of the angle after a duration less that of the edge, where a level ends: a share of the turn. */
+static inline void chain_edge(const capsule_constants *c, double h, double guard[ROW])
+{
+    memset(guard, 0, ROW * sizeof *guard);
+    guard[BY_ANGLE] = 1.0;
+    guard[BY_TIME] = c->omega;
+    guard[BY(omega)] = h;
+    guard[BY(CAPSULE_HIGH_SHARE)] = -TWO_PI * c->high;
+}
+#endif
+
 /* The row of the guard that ends a segment some time after its start: of the gap of the stop where
    contact changes, of v_c where a slip ends, else of Q less the bound that it passes. */
 static inline void chain_guard(const capsule_constants *c, const capsule_constants *next,

@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-typedef enum { NEVER, IMPACT, LANDING, SLIP, IMPOSSIBLE } guard_kind;
+typedef enum { NEVER, IMPACT, LANDING, SLIP, EDGE, IMPOSSIBLE } guard_kind;
 
 /* A sum in two parts: long itineraries pass many turns, and their angles would lose digits to them. */
 typedef struct {
@@ -36,14 +36,14 @@ static guard_kind guard_of(const capsule_itinerary *it, int i)
 {
     const int field = it->fields[i] - 1, next = neighbour(it, i + 1);
     const int impact = CONTACT_OF[field] != CONTACT_OF[next];
-    const int slides = DRIFT_OF[field] != DRIFT_OF[next];
+    const int slides = DRIFT_OF[field] != DRIFT_OF[next], edge = LEVEL_OF[field] != LEVEL_OF[next];
     if (impact && CONTACT_OF[field] && CONTACT_OF[next])
         return IMPOSSIBLE; /* from one stop to the other */
-    if (it->count == 1 && DRIFT_OF[field] == 0)
+    if (it->count == 1 && DRIFT_OF[field] == 0 && !CAPSULE_PULSED)
         return NEVER;
-    if (impact == slides)
+    if (impact + slides + edge != 1)
         return IMPOSSIBLE;
-    return impact ? IMPACT : DRIFT_OF[field] ? LANDING : SLIP;
+    return edge ? EDGE : impact ? IMPACT : DRIFT_OF[field] ? LANDING : SLIP;
 }
 
 /* How many derivatives of a segment's guard, from itself on, vanish at its start. */
@@ -64,10 +64,13 @@ int capsule_itinerary_allowed(const capsule_itinerary *it)
     for (int i = 0; i < it->count; i++)
         if (it->fields[i] < 1 || it->fields[i] > CAPSULE_FIELD_COUNT)
             return 0;
-    for (int i = 0; i < it->count; i++)
+    int edges = 0;
+    for (int i = 0; i < it->count; i++) {
         if (guard_of(it, i) == IMPOSSIBLE)
             return 0;
-    return 1;
+        edges += guard_of(it, i) == EDGE;
+    }
+    return edges == (CAPSULE_PULSED ? 2 * it->periods : 0);
 }
 
 int capsule_system_allowed(const capsule_system *system)
@@ -182,6 +185,20 @@ static double guard_at(const capsule_equations *e, int i, const capsule_segment_
     return value;
 }
 
+#if CAPSULE_PULSED
+/* How far the angle at the end of a segment is beyond the edge there, after so many whole turns, and the
+   row of that. */
+static double edge_guard(const capsule_constants *c, angle_sum angle, int turns, double h, double row[ROW])
+{
+    const double share = c->high > 0.0 ? high_share(c) : 1.0;
+    const double whole = turns * TWO_PI, part = share * TWO_PI;
+    const double lost = fma(turns, TWO_PI, -whole) + fma(share, TWO_PI, -part) + (turns + share) * TWO_PI_REST;
+    chain_edge(c, h, row);
+    turn_on(&angle, c->omega, h);
+    return ((angle.whole - whole) - part) + (angle.rest - lost);
+}
+#endif
+
 /* The gradient of the last guard, where the start is held to its surface in this component, in place of its
    closing equation; else 0. Were it not, segments whose guards begin at 0 one after the other all round
    would fix their differences only. */
@@ -261,6 +278,7 @@ static double duration_of(const capsule_constants *c, double h)
 int capsule_evaluate_equations(const capsule_equations *e, const double *z, capsule_system *to)
 {
     angle_sum angle = {z[ANGLE], 0.0};
+    int rises = 0; /* on the way */
     to->advance = 0.0;
     for (int i = 0; i < e->count; i++) {
         capsule_segment_flow *p = &to->flows[i];
@@ -275,6 +293,11 @@ int capsule_evaluate_equations(const capsule_equations *e, const double *z, caps
             double *const row = memset(guard_row(to, i), 0, ROW * sizeof *row);
             to->residual[i] = angle.whole;
             row[BY_ANGLE] = 1.0;
+#if CAPSULE_PULSED
+        } else if (guard_of(e->itinerary, i) == EDGE) {
+            to->residual[i] = edge_guard(c, angle, rises, z[DURATION + i], guard_row(to, i));
+            rises += c->high == 0.0;
+#endif
         } else {
             to->residual[i] = guard_at(e, i, p, guard_row(to, i));
         }

@@ -51,10 +51,17 @@ static void pass_switch(const passing *p, const capsule_constants *next, const c
     double rows[ROWS][ROW], guard[ROW], later[N];
     const double still[N] = {0.0};
     rows_at(p, s->duration, rows);
-    if (next->contact == p->c->contact && next->drift == p->c->drift) {
+    int same = next->contact == p->c->contact && next->drift == p->c->drift, edge = 0;
+#if CAPSULE_PULSED
+    edge = next->high != p->c->high;
+    if (edge)
+        chain_edge(p->c, s->duration, guard);
+#endif
+    if (same && !edge) {
         memset(later, 0, sizeof later);
     } else {
-        chain_guard(p->c, next, &p->start, s->duration, s->end, rows, guard);
+        if (!edge)
+            chain_guard(p->c, next, &p->start, s->duration, s->end, rows, guard);
         total(p, guard, still, later);
         for (int k = 0; k < N; k++)
             later[k] /= -guard[BY_TIME];

@@ -21,21 +21,24 @@ static void print(const double *values, int count)
         printf(" %.17g", values[i]);
 }
 
-/* The orbit's itinerary from its second segment on: angle 0 lies within the last one then. */
+/* The orbit's itinerary from its second segment on: angle 0 lies within the last one then. With pulses a
+   segment begins there, and the itinerary is that from the first one on. */
 static void print_itinerary(const capsule_parameters *given, int count, int periods)
 {
-    const capsule_itinerary itinerary = {fields, count - 1, periods, 0};
+    const int first = CAPSULE_PULSED ? 0 : 1, n = count - first;
+    const capsule_itinerary itinerary = {fields, n, periods, 0};
     const capsule_itinerary_request request = {.workspace = workspace};
-    capsule_system system = capsule_equations_in(block, count - 1);
+    capsule_system system = capsule_equations_in(block, n);
     capsule_parameters parameters = *given;
     capsule_solution solution;
-    memcpy(z, segments[1].start, sizeof segments[1].start);
-    z[S] = segments[1].start_angle;
-    for (int i = 0; i < count - 1; i++) {
-        fields[i] = segments[i + 1].field;
-        z[S + 1 + i] = segments[i + 1].duration;
+    memcpy(z, segments[first].start, sizeof segments[first].start);
+    z[S] = segments[first].start_angle;
+    for (int i = 0; i < n; i++) {
+        fields[i] = segments[i + first].field;
+        z[S + 1 + i] = segments[i + first].duration;
     }
-    z[S + count - 1] += segments[0].duration;
+    if (first)
+        z[S + n] += segments[0].duration;
     if (capsule_solve_itinerary(&itinerary, &request, &parameters, z, &system, &solution) !=
             CAPSULE_DONE || solution.status != CAPSULE_SOLVED)
         exit(3);
@@ -73,7 +76,7 @@ int main(int argc, char **argv)
         const int n = orbit.segments;
         const int fit = stop == CAPSULE_DONE && orbit.status == CAPSULE_CLOSED &&
                         orbit.state[2] != 0.0 && n > 2 && n < MOST &&
-                        segments[0].field == segments[n - 1].field;
+                        (CAPSULE_PULSED || segments[0].field == segments[n - 1].field);
         printf("%d", fit);
         if (fit) {
             print(orbit.state, S);

@@ -30,6 +30,8 @@ def texts(interface: Interface) -> dict[str, str]:
     roles = {"OWN_STOP": stop, "FRONT_GAP": MODEL.stops[0]}
     if len(MODEL.stops) == 2:
         roles["BACK_GAP"] = -MODEL.stops[1]
+    if PULSES:
+        roles["HIGH_SHARE"] = PULSES.share
     return {
         "roles": "\n".join(f"#define CAPSULE_{role} {name}" for role, name in roles.items()),
         "counts": "\n".join(
