@@ -337,9 +337,9 @@ inlined mask still_positive(const segment *c, const table *t, const expansion *e
 inlined void find_motion(const segment *c, const table *t, const expansion *e, const real *a, int drift,
                          int position, location *f);
 
-/* Where an edge of the drive comes before anything else: every guard is positive up to its time. What is
-   proved of a guard beyond the edge does not matter. A switch that is not proved to come before the edge is
-   open unless it is proved to come after it. */
+/* Where an edge of the drive comes before anything else: before the switch that is proved to be the first,
+   by more than both are off in time; else, where every guard is positive up to the edge, what is proved of
+   them beyond it does not matter. A first switch that is nearer to the edge is open. */
 inlined void find_edge(const segment *c, const table *t, const expansion *e, const real *a, int drift,
                        int position, real until, mask near_edge, const point *s, certificate *p,
                        location *f)
@@ -347,27 +347,28 @@ inlined void find_edge(const segment *c, const table *t, const expansion *e, con
     const bound at = near_to(until);
     const bound error = (s->angle_error + 8.0 * UNIT * TWO_PI) / near_to(c->omega) *
                             near_to(row(t->per_reach)) + 4.0 * UNIT * at;
-    const mask before = f->sure & lt(near_to(f->at) + f->error + error, at);
-    mask first = near_edge & not(before);
+    const bound later = near_to(sub(f->at, until)), off = f->error + error;
+    const mask after = f->sure & gt(later, off), unclear = near_edge & f->sure & le(size_of(later), off);
+    mask first = near_edge & (after | not(f->sure));
     f->edge = none;
+    f->corner |= unclear;
+    p->open |= unclear;
+    f->sure &= not(unclear);
     if (!some(first))
         return;
     location there = *f;
     there.at = until;
     find_motion(c, t, e, a, drift, position, &there);
-    const mask asked = first;
     for (int i = 0; i < GUARDS; i++) {
         const isolation *g = &p->found[i];
-        mask positive = g->clear | lt(at + error, g->from);
+        mask positive = after | g->clear | lt(at + error, g->from);
         if (some(first & not(positive)))
             positive |= g->crossing & still_positive(c, t, e, i, drift, s, p, &there, error);
         first &= positive;
     }
-    const mask unclear = asked & not(first) & f->sure;
-    f->corner |= unclear;
-    p->open = (p->open | unclear) & not(first);
+    p->open &= not(first);
     f->corner &= not(first);
-    f->sure &= not(first | unclear);
+    f->sure &= not(first);
     f->edge = first;
     f->at = choose(first, until, f->at);
 #define THERE(name) f->name = choose(first, there.name, f->name);
