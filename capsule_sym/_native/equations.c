@@ -278,7 +278,9 @@ static double duration_of(const capsule_constants *c, double h)
 int capsule_evaluate_equations(const capsule_equations *e, const double *z, capsule_system *to)
 {
     angle_sum angle = {z[ANGLE], 0.0};
+#if CAPSULE_PULSED
     int rises = 0; /* on the way */
+#endif
     to->advance = 0.0;
     for (int i = 0; i < e->count; i++) {
         capsule_segment_flow *p = &to->flows[i];
