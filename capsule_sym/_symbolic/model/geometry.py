@@ -16,7 +16,16 @@ from itertools import product
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, P1, P2, Q3, segment
+from capsule_sym._symbolic.model.model import (
+    ANY_LEVEL,
+    BACKWARD,
+    FORWARD,
+    P1,
+    P2,
+    Q3,
+    REACTS,
+    segment,
+)
 from capsule_sym._symbolic.model.proof import consistent, implies
 from capsule_sym._symbolic.model.symbols import MODEL, STATE, front, v_r
 
@@ -118,7 +127,8 @@ def _surfaces() -> Iterator[tuple[Relation, ...]]:
 def _lines() -> Iterator[tuple[Relation, ...]]:
     """Rest at a bound of friction by contact; then a resting capsule's impacts, six a stop.
 
-    Behind, where all signs are the other way, they are those in front of it as in a mirror.
+    Behind, where all signs are the other way, they are those in front of it as in a mirror. A drive
+    that reacts can pull the capsule back while the mass moves in: a seventh.
     """
     for side, force in zip(_SIDES, _FORCES, strict=True):
         yield (_REST, *side, sp.Eq(force, FORWARD))
@@ -132,6 +142,8 @@ def _lines() -> Iterator[tuple[Relation, ...]]:
         yield _REST, plane, outward, pulled
         yield plane, sp.Eq(v_r, 0)
         yield _REST, plane, outward, pressed
+        if REACTS:
+            yield _REST, plane, inward, pulled
 
 
 def _points() -> Iterator[tuple[Relation, ...]]:

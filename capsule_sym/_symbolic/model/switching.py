@@ -31,7 +31,7 @@ from capsule_sym._symbolic.model.geometry import (
     SURFACES,
     Piece,
 )
-from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, P, Segment
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, REACTS, P, Segment
 from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import (
     MODEL,
@@ -219,7 +219,10 @@ def leaves_of(name: str) -> tuple[Leaf, ...]:
     Of a second stop these are L17, O4 and O6.
     """
     stops, edges = range(len(MODEL.stops)), 2 * len(MODEL.regions)
-    apart = {LINES[edges + 6 * k + 4]: v_c for k in stops} | {POINTS[3 * k]: v_r for k in stops}
+    impacts = 6 + REACTS  # lines a stop
+    apart = {LINES[edges + impacts * k + 4]: v_c for k in stops} | {
+        POINTS[3 * k]: v_r for k in stops
+    }
     if name not in apart:
         return tuple(leaves(PIECES[name]))
     sides = (sp.Gt(apart[name], 0), sp.Lt(apart[name], 0))
