@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -12,14 +13,21 @@ import click
 
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
+from capsule_sym._errors import InvalidInput
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
-    from capsule_sym._symbolic.proofs.items import Result
+    from capsule_sym._symbolic.proofs.items import Item, Report, Result
+
+    Sections = Mapping[str, tuple[Item, ...]]
 
 
 @command()
 def verify(
+    scene: str | None = option(
+        "Prove what holds of this scene: flows, cells, field graph, saltation, energy.",
+        metavar="NAME|FILE",
+    ),
     only: str | None = option(
         "Prove this statement alone; --json gives the names as id.", metavar="NAME"
     ),
@@ -36,10 +44,14 @@ def verify(
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
     witness in --json and --write) or conditional. Exit status 1 when one is left unproved, or
     when any differs from the expected verdicts.
+
+    With --scene, the statements that hold of any scene: one that ships, or a file that declares
+    one. What is about the paper alone is left out.
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
     options.check_beside("only", never=("write", "freeze"))
+    options.check_beside("scene", never=("freeze",))
     options.require("proof", "sympy")
     start = perf_counter()
     text = TextColumn("{task.description}")
@@ -47,37 +59,32 @@ def verify(
         text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     ) as progress:
         task = progress.add_task("importing SymPy", total=None)
-        from capsule_sym._symbolic import frozen
-        from capsule_sym._symbolic import verify as theory
-        from capsule_sym._symbolic.report import markdown
+        theory = _paper() if scene is None else _scene(scene)
+        from capsule_sym._symbolic.proofs import items
 
-        prove_motions()
         progress.update(task, description="deriving")
-        chosen = theory.items() if only is None else theory.item(only)
+        chosen = theory.statements(only)
         progress.update(task, description="proving", total=sum(map(len, chosen.values())))
 
         def advance(result: Result) -> None:
             progress.advance(task)
             if not as_json:
                 # Above the bar: what click takes for stdout by itself would go through it.
-                click.echo(theory.line(result), file=sys.stdout)
+                click.echo(items.line(result), file=sys.stdout)
 
-        report = theory.run(chosen, advance)
+        report = items.run(chosen, advance)
     results = [result for section in report.values() for result in section]
     if as_json:
-        click.echo(json.dumps({"items": [theory.record(result) for result in results]}))
+        click.echo(json.dumps({"items": [items.record(result) for result in results]}))
     if write is not None:
-        write_whole(write, markdown(report), "--write")
+        write_whole(write, theory.markdown(report), "--write")
         click.echo(f"wrote {write}", err=True)
     unproved = [result.item.id for result in results if not result.settled]
     took = f"{perf_counter() - start:.0f} s"
     click.echo(f"{len(results)} statements, {len(unproved)} unproved, {took}", err=True)
-    if freeze and not unproved:
-        frozen.freeze(results)
-        click.echo(f"wrote {frozen.PATH}", err=True)
-    changed = (
-        [] if freeze else list(frozen.differences(results, frozen.expected(), whole=only is None))
-    )
+    if theory.apart:
+        click.echo(theory.apart, err=True)
+    changed = [] if scene or (freeze and unproved) else _changed(results, only is None, freeze)
     for difference in changed:
         click.echo(f"not as expected: {difference}", err=True)
     if unproved:
@@ -85,6 +92,54 @@ def verify(
     if changed:
         raise click.exceptions.Exit(1)
     return results
+
+
+@dataclass(frozen=True)
+class _Theory:
+    """What there is to prove: statements, all or one of a name, and their report."""
+
+    statements: Callable[[str | None], Sections]
+    markdown: Callable[[Report], str]
+    apart: str = ""
+    """What is not proved, in a line."""
+
+
+def _paper() -> _Theory:
+    """The theory of the paper, of its scene."""
+    from capsule_sym._symbolic import verify as theory
+    from capsule_sym._symbolic.report import markdown
+
+    prove_motions()
+    return _Theory(lambda only: theory.item(only) if only else theory.items(), markdown)
+
+
+def _scene(name: str) -> _Theory:
+    """What is proved of any scene; exits with 2 for a file that declares none."""
+    from capsule_sym._symbolic.model import declaration
+
+    home = declaration.home(name)
+    if not home.is_file():
+        allowed = f"{', '.join(declaration.SHIPPED)}, or a file that declares a scene"
+        raise InvalidInput("--scene", name, allowed)
+    if home != declaration.path() and declaration.chosen.cache_info().currsize:
+        raise RuntimeError(f"a process knows one scene, and this one {declaration.path()}")
+    declaration.choose(home)
+    try:
+        from capsule_sym._symbolic.proofs import every_scene
+    except declaration.BadDeclaration as error:
+        present.fail(f"error: {error}", 2)
+    return _Theory(every_scene.items, every_scene.markdown, every_scene.PAPERS_ALONE)
+
+
+def _changed(results: Sequence[Result], whole: bool, freeze: bool) -> list[str]:
+    """Differences from the expected verdicts, or none, since results are made these."""
+    from capsule_sym._symbolic import frozen
+
+    if freeze:
+        frozen.freeze(results)
+        click.echo(f"wrote {frozen.PATH}", err=True)
+        return []
+    return list(frozen.differences(results, frozen.expected(), whole=whole))
 
 
 def prove_motions() -> None:

@@ -1,4 +1,4 @@
-"""The report of `capsule-sym verify --write`: Markdown with formulas, in the order of the paper.
+"""The report of `capsule-sym verify --write` on the paper: Markdown, in the order of the paper.
 
 Errata and the printed statements that hold are written out one by one; Tables 1, 2 and 3 are set
 beside the printed ones; every other statement is a row of a table with its formula.
@@ -6,10 +6,7 @@ beside the printed ones; every other statement is a row of a table with its form
 
 from __future__ import annotations
 
-import re
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import count
+from collections.abc import Iterator
 
 from capsule_sym._paper import events, read
 from capsule_sym._symbolic.model.geometry import SCENARIOS
@@ -17,12 +14,10 @@ from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import leaves_of, local_maps, surface_transitions
 from capsule_sym._symbolic.paper.case_study import BRACKETS
 from capsule_sym._symbolic.paper.tables import printed_maps
-from capsule_sym._symbolic.proofs.items import Result
+from capsule_sym._symbolic.proofs.items import Report
+from capsule_sym._symbolic.proofs.markdown import document, table
 from capsule_sym._symbolic.proofs.reachability import witnesses
 from capsule_sym._symbolic.proofs.table_proofs import mechanism
-
-Report = Mapping[str, tuple[Result, ...]]
-"""Results by section title."""
 
 _HEAD = """\
 # What is proved
@@ -48,46 +43,6 @@ evaluated in rational numbers. The sentence after "Proof" is the same argument b
 """
 
 
-_LETTERS = {
-    **{"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "zeta": "ζ", "omega": "ω"},
-    **{"tau": "τ", "theta": "θ", "sigma": "σ", "nu": "ν", "pi": "π"},
-}
-_SIGNS = {"**2": "²", "**3": "³", "*": " ", "<=": "≤", ">=": "≥", "+-": "±", " - ": " − "}
-
-
-def _text(line: str) -> str:
-    """A line of text with the paper's letters, and without signs that Markdown reads as its own."""
-    line = re.sub(r"[A-Za-z]+", lambda word: _LETTERS.get(word[0], word[0]), line)
-    for old, new in _SIGNS.items():
-        line = line.replace(old, new)
-    return re.sub(r"(?<![\w)])-(?=[\w(])", "−", line)  # a minus, not a hyphen
-
-
-def _cell(line: str) -> str:
-    return _text(line).replace("|", "&#124;")
-
-
-_ESCAPED = {r"\{": r"\lbrace ", r"\}": r"\rbrace ", r"\,": r"\thinspace ", "|": r"\vert "}
-
-
-def math(formula: str) -> str:
-    """A formula without what Markdown takes for an escape or for the end of a table's cell."""
-    for old, new in _ESCAPED.items():
-        formula = formula.replace(old, new)
-    return formula
-
-
-def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    yield f"| {' | '.join(heads)} |"
-    yield f"|{'---|' * len(heads)}"
-    for row in rows:
-        yield f"| {' | '.join(row)} |"
-
-
-def _point(result: Result) -> str:
-    return _text("; ".join(f"{name} = {value}" for name, value in result.witness.items()))
-
-
 _SECTION_4 = """\
 Bifurcations of Section 4, each between two values of α at which the attracting motions are proved
 to differ: each orbit is enclosed by Krawczyk's method in ball arithmetic, its guards are proved
@@ -99,7 +54,7 @@ encloses the values themselves.
 def _values() -> Iterator[str]:
     """The printed bifurcation values beside the proved brackets."""
     yield _SECTION_4
-    yield from _table(
+    yield from table(
         ("Event", "Line", "Printed α", *(f"α at γ = {ratio}" for ratio in BRACKETS)),
         (
             (
@@ -109,40 +64,6 @@ def _values() -> Iterator[str]:
                 *(f"{b[number].below} to {b[number].above}" for b in BRACKETS.values()),
             )
             for number, event in enumerate(events(read()))
-        ),
-    )
-
-
-def _beside(result: Result, number: int) -> Iterator[str]:
-    """A printed statement with what is derived, the proof, the witness and the consequence."""
-    item = result.item
-    yield f"### {number}. {item.equation}: {result.status}\n"
-    yield f"- **Printed:** {_text(item.printed)}"
-    yield f"- **Derived:** {_text(item.derived)}"
-    if item.proof:
-        yield f"- **Proof:** {_text(item.proof)}"
-    if result.witness:
-        yield f"- **Witness:** {_point(result)}"
-    if item.consequence:
-        yield f"- **Consequence:** {_text(item.consequence)}"
-    yield f"- `{item.id}`, {result.seconds:.2f} s\n"
-    if item.latex:
-        yield f"$${math(item.latex)}$$\n"
-
-
-def _rows(results: Iterable[Result]) -> Iterator[str]:
-    heads = ("Place in the paper", "Statement", "Formula", "Status", "Identifier")
-    yield from _table(
-        heads,
-        (
-            (
-                _cell(result.item.equation),
-                _cell(result.item.statement),
-                f"${math(result.item.latex)}$" if result.item.latex else "",
-                result.status,
-                f"`{result.item.id}`",
-            )
-            for result in results
         ),
     )
 
@@ -164,7 +85,7 @@ def _table_1() -> Iterator[str]:
     shown = {tuple(row[:3]) for row in read()["table.1"]["rows"]}
     rows = sorted(derived | shown, key=lambda row: (int(row[0][1:]), row[1:]))
     yield "Each row: printed, and derived from the signs of the inner products.\n"
-    yield from _table(
+    yield from table(
         ("Surface", *_HEADS, "Printed", "Derived"),
         ((row[0], *_passage(*row[1:]), _mark(row in shown), _mark(row in derived)) for row in rows),
     )
@@ -202,7 +123,7 @@ def _table_2() -> Iterator[str]:
             (line, *_passage(*pair), _mark((line, *pair) in shown), derived.get(pair, "never"))
             for pair in sorted(pairs, key=lambda pair: pair[::-1])
         ]
-    yield from _table(("Line", *_HEADS, "Printed", "Derived: occurs"), rows)
+    yield from table(("Line", *_HEADS, "Printed", "Derived: occurs"), rows)
 
 
 def _table_3() -> Iterator[str]:
@@ -212,7 +133,7 @@ def _table_3() -> Iterator[str]:
     occurs = {(witness.local_map, *witness.regime) for witness in witnesses()}
     shown = printed_maps(read())
     heads = [f"{name}, {'ζ > 0' if damped else 'ζ = 0'}" for name, damped in regimes]
-    yield from _table(
+    yield from table(
         ("Map", "Vector", "Operation", "Printed", *heads),
         (
             (
@@ -242,29 +163,6 @@ _TABLES = {
 """What stands at the beginning of a section, by how its title begins."""
 
 
-def _witnesses(results: Iterable[Result]) -> Iterator[str]:
-    """Witnesses of the statements of a section that have one and no place of their own."""
-    for result in results:
-        if result.witness:
-            yield f"- `{result.item.id}`: {_point(result)}"
-
-
 def markdown(report: Report) -> str:
     """The report: every item in the order of the sections, formulas in LaTeX."""
-    results = [result for section in report.values() for result in section]
-    statuses = Counter(result.status for result in results)
-    counts = ", ".join(f"{many} {status}" for status, many in sorted(statuses.items()))
-    lines = [_HEAD, f"{len(results)} statements: {counts}.\n"]
-    numbers = count(1)
-    for title, section in report.items():
-        lines += [f"## {title}\n"]
-        for name, table in _TABLES.items():
-            if title == name or (name.startswith("Table") and title.startswith(name)):
-                lines += [*table(), ""]
-        for result in section:
-            if result.item.printed:
-                lines += _beside(result, next(numbers))
-        rest = [result for result in section if not result.item.printed]
-        if rest:
-            lines += [*_rows(rest), "", *_witnesses(rest), ""]
-    return "\n".join(lines).rstrip() + "\n"
+    return document(report, _HEAD, "Place in the paper", _TABLES)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from difflib import get_close_matches
 from functools import cache, partial
-from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._paper import read
 from capsule_sym._symbolic import frozen
 from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs import basis_proofs, flow_proofs, theorems
-from capsule_sym._symbolic.proofs.items import Item, Result, Verdict, settle
-from capsule_sym._symbolic.report import Report
+from capsule_sym._symbolic.proofs.items import Item, Verdict
 
 
 def _flow_items() -> tuple[Item, ...]:
@@ -78,40 +76,3 @@ def item(name: str) -> dict[str, tuple[Item, ...]]:
                     return {title: (one,)}
     close = get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]
     raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
-
-
-def run(
-    chosen: Mapping[str, Iterable[Item]], advance: Callable[[Result], None] = lambda result: None
-) -> Report:
-    """Settle items one by one; `advance` is told each result."""
-
-    def settled(item: Item) -> Result:
-        result = settle(item)
-        advance(result)
-        return result
-
-    return {title: tuple(map(settled, section)) for title, section in chosen.items()}
-
-
-def record(result: Result) -> dict[str, Any]:
-    """A result as plain data: id, equation, statement, status, seconds, and what errata add."""
-    item = result.item
-    plain: dict[str, Any] = {
-        "id": item.id,
-        "equation": item.equation,
-        "statement": item.statement,
-        "status": result.status,
-        "seconds": round(result.seconds, 4),
-    }
-    if item.printed:
-        plain |= {"printed": item.printed, "derived": item.derived}
-        plain |= {"proof": item.proof, "consequence": item.consequence}
-    if result.witness or item.printed:
-        plain |= {"witness": dict(result.witness)}
-    return plain
-
-
-def line(result: Result) -> str:
-    """A result as one line: status, seconds, equation, statement."""
-    item = result.item
-    return f"{result.status:<11} {result.seconds:7.2f} s  {item.equation}: {item.statement}"

@@ -18,7 +18,8 @@ from capsule_sym._symbolic import frozen, verify
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs.items import Item, Result, settle
-from capsule_sym._symbolic.report import markdown, math
+from capsule_sym._symbolic.proofs.markdown import math
+from capsule_sym._symbolic.report import markdown
 from tests.sampling import sampled, some
 
 SECTIONS = dict(verify.SECTIONS)  # some tests put fewer in their place

@@ -40,7 +40,7 @@ from capsule_sym._symbolic.model.basis import (
     sine,
     slow,
 )
-from capsule_sym._symbolic.model.symbols import h, omega
+from capsule_sym._symbolic.model.symbols import PULSED, h, omega
 from capsule_sym._symbolic.proofs.items import Item, Residuals, proof
 
 
@@ -252,7 +252,7 @@ def _closed_forms() -> Iterator[Item]:
 _HIGHEST = (Gd, Bd, G2d, B2d, BWd)  # the rest are derivatives or integrals of one another
 _PLAIN = {name: name for name in IMAGES}
 _FIRST = {name: sp.Symbol(f"{name}_1", real=True) for name in (*IMAGES, h)}
-DEPENDENT = {**basis.RELATIONS, **FORCED}
+DEPENDENT = basis.RELATIONS if PULSED else {**basis.RELATIONS, **FORCED}
 INDEPENDENT = (*(name for name in IMAGES if name not in DEPENDENT), h)
 
 
@@ -307,5 +307,16 @@ def _additions() -> Iterator[Item]:
 
 @cache
 def proofs() -> tuple[Item, ...]:
-    """Every statement about the response functions on which the derivation rests."""
-    return (*_definitions(), *_closed_forms(), *_additions())
+    """Every statement about the response functions on which the derivation rests.
+
+    A drive that is constant in a segment has no forced responses.
+    """
+    found = (*_definitions(), *_closed_forms(), *_additions())
+    return tuple(one for one in found if not (PULSED and _forced(one)))
+
+
+def _forced(item: Item) -> bool:
+    """Whether a statement is about a response to the forcing, or its frequency."""
+    name = item.id.rpartition(".")[2]
+    names = {*map(str, basis.FORCED)}
+    return name in names or item.id.startswith(("basis.forced", f"basis.derivative.{omega}"))

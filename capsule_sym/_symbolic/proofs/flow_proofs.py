@@ -1,8 +1,8 @@
 """Proofs that the closed-form flow, its jets and its Jacobians solve the fields of the model.
 
 Every statement is substituted back into the equations of motion, for symbolic parameters, state,
-phase and duration: the flow into each of Eqs. (7)-(12), the Jacobians into the variational
-equations of drift and of stick, whose fields are shown to be those of the six segments.
+phase and duration: the flow into each field (Eqs. (7)-(12) of the capsule), the Jacobians into the
+variational equations of drift and of stick, whose fields are shown to be those of all segments.
 `basis_proofs` proves the rules that are used here.
 """
 
@@ -15,18 +15,30 @@ from itertools import chain
 
 import sympy as sp
 
-from capsule_sym._symbolic.model import basis, flow, jacobian, jets
+from capsule_sym._symbolic.model import basis, declaration, flow, jacobian, jets
 from capsule_sym._symbolic.model.basis import INITIAL, K, cosine, sine
-from capsule_sym._symbolic.model.flow import contact, cos_theta, drift, sin_theta
-from capsule_sym._symbolic.model.model import P3, P4, SEGMENTS, Segment, kappa
+from capsule_sym._symbolic.model.flow import PLACE, STIFF, contact, cos_theta, drift, sin_theta
+from capsule_sym._symbolic.model.model import (
+    DRIVE,
+    LEVEL,
+    PULL,
+    REACTS,
+    SEGMENTS,
+    Segment,
+    friction_of,
+    high,
+    kappa,
+)
+from capsule_sym._symbolic.model.parts import Region
 from capsule_sym._symbolic.model.symbols import (
+    MODEL,
     PARAMETERS,
+    PULSED,
     alpha,
-    delta,
-    f_b,
     gamma,
     h,
     omega,
+    stop,
     tau,
     theta,
     v_c,
@@ -47,6 +59,9 @@ _STATE = (x_r, v_r, v_c, x_c)
 _START = {**INITIAL, h: sp.S.Zero}
 _ANGLE = theta + omega * h
 
+_PAPERS = declaration.path() == declaration.home(declaration.SHIPPED[0])
+_ALL = "Eqs. (7)-(12)" if _PAPERS else "all fields"
+
 _derive = cache(flow.derive)
 _rows = cache(jacobian.rows)
 
@@ -66,11 +81,12 @@ class _Motion:
         definitions = {
             **DEPENDENT,
             **self.constants,
-            jets.gap: x_r - delta,
+            jets.gap: x_r - stop,
             flow.spring: flow.SPRING,
             flow.margin: flow.MARGIN,
         }
-        symbols = (*_STATE, *PARAMETERS, cos_theta, sin_theta, contact, drift, *INDEPENDENT)
+        modes = [one for one in (contact, drift, high) if one not in self.constants]
+        symbols = (*_STATE, *PARAMETERS, cos_theta, sin_theta, *modes, *INDEPENDENT)
         return Reduction(symbols, definitions, (K, omega, gamma + 1, gamma))
 
     def vanishing(self, residual: sp.Expr) -> sp.Expr:
@@ -125,18 +141,32 @@ class _Motion:
 
 
 def _of(segment: Segment) -> _Motion:
-    equation = f"Eq. ({segment.index + 6})"
-    constants = flow.constants(segment)
+    equation = f"Eq. ({segment.index + 6})" if _PAPERS else f"field {segment.name}"
+    constants = {**flow.constants(segment), high: sp.Integer(segment.level == 0)}
     return _Motion(segment.name, equation, segment.stick, segment.field, constants)
 
 
-def _general(stick: bool) -> _Motion:
-    """All segments in drift, or all in stick, by the symbols `contact` and `drift`."""
-    force = P3 + contact * (P4 - P3)
-    capsule = sp.S.Zero if stick else (force - drift * f_b) / gamma
-    field = (v_r, alpha * sp.cos(omega * tau) - force - capsule, capsule)
-    name = "stick" if stick else "drift"
-    return _Motion(name, "Eqs. (7)-(12)", stick, field, flow.general_constants(stick))
+def _general(stick: bool, side: Region | None = None) -> _Motion:
+    """All segments in drift, or all in stick, by `contact`, `drift` and, of pulses, `high`.
+
+    With a region those in it alone, whose contact is a number.
+    """
+    here = {kappa: STIFF, stop: PLACE} | ({DRIVE: LEVEL} if PULSED else {})
+    pull, force = (one.subs(here) for one in (PULL, MODEL.mass_force))
+    capsule = sp.S.Zero if stick else (pull - friction_of(drift)) / gamma
+    field = (v_r, force - capsule, capsule)
+    name, constants = "stick" if stick else "drift", flow.general_constants(stick)
+    if side:
+        name, number = f"{name}-{side.name}", sp.Integer(MODEL.regions.index(side))
+        constants = {one: value.subs(contact, number) for one, value in constants.items()}
+        constants |= {contact: number}
+    return _Motion(name, _ALL, stick, field, constants)
+
+
+def _generals() -> Iterator[_Motion]:
+    """All segments, by the symbol `contact` or, of two stops, contact by contact: in low powers."""
+    for side in (None,) if len(MODEL.stops) == 1 else MODEL.regions:
+        yield from (_general(stick, side) for stick in (False, True))
 
 
 def _flow_proofs(segment: Segment) -> Iterator[Item]:
@@ -157,7 +187,11 @@ def _flow_proofs(segment: Segment) -> Iterator[Item]:
             _derive().drift_short,
             partial(motion.equals, _derive().drift_long),
         )
-    mode = {contact: sp.Integer(int(segment.contact)), drift: sp.Integer(segment.drift)}
+    mode = {contact: sp.Integer(segment.contact), drift: sp.Integer(segment.drift)}
+    told = f"contact {mode[contact]}, drift {mode[drift]}"
+    if PULSED:
+        mode[high] = motion.constants[high]
+        told += f", high level {mode[high]}"
     shared = {
         **{
             f"field.{state}": pair
@@ -168,7 +202,7 @@ def _flow_proofs(segment: Segment) -> Iterator[Item]:
             for name, value in general.constants.items()
         },
         "stiffness": (
-            general.constants[flow.m] * (1 + general.constants[kappa]),
+            general.constants[flow.m] * flow.STIFFNESS.subs(kappa, general.constants[kappa]),
             motion.constants[K],
         ),
     }
@@ -176,7 +210,7 @@ def _flow_proofs(segment: Segment) -> Iterator[Item]:
         yield proof(
             f"flow.{segment.name}.{name}",
             motion.equation,
-            f"{segment.name} is the {general.name} of contact {mode[contact]}, drift {mode[drift]}",
+            f"{segment.name} is the {general.name} of {told}",
             claim.subs(mode),
             partial(motion.equals, expected),
         )
@@ -193,7 +227,7 @@ def _jet_proofs() -> Iterator[Item]:
 
     def follows(previous: sp.Expr, claim: sp.Expr) -> Residuals:
         rate = sum(sp.diff(previous, name) * slope for name, slope in moving.items())
-        stiffness = {K: flow.m * (1 + kappa)}
+        stiffness = {K: flow.m * flow.STIFFNESS}
         return (sp.expand((claim - rate).subs(drives).subs(stiffness)),)
 
     successors = [(x(n), x(n + 1)) for n in range(2, JET_ORDER + 1)]
@@ -201,7 +235,7 @@ def _jet_proofs() -> Iterator[Item]:
     for symbol, successor in successors:
         yield proof(
             f"jets.{successor}",
-            "Eqs. (7)-(12)",
+            _ALL,
             f"{successor} = d {symbol}/d tau",
             steps[successor],
             partial(follows, steps[symbol]),
@@ -209,14 +243,14 @@ def _jet_proofs() -> Iterator[Item]:
     for name, power in drives.items():
         yield proof(
             f"jets.{name}",
-            "Eqs. (7)-(12)",
+            _ALL,
             f"{name} = {power}",
             steps[name].subs(drives),
             partial(_of(SEGMENTS[0]).equals, power),
         )
     for segment in SEGMENTS:
         motion = _of(segment)
-        firsts = {"x2": segment.field[1], "p0": segment.interaction}
+        firsts = {"x2": segment.field[1], "p0": segment.pull}
         for symbol in (x(2), p(0)):
             yield proof(
                 f"jets.{segment.name}.{symbol}",
@@ -229,7 +263,7 @@ def _jet_proofs() -> Iterator[Item]:
             yield proof(
                 f"jets.{segment.name}.v_c",
                 motion.equation,
-                "v_c' = (P - friction)/gamma",
+                f"v_c' = ({'Q' if REACTS else 'P'} - friction)/gamma",
                 ((steps[p(0)] - flow.friction) / gamma).subs(motion.constants),
                 partial(motion.equals, segment.field[2]),
             )
@@ -249,10 +283,10 @@ def _jacobian_proofs(motion: _Motion) -> Iterator[Item]:
 
 @cache
 def proofs() -> tuple[Item, ...]:
-    """Every statement about the six flows, their jets and their Jacobians."""
+    """Every statement about the flows of all fields, their jets and their Jacobians."""
     groups: Iterable[Iterator[Item]] = (
         *map(_flow_proofs, SEGMENTS),
         _jet_proofs(),
-        *map(_jacobian_proofs, (_general(stick=False), _general(stick=True))),
+        *map(_jacobian_proofs, _generals()),
     )
     return tuple(chain.from_iterable(groups))

@@ -6,7 +6,7 @@ The claim is data that `check` decides, so that a changed claim can be put to th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from time import perf_counter
@@ -80,6 +80,49 @@ def settle(item: Item) -> Result:
     except Undecided:
         status = "undecided"
     return Result(item, status, witness, perf_counter() - start)
+
+
+Sections = Mapping[str, Callable[[], tuple[Item, ...]]]
+"""Items by the title of their section, derived when they are asked for."""
+Report = Mapping[str, tuple[Result, ...]]
+"""Results by section title."""
+
+
+def run(
+    chosen: Mapping[str, Iterable[Item]], advance: Callable[[Result], None] = lambda result: None
+) -> Report:
+    """Settle items one by one; `advance` is told each result."""
+
+    def settled(item: Item) -> Result:
+        result = settle(item)
+        advance(result)
+        return result
+
+    return {title: tuple(map(settled, section)) for title, section in chosen.items()}
+
+
+def record(result: Result) -> dict[str, Any]:
+    """A result as plain data: id, equation, statement, status, seconds, and what errata add."""
+    item = result.item
+    plain: dict[str, Any] = {
+        "id": item.id,
+        "equation": item.equation,
+        "statement": item.statement,
+        "status": result.status,
+        "seconds": round(result.seconds, 4),
+    }
+    if item.printed:
+        plain |= {"printed": item.printed, "derived": item.derived}
+        plain |= {"proof": item.proof, "consequence": item.consequence}
+    if result.witness or item.printed:
+        plain |= {"witness": dict(result.witness)}
+    return plain
+
+
+def line(result: Result) -> str:
+    """A result as one line: status, seconds, equation, statement."""
+    item = result.item
+    return f"{result.status:<11} {result.seconds:7.2f} s  {item.equation}: {item.statement}"
 
 
 Residuals = tuple[sp.Expr, ...]

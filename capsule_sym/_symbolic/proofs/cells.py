@@ -1,0 +1,210 @@
+"""Proofs of the cells of a scene: where each field acts, by its guards.
+
+A cell is what the physics says: which stop's spring is compressed, which way the capsule drifts, or
+that it is at rest and friction can hold it. What fields and guards say of it is derived.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cache, partial
+from itertools import combinations, product
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.elimination import Relation, Undecided
+from capsule_sym._symbolic.model.geometry import Piece
+from capsule_sym._symbolic.model.model import (
+    ANY_LEVEL,
+    BACKWARD,
+    FORWARD,
+    LEVELS,
+    PULL,
+    SEGMENTS,
+    P,
+    Segment,
+    kappa,
+)
+from capsule_sym._symbolic.model.proof import consistent, implies, negations
+from capsule_sym._symbolic.model.symbols import MODEL, PULSED, force, stop, v_c, x_r
+from capsule_sym._symbolic.proofs.items import Item, vanishes
+
+Guards = tuple[sp.Expr, ...]
+
+
+def cell(field: Segment) -> Piece:
+    """The states in which a field acts, by the place of the mass, and by Coulomb's law."""
+    ahead, *behind = MODEL.stops
+    sides = {
+        0: [x_r < ahead, *(x_r > place for place in behind)],
+        1: [x_r > ahead],
+        2: [x_r < place for place in behind],
+    }
+    # Without contact the stiffness is 0, so that it does not matter which stop is meant.
+    place = MODEL.stops[max(field.contact - 1, 0)]
+    held = PULL.subs({kappa: field.region.stiffness, stop: place})
+    ways = {
+        1: [v_c > 0],
+        0: [sp.Eq(v_c, 0), held < FORWARD, held > -BACKWARD],
+        -1: [v_c < 0],
+    }
+    return Piece(f"cell of {field.name}", (*sides[field.contact], *ways[field.drift]))
+
+
+def bound_cell(field: Segment, guards: Guards) -> bool:
+    """Whether guards are positive in a field's cell and nowhere else (at rest: where v_c is 0)."""
+    inside = [*(sp.Gt(guard, 0) for guard in guards), *([sp.Eq(v_c, 0)] if field.stick else [])]
+    here = cell(field).relations
+    return all(implies(here, sp.Gt(guard, 0)) for guard in guards) and all(
+        implies(inside, relation) for relation in here
+    )
+
+
+def needed(guard: sp.Expr, field: Segment, guards: Guards) -> bool:
+    """Whether a guard vanishes at states where the others are positive: it bounds the cell."""
+    rest = [sp.Eq(v_c, 0)] if field.stick else []
+    others = (sp.Gt(other, 0) for other in guards if other is not guard)
+    return consistent([*rest, sp.Eq(guard, 0), *others])
+
+
+@cache
+def exclude(one: Relation, other: Relation) -> bool:
+    """Whether two relations are seen to have no state in common."""
+    try:
+        return not consistent([one, other])
+    except Undecided:
+        return False
+
+
+def apart(cells: Sequence[Piece]) -> bool:
+    """Whether a relation of each cell excludes one of every other cell."""
+    return all(
+        any(exclude(a, b) for a, b in product(one.relations, other.relations))
+        for one, other in combinations(cells, 2)
+    )
+
+
+def cover(cells: Sequence[Piece]) -> bool:
+    """Whether every state, under any force, is in a cell or on the boundary of one.
+
+    A state outside all of them violates a relation of each: two of these exclude one another.
+    """
+    return not _left((), [one.closure for one in cells])
+
+
+def _left(known: tuple[Relation, ...], cells: list[Piece]) -> bool:
+    if not cells:
+        return True
+    first, *others = cells
+    outside = (opposite for relation in first.relations for opposite in negations(relation))
+    return any(
+        not any(exclude(relation, opposite) for relation in known)
+        and _left((*known, opposite), others)
+        for opposite in outside
+    )
+
+
+def pushes_back(field: Segment, spring: sp.Expr) -> bool:
+    """Whether a stop's spring pushes the mass back in a field's cell, and is slack at the stop."""
+    side, here = {1: 1, 2: -1}[field.contact], cell(field).relations
+    return implies(here, sp.Ge(side * spring, 0)) and vanishes(
+        spring.subs(x_r, MODEL.stops[field.contact - 1])
+    )
+
+
+def resists(field: Segment, friction: sp.Expr) -> bool:
+    """Whether friction takes power from a drift, or holds a capsule at rest within its bounds."""
+    if field.stick:
+        here = cell(field).relations
+        within = implies(here, friction < BACKWARD) and implies(here, friction > -FORWARD)
+        return within and vanishes(friction + field.pull)
+    return implies(cell(field).relations, friction * field.drift < 0)
+
+
+def at_level(field: Segment, claim: tuple[sp.Expr, ...]) -> bool:
+    """Whether rates and guards are those of a field of any force, at the field's level."""
+    kind = ANY_LEVEL[(field.index - 1) % len(ANY_LEVEL)]
+    expected = [one.subs(force, LEVELS[field.level]) for one in (*kind.field, *kind.guards)]
+    pairs = zip(claim, expected, strict=False)
+    return len(claim) == len(expected) and all(vanishes(a - b) for a, b in pairs)
+
+
+def _of(field: Segment) -> Iterator[Item]:
+    name, guards = field.name, field.guards
+    place = f"cell of {name}"
+    yield Item(
+        f"cells.{name}.guards",
+        place,
+        f"the guards of {name} are positive in its cell ({field.mode}), and nowhere else",
+        guards,
+        partial(bound_cell, field),
+        guards[1:],
+        ", ".join(f"{sp.latex(guard)}>0" for guard in guards),
+    )
+    for number, guard in enumerate(guards, start=1):
+        yield Item(
+            f"cells.{name}.bound{number}",
+            place,
+            f"{guard} vanishes on the boundary of the cell of {name}",
+            guard,
+            partial(needed, field=field, guards=guards),
+            sp.Add(*guards) if len(guards) > 1 else guard**2 + 1,
+        )
+    if field.contact:
+        spring = field.interaction - P.subs(kappa, 0)
+        yield Item(
+            f"cells.{name}.spring",
+            place,
+            f"the spring of the stop pushes the mass back in {name}, and is slack at the stop",
+            spring,
+            partial(pushes_back, field),
+            -spring,
+        )
+    yield Item(
+        f"cells.{name}.friction",
+        place,
+        f"friction {'holds the capsule' if field.stick else 'works against the drift'} in {name}",
+        field.friction,
+        partial(resists, field),
+        -field.friction,
+    )
+
+
+@cache
+def items() -> tuple[Item, ...]:
+    """Every statement about the cells of the fields."""
+    cells = tuple(map(cell, ANY_LEVEL))
+    found = [
+        Item(
+            "cells.apart",
+            "cells",
+            "no two cells have a state in common",
+            cells,
+            apart,
+            (*cells, Piece("", cells[0].relations[1:])),
+        ),
+        Item(
+            "cells.cover",
+            "cells",
+            "cells and their boundaries cover all states, whatever the drive's force",
+            cells,
+            cover,
+            cells[1:],
+        ),
+    ]
+    for field in ANY_LEVEL:
+        found += _of(field)
+    for field in SEGMENTS if PULSED else ():
+        kind = ANY_LEVEL[(field.index - 1) % len(ANY_LEVEL)]
+        claim = (*field.field, *field.guards)
+        found += [
+            Item(
+                f"cells.{field.name}.level",
+                f"cell of {field.name}",
+                f"{field.name} is {kind.name} at the drive's level {LEVELS[field.level]}",
+                claim,
+                partial(at_level, field),
+                (claim[0], claim[1] + 1, *claim[2:]),
+            )
+        ]
+    return tuple(found)

@@ -1,0 +1,195 @@
+"""Proofs of the field graph of a scene: from each surface, line and corner, which fields follow.
+
+It is what `switching` derives by the functions that derive Table 1. At a surface it is proved again
+by first derivatives alone: the source's guard falls through 0, and what it leads to rises from it.
+Elsewhere motions are shown to go on, and in one way only, by derivatives of any order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache, partial
+from itertools import product, starmap
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.elimination import Relation, Sign
+from capsule_sym._symbolic.model.geometry import LINES, PIECES, POINTS, SURFACES
+from capsule_sym._symbolic.model.model import ANY_LEVEL, BACKWARD, FORWARD, Segment, segment
+from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
+from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions, time_derivative
+from capsule_sym._symbolic.model.symbols import MODEL, PULSED, alpha, force, v_c, v_r, x_r
+from capsule_sym._symbolic.proofs.cells import cell, exclude
+from capsule_sym._symbolic.proofs.items import Item
+
+Ways = Mapping[int, int]
+"""The field that follows each field that arrives."""
+Fields = frozenset[int]
+
+
+def _passes(field: Segment, here: tuple[Relation, ...], sense: Sign) -> bool:
+    """Whether a field's motion goes into its cell (sense 1), or comes out of it (-1).
+
+    Each guard is positive, or 0 with a rate of that sign.
+    """
+    if field.stick and sign_under(v_c, here) != 0:
+        return False
+    for guard in field.guards:
+        sign = sign_under(guard, here)
+        if sign == 0:
+            sign = sign_under(sense * time_derivative(guard, field), here)
+        if sign != 1:
+            return False
+    return True
+
+
+def leads(surface: str, ways: Ways) -> bool:
+    """Whether on a surface motions of just these fields arrive, and go on with what follows."""
+    here = PIECES[surface].relations
+    arriving = {one.index for one in ANY_LEVEL if _passes(one, here, -1)}
+    leaving = {one.index for one in ANY_LEVEL if _passes(one, here, 1)}
+    return len(leaving) == 1 and {*ways.values()} == leaving and arriving - leaving == {*ways}
+
+
+def go_on(place: str, fields: Fields) -> bool:
+    """Whether from each state of a line or corner one field leads on, and these in all.
+
+    Where derivatives of the order considered vanish some field may still lead on, and none is
+    known to: higher ones decide.
+    """
+    found = leaves_of(place)
+    return fields == frozenset().union(*(leaf.may_depart for leaf in found)) and all(
+        leaf.departs == leaf.may_depart if len(leaf.may_depart) == 1 else not leaf.departs
+        for leaf in found
+    )
+
+
+def _signs(function: sp.Expr) -> tuple[Relation, ...]:
+    return sp.Gt(function, 0), sp.Eq(function, 0), sp.Lt(function, 0)
+
+
+def _pulls(pull: sp.Expr) -> tuple[tuple[Relation, ...], ...]:
+    """A pull beyond a bound, on it, or within both."""
+    within = (pull < FORWARD, pull > -BACKWARD)
+    levels = sp.Eq(pull, FORWARD), sp.Eq(pull, -BACKWARD)
+    return (pull > FORWARD,), (pull < -BACKWARD,), within, *((one,) for one in levels)
+
+
+def _boundary() -> Iterator[tuple[Relation, ...]]:
+    """All states at which the capsule rests, or the mass is at a stop, by cases."""
+    rest = sp.Eq(v_c, 0)
+    for region, pull in zip(MODEL.regions, _PULLS, strict=True):
+        yield from ((rest, *region.where, *level) for level in _pulls(pull))
+    for place, speed in product(MODEL.stops, _signs(v_r)):
+        yield from ((rest, sp.Eq(x_r, place), speed, *level) for level in _pulls(_PULLS[0]))
+        yield from ((way, sp.Eq(x_r, place), speed) for way in (v_c > 0, v_c < 0))
+
+
+_PULLS = tuple(one.pull for one in ANY_LEVEL if one.stick)
+
+
+def complete(names: Sequence[str]) -> bool:
+    """Whether each state at rest or at a stop is on one of the surfaces, lines and corners."""
+    sets = [PIECES[name].relations for name in names]
+    return all(
+        any(all(implies(case, relation) for relation in one) for one in sets)
+        for case in _boundary()
+        if consistent(case)
+    )
+
+
+@cache
+def _beginnings() -> Mapping[int, tuple[tuple[Relation, ...], ...]]:
+    """Sets of states from which a field leads on: its cell, and surfaces at rest."""
+    found = {one.index: [cell(one).relations] for one in ANY_LEVEL}
+    for name in SURFACES:
+        relations = PIECES[name].relations
+        if implies(relations, sp.Eq(v_c, 0)):
+            for leaf in leaves_of(name):
+                for field in leaf.departs:
+                    found[field].append(relations)
+    return {field: tuple(sets) for field, sets in found.items()}
+
+
+def after_edge(source: int, rises: bool, fields: Fields) -> bool:
+    """Whether at an edge of pulses a field's motions go on with these fields, by their kinds.
+
+    The level may be any that is below, or above: the high one stands as alpha, the low one as u.
+    """
+    old, new = (force, alpha) if rises else (alpha, force)
+    before = [relation.subs(force, old) for relation in cell(segment(source)).relations]
+
+    def meets(begins: tuple[Relation, ...]) -> bool:
+        then = [relation.subs(force, new) for relation in begins]
+        return not any(starmap(exclude, product(before, then))) and consistent([*before, *then])
+
+    return fields == frozenset(f for f, sets in _beginnings().items() if any(map(meets, sets)))
+
+
+def _edges() -> Iterator[Item]:
+    kinds = len(ANY_LEVEL)
+    for source, rises in ((one.index, rises) for rises in (False, True) for one in ANY_LEVEL):
+        field = segment(source)
+        reached = _reached(field)
+        first, then = (kinds, 0) if rises else (0, kinds)
+        names = ", ".join(f"F{index + then}" for index in sorted(reached))
+        edge = "rise" if rises else "fall"
+        yield Item(
+            f"graph.{edge}.F{source + first}",
+            f"{edge} of the drive",
+            f"from F{source + first} motions go on with {names} at the {edge}",
+            reached,
+            partial(after_edge, source, rises),
+            frozenset({*reached, source % kinds + 1}) if len(reached) < 3 else reached - {source},
+        )
+
+
+def _reached(field: Segment) -> Fields:
+    """What follows a field at an edge: itself, and from rest any, where the drive reacts on Q."""
+    alike = (one for one in ANY_LEVEL if one.region == field.region)
+    jumps = field.stick and field.pull.has(force)
+    return frozenset(one.index for one in alike if jumps or one == field)
+
+
+def _surface(name: str) -> Item:
+    ways = {one.source: one.target for one in surface_transitions() if one.surface == name}
+    told = ", ".join(f"F{source} to F{target}" for source, target in sorted(ways.items()))
+    (target,) = {*ways.values()}
+    return Item(
+        f"graph.{name}",
+        name,
+        f"motions go from {told}",
+        ways,
+        partial(leads, name),
+        dict.fromkeys(ways, target % len(ANY_LEVEL) + 1),
+        PIECES[name].latex,
+    )
+
+
+def _further(name: str) -> Item:
+    reached: Fields = frozenset().union(*(leaf.may_depart for leaf in leaves_of(name)))
+    names = ", ".join(f"F{index}" for index in sorted(reached))
+    return Item(
+        f"graph.{name}",
+        name,
+        f"from each state one field leads on, of {names}",
+        reached,
+        partial(go_on, name),
+        reached - {min(reached)},
+        PIECES[name].latex,
+    )
+
+
+@cache
+def items() -> tuple[Item, ...]:
+    """Every statement about the field graph."""
+    edges = _edges() if PULSED else ()
+    whole = Item(
+        "graph.complete",
+        "field graph",
+        "each state at rest, or at a stop, is on a surface, line or corner",
+        (*PIECES,),
+        complete,
+        (*SURFACES, *LINES),
+    )
+    return (whole, *map(_surface, SURFACES), *map(_further, (*LINES, *POINTS)), *edges)

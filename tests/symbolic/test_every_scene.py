@@ -1,0 +1,116 @@
+"""What is proved of any scene: of those that ship and of others, and no mutation survives."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from capsule_sym._commands.verify import verify as command
+from capsule_sym._symbolic.model import declaration
+from capsule_sym._symbolic.proofs import cells, energy, every_scene, field_graph, switches
+from capsule_sym._symbolic.proofs.items import settle
+from tests.symbolic.broken import FURTHER, MUTATIONS, survivors
+
+_ROOT = Path(__file__).parents[2]
+_SCENES = _ROOT / "capsule_sym" / "_symbolic" / "scenes"
+_OURS = (cells, energy, field_graph, switches)
+
+PROTOTYPE = str(_SCENES / "prototype.py")
+
+
+def _verify(scene: str, *options: str) -> subprocess.CompletedProcess[str]:
+    line = [sys.executable, "-m", "capsule_sym", "verify", "--scene", scene, *options]
+    return subprocess.run(line, capture_output=True, text=True, timeout=600, cwd=_ROOT, check=False)
+
+
+@pytest.mark.parametrize("module", _OURS, ids=lambda one: one.__name__.rpartition(".")[2])
+def test_statements_are_proved_and_changed_ones_are_not(module: object) -> None:
+    for item in module.items():  # type: ignore[attr-defined]
+        assert settle(item).status == "proved", item.id
+        assert settle(replace(item, claim=item.mutant)).status == "failed", item.id
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_mutations_are_noticed(name: str) -> None:
+    assert survivors(MUTATIONS[name]) == []
+
+
+def test_unchanged_derivation_is_not_noticed() -> None:
+    """The run can fail: what is not changed is proved."""
+    same = replace(MUTATIONS["a Jacobian"], value=MUTATIONS["a Jacobian"].owner._rows)
+    assert survivors(same) == ["jacobian"]
+
+
+@pytest.mark.long
+def test_mutations_of_two_stops_and_pulses_are_noticed() -> None:
+    names = [*FURTHER, "a guard is missing", "a spring pulls", "the ratio of a landing"]
+    line = [sys.executable, "-m", "tests.symbolic.broken", PROTOTYPE, *names]
+    told = subprocess.run(line, capture_output=True, text=True, cwd=_ROOT, check=True, timeout=600)
+    assert json.loads(told.stdout) == {name: [] for name in (*names, "changed claims")}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "scene",
+    [
+        *declaration.SHIPPED,
+        PROTOTYPE,
+        "tests/scenes/two_stops.py",
+        "tests/scenes/pulsed.py",
+        "tests/secondmodel/biased.py",
+    ],
+)
+def test_every_scene_is_proved(scene: str) -> None:
+    result = _verify(scene, "--json")
+    assert result.returncode == 0, result.stderr
+    items = json.loads(result.stdout)["items"]
+    assert {one["status"] for one in items} == {"proved"}
+    families = {one["id"].partition(".")[0] for one in items}
+    named = {family for names in every_scene.FAMILIES for family in names.split()}
+    assert families == named
+    assert "of the paper alone" in result.stderr
+
+
+def test_one_statement_of_a_scene_is_proved_in_its_own_process() -> None:
+    result = _verify("tests/scenes/pulsed.py", "--only", "cells.F12.level", "--json")
+    assert result.returncode == 0, result.stderr
+    (item,) = json.loads(result.stdout)["items"]
+    assert item["id"] == "cells.F12.level"
+    assert item["status"] == "proved"
+
+
+def test_wrong_lines_are_refused_in_one_line(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.py"
+    broken.write_text("model = 1\n", encoding="utf-8")
+    for line in (["--scene", "nothing"], ["--scene", str(broken)]):
+        result = _verify(line[1])
+        assert result.returncode == 2
+        assert len(result.stderr.splitlines()) == 1
+    assert CliRunner().invoke(command, ["--scene", "capsule", "--freeze"]).exit_code == 2
+
+
+def test_report_of_a_scene_has_every_statement(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(every_scene, "SECTIONS", {"Cells": cells.items})
+    path = tmp_path / "report.md"
+    result = CliRunner().invoke(command, ["--scene", "capsule", "--write", str(path)])
+    assert result.exit_code == 0, result.stderr
+    report = path.read_text(encoding="utf-8")
+    assert all(f"`{item.id}`" in report for item in cells.items())
+    assert "Section 4" in report
+
+
+def test_exit_status_is_one_when_a_statement_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = cells.items()[0]
+    wrong = replace(first, claim=first.mutant)
+    monkeypatch.setattr(every_scene, "SECTIONS", {"Cells": lambda: (wrong,)})
+    result = CliRunner().invoke(command, ["--scene", "capsule"])
+    assert result.exit_code == 1
+    assert f"not proved: {first.id}" in result.stderr
