@@ -171,7 +171,7 @@ def compare_searches(count: int) -> None:
             forms = ClosedForms(numbers, orbit.values)
             z, arrays, solving, _, norm = forms.solved(orbit.itinerary, guess)  # type: ignore[misc]
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(closed, "core", None)
+                patch.setattr(closed, "core_of", lambda scene: None)
                 closed._constants.cache_clear()
                 other = newton(numbers, orbit.values, orbit.itinerary, guess)
                 closed._constants.cache_clear()

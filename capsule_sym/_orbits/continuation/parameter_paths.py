@@ -13,8 +13,8 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Number
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
 if TYPE_CHECKING:
     from capsule_sym._parameters import SceneDevice
@@ -87,39 +87,45 @@ class ParameterPath:
 
     The name is a parameter, or another one that a tied parameter is an affine function of. The
     functions consist of arithmetic: their derivatives are exact. `texts` has those that were given
-    as text, and None for those of Python. Parameters are dimensionless, derivatives by them (many,
-    parameters); a name of one's own has the units that its ties give it.
+    as text, and None for those of Python. Parameters are those of the scene, dimensionless,
+    derivatives by them (many, parameters); a name of one's own has the units that its ties give it.
     """
 
     name: str
     ties: tuple[tuple[str, Function], ...] = ()
     texts: tuple[tuple[str, str | None], ...] = ()
+    scene: Scene = CAPSULE
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the scene's parameters."""
+        return self.scene.facts.PARAMETERS  # type: ignore[no-any-return]
 
     def value(self, values: Sequence[Number]) -> Number:
         """The value of what varies, at parameters on the path."""
-        if self.name in PARAMETERS:
-            return values[PARAMETERS.index(self.name)]
+        if self.name in self.names:
+            return values[self.names.index(self.name)]
         name, function = self._affine()
         at = function(Slope(0 * values[0], 1))
-        return (values[PARAMETERS.index(name)] - at.value) / at.slope
+        return (values[self.names.index(name)] - at.value) / at.slope
 
     def placed(self, values: Sequence[Number], value: Number) -> list[Number]:
         """All parameters where what varies has this value; the others as given."""
         placed = list(values)
-        if self.name in PARAMETERS:
-            placed[PARAMETERS.index(self.name)] = value
+        if self.name in self.names:
+            placed[self.names.index(self.name)] = value
         for name, function in self.ties:
-            placed[PARAMETERS.index(name)] = _number(function, value)
+            placed[self.names.index(name)] = _number(function, value)
         return placed
 
     def along(self, by_p: Matrix, value: Number) -> Vector:
         """The derivative by what varies, from those by the parameters, (many, parameters)."""
         result = 0 * by_p[:, 0]
-        if self.name in PARAMETERS:
-            result = result + by_p[:, PARAMETERS.index(self.name)]
+        if self.name in self.names:
+            result = result + by_p[:, self.names.index(self.name)]
         for name, function in self.ties:
             slope = _lifted(_number(function, Slope(value, 1))).slope
-            result = result + by_p[:, PARAMETERS.index(name)] * slope
+            result = result + by_p[:, self.names.index(name)] * slope
         return result
 
     # A path is a coordinate as an axis is: by its value.
@@ -145,7 +151,7 @@ class ParameterPath:
                 continue
             if slopes[0] != 0 and slopes[0] == slopes[1] == slopes[2]:
                 return name, function
-        allowed = f"a parameter ({', '.join(PARAMETERS)}), or what one is an affine function of"
+        allowed = f"a parameter ({', '.join(self.names)}), or what one is an affine function of"
         raise InvalidInput("parameter", self.name, allowed)
 
     def check(self, base: SceneParameters, first: float, last: float) -> None:
@@ -153,17 +159,17 @@ class ParameterPath:
         for at in (first, last):
             if not math.isfinite(at):
                 raise InvalidInput(self.name, at, "finite")
-        if self.name not in PARAMETERS:
+        if self.name not in self.names:
             self._affine()
         values = tuple(base.to_dict().values())
         for at in np.linspace(first, last, _SAMPLES).tolist():
             try:
-                self.along(np.ones((1, len(PARAMETERS))), at)
+                self.along(np.ones((1, len(self.names))), at)
                 placed = [float(value) for value in self.placed(values, at)]
             except (NoNumber, TypeError, ValueError) as error:
                 where = f"arithmetic of {self.name} with a value at {at:g} ({error})"
                 raise InvalidInput("ties", [name for name, _ in self.ties], where) from None
-            base.replace(**dict(zip(PARAMETERS, placed, strict=True)))
+            base.replace(**dict(zip(self.names, placed, strict=True)))
 
 
 class Axis(NamedTuple):
@@ -210,22 +216,24 @@ class Axis(NamedTuple):
                 raise InvalidInput("ties", tied, f"such that they hold for the orbit at {value!r}")
 
 
-def parameter_path(name: str, ties: Mapping[str, Function | str] | None = None) -> ParameterPath:
-    """The path on which a parameter varies, and those tied to it by functions or their texts.
+def parameter_path(
+    name: str, ties: Mapping[str, Function | str] | None = None, scene: Scene = CAPSULE
+) -> ParameterPath:
+    """The path on which a scene's parameter varies, and those tied to it by functions or texts.
 
     A text, such as "0.5*omega**2", has numbers, the name of what varies, + - * / ** and
     parentheses. Raises InvalidInput for other texts and for ties of what is no parameter.
     """
-    functions, texts = [], []
+    functions, texts, known = [], [], scene.facts.PARAMETERS
     for tied, given in (ties or {}).items():
-        if tied not in PARAMETERS or tied == name:
-            others = ", ".join(one for one in PARAMETERS if one != name)
+        if tied not in known or tied == name:
+            others = ", ".join(one for one in known if one != name)
             raise InvalidInput("ties", tied, f"of one of {others}")
         functions.append((tied, _function(given, name) if isinstance(given, str) else given))
         texts.append((tied, given if isinstance(given, str) else None))
-    if name not in PARAMETERS and not functions:
-        raise InvalidInput("parameter", name, f"one of {', '.join(PARAMETERS)}")
-    return ParameterPath(name, tuple(functions), tuple(texts))
+    if name not in known and not functions:
+        raise InvalidInput("parameter", name, f"one of {', '.join(known)}")
+    return ParameterPath(name, tuple(functions), tuple(texts), scene)
 
 
 def chosen_path(
@@ -233,11 +241,12 @@ def chosen_path(
     known: Callable[[], ParameterPath],
     parameter: str | None,
     ties: Mapping[str, Function | str] | None,
+    scene: Scene = CAPSULE,
 ) -> ParameterPath:
     """The path of what is given, or where nothing is the known one, on which `name` varies."""
     if parameter is None and ties is None:
         return known()
-    return parameter_path(parameter or name, ties)
+    return parameter_path(parameter or name, ties, scene)
 
 
 def device_path(device: SceneDevice, name: str) -> dict[str, str]:

@@ -21,6 +21,7 @@ from capsule_sym._orbits.metrics.performance import METRICS, performance
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import CAPSULE, Scene
 
 # Attributes that are written as they are named.
 _CONVERGENCE = ("residual", "iterations", "status", "success")
@@ -84,6 +85,7 @@ def branch_record(branch: Branch, switched: Iterable[Branch] = ()) -> dict[str, 
     return {
         "format": FORMAT,
         "origin": branch.origin or None,
+        **scene_record(branch.axis.path.scene),
         "parameters": branch.points[0].orbit.parameters.to_dict() if branch.points else None,
         "parameter": branch.parameter,
         "ties": dict(branch.axis.path.texts),
@@ -237,6 +239,7 @@ def _place(orbit: Orbit, convergence: Iterable[str] = _CONVERGENCE) -> dict[str,
     first, durations = orbit.itinerary.first, orbit.durations.tolist()
     flow, parameters = orbit.system.flows[first], orbit.parameters
     return {
+        **scene_record(orbit.scene),
         "parameters": parameters.to_dict(),
         "itinerary": plain(orbit.itinerary),
         "period_number": orbit.itinerary.period_number,
@@ -245,6 +248,11 @@ def _place(orbit: Orbit, convergence: Iterable[str] = _CONVERGENCE) -> dict[str,
         "durations": [float(h) for h in (*durations[first:], *durations[:first])],
         **_fields(orbit, convergence),
     }
+
+
+def scene_record(scene: Scene) -> dict[str, Any]:
+    """The scene by name or folder; nothing of the paper's."""
+    return {} if scene is CAPSULE else {"scene": scene.source}
 
 
 def _inequality(one: Inequality, itinerary: Itinerary) -> dict[str, Any]:

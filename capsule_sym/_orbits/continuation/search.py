@@ -102,7 +102,8 @@ def search_box(
     search, status = _Search(parameters, _grid(bounds, counts), settings), Status.TIME_LIMIT
     say, branches, many = report or (lambda text: None), list[Branch](), len(search.starts)
     say(f"running {many} starts")
-    with computing(points, settings, max_seconds) as (doubles, limit), limit:
+    scene = parameters.scene
+    with computing(points, settings, max_seconds, scene) as (doubles, limit), limit:
         search.find_attractors(periods)
         seeds = len(settings.seed_periods) * many
         say(f"{len(search.orbits)} attractors; Newton's method from {seeds} states")
@@ -205,7 +206,13 @@ class _Search:
         many = np.repeat(self.row, len(states), axis=0)
         for number in period_numbers:
             closed = performance_many(
-                many, states, number, energies=False, forces=False, watch=present()
+                many,
+                states,
+                number,
+                energies=False,
+                forces=False,
+                watch=present(),
+                scene=self.parameters.scene,
             )
             check_time()
             left = closed.states[closed.closed]

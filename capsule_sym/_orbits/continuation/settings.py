@@ -13,6 +13,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._native import Watch
+from capsule_sym._parameters import Scene
 
 _MOST_STEPS = 5_000  # that may be asked for
 
@@ -182,7 +183,7 @@ def check_points(points: int) -> None:
 
 @contextmanager
 def computing(
-    points: int, settings: ContinuationSettings, max_seconds: float
+    points: int, settings: ContinuationSettings, max_seconds: float, scene: Scene
 ) -> Iterator[tuple[Backend, Watch]]:
     """The number system of a continuation, and its limit; raises InvalidInput for these arguments.
 
@@ -192,5 +193,5 @@ def computing(
     if not isinstance(settings, ContinuationSettings):
         raise InvalidInput("settings", settings, "ContinuationSettings")
     limit = Watch(checked_seconds(max_seconds))
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
+    with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
         yield numbers, limit

@@ -20,8 +20,8 @@ from capsule_sym._map.many import checked_rows, spread
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
-from capsule_sym.generated.capsule.facts import PARAMETERS, STATE
-from capsule_sym.generated.capsule.interface import ORBIT, ORBIT_STATUSES, STOPS, OrbitStatus, Stop
+from capsule_sym._parameters import CAPSULE, Scene
+from capsule_sym.generated.capsule.interface import ORBIT_STATUSES, STOPS, OrbitStatus, Stop
 
 MOST_SEGMENTS = 256
 """In one period of a motion, from forcing angle 0 on; of a longer one nothing is found."""
@@ -40,6 +40,8 @@ class Performances:
     """Why it came back, a `Stop`, shape (n,)."""
     fields: NDArray[np.uint8]
     """The fields passed from forcing angle 0 on, 0 after them, shape (n, MOST_SEGMENTS)."""
+    scene: Scene = CAPSULE
+    """The scene of the parameters."""
 
     def __len__(self) -> int:
         return len(self.records)
@@ -55,7 +57,9 @@ class Performances:
 
     def of(self, chosen: NDArray[Any]) -> Performances:
         """Some of the motions, by their indices, shape (k,), or a mask, shape (n,)."""
-        return Performances(self.records[chosen], self.stops[chosen], self.fields[chosen])
+        return Performances(
+            self.records[chosen], self.stops[chosen], self.fields[chosen], self.scene
+        )
 
     @property
     def closed(self) -> NDArray[np.bool_]:
@@ -75,8 +79,8 @@ class Performances:
 
     @property
     def by_parameter(self) -> NDArray[np.float64]:
-        """Derivatives of the states by the parameters, shape (n, 3, 7)."""
-        return self.records["by_parameter"].reshape(-1, len(STATE), len(PARAMETERS))
+        """Derivatives of the states by the parameters, shape (n, 3, 7) in the paper's scene."""
+        return self.records["by_parameter"].reshape(len(self), 3, -1)
 
     @property
     def values(self) -> NDArray[np.float64]:
@@ -85,8 +89,8 @@ class Performances:
 
     @property
     def gradients(self) -> NDArray[np.float64]:
-        """Derivatives of the metrics by the parameters, shape (n, 7, 7)."""
-        return self.records["gradients"].reshape(-1, len(METRICS), len(PARAMETERS))
+        """Derivatives of the metrics by the parameters, shape (n, 7, 7) in the paper's scene."""
+        return self.records["gradients"].reshape(len(self), len(METRICS), -1)
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -99,7 +103,7 @@ class Performances:
         # The run begins and ends within one segment, but where a switch falls on the angle 0.
         if len(passed) > 1 and passed[0] == passed[-1]:
             passed.pop()
-        return tuple(f"F{field}" for field in begun(passed))
+        return tuple(f"F{field}" for field in begun(passed, self.scene))
 
 
 def performance_many(
@@ -111,23 +115,25 @@ def performance_many(
     forces: bool = True,
     gradients: bool = False,
     watch: Watch | None = None,
+    scene: Scene = CAPSULE,
 ) -> Performances:
     """The periodic motions near given states, as `performance` gives them one by one.
 
-    `parameters` are rows (n, 7) or one, `states` (n, 3) or one (x_r, v_r, v_c) at forcing angle 0,
-    `period_numbers` excitation periods of each motion; all dimensionless. What is not asked for is
-    not computed, nor that which there is no time for, by the present watch or the one given. Raises
-    InvalidInput for a value that is not allowed, and where there is no core.
+    `parameters` are rows of those of the scene, (n, 7) in the paper's, or one, `states` (n, 3) or
+    one (x_r, v_r, v_c) at forcing angle 0, `period_numbers` excitation periods of each motion; all
+    dimensionless. What is not asked for is not computed, nor that which there is no time for, by
+    the present watch or the one given. Raises InvalidInput for a value that is not allowed, and
+    where there is no core.
     """
-    binding = core()
-    rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)))
+    binding = core(scene)
+    rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)), scene)
     count = len(rows)
     starts = np.ascontiguousarray(spread("states", states, (count, 3)))
     given = spread("period_numbers", period_numbers, (count,))
     periods = given.astype(np.int32)
     if np.any((periods != given) | (periods < 1)):
         raise InvalidInput("period_numbers", period_numbers, "whole numbers >= 1")
-    stops, records = np.zeros(count, np.int8), np.zeros(count, ORBIT)
+    stops, records = np.zeros(count, np.int8), np.zeros(count, scene.interface.ORBIT)
     fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
     binding.orbit_many(
         rows,
@@ -141,7 +147,7 @@ def performance_many(
         gradients,
         watch or present(),
     )
-    return Performances(records, stops, fields)
+    return Performances(records, stops, fields, scene)
 
 
 def multipliers_of(

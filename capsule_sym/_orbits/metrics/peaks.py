@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Number
 from capsule_sym._orbits.shooting.closed import ClosedForms
@@ -30,37 +30,44 @@ def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     place = max(_places(forms, orbit, Quantity.FORCE), key=lambda found: found.size)
     x_r, v_r, by = _state(forms, place)
     c = place.flow.c
-    gap = x_r - c.delta
+    gap = x_r - c.own_stop()
     force = c.force(x_r, gap, v_r)
     side = 1 if force > 0 else -1
     return side * force, side * chained(c.force_gradient(gap, v_r), by)
 
 
 def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
-    """The largest force of the second spring along an orbit, and its derivatives (n + 11,)."""
+    """The largest force of a stop's spring along an orbit, and its derivatives (n + 11,)."""
     places = _places(forms, orbit, Quantity.GAP)
     place = max(places, key=lambda found: found.size, default=None)
     if place is None:
         return forms.numbers.number(0), 0 * orbit.system.advance_by
     x_r, _, by = _state(forms, place)
     c = place.flow.c
-    gap = x_r - c.delta
-    return c.force(0, gap, 0), chained(c.contact_gradient(gap), by)
+    gap = x_r - c.own_stop()
+    side = 1 if gap > 0 else -1
+    return side * c.force(0, gap, 0), side * chained(c.contact_gradient(gap), by)
 
 
 def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
     """Ends and extrema of all segments, for the gap of those in contact only."""
     for flow in orbit.system.flows:
         c, (x_r, v_r, _) = flow.c, flow.end
-        gap = x_r - c.delta
+        gap = x_r - c.own_stop()
         if quantity is Quantity.FORCE:
             yield _Place(abs(c.force(x_r, gap, v_r)), flow, None)
         elif c.contact:
-            yield _Place(gap, flow, None)
+            yield _Place(_size(forms, c, gap), flow, None)
         else:
             continue
         for _, time, value in extrema(forms.numbers, flow, quantity, {}):
-            yield _Place(abs(value) if quantity is Quantity.FORCE else value, flow, time)
+            size = abs(value) if quantity is Quantity.FORCE else _size(forms, c, value)
+            yield _Place(size, flow, time)
+
+
+def _size(forms: ClosedForms, c: Any, gap: Number) -> Number:
+    """What is compared of contacts: the gap, of two stops the force."""
+    return gap if len(forms.scene.facts.STOPS) == 1 else abs(c.force(0, gap, 0))
 
 
 def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:

@@ -25,10 +25,8 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.metrics.peaks import peak_of_contact, peak_of_force
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import (
-    BY,
     BY_ANGLE,
     BY_TIME,
-    PARAMETERS,
     STATES,
     Matrix,
     SegmentFlow,
@@ -88,7 +86,7 @@ def performance(orbit: Orbit) -> Performance:
 
     Raises numpy.linalg.LinAlgError at a fold, where the branch has no gradient.
     """
-    with backend(orbit.backend) as numbers:
+    with backend(orbit.backend, orbit.scene) as numbers:
         period_number, omega = orbit.itinerary.period_number, orbit.value("omega")
         per_turn = omega / numbers.full_turn
         progression = _along(orbit, orbit.progression, orbit.system.advance_by / period_number)
@@ -116,7 +114,7 @@ def _along(orbit: Orbit, value: Number, by: Vector) -> Metric:
     """A metric from its derivatives (n + 11,): the gradient is that along the branch of orbits."""
     unknowns = len(orbit.z)
     slopes = by[unknowns:] + by[:unknowns] @ orbit.by_parameter
-    return Metric(value, dict(zip(PARAMETERS, slopes, strict=True)))
+    return Metric(value, dict(zip(orbit.scene.facts.PARAMETERS, slopes, strict=True)))
 
 
 def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Metric:
@@ -170,7 +168,7 @@ def _sample(
     angle_by = 0 * rows[0]
     angle_by[BY_ANGLE] += 1
     angle_by[BY_TIME] += c.omega * fractions
-    angle_by[BY["omega"]] += times
+    angle_by[forms.column("omega")] += times
     turned = [forms.numbers.cos_sin(flow.angle + c.omega * time) for time in times]
     cosine, sine = (np.array(column) for column in zip(*turned, strict=True))
     return v_r, v_c, cosine, sine, rows, angle_by

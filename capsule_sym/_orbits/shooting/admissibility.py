@@ -12,11 +12,13 @@ from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
 from capsule_sym._orbits.shooting.extrema import extrema, minima
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import Scene
 from capsule_sym.generated.capsule.interface import Quantity
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
+EDGE, BEFORE_EDGE = "edge", "before edge"
 _ROUNDINGS = 32  # in a duration, of the longest one
 _NEAR = 1e-5  # share of a segment within which a minimum is that at its end
 
@@ -26,7 +28,10 @@ class Inequality(NamedTuple):
 
     `kind` is "duration": that of segment `segment`; "minimum": the least of guard `guard` at the
     time `time` inside the segment; "landing": where the segment ends with v_c = 0, how far the
-    force is within the friction bound if stick follows, or beyond it if the drift is reversed.
+    force is within the friction bound if stick follows, or beyond it if the drift is reversed;
+    "edge": where the segment ends with an edge at which the pull on the capsule jumps, how far
+    guard `guard` is from 0 there, or beyond it if the edge breaks rest; "before edge": how far it
+    is from 0 at rest just before.
     """
 
     kind: str
@@ -52,10 +57,12 @@ def inequalities(
     and the other inequalities hold the guards. Next to a segment of negative duration there are
     none. The segment with index `zero_segment`, if given, has the duration 0: what is 0 with it is
     left out. Of a motion that is its own mirror image what comes in pairs is looked at in the first
-    half, the gap in both; where beta = 0 the gap is free.
+    half, the gap of a single stop in both; where its spring has no stiffness the gap is free.
     """
     found = []
     n, flows = len(itinerary), system.flows
+    alone = itinerary.mirrored and len(itinerary.scene.facts.STOPS) == 1
+    stiffness = itinerary.scene.facts.STOPS[0][1]
     hidden = _ROUNDINGS * numbers.unit * max(flow.h for flow in flows)
     for i, flow in enumerate(flows):
         if i == zero_segment:
@@ -69,10 +76,12 @@ def inequalities(
             continue
         if flow.segment.guard is Guard.DRIFT and after != zero_segment:
             found.append(Inequality(LANDING, i, None, _landing(itinerary, flows, i), flow.h))
-        if itinerary.mirrored and flow.c.beta != 0:
+        if flow.segment.guard is Guard.EDGE and after != zero_segment:
+            found += _at_edge(itinerary, flows, i)
+        if alone and getattr(flow.c, stiffness) != 0:
             found += _gaps(numbers, itinerary, flow, i)
         for guard, time, value in minima(numbers, flow, _zeros(itinerary, i)):
-            if itinerary.mirrored and guard is Guard.GAP:
+            if alone and guard is Guard.GAP:
                 continue
             near = _NEAR * flow.h
             if (before == zero_segment and time < near) or (
@@ -85,6 +94,31 @@ def inequalities(
     return found
 
 
+def _at_edge(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> Iterator[Inequality]:
+    """What has to hold at the edge that ends a segment, where a drive reacts."""
+    flow, following = flows[i], flows[(i + 1) % len(flows)]
+    c, after = flow.c, following.c
+    if not itinerary.scene.facts.REACTS:
+        return
+    if itinerary.mirrored and i == len(flows) - 1:
+        return  # its image is the segment's own start
+    x_r, v_r, v_c = flow.end
+    if c.drift:
+        rates = (one.margin_at(x_r, x_r - one.own_stop(), v_r) for one in (c, after))
+        falls, rises = (c.drift * rate for rate in rates)
+        if falls < 0 < rises:
+            yield Inequality(EDGE, i, Guard.DRIFT, c.drift * v_c, flow.h)
+        return
+    pulled, pull = c.pull(x_r, x_r - c.own_stop(), v_r), following.closed.margin + after.friction
+    for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
+        yield Inequality(BEFORE_EDGE, i, guard, c.friction_guard(sign, pulled), flow.h)
+        within = after.friction_guard(sign, pull)
+        if not after.drift:
+            yield Inequality(EDGE, i, guard, within, flow.h)
+        elif after.drift == -sign:
+            yield Inequality(EDGE, i, guard, -within, flow.h)
+
+
 def _gaps(
     numbers: Backend, itinerary: Itinerary, flow: SegmentFlow, segment: int
 ) -> Iterator[Inequality]:
@@ -93,7 +127,7 @@ def _gaps(
         if kind < 0:
             yield Inequality(MINIMUM, segment, Guard.GAP, -value, time)
             continue
-        value = value + 2 * flow.c.delta
+        value = value + 2 * flow.c.own_stop()
         if len(itinerary.whole) == 1:
             yield Inequality(MINIMUM, segment, Guard.GAP, value, time + flow.h)
         else:
@@ -102,15 +136,21 @@ def _gaps(
 
 def tightest(orbit: Orbit) -> Inequality:
     """The inequality of an orbit's itinerary with the least value."""
-    with backend(orbit.backend) as numbers:
+    with backend(orbit.backend, orbit.scene) as numbers:
         return min(inequalities(numbers, orbit.itinerary, orbit.system), key=lambda one: one.value)
 
 
 def _zeros(itinerary: Itinerary, segment: int) -> dict[Guard, int]:
     """The guards that vanish at a segment's start, by the guard that ended the segment before."""
-    before = itinerary.segments[segment - 1].guard
-    if before is Guard.GAP:
-        return {Guard.GAP: 1}
+    before, stop = itinerary.guard_before(segment), itinerary.stop(segment - 1)
+    if stop:
+        free = not contact(itinerary.fields[segment], itinerary.scene)
+        return {Guard.BACK if free and stop == 2 else Guard.GAP: 1}
+    if before is Guard.EDGE:
+        rested = not drift(itinerary.neighbour(segment - 1), itinerary.scene)
+        return (
+            {Guard.DRIFT: 1} if rested and drift(itinerary.fields[segment], itinerary.scene) else {}
+        )
     if before is Guard.DRIFT:
         return {Guard.DRIFT: 1}
     return {Guard.DRIFT: 2} if before else {}
@@ -122,7 +162,7 @@ def _reversed_wrongly(itinerary: Itinerary, flows: Sequence[SegmentFlow], before
 
 def _landing(itinerary: Itinerary, flows: Sequence[SegmentFlow], segment: int) -> Number:
     flow, following = flows[segment], flows[(segment + 1) % len(flows)]
-    force = following.closed.margin + following.c.friction
+    force = following.closed.margin + following.c.friction  # the pull on the capsule
     if itinerary.mirrored and segment % len(flows) == len(flows) - 1:
         force = -force
     beyond = flow.c.friction_guard(flow.c.drift, force)
@@ -132,15 +172,25 @@ def _landing(itinerary: Itinerary, flows: Sequence[SegmentFlow], segment: int) -
 def is_admissible(orbit: Orbit) -> bool:
     """Whether the certified map, run for the orbit's periods, goes through the same itinerary.
 
-    Where beta = 0 an itinerary without contact stands for those with any.
+    Where no stop's spring has stiffness an itinerary without contact stands for those with any.
     """
-    fields = tuple(segment.field for segment in rerun(orbit).segments)
-    if orbit.parameters.beta == 0 and not any(map(contact, orbit.itinerary.fields)):
-        fields = tuple(field for field, _ in groupby(2 - drift(field) for field in fields))
+    scene, fields = orbit.scene, tuple(segment.field for segment in rerun(orbit).segments)
+    if stiffless(orbit) and not any(contact(field, scene) for field in orbit.itinerary.fields):
+        fields = tuple(field for field, _ in groupby(parted(scene, field) for field in fields))
     expected = orbit.itinerary.rotated(_longest(orbit)).fields
     if len(expected) == 1:
         return fields == expected
     return fields[: len(expected) + 1] == (*expected, expected[0])
+
+
+def stiffless(orbit: Orbit) -> bool:
+    """Whether no stop's spring has stiffness, so that contact changes nothing."""
+    return all(orbit.value(stiffness) == 0 for _, stiffness in orbit.scene.facts.STOPS)
+
+
+def parted(scene: Scene, field: int) -> int:
+    """The field without contact, of the same drift and level."""
+    return field_of(scene, 0, drift(field, scene), level(field, scene))
 
 
 def rerun(orbit: Orbit) -> Trajectory:
@@ -149,7 +199,7 @@ def rerun(orbit: Orbit) -> Trajectory:
     It starts in the middle of the longest segment, where nothing is at its bound.
     """
     parameters = orbit.parameters
-    state, angle = _middle(orbit.system.flows[_longest(orbit)])
+    state, angle = _middle(orbit, orbit.system.flows[_longest(orbit)])
     phase = min(angle / parameters.omega, math.nextafter(parameters.period, 0.0))
     return simulate(parameters, state, phase, orbit.itinerary.period_number + 1)
 
@@ -158,9 +208,9 @@ def _longest(orbit: Orbit) -> int:
     return max(range(len(orbit.itinerary)), key=lambda i: float(orbit.system.flows[i].h))
 
 
-def _middle(flow: SegmentFlow) -> tuple[tuple[float, float, float], float]:
+def _middle(orbit: Orbit, flow: SegmentFlow) -> tuple[tuple[float, float, float], float]:
     """State in the middle of a segment, and the forcing angle there in [0, 2 pi)."""
-    with backend("numpy") as numbers:
+    with backend("numpy", orbit.scene) as numbers:
         h = float(flow.h) / 2
         c = type(flow.c)(*map(float, flow.c))
         closed = type(flow.closed)(*map(float, flow.closed))

@@ -14,10 +14,19 @@ import numpy as np
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, Inequality
+from capsule_sym._orbits.shooting.admissibility import (
+    BEFORE_EDGE,
+    DURATION,
+    EDGE,
+    LANDING,
+    MINIMUM,
+    Inequality,
+)
 from capsule_sym._orbits.shooting.equations import ShootingSystem, Vector
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
-from capsule_sym.generated.capsule.facts import FIELD_OF
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
+from capsule_sym._parameters import Scene
+
+_NO_DURATION = 1e-9  # of a segment beside one of duration 0
 
 
 class Change(NamedTuple):
@@ -44,19 +53,20 @@ def around(itinerary: Itinerary, segment: int) -> tuple[int, int, int]:
 def insert_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, failed: Inequality
 ) -> tuple[Change, int]:
-    """The itinerary with the segment inserted where a MINIMUM or LANDING is 0, and that segment.
+    """The itinerary with the segment inserted where an inequality is 0, and that segment.
 
     `z` may be an estimate; `system` is near it. Raises InvalidInput where the fields are no
     itinerary.
     """
     fields, i, zero = itinerary.fields, failed.segment, numbers.number(0)
     f, following = fields[i], itinerary.neighbour(i + 1)
-    if failed.kind == LANDING:
-        comes = FIELD_OF[contact(f), 0 if drift(following) else -drift(f)]
-        longer = _itinerary((*fields[: i + 1], comes, *fields[i + 1 :]), itinerary)
-        kept = tuple(k + (k > i) for k in range(len(itinerary)))
-        return Change(longer, np.array([*z[: 5 + i], zero, *z[5 + i :]]), kept), i + 1
-    comes = _comes(f, failed.guard)
+    if failed.kind in (LANDING, EDGE, BEFORE_EDGE):
+        between = _between(itinerary, system, failed, f, following)
+        gone = len(between)
+        longer = _itinerary((*fields[: i + 1], *between, *fields[i + 1 :]), itinerary)
+        kept = tuple(k + gone * (k > i) for k in range(len(itinerary)))
+        return Change(longer, np.array([*z[: 5 + i], *(gone * [zero]), *z[5 + i :]]), kept), i + 1
+    comes = _comes(itinerary.scene, f, failed.guard)
     if itinerary.segments[0].guard is None:
         x_r, v_r = _inside(numbers, system, 0, failed.time)
         angle = system.flows[0].angle + system.flows[0].c.omega * failed.time
@@ -69,29 +79,99 @@ def insert_segment(
     return Change(longer, np.array([*z[:4], *durations]), kept), i + 1
 
 
-def _comes(field: int, guard: Guard | None) -> int:
+def _between(
+    itinerary: Itinerary, system: ShootingSystem, failed: Inequality, f: int, following: int
+) -> tuple[int, ...]:
+    """The fields that come between two others where a landing, or what holds at an edge, fails."""
+    scene, ways = itinerary.scene, (drift(f, itinerary.scene), drift(following, itinerary.scene))
+    slips = 1 if failed.guard is Guard.UPPER else -1
+    if failed.kind == LANDING:
+        return (_like(scene, f, drift=0 if ways[1] else -ways[0]),)
+    if failed.kind == EDGE and ways[0]:
+        if sticks_before_edge(system, failed.segment):
+            return (_like(scene, f, drift=0),)
+        slips = -ways[0]
+    elif failed.kind == EDGE:
+        return (_like(scene, following, drift=0 if ways[1] else slips),)
+    # A slip before the edge goes on beyond it, unless what follows is such a slip.
+    before = _like(scene, f, drift=slips)
+    return (before,) if ways[1] == slips else (before, _like(scene, following, drift=slips))
+
+
+def sticks_before_edge(system: ShootingSystem, segment: int) -> bool:
+    """Whether a drift that came to rest where its segment ends would stick there."""
+    flow = system.flows[segment]
+    c, (x_r, v_r, _) = flow.c, flow.end
+    pull = c.pull(x_r, x_r - c.own_stop(), v_r)
+    return all(c.friction_guard(sign, pull) > 0 for sign in (1, -1))
+
+
+def _like(scene: Scene, field: int, *, touches: int | None = None, drift: int | None = None) -> int:
+    """The field like another one, but for the contact or the drift given."""
+    known = scene.facts.FIELDS[field]
+    touches, drift = known[0] if touches is None else touches, known[1] if drift is None else drift
+    return field_of(scene, touches, drift, level(field, scene))
+
+
+def _comes(scene: Scene, field: int, guard: Guard | None) -> int:
     """The field that a segment of F`field` touches where this guard has a minimum of 0."""
     if guard is Guard.GAP:
-        return FIELD_OF[1 - contact(field), drift(field)]
+        return _like(scene, field, touches=0 if contact(field, scene) else 1)
+    if guard is Guard.BACK:
+        return _like(scene, field, touches=2)
     if guard is Guard.DRIFT:
-        return FIELD_OF[contact(field), 0]
-    return FIELD_OF[contact(field), 1 if guard is Guard.UPPER else -1]
+        return _like(scene, field, drift=0)
+    return _like(scene, field, drift=1 if guard is Guard.UPPER else -1)
 
 
-def swap_segment(itinerary: Itinerary, z: Vector, segment: int) -> Change | None:
-    """The itinerary with contact and drift changed in the other order at a segment of duration 0.
+def swap_segment(
+    itinerary: Itinerary, z: Vector, segment: int, system: ShootingSystem | None = None
+) -> Change | None:
+    """The itinerary with the two switches in the other order at a segment of duration 0.
 
-    None unless both change there.
+    Of contact, drift and the drive's level one changes where it begins, and others where it ends;
+    None elsewhere, and where a slip meets an edge at which the pull on the capsule jumps. Where the
+    drive reacts, `system` tells whether a drift that lands before the edge turns round.
     """
-    before, during, after = around(itinerary, segment)
-    if contact(before) == contact(after) or drift(before) == drift(after):
+    scene, fields = itinerary.scene, itinerary.fields
+    before, during, after = (_parts(scene, field) for field in around(itinerary, segment))
+    first = {k for k in range(3) if before[k] != during[k]}
+    second = {k for k in range(3) if during[k] != after[k]}
+    comes = [b + a - d for b, d, a in zip(before, during, after, strict=True)]
+    if (first, second) == ({1}, {1, 2}) and before[1] == -after[1]:
+        comes[1] = before[1]  # beyond the edge that breaks rest, the drift turns round
+    elif first & second:
         return None
-    gap_first = contact(during) != contact(before)
-    first, second = (before, after) if gap_first else (after, before)
-    comes = FIELD_OF[contact(first), drift(second)]
-    fields = itinerary.fields
-    other = _itinerary((*fields[:segment], comes, *fields[segment + 1 :]), itinerary)
+    if scene.facts.REACTS and {1, 2} in (first | second, first, second):
+        if len(first) == len(second) and not before[1]:
+            return None
+        if first == {2}:  # before the edge it lands where it sticks, or turns round
+            if system is not None and not sticks_before_edge(system, segment - 1):
+                return _turned_round(itinerary, z, segment, before, after)
+            comes[1] = 0
+    passed = field_of(scene, *comes)
+    other = _itinerary((*fields[:segment], passed, *fields[segment + 1 :]), itinerary)
     return Change(other, z, tuple(range(len(itinerary))))
+
+
+def _turned_round(
+    itinerary: Itinerary,
+    z: Vector,
+    segment: int,
+    before: tuple[int, int, int],
+    after: tuple[int, int, int],
+) -> Change:
+    """The itinerary in which a drift turns round before an edge, and lands beyond it at once."""
+    scene, fields = itinerary.scene, itinerary.fields
+    pair = (field_of(scene, part[0], -before[1], part[2]) for part in (before, after))
+    other = _itinerary((*fields[:segment], *pair, *fields[segment + 1 :]), itinerary)
+    kept = tuple(k + (k > segment) for k in range(len(itinerary)))
+    return Change(other, np.insert(z, 5 + segment, z[4 + segment]), kept)
+
+
+def _parts(scene: Scene, field: int) -> tuple[int, int, int]:
+    """Contact, drift and level of a field."""
+    return contact(field, scene), drift(field, scene), level(field, scene)
 
 
 def remove_segment(
@@ -102,6 +182,9 @@ def remove_segment(
     Raises InvalidInput where what is left is no itinerary.
     """
     n, (before, _, after) = len(itinerary), around(itinerary, segment)
+    pair = _pair(itinerary, z, segment)
+    if pair is not None:
+        return _without_pair(numbers, itinerary, z, system, pair)
     merged = before == after
     if n == 2 and merged:
         return _alone(numbers, itinerary, system, segment)
@@ -114,11 +197,63 @@ def remove_segment(
     else:
         durations = [z[4], *z[6:]]
         kind, guard = LANDING, None
+        scene = itinerary.scene
+        levels, ways = zip(*((level(f, scene), drift(f, scene)) for f in fields[:3]), strict=True)
+        if levels[0] != levels[-1]:
+            kind, guard = EDGE, Guard.DRIFT
+            if not ways[0]:
+                guard = Guard.UPPER if sum(ways) > 0 else Guard.LOWER
     places = [None, None, None, *range(1, n - 2)] if merged else [0, None, *range(1, n - 1)]
     kept = tuple(places[k] for k in turned.kept if k is not None)
     shorter = _itinerary((fields[0], *fields[1 + gone :]), itinerary)
     inequality = Inequality(kind, 0, guard, numbers.number(0), z[4])
     return Change(shorter, np.array([*z[:4], *durations]), kept), inequality
+
+
+def _pair(itinerary: Itinerary, z: Vector, segment: int) -> int | None:
+    """The first of two segments of duration 0, a slip before an edge and its rest beyond it."""
+    n, scene = len(itinerary), itinerary.scene
+    for k in (segment, segment - 1):
+        both = itinerary.segments[k], itinerary.segments[(k + 1) % n]
+        way = drift(both[0].field, scene)
+        if (
+            n > 3
+            and scene.facts.REACTS
+            and both[0].guard is Guard.EDGE
+            and way
+            and drift(itinerary.fields[k - 1], scene) != way
+            and both[1].guard is Guard.DRIFT
+            and max(abs(z[4 + k % n]), abs(z[4 + (k + 1) % n])) < _NO_DURATION
+        ):
+            return k % n
+    return None
+
+
+def _without_pair(
+    numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, first: int
+) -> tuple[Change, Inequality]:
+    """The itinerary without such a pair, as `remove_segment` gives it.
+
+    What drifted before it and rests after it drifts on beyond the edge, and lands there at once.
+    """
+    scene, n = itinerary.scene, len(itinerary)
+    turned = rotated(itinerary, z, system, first - 1)
+    fields, z = turned.itinerary.fields, turned.z
+    ways = drift(fields[0], scene), drift(fields[1], scene)
+    lands = ways[0] and not drift(fields[3], scene)
+    between = (_like(scene, fields[3], drift=ways[0]),) if lands else ()
+    durations = [z[4], *(len(between) * [numbers.number(0)]), *z[7:]]
+    gone = 2 - len(between)
+    places = [0, None, None, *range(3 - gone, n - gone)]
+    kept = tuple(places[k] for k in turned.kept if k is not None)
+    shorter = _itinerary((fields[0], *between, *fields[3:]), itinerary)
+    guard = Guard.UPPER if ways[1] > 0 else Guard.LOWER
+    kind, guard = (EDGE, Guard.DRIFT) if ways[0] else (BEFORE_EDGE, guard)
+    if lands:
+        held = Inequality(DURATION, 1, None, numbers.number(0), z[4])
+    else:
+        held = Inequality(kind, 0, guard, numbers.number(0), z[4])
+    return Change(shorter, np.array([*z[:4], *durations]), kept), held
 
 
 def _alone(
@@ -135,7 +270,7 @@ def _alone(
     # Of what touches the guard before and after, the itinerary has the part from the angle 0 on.
     turns = math.floor((flow.h - wait) / flow.h)
     if itinerary.mirrored and turns % 2:
-        guard = itinerary.segments[1 - segment].image.guard
+        guard = itinerary.image(itinerary.segments[1 - segment]).guard
     return change, Inequality(MINIMUM, 0, guard, zero, flow.h - wait - turns * flow.h)
 
 
@@ -158,4 +293,4 @@ def _inside(
 
 
 def _itinerary(fields: tuple[int, ...], like: Itinerary) -> Itinerary:
-    return Itinerary.of(fields, like.period_number, like.mirrored)
+    return Itinerary.of(fields, like.period_number, like.mirrored, like.scene)

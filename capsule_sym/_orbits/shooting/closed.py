@@ -10,48 +10,56 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym._native import check_time, core, present
+from capsule_sym._native import check_time, core_of, present
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym.generated.capsule import facts
+from capsule_sym._parameters import CAPSULE, Scene
 
 _LONGEST = 4096  # segments of an itinerary that the C core takes
 
 
 class ClosedForms:
-    """The closed forms of F1 to F6 at one parameter set, in the number system of a backend."""
+    """The closed forms of all fields at one parameter set, in the number system of a backend."""
 
     def __init__(self, numbers: Backend, values: Sequence[Number]) -> None:
-        self.numbers, self.values = numbers, tuple(values)
-        self._fields = None if numbers.name == "mpmath" else native_fields(self.values)
+        self.numbers, self.values, self.scene = numbers, tuple(values), numbers.scene
+        native = None if numbers.name == "mpmath" else native_fields(self.values, self.scene)
+        self._fields = native
+        # The core's equations have no edges.
+        self._solver = None if self.scene.facts.PULSED else native
 
     def constants(self, field: int) -> Any:
         """Constants of the segment of field F`field`."""
         if self.numbers.name == "mpmath":
             return self.numbers.kernels.constants(field, *self.values)
-        return _constants(self.numbers.kernels, field, self.values)
+        return _constants(self.scene, field, self.values)
 
     def value(self, name: str) -> Number:
         """A parameter by its name."""
-        return self.values[facts.PARAMETERS.index(name)]
+        return self.values[self.scene.facts.PARAMETERS.index(name)]
+
+    def column(self, name: str) -> int:
+        """Column of a parameter in rows and gradients, counted from the end."""
+        names = self.scene.facts.PARAMETERS
+        return names.index(name) - len(names)  # type: ignore[no-any-return]
 
     def evaluated(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
         """An itinerary's equations by the C core; None without it, or where it is too long."""
-        if self._fields is None or len(itinerary) > _LONGEST:
+        if self._solver is None or len(itinerary) > _LONGEST:
             return None
-        return self._fields.evaluate_itinerary(*_spelt(itinerary), np.array(z, dtype=float))  # type: ignore[no-any-return]
+        return self._solver.evaluate_itinerary(*_spelt(itinerary), np.array(z, dtype=float))  # type: ignore[no-any-return]
 
     def solved(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
         """Unknowns, system, status, steps and residual where the C core ends; None likewise."""
-        if self._fields is None or len(itinerary) > _LONGEST:
+        if self._solver is None or len(itinerary) > _LONGEST:
             return None
-        found = self._fields.solve_itinerary(*_spelt(itinerary), z, watch=present())
+        found = self._solver.solve_itinerary(*_spelt(itinerary), z, watch=present())
         check_time()
         return found[:-1]  # type: ignore[no-any-return]
 
     def run(
         self, field: int, c: Any, closed: Any, h: Number, kept: NDArray[Any] | None = None
     ) -> tuple[Sequence[Number], NDArray[Any]]:
-        """Values (x_r's change, v_r, v_c's change, x_c's advance) at h, and their Jacobian (4, 12).
+        """Values (x_r's change, v_r, v_c's change, x_c's advance) at h, and Jacobian (4, columns).
 
         The columns are JACOBIAN_COLUMNS of the kernels; in stick the last two rows are zero. In 50
         digits a Jacobian that is `kept` is not computed, which takes three times what values take.
@@ -76,20 +84,20 @@ def _spelt(itinerary: Itinerary) -> tuple[NDArray[np.int32], int, bool]:
     return np.array(itinerary.fields, np.int32), itinerary.period_number, itinerary.mirrored
 
 
-def native_fields(values: tuple[float, ...]) -> Any:
-    """The C core's fields at parameter values; None without the core."""
-    return None if core is None else _made(values)
+def native_fields(values: tuple[float, ...], scene: Scene = CAPSULE) -> Any:
+    """The fields of a scene's core at parameter values; None without the core."""
+    return None if core_of(scene) is None else _made(scene, values)
 
 
 @lru_cache(maxsize=8)
-def _made(values: tuple[float, ...]) -> Any:
-    return core.Fields(np.array(values, dtype=float))  # type: ignore[union-attr]
+def _made(scene: Scene, values: tuple[float, ...]) -> Any:
+    return core_of(scene).Fields(np.array(values, dtype=float))  # type: ignore[union-attr]
 
 
 # The steps of Newton's method at one parameter set use the same constants again.
 @lru_cache(maxsize=64)
-def _constants(kernels: Any, field: int, values: tuple[float, ...]) -> Any:
-    fields = native_fields(values)
+def _constants(scene: Scene, field: int, values: tuple[float, ...]) -> Any:
+    fields, kernels = native_fields(values, scene), scene.kernels
     if fields is not None:
         return kernels.Constants(*fields.constants(field))
     c = kernels.constants(field, *values)

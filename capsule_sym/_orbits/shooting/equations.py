@@ -27,17 +27,16 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.guards import chained
-from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
-from capsule_sym.generated.capsule import facts
+from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment, contact, level
+from capsule_sym._parameters import CAPSULE
 
 _GUARD_BITS = 10  # in solving linear equations in 50 digits
 _NODES = (-2, -1, 1, 2)
 ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
-PARAMETERS = facts.PARAMETERS
+PARAMETERS: tuple[str, ...] = CAPSULE.facts.PARAMETERS
+"""Names of the parameters of the paper's scene; those of a scene are in its facts."""
 STATES = 3  # x_r, v_r, v_c
 BY_ANGLE, BY_TIME = STATES, STATES + 1  # columns of a row, after those by the start
-BY = {name: k - len(PARAMETERS) for k, name in enumerate(PARAMETERS)}
-"""Columns of the parameters in rows and gradients, counted from the end."""
 Vector = NDArray[Any]  # of floats, or of mpmath numbers
 Matrix = NDArray[Any]
 
@@ -111,7 +110,7 @@ def shooting(
     z: Vector,
     kept: ShootingSystem | None = None,
 ) -> ShootingSystem:
-    """The equations of an itinerary at unknowns z, for values in the order of PARAMETERS.
+    """The equations of an itinerary at unknowns z, for values of the parameters in their order.
 
     In double precision they are those of the C core, where it is. In 50 digits the segments'
     derivatives may be those `kept` from unknowns nearby.
@@ -140,7 +139,7 @@ def _flows_of_core(
     values: tuple[float, ...], itinerary: Itinerary, z: Vector, records: Any, states_by: Matrix
 ) -> tuple[SegmentFlow, ...]:
     flows = []
-    with backend("numpy") as numbers:
+    with backend("numpy", itinerary.scene) as numbers:
         forms = ClosedForms(numbers, values)
     for i, (segment, record) in enumerate(zip(itinerary.segments, records, strict=True)):
         closed = forms.numbers.kernels.Start(*record["start"].tolist())
@@ -167,10 +166,10 @@ def _flows_of_core(
 def _angle_by(forms: ClosedForms, z: Vector, segment: int) -> Vector:
     """Gradient of the forcing angle where a segment begins, by z and the parameters."""
     zero, first = forms.numbers.number(0), STATES + 1
-    gradient = np.full(len(z) + len(PARAMETERS), zero)
+    gradient = np.full(len(z) + len(forms.values), zero)
     gradient[BY_ANGLE] = zero + 1
     gradient[first : first + segment] = forms.value("omega")
-    gradient[BY["omega"]] = sum(z[first : first + segment].tolist(), zero)
+    gradient[forms.column("omega")] = sum(z[first : first + segment].tolist(), zero)
     return gradient
 
 
@@ -178,7 +177,7 @@ def _by_kernels(
     forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: ShootingSystem | None
 ) -> ShootingSystem:
     """The equations by the kernels of any number system, segment by segment."""
-    numbers, n, size = forms.numbers, len(itinerary), len(z) + len(PARAMETERS)
+    numbers, n, size = forms.numbers, len(itinerary), len(z) + len(forms.values)
     zero, omega = numbers.number(0), forms.value("omega")
     # Plain numbers: NumPy's own make the scalar path several times slower.
     angle, *durations = z[STATES:].tolist()
@@ -193,7 +192,7 @@ def _by_kernels(
         start_by = state_by, _angle_by(forms, z, i)
         flow = _flow(forms, segment, (state, angle), start_by, h, STATES + 1 + i, matrix)
         guard_by = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
-        residual[i], by[i] = _guard(forms, flow, itinerary.zeros(i), guard_by)
+        residual[i], by[i] = _guard(forms, flow, itinerary, i, guard_by)
         flows.append(flow)
         state, state_by, angle = flow.end, flow.end_by, angle + omega * h
         advance_by = advance_by + flow.total(flow.matrix[STATES])
@@ -201,7 +200,7 @@ def _by_kernels(
     residual[n:-1], by[n:-1] = state - sign * z[:STATES], state_by
     for row in range(STATES):
         by[n + row, row] = by[n + row, row] - sign
-    _pin(itinerary, flows[0], residual, by)
+    _pin(forms, itinerary, flows[0], residual, by)
     residual[-1] = omega * sum(durations, zero) - itinerary.period_number * turn
     by[-1] = _angle_by(forms, z, n)
     by[-1, BY_ANGLE] = zero
@@ -243,9 +242,9 @@ def _flow(
     """A segment of duration h from a state and a forcing angle that are known with derivatives."""
     numbers, c, (state, angle) = forms.numbers, forms.constants(segment.field), begin
     x_r, v_r, v_c = state.tolist()
-    gap = x_r - c.delta
-    margin = c.margin_at(x_r, gap, v_r)
-    closed = numbers.kernels.Start(x_r, gap, v_r, v_c, margin, *numbers.cos_sin(angle))
+    gap, turned = x_r - c.own_stop(), numbers.cos_sin(angle)
+    margin = c.margin_at(x_r, gap, v_r, turned[0])
+    closed = numbers.kernels.Start(x_r, gap, v_r, v_c, margin, *turned)
     # A duration of 0 would leave nothing to divide by; within rounding the limit is the same.
     duration = h if abs(h) > numbers.unit else numbers.unit
     (position, velocity, change, advance), matrix = forms.run(
@@ -273,19 +272,29 @@ def total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Matr
     """Total derivatives of what depends on a segment's start, duration and the parameters."""
     result = rows[..., :STATES] @ state_by + rows[..., BY_ANGLE, None] * angle_by
     result[..., column] = result[..., column] + rows[..., BY_TIME]
-    first = -len(PARAMETERS)
+    first = BY_TIME + 1 - rows.shape[-1]
     result[..., first:] = result[..., first:] + rows[..., first:]
     return result  # type: ignore[no-any-return]
 
 
+def angle_row(forms: ClosedForms, h: Number, like: Vector) -> Vector:
+    """Derivatives of the forcing angle a time after a segment's start, as the row `like`."""
+    row = 0 * like
+    row[BY_ANGLE] = row[BY_ANGLE] + 1
+    row[BY_TIME] = row[BY_TIME] + forms.value("omega")
+    row[forms.column("omega")] = h
+    return row
+
+
 def _guard(
-    forms: ClosedForms, flow: SegmentFlow, zeros: int, kept: Vector | None
+    forms: ClosedForms, flow: SegmentFlow, itinerary: Itinerary, i: int, kept: Vector | None
 ) -> tuple[Number, Vector]:
-    """A segment's guard at its end over its duration's power `zeros`, and the gradient."""
+    """A segment's guard at its end over a power of its duration, and the gradient."""
     if flow.segment.guard is None:
         return flow.angle, flow.angle_by
+    zeros = itinerary.zeros(i)
     if zeros == 0:
-        value, row = _value(flow)
+        value, row = _value(forms, flow, itinerary, i)
         return value, flow.total(row)
     value, row = _divided(flow, zeros)
     one = forms.numbers.number(1)
@@ -311,16 +320,17 @@ def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
     At the segment's start the guard and `zeros` - 1 of its derivatives vanish.
     """
     h, c = flow.h, flow.c
-    which, gained = (0, flow.moved[0]) if flow.segment.guard is Guard.GAP else (2, flow.moved[1])
+    which, gained = (2, flow.moved[1]) if flow.segment.guard is Guard.DRIFT else (0, flow.moved[0])
     row = flow.matrix[which].copy()
     row[which] = row[which] - 1
     if zeros == 2:
         # The rate at the start, which the guard before makes 0 where all equations hold.
         x_r, gap, v_r, *_ = flow.closed
-        rate, unit = c.v_c_rate(flow.closed.margin), 0 * flow.matrix[:STATES]
-        for k in range(STATES):
+        rate, unit = c.v_c_rate(flow.closed.margin), 0 * flow.matrix[: STATES + 1]
+        for k in range(STATES + 1):
             unit[k, k] = unit[k, k] + 1
-        rate_row = chained(c.slip_gradient(c.drift, x_r, gap, v_r), unit)
+        turned = flow.closed.cos_theta, flow.closed.sin_theta
+        rate_row = chained(c.slip_gradient(c.drift, x_r, gap, v_r, *turned), unit, unit[BY_ANGLE])
         gained, row = gained - rate * h, row - h * rate_row
         row[BY_TIME] = row[BY_TIME] - rate
     power = h**zeros
@@ -329,29 +339,63 @@ def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
     return gained / power, row
 
 
-def _value(flow: SegmentFlow) -> tuple[Number, Vector]:
+def _value(
+    forms: ClosedForms, flow: SegmentFlow, itinerary: Itinerary, i: int
+) -> tuple[Number, Vector]:
     """A guard at the end of a segment, and its row."""
-    c, (x_r, v_r, v_c), rows = flow.c, flow.end, flow.matrix
-    gap = x_r - c.delta
-    if flow.segment.guard is Guard.GAP:
-        return gap, chained(c.gap_gradient(), rows)
-    if flow.segment.guard is Guard.DRIFT:
+    c, (x_r, v_r, v_c), rows, guard = flow.c, flow.end, flow.matrix, flow.segment.guard
+    if guard in (Guard.GAP, Guard.BACK):
+        at = touched(forms, itinerary, i)
+        return x_r - at.own_stop(), chained(at.gap_gradient(), rows)
+    if guard is Guard.DRIFT:
         return v_c, chained(c.speed_gradient(), rows)
-    way = 1 if flow.segment.guard is Guard.UPPER else -1
-    beyond = c.force(x_r, gap, v_r) - c.friction_at(way)
-    return beyond, chained(c.limit_gradient(way, gap, v_r), rows)
+    angle_by = angle_row(forms, flow.h, rows[0])
+    end_angle = flow.angle + c.omega * flow.h
+    if guard is Guard.EDGE:
+        edge, slope = edge_of(forms, itinerary, i)
+        return end_angle - edge, angle_by - slope
+    way, gap = 1 if guard is Guard.UPPER else -1, x_r - c.own_stop()
+    turned = forms.numbers.cos_sin(end_angle)
+    beyond = c.pull(x_r, gap, v_r, turned[0]) - c.friction_at(way)
+    return beyond, chained(c.limit_gradient(way, gap, v_r, *turned), rows, angle_by)
 
 
-def _pin(itinerary: Itinerary, start: SegmentFlow, residual: Vector, by: Matrix) -> None:
+def touched(forms: ClosedForms, itinerary: Itinerary, i: int) -> Any:
+    """Constants of the field in contact with the stop at which segment i ends."""
+    fields = itinerary.neighbour(i), itinerary.neighbour(i + 1)
+    return forms.constants(max(fields, key=lambda field: contact(field, itinerary.scene)))
+
+
+def edge_of(forms: ClosedForms, itinerary: Itinerary, i: int) -> tuple[Number, Vector]:
+    """The angle of the edge of the drive at which segment i ends, and its row within the segment.
+
+    The itinerary begins in the first turn; a rise begins another one.
+    """
+    scene, turn = itinerary.scene, forms.numbers.full_turn
+    low = [level(field, scene) for field in itinerary.fields[: i + 1]]
+    ends = [one.guard is Guard.EDGE for one in itinerary.segments[:i]]
+    turns = sum(1 for is_low, ended in zip(low, ends, strict=False) if is_low and ended)
+    row = np.full(BY_TIME + 1 + len(forms.values), 0 * turn)
+    if low[i]:
+        return (turns + 1) * turn, row
+    c = forms.constants(itinerary.fields[i])
+    row = row + turn * chained(c.high_share_gradient(), row[None, :] + np.zeros((STATES, 1)))
+    return (turns + c.high_share()) * turn, row
+
+
+def _pin(
+    forms: ClosedForms, itinerary: Itinerary, start: SegmentFlow, residual: Vector, by: Matrix
+) -> None:
     """Hold the start to the last guard's surface, in place of that component's closure.
 
     The last segment's guard has its end there. Were the start not held, segments whose guards begin
     at 0 one after the other all round would fix their differences only.
     """
     n, guard = len(itinerary), itinerary.segments[-1].guard
-    if guard is Guard.GAP:
-        residual[n] = start.closed.gap
-        by[n] = chained(start.c.gap_gradient(), start.start_by)
+    if guard in (Guard.GAP, Guard.BACK):
+        at = touched(forms, itinerary, -1)
+        residual[n] = start.start[0] - at.own_stop()
+        by[n] = chained(at.gap_gradient(), start.start_by)
     elif guard is Guard.DRIFT:
         residual[n + 2] = start.closed.v_c
         by[n + 2] = chained(start.c.speed_gradient(), start.start_by)

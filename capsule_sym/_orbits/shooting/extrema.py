@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from operator import attrgetter
 from typing import Any, NamedTuple
 
 from capsule_sym._map import quasistatic
@@ -17,16 +16,15 @@ from capsule_sym._map.location import Flow, SegmentStart, Start
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import native_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow
-from capsule_sym._parameters import Parameters
-from capsule_sym.generated.capsule import facts
+from capsule_sym._parameters import Scene
 from capsule_sym.generated.capsule.interface import Quantity
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
 _FAINT = 32  # errors of a rate, below which its sign is not looked at closer
 _TINY = 1e-200  # rates and remainders below this are looked at in 50 digits, which do not underflow
+_PULL = -1  # on a capsule at rest, in the place of a quantity
 _LEAST = 64  # roundings of a time, below which nothing is told apart
-_parameters = attrgetter(*facts.PARAMETERS)  # of a segment's constants
 
 
 class Extremum(NamedTuple):
@@ -52,18 +50,41 @@ def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> I
     guard itself on.
     """
     c = flow.c
-    side = 1 if c.contact else -1
+    stops = len(numbers.scene.facts.STOPS)
+    side = 1 if c.contact == 1 else -1
     for kind, time, value in extrema(numbers, flow, Quantity.GAP, zeros):
         if kind == side:
             yield Minimum(Guard.GAP, time, side * value)
-    # In stick P is least where it is nearest to its lower bound.
-    quantity = Quantity.SPEED if c.drift else Quantity.FORCE
-    for kind, time, value in extrema(numbers, flow, quantity, zeros):
-        if not c.drift:
-            least = c.friction_guard(kind, value)
-            yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)
-        elif kind == c.drift:
-            yield Minimum(Guard.DRIFT, time, kind * value)
+        elif not c.contact and stops > 1:
+            yield Minimum(Guard.BACK, time, value + _between_stops(numbers.scene, c))
+    if c.drift:
+        for kind, time, value in extrema(numbers, flow, Quantity.SPEED, zeros):
+            if kind == c.drift:
+                yield Minimum(Guard.DRIFT, time, kind * value)
+        return
+    # In stick the pull is least where it is nearest to its lower bound.
+    for kind, time, value in _extrema_of_pull(numbers, flow, zeros):
+        least = c.friction_guard(kind, value)
+        yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)
+
+
+def _extrema_of_pull(
+    numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]
+) -> Iterator[Extremum]:
+    """The extrema of the pull on a capsule at rest: of the force, unless the drive reacts."""
+    facts = numbers.scene.facts
+    if facts.REACTS and not facts.PULSED:
+        yield from _searched(numbers, flow, _PULL, zeros)
+        return
+    push = flow.c.pull(0, 0, 0) if facts.REACTS else 0  # of a level, which is constant
+    for kind, time, value in extrema(numbers, flow, Quantity.FORCE, zeros):
+        yield Extremum(kind, time, value + push)
+
+
+def _between_stops(scene: Scene, c: Any) -> Number:
+    """Distance of the two stops, by the constants of any field."""
+    front, behind = (getattr(c, distance) for distance, _ in scene.facts.STOPS)
+    return front + behind
 
 
 def extrema(
@@ -80,14 +101,21 @@ def extrema(
     if not math.isfinite(flow.h):
         raise ValueError(f"a segment of duration {flow.h}")
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
-    found = None if numbers.name == "mpmath" else _by_core(flow, quantity, vanishing)
+    found = None if numbers.name == "mpmath" else _by_core(numbers.scene, flow, quantity, vanishing)
     return _searched(numbers, flow, quantity, zeros) if found is None else iter(found)
 
 
-def _by_core(flow: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum] | None:
+def _parameters(scene: Scene, c: Any) -> tuple[Number, ...]:
+    """The parameters, which are the first of a segment's constants."""
+    return tuple(c[: len(scene.facts.PARAMETERS)])
+
+
+def _by_core(
+    scene: Scene, flow: SegmentFlow, quantity: Quantity, zeros: int
+) -> list[Extremum] | None:
     """The extrema by the C core; None without it, and where they stay open."""
     c = flow.c
-    core = native_fields(_parameters(c))
+    core = native_fields(_parameters(scene, c), scene)
     if core is None:
         return None
     start = tuple(map(float, flow.closed))
@@ -96,7 +124,7 @@ def _by_core(flow: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum
 
 
 def _searched(
-    numbers: Backend, flow: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
+    numbers: Backend, flow: SegmentFlow, quantity: int, zeros: Mapping[Guard, int]
 ) -> Iterator[Extremum]:
     """The extrema by the expansions of the reference map."""
     c, number = flow.c, numbers.number
@@ -121,7 +149,7 @@ def _searched(
         here = rate(now)
         if now == 0:
             if numbers.name != "mpmath" and max(map(abs, here.values)) < _TINY:
-                yield from _in_fifty_digits(flow, quantity, zeros)
+                yield from _in_fifty_digits(numbers.scene, flow, quantity, zeros)
                 return
             sign, vanishing = _beginning(here, vanishing)
             here = _signed(here, sign)
@@ -143,17 +171,16 @@ def _searched(
 
 
 def _in_fifty_digits(
-    flow: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
+    scene: Scene, flow: SegmentFlow, quantity: int, zeros: Mapping[Guard, int]
 ) -> Iterator[Extremum]:
-    with backend("mpmath") as numbers:
-        c = flow.c
-        values = Parameters(*_parameters(c))
+    with backend("mpmath", scene) as numbers:
+        values = scene.Parameters(*_parameters(scene, flow.c))
         exact = replace(flow, c=numbers.constants(flow.segment.field, values))
         found = list(_searched(numbers, exact, quantity, zeros))
     return (Extremum(kind, float(time), float(value)) for kind, time, value in found)
 
 
-def _rate(numbers: Backend, c: Any, at: Point, quantity: Quantity) -> Expansion:
+def _rate(numbers: Backend, c: Any, at: Point, quantity: int) -> Expansion:
     """Expansion of a quantity's rate, or of a positive multiple of it.
 
     The remainder of an expansion bounds a derivative, and so that of its derivatives too.
@@ -164,17 +191,17 @@ def _rate(numbers: Backend, c: Any, at: Point, quantity: Quantity) -> Expansion:
 
 
 def _rate_of_forced(
-    numbers: Backend, c: Any, at: Point, quantity: Quantity, with_slow: bool
+    numbers: Backend, c: Any, at: Point, quantity: int, with_slow: bool
 ) -> Expansion:
     """The same rate, expanded much further: the fast free part is only bounded."""
     guard, side, order = _guard_of(c, quantity)
     return _signed(quasistatic.expand_forced(numbers, c, at, order, with_slow)[guard], side)
 
 
-def _guard_of(c: Any, quantity: Quantity) -> tuple[Guard, int, int]:
+def _guard_of(c: Any, quantity: int) -> tuple[Guard, int, int]:
     """A guard, the sign, and which derivative of it is the rate of a quantity, or a multiple."""
     if quantity is Quantity.GAP:
-        return Guard.GAP, 1 if c.contact else -1, 1
+        return Guard.GAP, 1 if c.contact == 1 else -1, 1
     if c.drift:
         # v_c changes at the rate (P - friction)/gamma.
         return Guard.DRIFT, c.drift, 1 if quantity is Quantity.SPEED else 2
@@ -187,10 +214,12 @@ def _signed(e: Expansion, sign: int) -> Expansion:
     return Expansion([-value for value in e.values], e.errors, e.rest, e.growth)
 
 
-def _value(c: Any, at: Point, quantity: Quantity) -> Number:
+def _value(c: Any, at: Point, quantity: int) -> Number:
     if quantity is Quantity.GAP:
         return at.gap
-    return at.v_c if quantity is Quantity.SPEED else at.margin + c.friction
+    if quantity is Quantity.SPEED:
+        return at.v_c
+    return at.margin + c.friction
 
 
 def _beginning(rate: Expansion, zeros: int) -> tuple[int, int]:

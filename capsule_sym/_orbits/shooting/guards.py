@@ -8,9 +8,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from capsule_sym._map.expansion import Guard
-from capsule_sym.generated.capsule import facts
 
-_STATE, _PARAMETERS = len(facts.STATE), len(facts.PARAMETERS)
+_STATE = 3
 
 
 def chained(
@@ -22,9 +21,11 @@ def chained(
     the parameters. A function that depends on the phase needs that of the angle, (n, ...).
     """
     rows = by[:_STATE] if angle_by is None else [*by[:_STATE], angle_by]
-    terms = [slope * row for slope, row in zip(gradient, rows, strict=False) if _varies(slope)]
+    by_state = gradient[: len(rows)]
+    terms = [slope * row for slope, row in zip(by_state, rows, strict=True) if _varies(slope)]
     found: NDArray[Any] = sum(terms) if terms else 0 * by[0]
-    for column, slope in enumerate(gradient[-_PARAMETERS:], -_PARAMETERS):
+    by_parameters = gradient[_STATE + 1 :]
+    for column, slope in enumerate(by_parameters, -len(by_parameters)):
         if _varies(slope):
             found[column] += slope
     return found

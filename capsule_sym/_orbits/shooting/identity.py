@@ -37,7 +37,8 @@ def primitive(orbit: Orbit) -> Orbit:
         count = len(itinerary) // times
         if most % times or itinerary.fields != itinerary.fields[:count] * times:
             continue
-        once = Itinerary(itinerary.segments[:count], itinerary.period_number // times)
+        turns = itinerary.period_number // times
+        once = Itinerary(itinerary.segments[:count], turns, scene=itinerary.scene)
         found = solve_itinerary(
             orbit.values, once, list(orbit.z[: 4 + count]), backend=orbit.backend
         )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from capsule_sym._map.backend import Backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._orbits.shooting.equations import Matrix, SegmentFlow, Vector, angle_row
 from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import field, saltation_matrix
@@ -27,17 +27,17 @@ def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> 
     with the duration by the field's own; only its change with the parameters is a difference.
     """
     flows, itinerary, n = orbit.system.flows, orbit.itinerary, len(orbit.itinerary)
-    forms, omega = ClosedForms(numbers, orbit.values), orbit.parameters.omega
+    forms, omega = ClosedForms(numbers, orbit.values), float(orbit.value("omega"))
     moved = [_flows(numbers, orbit, direction) for direction in directions]
     jacobians = [flow.matrix[:3, :3] for flow in flows]
     switches: list[Matrix] = [np.eye(3)] * n
     slopes: list[Vector | None] = [None] * n
     for k, flow in enumerate(flows):
         if flow.segment.guard is Guard.DRIFT:
-            cosine, _ = numbers.cos_sin(flow.angle + omega * flow.h)
+            turned = numbers.cos_sin(flow.angle + omega * flow.h)
             after = forms.constants(itinerary.neighbour(k + 1))
-            switches[k] = saltation_matrix(flow.c, after, flow.end, cosine)
-            slopes[k] = _ratio_by(orbit, k, after, cosine)
+            switches[k] = saltation_matrix(flow.c, after, flow.end, turned[0])
+            slopes[k] = _ratio_by(forms, flow, after, turned)
     before = [(-1 if itinerary.mirrored else 1) * np.eye(3)]
     for jacobian, switch in zip(jacobians, switches, strict=True):
         before.append(switch @ jacobian @ before[-1])
@@ -72,15 +72,21 @@ def _flows(numbers: Backend, orbit: Orbit, direction: Vector) -> list[Matrix]:
     return [(ahead - behind) / (2 * _DIFFERENCE) for ahead, behind in ends]
 
 
-def _ratio_by(orbit: Orbit, k: int, after: Any, cosine: float) -> Vector | None:
-    """Gradient (n + 11,) of the ratio of v_c's rates at a landing; None if the capsule sticks."""
-    flow = orbit.system.flows[k]
+def _ratio_by(
+    forms: ClosedForms, flow: SegmentFlow, after: Any, turned: tuple[float, float]
+) -> Vector | None:
+    """Gradient (many,) of the ratio of v_c's rates at a landing; None if the capsule sticks.
+
+    `turned` are cosine and sine of the forcing angle there.
+    """
     c, (x_r, v_r, _) = flow.c, flow.end
     if not after.drift:
         return None
-    first, second = field(c, flow.end, cosine)[2], field(after, flow.end, cosine)[2]
+    place = x_r, x_r - c.own_stop(), v_r
+    angle_by = flow.total(angle_row(forms, flow.h, flow.matrix[0]))
+    first, second = field(c, flow.end, turned[0])[2], field(after, flow.end, turned[0])[2]
     before_by, after_by = (
-        chained(one.slip_gradient(one.drift, x_r, x_r - c.delta, v_r), flow.end_by)
+        chained(one.slip_gradient(one.drift, *place, *turned), flow.end_by, angle_by)
         for one in (c, after)
     )
     return (after_by * first - before_by * second) / first**2  # type: ignore[no-any-return]

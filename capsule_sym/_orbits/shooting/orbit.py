@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -21,16 +21,16 @@ from capsule_sym._map.labelled import Labelled
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import (
-    PARAMETERS,
     Matrix,
     ShootingSystem,
     Vector,
     of_core,
     solve,
+    touched,
 )
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, level
 from capsule_sym._orbits.shooting.newton import newton, solved_to_rounding
-from capsule_sym._parameters import Parameters, SceneParameters
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 from capsule_sym.generated.capsule.interface import Solving
 
 _backend = backend  # the parameter of `solve_itinerary` has the same name
@@ -70,7 +70,7 @@ _UNSOLVED = {
 class Orbit(Labelled):
     """A periodic orbit modulo drift: a solution z of its itinerary's equations.
 
-    `values` are the parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
+    `values` are the parameters of the scene in their order, `z` state (x_r, v_r, v_c),
     forcing angle and durations as in `equations`, `system` the equations there. `iterations` counts
     the steps of Newton's method that led here. With the backend "mpmath" all numbers have 50
     digits. Durations below 0 are allowed: such an orbit solves the equations, but is no motion.
@@ -90,13 +90,18 @@ class Orbit(Labelled):
         return f"<Orbit {self.itinerary!r} at {self.parameters}: {found}>"
 
     @property
+    def scene(self) -> Scene:
+        """The scene of which the parameters are."""
+        return self.itinerary.scene
+
+    @property
     def parameters(self) -> SceneParameters:
         """The parameters, rounded to double precision."""
-        return Parameters(*(float(value) for value in self.values))
+        return self.scene.Parameters(*(float(value) for value in self.values))
 
     def value(self, name: str) -> Number:
         """A parameter by its name, in the number system of the orbit."""
-        return self.values[PARAMETERS.index(name)]
+        return self.values[self.scene.facts.PARAMETERS.index(name)]
 
     @property
     def residual(self) -> Number:
@@ -106,7 +111,7 @@ class Orbit(Labelled):
     @cached_property
     def status(self) -> OrbitStatus:
         """Whether the equations are solved, by their residual here."""
-        with backend(self.backend) as numbers:
+        with backend(self.backend, self.scene) as numbers:
             solved = solved_to_rounding(numbers, self.system, self.z)
         return OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED
 
@@ -139,7 +144,7 @@ class Orbit(Labelled):
     @property
     def average_velocity(self) -> Number:
         """Advance of x_c per unit of time."""
-        with backend(self.backend) as numbers:
+        with backend(self.backend, self.scene) as numbers:
             return self.progression * self.value("omega") / numbers.full_turn
 
     @cached_property
@@ -155,16 +160,16 @@ class Orbit(Labelled):
 
         Raises numpy.linalg.LinAlgError at a fold.
         """
-        with backend(self.backend) as numbers:
+        with backend(self.backend, self.scene) as numbers:
             return -solve(numbers, self.system.by_z, self.system.by_p)
 
     @cached_property
     def motion(self) -> SteadyMotion:
         """The orbit as a steady motion of the map: segments, global map, progression.
 
-        What is known exactly at a switch is kept there: x_r = delta, v_c = 0.
+        What is known exactly at a switch is kept there: x_r at the stop, v_c = 0.
         """
-        with backend(self.backend) as numbers:
+        with backend(self.backend, self.scene) as numbers:
             return SteadyMotion(
                 segments=tuple(_segments(numbers, self)),
                 period_number=self.itinerary.period_number,
@@ -210,10 +215,12 @@ class NoOrbit(Orbit):
         values: tuple[Number, ...],
         residual: Number,
         iterations: int = 0,
+        scene: Scene | None = None,
     ) -> None:
         given = {"status": status, "itinerary": itinerary, "values": values}
+        own = scene or (CAPSULE if itinerary is None else itinerary.scene)
         self.__dict__.update(
-            given, backend="numpy", iterations=iterations, _why=(message, residual)
+            given, backend="numpy", iterations=iterations, _why=(message, residual), _scene=own
         )
 
     def __repr__(self) -> str:
@@ -223,6 +230,11 @@ class NoOrbit(Orbit):
         if name.startswith("_"):
             raise AttributeError(name)
         raise AttributeError(f"there is no orbit, and so no {name}: {self.message}")
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of which the parameters are."""
+        return self._scene  # type: ignore[no-any-return]
 
     @property
     def success(self) -> bool:
@@ -270,11 +282,15 @@ def solve_itinerary(
     The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits, times
     the largest entry of z if that is above 1, or at most the roundings of its equations' terms
     where those are larger, as of long itineraries. Without a guess only an itinerary without
-    switches is closed. The search ends after `max_seconds`. Raises InvalidInput for a guess of the
-    wrong size.
+    switches is closed. Values without names are those of the itinerary's scene. The search ends
+    after `max_seconds`. Raises InvalidInput for a guess of the wrong size.
     """
-    given = parameters.to_dict().values() if isinstance(parameters, SceneParameters) else parameters
-    with _backend(backend) as numbers:
+    given: Iterable[Number]
+    if isinstance(parameters, SceneParameters):
+        given, itinerary = parameters.to_dict().values(), itinerary.in_scene(parameters.scene)
+    else:
+        given = parameters
+    with _backend(backend, itinerary.scene) as numbers:
         values = tuple(numbers.number(value) for value in given)
         if guess is None:
             guess = _stick_guess(numbers, values, itinerary)
@@ -293,7 +309,9 @@ def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerar
     if itinerary.segments[0].guard is not None:
         raise InvalidInput("guess", None, "given for an itinerary with switches")
     turn = numbers.full_turn / 2 if itinerary.mirrored else numbers.full_turn
-    period = itinerary.period_number * turn / values[PARAMETERS.index("omega")]
+    period = (
+        itinerary.period_number * turn / values[itinerary.scene.facts.PARAMETERS.index("omega")]
+    )
     return [numbers.number(0)] * 4 + [period]
 
 
@@ -313,10 +331,8 @@ def _found(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z
 def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
     """The orbit's segments as segments of the map."""
     itinerary, flows = orbit.itinerary, orbit.system.flows
-    omega, delta = orbit.value("omega"), orbit.value("delta")
-    starts = [
-        _exact_start(itinerary.segments[i - 1].guard, s.start, delta) for i, s in enumerate(flows)
-    ]
+    omega, forms = orbit.value("omega"), ClosedForms(numbers, orbit.values)
+    starts = [_exact_start(forms, itinerary, i, flow.start) for i, flow in enumerate(flows)]
     position = numbers.number(0)
     segments: list[Segment] = []
     first = None
@@ -349,15 +365,25 @@ def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
     return segments
 
 
-def _exact_start(guard: Guard | None, state: Vector, delta: Number) -> tuple[Any, Any, Any]:
+def _exact_start(
+    forms: ClosedForms, itinerary: Itinerary, i: int, state: Vector
+) -> tuple[Any, Any, Any]:
     """A segment's start with what the guard before it makes exact."""
-    x_r, v_r, v_c = state
-    return delta if guard is Guard.GAP else x_r, v_r, 0 * v_c if guard is Guard.DRIFT else v_c
+    (x_r, v_r, v_c), guard = state, itinerary.segments[i - 1].guard
+    if guard in (Guard.GAP, Guard.BACK):
+        x_r = touched(forms, itinerary, i - 1).own_stop()
+    return x_r, v_r, 0 * v_c if guard is Guard.DRIFT else v_c
 
 
 def _plane(itinerary: Itinerary, index: int) -> str:
     """The switching plane on which a segment begins, Eq. (24)."""
     field, guard = itinerary.segments[index].field, itinerary.segments[index - 1].guard
-    if guard is not Guard.GAP or drift(field) == 0:
+    tables, way = itinerary.scene.switching, drift(field, itinerary.scene)
+    if guard is Guard.EDGE:
+        return f"Σ{tables.EDGE_PLANES[level(field, itinerary.scene)]}"
+    if way == 0 or guard not in (Guard.GAP, Guard.BACK):
         return f"Σ{field}"
-    return {(1, 1): "Σ7", (1, 0): "Σ8", (-1, 1): "Σ9", (-1, 0): "Σ10"}[drift(field), contact(field)]
+    stop = itinerary.stop(index - 1)
+    # Into contact at the stop in front the mass moves forward, at the other one backward.
+    inward = contact(field, itinerary.scene) == stop
+    return f"Σ{tables.IMPACT_PLANES[stop, way, 1 if inward == (stop == 1) else -1]}"

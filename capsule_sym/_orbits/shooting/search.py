@@ -19,7 +19,7 @@ from capsule_sym._orbits.shooting.identity import primitive, same
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, OrbitStatus, solve_itinerary
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Scene, SceneParameters
 
 _BLOCK = 64  # excitation periods after which it is first looked whether the motion is periodic
 _LATEST = 16  # segments that tell the size of the motion
@@ -55,7 +55,8 @@ def solve_orbit(
     length, refused = 0, list[_Refused]()
 
     def none(status: OrbitStatus, message: str) -> NoOrbit:
-        return NoOrbit(status, message, None, _values(parameters), float("inf"))
+        given = _values(parameters), float("inf")
+        return NoOrbit(status, message, None, *given, scene=parameters.scene)
 
     check_count("periods", periods)
     with Watch(checked_seconds(max_seconds)):
@@ -194,11 +195,13 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     They do where the fields are the same, and the states not far off. Segments may be longer than a
     period. First comes stick without an end, where the run ends with more than a period of it.
     """
-    period, omega = trajectory.parameters.period, trajectory.parameters.omega
+    period, omega, scene = _periodic(trajectory)
     last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
-    if drift(last.field) == 0 and not last.target and float(last.duration) > period:
+    if drift(last.field, scene) == 0 and not last.target and float(last.duration) > period:
         change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
-        yield Ending(Itinerary.of((last.field,)), [*marks[-1].tolist(), 0.0, period], change)
+        yield Ending(
+            Itinerary.of((last.field,), scene=scene), [*marks[-1].tolist(), 0.0, period], change
+        )
     # Those of the most periods that are looked at, and as many before.
     count, earliest = 1, last.start.period - LONGEST
     while count < len(trajectory.segments) and trajectory.segments[-count].start.period >= earliest:
@@ -225,8 +228,13 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
         if any(not period_number % one and change >= other for one, other in seen.items()):
             continue
         seen[period_number] = change
-        if (guess := _guess(cycle, period_number)) is not None:
+        if (guess := _guess(cycle, period_number, scene)) is not None:
             yield Ending(*guess, change / size)
+
+
+def _periodic(run: Trajectory) -> tuple[float, float, Scene]:
+    p = run.parameters
+    return p.period, p.omega, p.scene
 
 
 class _RunSegment(NamedTuple):
@@ -242,15 +250,16 @@ def _start(segment: Segment, omega: float) -> list[float]:
 
 
 def _guess(
-    segments: Sequence[_RunSegment], period_number: int
+    segments: Sequence[_RunSegment], period_number: int, scene: Scene
 ) -> tuple[Itinerary, list[float]] | None:
     """Itinerary and unknowns of segments that follow themselves, None if they cannot."""
     try:
-        itinerary = Itinerary.of((segment.field for segment in segments), period_number)
+        fields = (segment.field for segment in segments)
+        itinerary = Itinerary.of(fields, period_number, scene=scene)
     except InvalidInput:
         return None
     if len(itinerary) == 1:
-        itinerary = Itinerary(itinerary.segments)
+        itinerary = Itinerary(itinerary.segments, scene=scene)
     first = itinerary.first
     durations = [segment.duration for segment in (*segments[first:], *segments[:first])]
     return itinerary.rotated(first), [*segments[first].start, *durations]
@@ -272,7 +281,7 @@ def search_orbits(
     From every start, and from where it has come to after `transient` excitation periods, Newton's
     method is applied to the map over each number of periods in `period_numbers`, and what it finds
     is polished by its itinerary. Starts are uniform in (-b, b) for the bounds b in `box`, by
-    default twice what the motion from rest reaches, and at least the gap. `report` is told after
+    default twice what the motion from rest reaches, and at least the gaps. `report` is told after
     each start how many starts are done and how many orbits are known. The search ends after
     `max_seconds`. States and bounds are dimensionless. Raises InvalidInput for a value that is not
     allowed.
@@ -356,7 +365,8 @@ def _reach(parameters: SceneParameters) -> NDArray[np.float64]:
     run = simulate(parameters, periods=20)
     states = np.array([s.end_state for s in run.segments], dtype=float)
     reach: NDArray[np.float64] = 2 * abs(states).max(axis=0)
-    return np.maximum(reach, max(1.0, parameters.delta))
+    gaps = (getattr(parameters, distance) for distance, _ in parameters.scene.facts.STOPS)
+    return np.maximum(reach, max(1.0, *gaps))
 
 
 def _newton(
@@ -405,13 +415,13 @@ def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
 
 def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:
     """Itinerary and unknowns of a run over one turn of an orbit, from phase 0 to phase 0."""
-    omega = run.parameters.omega
+    _, omega, scene = _periodic(run)
     segments = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in run.segments]
     if len(segments) > 1 and segments[0].field == segments[-1].field:
         # The turn is cut in the middle of a segment: the run's last segment is its first part.
         joined = segments[-1]._replace(duration=segments[-1].duration + segments[0].duration)
         segments = [*segments[1:-1], joined]
-    return _guess(segments, period_number)
+    return _guess(segments, period_number, scene)
 
 
 def _near(orbit: Orbit, guess: Sequence[float]) -> bool:

@@ -44,8 +44,8 @@ class Orbit(Protocol):
 def field(c: Any, state: Vector, cosine: Number) -> Vector:
     """Right side (x_r', v_r', v_c') of the segment with constants `c`, Eqs. (7)-(12)."""
     x_r, v_r, v_c = state
-    place = x_r, x_r - c.delta, v_r
-    acceleration = c.v_rate(*place, cosine)
+    place = x_r, x_r - c.own_stop(), v_r, cosine
+    acceleration = c.v_rate(*place)
     if not c.drift:
         return np.array([v_r, acceleration, 0 * v_c])
     return np.array([v_r, acceleration, c.v_c_rate(c.margin_at(*place))])
@@ -75,7 +75,7 @@ def monodromy_matrix(orbit: Orbit) -> Matrix:
     """
     if orbit.system.monodromy is not None:
         return orbit.system.monodromy
-    with backend(orbit.backend) as numbers:
+    with backend(orbit.backend, orbit.itinerary.scene) as numbers:
         return _product(numbers, orbit, 0)
 
 
@@ -87,7 +87,7 @@ def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
     """
     flows = orbit.system.flows
     sticking = [i for i, flow in enumerate(flows) if not flow.c.drift]
-    with backend(orbit.backend) as numbers:
+    with backend(orbit.backend, orbit.itinerary.scene) as numbers:
         matrix = _product(numbers, orbit, sticking[0] if sticking else 0)
         size = 2 if sticking else 3
         values = np.zeros(3, dtype=complex)
@@ -181,7 +181,7 @@ def _matrices(
     trajectory: Trajectory, segments: Sequence[Segment]
 ) -> Iterator[tuple[NDArray[np.float64], float]]:
     """What carries a deviation along, Jacobians and saltation matrices, and how long each lasts."""
-    with backend("numpy") as numbers:
+    with backend("numpy", trajectory.parameters.scene) as numbers:
         forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
         for segment, following in pairwise(chain(segments, (None,))):
             assert segment is not None
@@ -195,15 +195,19 @@ def _steps(
     c, duration = forms.constants(segment.field), float(segment.duration)
     pieces = math.ceil(duration * c.omega / forms.numbers.full_turn) or 1
     # A segment's flow is affine in the state: its Jacobian is the same from every start.
-    start = forms.numbers.kernels.Start(0.0, -c.delta, 0.0, 0.0, 0.0, 1.0, 0.0)
+    start = forms.numbers.kernels.Start(0.0, -c.own_stop(), 0.0, 0.0, 0.0, 1.0, 0.0)
     matrix = forms.run(segment.field, c, start, duration / pieces)[1][:3, :3]
     for _ in range(pieces):
         check_time()
         yield matrix, duration / pieces
-    if following and drift(segment.field) not in (0, drift(following.field)):
+    if following and _lands(forms, segment.field, following.field):
         state = np.array([float(value) for value in segment.end_state])
         cosine = math.cos(float(segment.end.phase) * c.omega)
         yield saltation_matrix(c, forms.constants(following.field), state, cosine), 0.0
+
+
+def _lands(forms: ClosedForms, field: int, following: int) -> bool:
+    return drift(field, forms.scene) not in (0, drift(following, forms.scene))
 
 
 def _orthonormal(frame: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,8 +1,9 @@
 """Orbits that are their own mirror image, by their first halves.
 
-While the second spring exerts no force the capsule is symmetric under (x_r, v_r, v_c, tau) ->
-(-x_r, -v_r, -v_c, tau + pi/omega). An orbit that is its own image meets everything twice, a switch
-at the spring apart. Half of it has equations of its own, in which it happens once.
+Without a load, with bounds alike, and while a single stop exerts no force or two are alike, the
+capsule is symmetric under (x_r, v_r, v_c, tau) -> (-x_r, -v_r, -v_c, tau + pi/omega). An orbit that
+is its own image meets everything twice, a switch at a single stop apart. Half of it has equations
+of its own, in which it happens once.
 
 Smooth bifurcations do not break the symmetry: of two motions without contact the energy of their
 difference, (x_r^2 + (v_r + v_c)^2 + gamma v_c^2)/2, never grows, since damping and friction take
@@ -18,11 +19,12 @@ import numpy as np
 
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.admissibility import inequalities
+from capsule_sym._orbits.shooting.admissibility import inequalities, parted, stiffless
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.equations import Vector, shooting
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, mirror
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, mirror
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
+from capsule_sym._parameters import SceneParameters
 
 KEPT, BROKEN = "kept", "broken"
 _SAME = 1e-7  # states of one orbit, found twice, differ by less
@@ -30,12 +32,34 @@ _SAMPLES = 16
 
 
 def springless(orbit: Orbit) -> bool:
-    """Whether an itinerary without contact passes the second spring, as where beta = 0 only."""
-    if orbit.value("beta") != 0 or any(map(contact, orbit.itinerary.fields)):
+    """Whether an itinerary without contact passes a stop, as where it has no stiffness only."""
+    if not stiffless(orbit) or _touches(orbit.itinerary):
         return False
-    with backend(orbit.backend) as numbers:
+    with backend(orbit.backend, orbit.scene) as numbers:
         held = inequalities(numbers, orbit.itinerary, orbit.system)
-    return any(one.guard is Guard.GAP and one.value < 0 for one in held)
+    return any(one.guard in (Guard.GAP, Guard.BACK) and one.value < 0 for one in held)
+
+
+def _touches(itinerary: Itinerary) -> bool:
+    """Whether a segment is in contact."""
+    return any(contact(field, itinerary.scene) for field in itinerary.fields)
+
+
+def symmetric(parameters: SceneParameters) -> bool:
+    """Whether a motion has a mirror image, of one stop a motion without contact.
+
+    Both bounds are alike, no load acts, two stops are alike, and pulses are as long and as high as
+    what is between them.
+    """
+    scene = parameters.scene
+    fields = scene.facts.FIELDS
+    c = scene.kernels.constants(next(iter(fields)), *parameters.to_dict().values())
+    alike = c.load_force() == 0 and c.friction_at(1) == -c.friction_at(-1)
+    stops = [[getattr(parameters, name) for name in stop] for stop in scene.facts.STOPS]
+    if scene.facts.PULSED:
+        low = c._replace(high=1 - c.high)
+        alike = alike and c.high_share() == 1 / 2 and c.drive_level() == -low.drive_level()
+    return bool(alike and stops[0] == stops[-1])
 
 
 def mirror_image(orbit: Orbit) -> bool:
@@ -61,7 +85,7 @@ def whole_orbit(orbit: Orbit) -> Orbit:
         z = np.array([*orbit.z[:4], 2 * durations[0]])
     else:
         z = np.array([*orbit.z, *durations])
-    with backend(orbit.backend) as numbers:
+    with backend(orbit.backend, orbit.scene) as numbers:
         system = shooting(numbers, orbit.values, itinerary, z)
     return Orbit(orbit.values, itinerary, z, system, orbit.backend, orbit.iterations)
 
@@ -69,13 +93,13 @@ def whole_orbit(orbit: Orbit) -> Orbit:
 def half_orbit(orbit: Orbit) -> Orbit | None:
     """The first half of an orbit that is its own mirror image, None of any other.
 
-    Where beta = 0 the half is of fields without contact: the second spring exerts no force.
+    Where a single stop has no stiffness the half is of fields without contact.
     """
     plain = _without_contact(orbit)
     if plain is None:
         return None
     itinerary = half_itinerary(plain.itinerary)
-    if itinerary is None or not mirror_image(orbit):
+    if itinerary is None or not symmetric(orbit.parameters) or not mirror_image(orbit):
         return None
     half = _first_half(plain, itinerary, plain.z)
     found = solve_itinerary(half.values, itinerary, list(half.z), backend=half.backend)
@@ -85,7 +109,7 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
 def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | None:
     """A bifurcating orbit's first half and its segment of duration 0; None as for `half_orbit`."""
     itinerary = half_itinerary(orbit.itinerary)
-    if itinerary is None or not mirror_image(orbit):
+    if itinerary is None or not symmetric(orbit.parameters) or not mirror_image(orbit):
         return None
     z, n = orbit.z, len(itinerary)
     if segment is not None and segment >= n:
@@ -98,7 +122,7 @@ def _first_half(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
     z = z[: 4 + len(itinerary)].copy()
     if len(orbit.itinerary) == 1:
         z[4] = z[4] / 2
-    with backend(orbit.backend) as numbers:
+    with backend(orbit.backend, orbit.scene) as numbers:
         system = shooting(numbers, orbit.values, itinerary, z)
     return Orbit(orbit.values, itinerary, z, system, orbit.backend, orbit.iterations)
 
@@ -106,21 +130,23 @@ def _first_half(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
 def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
     """The itinerary of the first half, None where the second is not of the images of its fields."""
     n = len(itinerary) // 2
-    if itinerary.period_number % 2 == 0 or any(contact(field) for field in itinerary.fields):
+    scene, alone = itinerary.scene, len(itinerary.scene.facts.STOPS) == 1
+    if itinerary.period_number % 2 == 0 or (alone and _touches(itinerary)):
         return None
     if len(itinerary) == 1:
-        return Itinerary(itinerary.segments, itinerary.period_number, mirrored=True)
-    if 2 * n < len(itinerary) or itinerary.fields[n:] != tuple(map(mirror, itinerary.fields[:n])):
+        return replace(itinerary, mirrored=True)
+    images = tuple(mirror(field, scene) for field in itinerary.fields[:n])
+    if 2 * n < len(itinerary) or itinerary.fields[n:] != images:
         return None
-    return Itinerary(itinerary.segments[:n], itinerary.period_number, mirrored=True)
+    return replace(itinerary, segments=itinerary.segments[:n], mirrored=True)
 
 
 def _without_contact(orbit: Orbit) -> Orbit | None:
-    """The orbit in fields without contact; None where the second spring exerts a force."""
+    """The orbit in fields without contact; None where a single stop exerts a force."""
     itinerary = orbit.itinerary
-    if not any(contact(field) for field in itinerary.fields):
+    if len(orbit.scene.facts.STOPS) > 1 or not _touches(itinerary):
         return orbit
-    if orbit.value("beta") != 0:
+    if not stiffless(orbit):
         return None
     switches = [
         i for i in range(len(itinerary)) if itinerary.segments[i - 1].guard is not Guard.GAP
@@ -128,11 +154,10 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
     if not switches:
         state = orbit.trajectory()(orbit.parameters.period * itinerary.period_number)
         z = [*map(float, state), 0.0, itinerary.period_number * orbit.parameters.period]
-        found = solve_itinerary(
-            orbit.values, Itinerary.of((2,), itinerary.period_number), z, backend=orbit.backend
-        )
+        resting = Itinerary.of((2,), itinerary.period_number, scene=orbit.scene)
+        found = solve_itinerary(orbit.values, resting, z, backend=orbit.backend)
         return found if found.success else None
-    with backend(orbit.backend) as numbers:
+    with backend(orbit.backend, orbit.scene) as numbers:
         turned = rotated(orbit.itinerary, orbit.z, orbit.system, switches[0])
         fields, durations = list[int](), list[float]()
         for segment, before, h in zip(
@@ -144,9 +169,9 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
             if before.guard is Guard.GAP:
                 durations[-1] += h
             else:
-                fields.append(2 - drift(segment.field))
+                fields.append(parted(orbit.scene, segment.field))
                 durations.append(h)
-        plain = Itinerary.of(fields, itinerary.period_number)
+        plain = Itinerary.of(fields, itinerary.period_number, scene=orbit.scene)
         unknowns = np.array([*turned.z[:4], *durations])
         system = shooting(numbers, orbit.values, plain, unknowns)
     return Orbit(orbit.values, plain, unknowns, system, orbit.backend, orbit.iterations)

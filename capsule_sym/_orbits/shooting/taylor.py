@@ -51,13 +51,15 @@ def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
     state, angle = curve[:, :3], _without_constant(curve[:, 3])
     for i, flow in enumerate(orbit.system.flows):
         duration = curve[:, 4 + i]
-        end = _end(forms, flow, omega, state, angle, _without_constant(duration))
-        result[:, i] = _guard(flow, itinerary.zeros(i), state, end, angle, duration)
-        state, angle = end, _without_constant(angle + omega * duration)
+        begin, end = _ends(forms, flow, omega, state, angle, _without_constant(duration))
+        result[:, i] = _guard(flow, itinerary.zeros(i), begin, end, angle, duration)
+        state, angle = end[:, :3], _without_constant(angle + omega * duration)
     sign = -1 if itinerary.mirrored else 1
     result[:, n : n + 3] = state - sign * curve[:, :3]
     # The start is held to the last guard's surface, as in the equations.
-    pinned = {Guard.GAP: 0, Guard.DRIFT: 2}.get(itinerary.segments[-1].guard or Guard.UPPER)
+    pinned = {Guard.GAP: 0, Guard.BACK: 0, Guard.DRIFT: 2}.get(
+        itinerary.segments[-1].guard or Guard.UPPER
+    )
     if pinned is not None:
         result[:, n + pinned] = curve[:, pinned]
     result[:, n + 3] = omega * curve[:, 4:].sum(axis=1)
@@ -109,10 +111,13 @@ def _cos_sin(angle: Vector) -> tuple[Vector, Vector]:
     return cosine, sine  # type: ignore[return-value]
 
 
-def _end(
+def _ends(
     forms: ClosedForms, flow: SegmentFlow, omega: Number, state: Series, angle: Vector, more: Vector
-) -> Series:
-    """The state (many, 3) at a segment's end, where its start and its duration are series."""
+) -> tuple[Series, Series]:
+    """State and cosine of the angle (many, 4) at a segment's start and at its end.
+
+    The state at the start, the angle there and the duration are series.
+    """
     c, closed = flow.c, flow.closed
     # The derivative by the angle, a quarter turn back, is the response to the forcing itself.
     back = closed._replace(cos_theta=closed.sin_theta, sin_theta=-closed.cos_theta)
@@ -126,24 +131,33 @@ def _end(
     y[:, 3] = ahead[0] * cosine - ahead[1] * sine
     y[:, 4] = ahead[1] * cosine + ahead[0] * sine
     y[0, 5] = y[0, 5] + 1
-    return carried(y, more, generator(c, omega))[:, :3]
+    begun = closed.cos_theta * cosine - closed.sin_theta * sine
+    start: Series = np.column_stack([state, begun])
+    return start, carried(y, more, generator(c, omega))[:, :4]
+
+
+def _pull(c: Any, at: Series) -> Vector:
+    """A series of the pull on the capsule, but for its constant."""
+    drive = c.pull(0, 0, 0, 1) - c.pull(0, 0, 0, 0)
+    return c.force_change(at[:, 0], at[:, 1]) + drive * at[:, 3]  # type: ignore[no-any-return]
 
 
 def _guard(
-    flow: SegmentFlow, zeros: int, state: Series, end: Series, angle: Vector, duration: Vector
+    flow: SegmentFlow, zeros: int, start: Series, end: Series, angle: Vector, duration: Vector
 ) -> Vector:
     """A segment's guard at its end, over the power `zeros` of its duration."""
     guard, c = flow.segment.guard, flow.c
     if guard is None:
         return angle
-    row = 0 if guard is Guard.GAP else 2
+    if guard is Guard.EDGE:
+        passed: Vector = angle + c.omega * duration
+        return passed
+    row = 2 if guard is Guard.DRIFT else 0
     if zeros == 0:
-        if guard in (Guard.GAP, Guard.DRIFT):
-            return end[:, row]
-        return c.force_change(end[:, 0], end[:, 1])  # type: ignore[no-any-return]
-    gained = end[:, row] - state[:, row]
+        return _pull(c, end) if guard in (Guard.UPPER, Guard.LOWER) else end[:, row]
+    gained = end[:, row] - start[:, row]
     if zeros == 2:
-        margin = c.force_change(state[:, 0], state[:, 1])
+        margin = _pull(c, start)
         margin[0] = flow.closed.margin
         gained = gained - product(duration, margin) / c.gamma
     no_duration = duration[0] == 0

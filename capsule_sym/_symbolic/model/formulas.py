@@ -306,6 +306,11 @@ def _points() -> tuple[Formula, ...]:
 
 def _gradients() -> tuple[Formula, ...]:
     """Gradients of what guards and forces are made of."""
+    edges: tuple[Formula, ...] = ()
+    if PULSES:
+        edges = (
+            _gradient("high_share", "the share of a period at the high level", (), PULSES.share),
+        )
     limit = PULL.subs(DRIVE, LEVEL if PULSED else alpha * sp.cos(theta)) - friction_of(way)
     angle = cos_theta, sin_theta
     return (
@@ -324,6 +329,7 @@ def _gradients() -> tuple[Formula, ...]:
         _gradient("load_force", "the constant force on the mass", (), LOAD),
         _gradient("limit", "Q less the friction of drift of a way", (way, gap, v_r, *angle), limit),
         _gradient("slip", "v_c' in drift of a way", (way, *_STATE, *angle), limit / gamma),
+        *edges,
     )
 
 

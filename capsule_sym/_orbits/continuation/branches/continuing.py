@@ -21,7 +21,7 @@ from capsule_sym._orbits.continuation.parameter_paths import (
 )
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.admissibility import is_admissible
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
+from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -49,8 +49,8 @@ def continue_orbit(
     Raises InvalidInput for what is no parameter and not tied to one, a value that a parameter
     cannot have, equal values, and an orbit whose parameters are not on the path.
     """
-    axis = axis_from(orbit, parameter_path(parameter, ties), to)
-    with computing(points, settings, max_seconds) as (numbers, limit):
+    axis = axis_from(orbit, parameter_path(parameter, ties, orbit.scene), to)
+    with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
         continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
         with limit:
             # It says itself that the time was over.
@@ -75,7 +75,7 @@ def continue_both_ways(
     Arguments, units and errors are otherwise those of `continue_orbit`.
     """
     axis = axis_within(orbit.parameters, orbit.values, parameter, ends, ties)
-    with computing(points, settings, max_seconds) as (numbers, limit):
+    with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
         return follow_both_ways(numbers, orbit, axis, points, settings, limit)[0]
 
 
@@ -114,7 +114,7 @@ def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
         raise InvalidInput("orbit", orbit, f"one that was found: {orbit.message}")
     if isinstance(to, bool) or not isinstance(to, int | float) or not math.isfinite(to):
         raise InvalidInput(path.name, to, "finite")
-    if path.name in PARAMETERS:
+    if path.name in path.names:
         orbit.parameters.replace(**{path.name: to})
     axis = Axis(path, float(path.value(orbit.values)), float(to))
     if axis.begin == axis.end:
@@ -131,13 +131,13 @@ def axis_within(
     ties: Mapping[str, Function | str] | None = None,
 ) -> Axis:
     """The axis of a parameter between ends, from `values` of all; raises InvalidInput."""
-    path = parameter_path(parameter, ties)
+    path = parameter_path(parameter, ties, parameters.scene)
     try:
         low, high = map(float, ends)
     except (TypeError, ValueError):
         raise InvalidInput("ends", ends, "two numbers, low and high") from None
     axis, value = Axis(path, low, high), float(path.value(values))
-    for end in (low, high) if path.name in PARAMETERS else ():
+    for end in (low, high) if path.name in path.names else ():
         parameters.replace(**{path.name: end})
     axis.check(parameters, values)
     if not low < value < high:

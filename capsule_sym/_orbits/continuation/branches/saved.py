@@ -22,9 +22,10 @@ from capsule_sym._orbits.continuation.parameter_paths import (
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.continuation.points.extended import orbit_at
 from capsule_sym._orbits.shooting.admissibility import tightest
-from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
+from capsule_sym._parameters import CAPSULE, Scene
+from capsule_sym._parameters import scene as load_scene
 
 #: Of what `branch_record` gives; another number is another version of it.
 FORMAT = 3
@@ -54,8 +55,10 @@ def labelled_point(
             named |= _named(one, f"{one['origin']}/")
         if label not in named:
             raise InvalidInput("label", label, f"one of {', '.join(named)}")
-        varying = chosen_path(record["parameter"], lambda: _path(record), parameter, ties)
-        return varying, _point(varying, named[label])
+        varying = chosen_path(
+            record["parameter"], lambda: _path(record), parameter, ties, _scene(record)
+        )
+        return varying, _point(varying, {"scene": varying.scene.source, **named[label]})
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
@@ -66,7 +69,7 @@ def _path(record: Record) -> ParameterPath:
     lost = [name for name, text in record["ties"].items() if text is None]
     if lost:
         raise InvalidInput("ties", lost, "given again: a file holds no functions of Python")
-    return parameter_path(record["parameter"], record["ties"])
+    return parameter_path(record["parameter"], record["ties"], _scene(record))
 
 
 def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:
@@ -100,7 +103,8 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
     if "type" not in record:
         orbit = _orbit(record)
         return BranchPoint(record["value"], orbit, tightest(orbit))
-    orbit = _orbit(record["orbit"])
+    scene = path.scene
+    orbit = _orbit({"scene": scene.source, **record["orbit"]})
     segment, number = record["segment"], orbit.itinerary.period_number
     if segment is not None and not 0 < segment <= len(orbit.itinerary):
         raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
@@ -109,8 +113,8 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
         "tuple[str, ...]": tuple,
         "tuple[float, float]": tuple,
         "tuple[complex, ...]": lambda pairs: tuple(complex(*pair) for pair in pairs),
-        "Itinerary": lambda names: _itinerary(names, number),
-        "Itinerary | None": lambda names: _itinerary(names, number) if names else None,
+        "Itinerary": lambda names: _itinerary(names, number, scene),
+        "Itinerary | None": lambda names: _itinerary(names, number, scene) if names else None,
         "OrbitStatus": OrbitStatus,
     }
     given = {
@@ -133,23 +137,30 @@ def orbit_from_record(record: Record) -> Orbit:
     given = record if isinstance(record, Mapping) else {}
     lost = [name for name in needed if name not in given]
     if not lost and isinstance(record["parameters"], Mapping):
-        lost = [f"parameters.{one}" for one in PARAMETERS if one not in record["parameters"]]
+        known = _scene(record).facts.PARAMETERS
+        lost = [f"parameters.{one}" for one in known if one not in record["parameters"]]
     if lost:
         raise InvalidInput("record", record, f"of an orbit, with {', '.join(lost)}")
     return _orbit(record)
 
 
 def _orbit(record: Record) -> Orbit:
-    values = tuple(float(record["parameters"][name]) for name in PARAMETERS)
-    angle = record["phase"] * values[PARAMETERS.index("omega")]
+    scene = _scene(record)
+    values = tuple(float(record["parameters"][name]) for name in scene.facts.PARAMETERS)
+    angle = record["phase"] * float(record["parameters"]["omega"])
     z = np.array([*record["state"], angle, *record["durations"]])
-    itinerary = _itinerary(record["itinerary"], record["period_number"])
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
+    itinerary = _itinerary(record["itinerary"], record["period_number"], scene)
+    with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
         orbit = orbit_at(numbers, values, itinerary, z)
     if not abs(orbit.residual) < _CLOSED:
         raise ValueError("no orbit")
     return orbit
 
 
-def _itinerary(names: list[str], period_number: int) -> Itinerary:
-    return Itinerary.parse(" ".join(names), period_number)
+def _scene(record: Record) -> Scene:
+    """The scene that a record names; the paper's where it names none."""
+    return load_scene(str(record.get("scene", CAPSULE.source)))
+
+
+def _itinerary(names: list[str], period_number: int, scene: Scene) -> Itinerary:
+    return Itinerary.parse(" ".join(names), period_number, scene)

@@ -64,14 +64,16 @@ def continue_from(
     """
     if isinstance(source, Branch):
         own, point = source.axis.path, source.at(label)
-        path = chosen_path(own.name, lambda: own, parameter, ties)
+        path = chosen_path(own.name, lambda: own, parameter, ties, own.scene)
     else:
         from capsule_sym._orbits.continuation.branches.saved import labelled_point
 
         path, point = labelled_point(source, label, parameter, ties)
     axis = axis_from(point.orbit, path, to)
-    with computing(points, settings, max_seconds) as (numbers, limit), limit:
-        if "beta" in (path.name, *dict(path.ties)) and springless(point.orbit):
+    scene = point.orbit.scene
+    with computing(points, settings, max_seconds, scene) as (numbers, limit), limit:
+        varies = {path.name, *dict(path.ties)}
+        if any(name in varies for _, name in scene.facts.STOPS) and springless(point.orbit):
             point = _with_contact(point, label)
         starts = list(_leaving(Problem(numbers, (axis,), settings), point))
         ahead = [start for start in starts if start.state.u[-1] > 0]
@@ -94,7 +96,7 @@ def _followed(start: Start, points: int, origin: str) -> Branch:
 
 
 def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
-    """The point where beta = 0, of the itinerary that holds beyond: with contact."""
+    """The point where no stop is stiff, of the itinerary that holds beyond: with contact."""
     orbit = None
     if isinstance(point, BranchPoint):
         parameters, period_number = point.orbit.parameters, point.orbit.itinerary.period_number
@@ -125,7 +127,8 @@ def period_doubling_cascade(
     """
     check_count("depth", depth, 0, _DEEPEST)
     found: list[Branch] = []
-    with computing(points, settings, max_seconds) as (numbers, limit), limit:
+    scene = branch.axis.path.scene
+    with computing(points, settings, max_seconds, scene) as (numbers, limit), limit:
         level, problem = [branch], Problem(numbers, (branch.axis,), settings)
         for _ in range(depth):
             before = len(found)

@@ -28,10 +28,9 @@ from capsule_sym._orbits.continuation.parameter_paths import Axis, ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CodimensionTwoPoint
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
-from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
 _BEGIN = (Ending.CODIMENSION_TWO, "the point from which the curve is followed")
 # The type of the other curve through a point where this vanishes; None where there is none.
@@ -65,20 +64,21 @@ def continue_bifurcation(
     is located exactly and the curve goes on in the itinerary beyond. After `max_seconds` it ends
     with that status. Raises InvalidInput for a second parameter that is none or is the first, and
     for ranges that are not ascending, leave the parameters' own, or do not hold the bifurcation,
-    and where beta varies from a bifurcation at beta = 0 of a motion that passes the spring.
+    and where the stiffness of a stop varies from 0, of a motion that passes it.
     """
     first, orbit = bifurcation.parameter, bifurcation.orbit
     axes = _axes(orbit, (first, second), ranges)
-    if "beta" in (first, second) and springless(orbit):
+    stiffnesses = [name for _, name in orbit.scene.facts.STOPS if name in (first, second)]
+    if stiffnesses and springless(orbit):
         allowed = (
             "> 0 where it varies: at 0 events of this motion come in pairs, beyond they do not"
         )
-        raise InvalidInput("beta", 0.0, allowed)
+        raise InvalidInput(stiffnesses[0], 0.0, allowed)
     segment = bifurcation.segment
     if bifurcation.symmetry == KEPT:
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
     ending = OUT_OF_TIME
-    with computing(points, settings, max_seconds) as (numbers, limit), limit:
+    with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit), limit:
         try:
             starts = _both_ways(Problem(numbers, axes, settings), orbit, bifurcation.type, segment)
             return _followed(bifurcation.type, starts, points)
@@ -108,7 +108,7 @@ def curves_from(
     """
     found: list[Curve] = []
     kind = curve.type
-    with computing(points, settings, max_seconds) as (numbers, limit), limit:
+    with computing(points, settings, max_seconds, _scene(curve)) as (numbers, limit), limit:
         for point in curve.codimension_two:
             kind = _other(curve.type, point.types[1])
             passed = (_passes(one, kind, point) for one in (curve, *known, *found))
@@ -140,15 +140,20 @@ def _passes(curve: Curve, kind: str, point: CodimensionTwoPoint) -> bool:
     return curve.type == kind and any(one.at(point.values) for one in curve.codimension_two)
 
 
+def _scene(curve: Curve) -> Scene:
+    """The scene of a curve's points."""
+    return next((one.orbit.scene for one in (*curve.codimension_two, *curve.points)), CAPSULE)
+
+
 def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, ...]:
     """The axes of two parameters, from a point within their ranges; raises InvalidInput."""
     check(orbit.parameters, names, ranges)
     axes = []
     for name, (low, high) in zip(names, ranges, strict=True):
-        value = orbit.values[PARAMETERS.index(name)]
+        value = orbit.value(name)
         if not low <= value <= high:
             raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
-        axes.append(Axis(ParameterPath(name), float(low), float(high)))
+        axes.append(Axis(ParameterPath(name, scene=orbit.scene), float(low), float(high)))
     return tuple(axes)
 
 
@@ -230,11 +235,11 @@ def check(
     base: SceneParameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
 ) -> None:
     """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
-    first, second = names
-    if first not in PARAMETERS:
-        raise InvalidInput("first", first, f"one of {', '.join(PARAMETERS)}")
-    if second not in PARAMETERS or second == first:
-        others = (name for name in PARAMETERS if name != first)
+    (first, second), known = names, base.scene.facts.PARAMETERS
+    if first not in known:
+        raise InvalidInput("first", first, f"one of {', '.join(known)}")
+    if second not in known or second == first:
+        others = (name for name in known if name != first)
         raise InvalidInput("second", second, f"one of {', '.join(others)}")
     try:
         pairs = [(low, high) for low, high in ranges]

@@ -18,7 +18,9 @@ from capsule_sym._orbits.continuation.points.conditions import (
 )
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.shooting.admissibility import (
+    BEFORE_EDGE,
     DURATION,
+    EDGE,
     LANDING,
     MINIMUM,
     Inequality,
@@ -142,8 +144,9 @@ def _locate(
     family: Family, old: State, new: State, failed: Inequality, share: float
 ) -> Event | None:
     orbit, there = family.orbit(old.u + share * (new.u - old.u)), new.orbit
-    if failed.guard is Guard.GAP:
-        # The second spring is on one side only: its touch has no mirror image.
+    alone = len(family.problem.axes[0].path.scene.facts.STOPS) == 1
+    if failed.guard is Guard.GAP and alone:
+        # A single stop is on one side only: its touch has no mirror image.
         orbit, there = whole_orbit(orbit), whole_orbit(there)
     itinerary, segment = orbit.itinerary, failed.segment
     change = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
@@ -183,8 +186,9 @@ def _collapsed(family: Family, failed: Inequality, found: EventSolution) -> Orbi
     None where that itinerary has one segment.
     """
     z, segment = found.orbit.z, kinds.DURATIONS + failed.segment
-    if failed.kind == LANDING:
-        z = np.delete(z, segment + 1)
+    if failed.kind in (LANDING, EDGE, BEFORE_EDGE):
+        more = len(z) - kinds.DURATIONS - len(family.itinerary)
+        z = np.delete(z, range(segment + 1, segment + 1 + more))
     elif failed.kind == MINIMUM:
         if family.itinerary.segments[0].guard is None:
             return None

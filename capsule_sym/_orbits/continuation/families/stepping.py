@@ -44,19 +44,28 @@ from capsule_sym._orbits.shooting.changes import Change, remove_segment, swap_se
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at
+from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, symmetric
 
+_PLACES = (0.0, 0.37, 1.0)  # of a range, at which it is seen what keeps motions symmetric
 _SLOWEST = 1e-9  # change of q along the path that is taken for none
 
 
 def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
     """The first half of an orbit that is its own mirror image; None of any other.
 
-    Where beta varies the spring is stiffless at beta = 0 only.
+    None where what varies leaves motions without images, as a load does, or one stop's stiffness.
     """
     varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
-    if "beta" in varies and any(map(contact, orbit.itinerary.fields)):
+    scene, names = orbit.scene, orbit.scene.facts.PARAMETERS
+    stiffnesses = {name for _, name in scene.facts.STOPS}
+    touches = any(contact(field, scene) for field in orbit.itinerary.fields)
+    if varies & stiffnesses and touches and len(scene.facts.STOPS) == 1:
         return None
+    for axis in axes:
+        for q in _PLACES:
+            values = axis.placed([float(value) for value in orbit.values], q)
+            if not symmetric(orbit.parameters.replace(**dict(zip(names, values, strict=True)))):
+                return None
     return half_orbit(orbit)
 
 
@@ -186,10 +195,12 @@ class Continuation(Family):
         self._keep(event.change)
         self.itinerary = orbit.itinerary
         if event.failed.kind == DURATION:
-            other = swap_segment(self.itinerary, orbit.z, segment)
+            other = swap_segment(self.itinerary, orbit.z, segment, orbit.system)
             if other is None:
                 return self._without(orbit, segment)
+            self._keep(other)
             self.itinerary = other.itinerary
+            orbit = replace(orbit, itinerary=other.itinerary, z=other.z)
         return self.neighbour(self.unknowns(orbit), self.direction(segment))
 
     def _without(self, orbit: Orbit, segment: int) -> Start | None:

@@ -37,9 +37,9 @@ def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...
         return sorted_multipliers(orbit)
     half, its_segment = halved_at(orbit, segment) or (orbit, segment)
     orbit, segment = half, segment if its_segment is None else its_segment
-    with backend("numpy") as numbers:
+    with backend("numpy", orbit.scene) as numbers:
         itinerary, z = orbit.itinerary, orbit.z
-        if swap_segment(itinerary, z, segment) is not None:
+        if swap_segment(itinerary, z, segment, orbit.system) is not None:
             return sorted_multipliers(whole_orbit(orbit))
         try:
             change, _ = remove_segment(numbers, itinerary, z, orbit.system, segment)
@@ -127,7 +127,7 @@ class Bifurcation(BifurcationPoint):
             self.type,
             self.orbit,
             self.segment,
-            self.path or ParameterPath(self.parameter),
+            self.path or ParameterPath(self.parameter, scene=self.orbit.scene),
             (self.multipliers_before, self.multipliers_after),
             mirrored=self.symmetry == KEPT,
         )
@@ -191,10 +191,10 @@ def refined(one: Bifurcation) -> EventSolution:
     if one.segment is None:
         raise ValueError(f"a {one.type} has no segment of duration 0")
     orbit = one.orbit
-    with backend("mpmath") as numbers:
+    with backend("mpmath", orbit.scene) as numbers:
         values = [numbers.number(value) for value in orbit.values]
         z = np.array([numbers.number(value) for value in orbit.z])
-        free = (one.path or ParameterPath(one.parameter),)
+        free = (one.path or ParameterPath(one.parameter, scene=orbit.scene),)
         found = ExtendedSystem(numbers, values, free, orbit.itinerary, (one.segment,)).solve(z)
     if found is None:
         raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")

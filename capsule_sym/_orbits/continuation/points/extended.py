@@ -20,7 +20,6 @@ from capsule_sym._orbits.continuation.points.conditions import (
 )
 from capsule_sym._orbits.continuation.points.kinds import DURATIONS
 from capsule_sym._orbits.shooting.equations import (
-    PARAMETERS,
     ROUNDINGS,
     Matrix,
     ShootingSystem,
@@ -134,7 +133,7 @@ class OrbitEquations:
         size, count = DURATIONS + len(self.itinerary), len(self.free)
         if name not in EXACT:
             return np.zeros(size - len(self.segments) + count)
-        unit = np.eye(len(PARAMETERS))
+        unit = np.eye(len(orbit.values))
         along = np.array([one.path.by(unit, orbit.values) for one in self.free])
         row = gradient_of_test_function(self.numbers, orbit, name, along)
         widths = [one.width for one in self.free]

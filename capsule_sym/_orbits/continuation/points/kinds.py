@@ -6,13 +6,12 @@ from typing import NamedTuple
 
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.changes import around
-from capsule_sym._orbits.shooting.equations import SegmentFlow
-from capsule_sym._orbits.shooting.itinerary import contact, drift
+from capsule_sym._orbits.shooting.equations import STATES, SegmentFlow
+from capsule_sym._orbits.shooting.itinerary import contact, drift, level
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated.capsule import facts
 
 #: Index in z of the first segment's duration: state and forcing angle come before.
-DURATIONS = len(facts.STATE) + 1
+DURATIONS = STATES + 1
 
 GRAZING = "grazing"
 ADDING = "adding-sliding"
@@ -20,6 +19,7 @@ GRAZING_SLIDING = "grazing-sliding"
 CROSSING = "crossing-sliding"
 SWITCHING = "switching-sliding"
 CORNER = "boundary-intersection crossing"
+EDGE = "edge"
 FOLD = "fold"
 PERIOD_DOUBLING = "period doubling"
 NEIMARK_SACKER = "Neimark-Sacker"
@@ -42,6 +42,7 @@ INITIALS = {
     CROSSING: "CS",
     SWITCHING: "SS",
     CORNER: "BI",
+    EDGE: "ED",
 }
 
 
@@ -75,23 +76,30 @@ def place(orbit: Orbit, segment: int) -> Place:
     Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
     """
     itinerary, flow = orbit.itinerary, orbit.system.flows[segment]
-    before, during, after = around(itinerary, segment)
-    if contact(before) != contact(after):
-        if drift(before) == drift(after):
+    scene = itinerary.scene
+    fields = around(itinerary, segment)
+    if len({level(field, scene) for field in fields}) > 1:
+        # A switch that meets an edge of the drive, or a slip that begins at one.
+        guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+        line = " and ".join(sorted(guard.value for guard in guards if guard))
+        return Place(EDGE, line, tuple(sorted({f"S{field}" for field in fields})))
+    (before, during, after) = ((contact(field, scene), drift(field, scene)) for field in fields)
+    if before[0] != after[0]:
+        if before[1] == after[1]:
             return HIGHER
         guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
         line = _corner(guards, flow)
         return Place(CORNER, line, _SURFACES[line])
-    if contact(during) != contact(before):
+    if during[0] != before[0]:
         if before != after:
             return HIGHER
-        sign = drift(before)
+        sign = before[1]
         surfaces = ("S2", "S5") if sign == 0 else ("S7", "S8") if sign > 0 else ("S9", "S10")
         return Place(GRAZING, "L9", surfaces)
-    kind = _sliding(drift(before), drift(during), drift(after))
+    kind = _sliding(before[1], during[1], after[1])
     if kind is None:
         return HIGHER
-    line = _edge(flow)
+    line = _edge(flow, during[0])
     return Place(kind, f"{line}^({_part(flow, line)})", _SURFACES[line])
 
 
@@ -103,17 +111,17 @@ def _sliding(before: int, during: int, after: int) -> str | None:
     return SWITCHING if during == -before and after == 0 else None
 
 
-def _edge(flow: SegmentFlow) -> str:
+def _edge(flow: SegmentFlow, contact: int) -> str:
     """The edge of stick, L1 to L4, on which a segment begins."""
     force = flow.closed.margin + flow.c.friction
-    return f"L{(1 if force > 0 else 2) + 2 * contact(flow.segment.field)}"
+    return f"L{(1 if force > 0 else 2) + 2 * contact}"
 
 
 def _part(flow: SegmentFlow, line: str) -> int:
     """Number of the part of L1 to L4: by the range that the forcing leaves to the force's rate."""
     c, (_, v_r, _) = flow.c, flow.start
     side = 1 if line in ("L1", "L3") else -1
-    turn, reach = -c.force_change(0, -side * c.f_b), c.force_change(0, c.alpha)
+    turn, reach = -c.force_change(0, -c.friction_at(side)), c.force_change(0, c.alpha)
     speed = c.force_change(v_r, 0)
     return 1 if speed < turn - reach else 3 if speed > turn + reach else 2
 
@@ -126,7 +134,7 @@ def _corner(guards: set[Guard | None], flow: SegmentFlow) -> str:
         return "O2"
     c, (x_r, v_r, _) = flow.c, flow.start
     force = c.force(x_r, 0, v_r)
-    if abs(force) < c.f_b:
+    if all(c.friction_guard(sign, force) > 0 for sign in (1, -1)):
         return "L6" if v_r > 0 else "L7"
     if v_r > 0:
         return "L5"

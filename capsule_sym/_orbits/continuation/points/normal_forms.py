@@ -19,7 +19,7 @@ from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector, shooting, solve
+from capsule_sym._orbits.shooting.equations import STATES, Matrix, Vector, shooting, solve
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import halved_at
@@ -29,7 +29,6 @@ from capsule_sym._orbits.shooting.taylor import (
     quotient,
     residual_series,
 )
-from capsule_sym.generated.capsule import facts
 
 SUPERCRITICAL, SUBCRITICAL = "supercritical", "subcritical"
 PERSISTENCE, NON_SMOOTH_FOLD = "persistence", "non-smooth fold"
@@ -44,7 +43,7 @@ _POWERS = {
 }
 
 _DIFFERENCE = 1e-3
-_STATE = len(facts.STATE)
+_STATE = STATES
 _LINEAR = _STATE + 3  # of the state, cos, sin and 1
 
 
@@ -90,7 +89,7 @@ def normal_form(
     """
     if mirrored:
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
+    with backend("numpy", orbit.scene) as numbers, np.errstate(all="ignore"):
         try:
             if kind == kinds.FOLD:
                 form = _fold(numbers, orbit, path)
@@ -209,7 +208,7 @@ def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
 def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
     """The orbit twice over."""
     once = orbit.itinerary
-    twice = Itinerary(2 * once.segments, 2 * once.period_number)
+    twice = Itinerary(2 * once.segments, 2 * once.period_number, scene=once.scene)
     z = np.array([*orbit.z, *orbit.durations])
     return Orbit(orbit.values, twice, z, shooting(numbers, orbit.values, twice, z), numbers.name)
 
@@ -244,7 +243,7 @@ def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
     Of the guard that ends the segment of duration 0, over its duration's power that vanishes.
     """
     forms = ClosedForms(numbers, orbit.values)
-    omega, itinerary = orbit.values[PARAMETERS.index("omega")], orbit.itinerary
+    omega, itinerary = orbit.value("omega"), orbit.itinerary
     flow, field = orbit.system.flows[segment], itinerary.fields[segment]
     c, y = forms.constants(field), np.array([*flow.start, *numbers.cos_sin(flow.angle), 1.0])
     for _ in range(itinerary.zeros(segment) + 1):
@@ -259,7 +258,7 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
     chosen such that the segment has the duration s: through the segment, and as the itinerary
     without it has it, continued to where that does not hold.
     """
-    itinerary, omega = orbit.itinerary, orbit.values[PARAMETERS.index("omega")]
+    itinerary, omega = orbit.itinerary, orbit.value("omega")
     forms, flow = ClosedForms(numbers, orbit.values), orbit.system.flows[segment]
     fields = around(itinerary, segment)
     before, during, after = (generator(forms.constants(field), omega) for field in fields)
@@ -273,7 +272,8 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
         rows.append(rows[-1] @ during / order)
     rows = rows[zeros:]
     fixed = [_row(enters, forms.constants(fields[0]))[:_STATE]]
-    if (Guard.DRIFT in (enters, leaves) and enters is not Guard.GAP) or drift(fields[0]) == 0:
+    resting = drift(fields[0], orbit.scene) == 0
+    if (Guard.DRIFT in (enters, leaves) and enters is not Guard.GAP) or resting:
         fixed.append(np.array(c.speed_gradient()[:_STATE], dtype=float))
     direction = rows[0][:_STATE].copy()
     for normal in np.linalg.qr(np.array(fixed).T)[0].T:
@@ -285,7 +285,7 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
     along = np.array([row[:_STATE] @ direction for row in rows])
     start[:, :_STATE] -= np.outer(quotient(off, along), direction)
     s = np.eye(many)[1]
-    change = swap_segment(itinerary, orbit.z, segment)
+    change = swap_segment(itinerary, orbit.z, segment, orbit.system)
     if change is None:
         other = carried(start, s, after)
     else:
@@ -299,15 +299,17 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
 
 def _row(guard: Guard | None, c: Any) -> Vector:
     """A guard as a linear function of (state, cos, sin, 1), by its gradient and its value at 0."""
+    cosine = 0.0
     if guard is Guard.DRIFT:
         by, constant = c.speed_gradient(), 0.0
     elif guard is Guard.GAP:
-        by, constant = c.gap_gradient(), -c.delta
+        by, constant = c.gap_gradient(), -c.own_stop()
     else:
         way = 1 if guard is Guard.UPPER else -1
-        by = c.limit_gradient(way, 0.0, 0.0)
-        constant = c.force(0, -c.delta, 0) - c.friction_at(way)
-    return np.array([*by[:_STATE], 0.0, 0.0, constant])
+        by = c.limit_gradient(way, 0.0, 0.0, 0.0, 0.0)
+        constant = c.pull(0, -c.own_stop(), 0, 0) - c.friction_at(way)
+        cosine = c.pull(0, 0, 0, 1) - c.pull(0, 0, 0, 0)
+    return np.array([*by[:_STATE], cosine, 0.0, constant])
 
 
 def _time(y: Matrix, matrix: Matrix, row: Vector) -> Vector:

@@ -6,7 +6,7 @@ from pprint import pformat
 
 from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.model.consistency import UNITS
-from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.model import REACTS, SEGMENTS
 from capsule_sym._symbolic.model.parts import shown, spelled
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED
 
@@ -58,6 +58,7 @@ _ABOUT = {
     "FIELD_OF": "Number of the field by both; of that at a low level it is as many more.",
     "LEVELS": "Level of the drive in each field: 0 is the high one of pulses, 1 the low one.",
     "PULSED": "Whether the drive is constant but for a rise and a fall in each period.",
+    "REACTS": "Whether the drive pushes back on the capsule.",
     "MODES": "Modes of operation of the fields in the paper's notation, in their order.",
 }
 
@@ -87,6 +88,7 @@ def _facts() -> dict[str, object]:
         "FIELD_OF": {fields[g.index]: g.index for g in SEGMENTS if g.level == 0},
         "LEVELS": {g.index: g.level for g in SEGMENTS},
         "PULSED": PULSED,
+        "REACTS": REACTS,
         "MODES": tuple(g.mode for g in SEGMENTS),
     }
 

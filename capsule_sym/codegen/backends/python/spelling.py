@@ -48,13 +48,17 @@ class PythonSpelling(Backend):
             given[k] += "=None"
         returned = f" -> {kind}" if kind else ""
         results = ", ".join(map(self.expression, kernel.results))
+        if not kernel.single:
+            results = f"({results},)"
+        elif len(results) > WIDTH - 15:  # where it is broken it needs brackets
+            results = f"({results})"
         head = f"def {kernel.name}({', '.join(given)}){returned}:"
         if len(head) > WIDTH - 4:  # a method is further in
             head = f"def {kernel.name}(\n    {', '.join(given)}\n){returned}:"
         return (
             f"{head}\n"
             f'    """{kernel.doc}\n\n    {kernel.cost}.\n    """\n'
-            f"{self.body(kernel)}    return {results if kernel.single else f'({results},)'}\n"
+            f"{self.body(kernel)}    return {results}\n"
         )
 
     def laid_out(self, text: str) -> str:

@@ -1,0 +1,210 @@
+"""Orbits of the scenes: against an integrator of their own, 50 digits, and runs beside events."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from capsule_sym import (
+    Branch,
+    InvalidInput,
+    Itinerary,
+    Orbit,
+    SceneParameters,
+    continue_bifurcation,
+    continue_orbit,
+    performance,
+    scenes,
+    search_orbits,
+    solve_itinerary,
+    solve_orbit,
+)
+from capsule_sym._native import core_of
+from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._orbits.shooting.stability import jacobian
+from capsule_sym._orbits.shooting.symmetry import symmetric
+from capsule_sym.scenes import Scene
+from tests.scenes import SCENES, Integrator, Start, integrator
+
+STEP = 1e-7
+pytestmark = pytest.mark.skipif(
+    core_of(scenes.slope) is None or shutil.which("cc") is None, reason="no C compiler here"
+)
+MOTIONS = {
+    "slope": {"alpha": 0.9, "s": 0.1},
+    "reaction_pulse": {"alpha": 1.5, "alpha_low": -0.3, "D": 0.4},
+}
+
+
+@pytest.fixture(scope="module")
+def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
+    return integrator(tmp_path_factory.mktemp("integrator"))
+
+
+def parameters(name: str, **changes: float) -> SceneParameters:
+    scene: Scene = getattr(scenes, name)
+    return scene.Parameters(**MOTIONS[name] | changes)
+
+
+@lru_cache
+def settled(name: str, **changes: float) -> Orbit:
+    orbit = solve_orbit(parameters(name, **changes))
+    assert orbit.success, orbit.message
+    return orbit
+
+
+def states(
+    judge: Integrator, name: str, starts: list[np.ndarray], p: SceneParameters
+) -> np.ndarray:
+    """Final states of the integrator's runs over a period from phase 0, and x_c's advance."""
+    given = [Start(p.to_dict(), tuple(map(float, one)), 0.0) for one in starts]
+    runs = judge.runs(SCENES[name], given, 1)
+    assert all(run.status == "done" for run in runs)
+    return np.array([[float(value) for value in run.state] for run in runs])
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_an_orbit_closes_and_its_multipliers_are_those_of_differences(
+    name: str, judge: Integrator
+) -> None:
+    orbit = settled(name)
+    p, period = orbit.parameters, orbit.parameters.period
+    begin = orbit.trajectory()(
+        math.ceil(float(orbit.trajectory().origin[0].phase) / period) * period
+    )
+    x = np.array(begin, dtype=float)
+    moved = [x + sign * STEP * unit for unit in np.eye(3) for sign in (1, -1)]
+    ends = states(judge, name, [x, *moved], p)
+    assert np.abs(ends[0, :3] - x).max() < 1e-12
+    assert ends[0, 3] == pytest.approx(float(orbit.progression), abs=1e-12)
+    slopes = (ends[1::2, :3] - ends[2::2, :3]).T / (2 * STEP)
+    if not np.any(x[2]):
+        slopes[:, 2] = 0.0  # at rest v_c is kept at 0, and no motion begins beside it
+    expected = np.sort_complex(np.linalg.eigvals(slopes))
+    assert np.sort_complex(orbit.multipliers) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_gradients_are_differences_of_fifty_digits(name: str) -> None:
+    orbit = settled(name)
+    found, step = performance(orbit), 1e-12
+    assert abs(found.imbalance) < 1e-13
+    exact = orbit.refined()
+    assert exact.success
+    names = orbit.scene.facts.PARAMETERS
+    for parameter in {"omega", "s", "f_minus", "D", "alpha_low"}.intersection(names):
+        ends, k = [], names.index(parameter)
+        for sign in (1, -1):
+            values = list(exact.values)
+            values[k] += sign * step
+            moved = solve_itinerary(values, exact.itinerary, list(exact.z), backend="mpmath")
+            assert moved.success
+            ends.append(moved.average_velocity)
+        slope = float((ends[0] - ends[1]) / (2 * step))
+        assert found.velocity.gradient[parameter] == pytest.approx(slope, rel=1e-9, abs=1e-11)
+
+
+def test_many_performances_are_those_of_one_by_one() -> None:
+    orbit = settled("slope")
+    begin = orbit.trajectory()(orbit.parameters.period)
+    rows = [list(orbit.parameters.to_dict().values())]
+    many = performance_many(rows, [begin], gradients=True, scene=scenes.slope)
+    one = performance(orbit)
+    assert many.closed.all()
+    assert many.itinerary(0) == orbit.motion.itinerary
+    assert many["work"][0] == pytest.approx(one.work.value, rel=1e-12)
+    gradient = [*one.work.gradient.values()]
+    assert many.gradients[0, 2] == pytest.approx(gradient, rel=1e-9, abs=1e-12)
+
+
+def test_the_orbits_of_random_starts_hold_the_stable_one() -> None:
+    orbit = settled("slope")
+    found = search_orbits(orbit.parameters, 5, period_numbers=(1,), transient=20)
+    assert [one.itinerary for one in found].count(orbit.itinerary.cyclic) == 1
+
+
+@lru_cache
+def branch(name: str, parameter: str, to: float) -> Branch:
+    return continue_orbit(settled(name), parameter, to, points=20)
+
+
+BRANCHES = [
+    ("slope", "s", 0.4),
+    ("slope", "alpha", 0.5),
+    ("reaction_pulse", "alpha", 0.5),
+    ("reaction_pulse", "alpha", 2.5),
+    ("reaction_pulse", "D", 0.46),
+]
+
+
+@pytest.mark.parametrize(("name", "parameter", "to"), BRANCHES)
+def test_on_both_sides_of_a_bifurcation_runs_have_its_itineraries(
+    name: str, parameter: str, to: float
+) -> None:
+    """A run that settles a little before or beyond judges what the branch says of itself."""
+    found, judged = branch(name, parameter, to), 0
+    for one in found.bifurcations:
+        if one.itinerary_after in (None, one.itinerary_before):
+            continue
+        assert one.uncertainty < 1e-11
+        apart = 1e-4 * math.copysign(1, to - one.interval[0])
+        for side, itinerary in ((-1, one.itinerary_before), (1, one.itinerary_after)):
+            at = {parameter: one.value + side * apart}
+            orbit = solve_orbit(parameters(name, **at))
+            assert orbit.success, (one, orbit.message)
+            assert orbit.itinerary.cyclic == itinerary.cyclic, one
+            judged += 1
+    assert judged
+
+
+def test_a_switch_that_meets_an_edge_is_followed_in_two_parameters() -> None:
+    """Of a curve in alpha and D any point is found by a branch in alpha alone, too."""
+    found = branch("reaction_pulse", "alpha", 0.5)
+    event = next(one for one in found.bifurcations if one.type == "edge")
+    ranges = ((event.value - 0.1, event.value + 0.1), (0.38, 0.42))
+    curve = continue_bifurcation(event, "D", ranges, points=5)
+    alpha, share = curve.points[-1].values
+    assert share != pytest.approx(0.4, abs=1e-3)
+    other = solve_orbit(parameters("reaction_pulse", alpha=alpha + 0.02, D=share))
+    assert other.success
+    again = continue_orbit(other, "alpha", alpha - 0.02, points=5)
+    nearest = min((one for one in again.bifurcations), key=lambda one: abs(one.value - alpha))
+    assert nearest.type == "edge"
+    assert nearest.value == pytest.approx(alpha, abs=1e-10)
+
+
+def test_motions_have_images_by_the_values_of_parameters() -> None:
+    slope = scenes.slope.Parameters
+    assert symmetric(slope(s=0, f_plus=1, f_minus=1))
+    assert not symmetric(slope(s=0.1, f_plus=1, f_minus=1))
+    assert not symmetric(slope(s=0, f_plus=1.1, f_minus=1))
+    pulses = scenes.reaction_pulse.Parameters
+    assert symmetric(pulses(alpha=1, alpha_low=-1, D=0.5))
+    assert not symmetric(pulses(alpha=1, alpha_low=-1, D=0.4))
+    assert not symmetric(pulses(alpha=1, alpha_low=0, D=0.5))
+
+
+def test_an_itinerary_is_of_the_fields_of_its_scene() -> None:
+    pulses = Itinerary.parse("F5 F11 F8 F2", scene=scenes.reaction_pulse)
+    assert pulses.fields == (5, 11, 8, 2)
+    assert str(pulses) == "F5 F11 F8 F2"
+    with pytest.raises(InvalidInput, match="fields from 1 to 6"):
+        Itinerary.of((5, 11))
+    with pytest.raises(InvalidInput, match="one of the fields of slope"):
+        solve_itinerary(scenes.slope.Parameters(), pulses, [0.0] * 8)
+
+
+def test_the_jacobian_of_a_run_is_that_of_differences(judge: Integrator) -> None:
+    from capsule_sym import simulate
+
+    for name in MOTIONS:
+        p, x = parameters(name), np.array([0.31, -0.2, 0.4])
+        found = jacobian(simulate(p, tuple(x), periods=1))
+        moved = [x + sign * STEP * unit for unit in np.eye(3) for sign in (1, -1)]
+        ends = states(judge, name, moved, p)[:, :3]
+        slopes = (ends[0::2] - ends[1::2]).T / (2 * STEP)
+        assert found == pytest.approx(slopes, abs=1e-6)
