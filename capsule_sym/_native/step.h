@@ -363,7 +363,8 @@ inlined void find_edge(const segment *c, const table *t, const expansion *e, con
         const isolation *g = &p->found[i];
         mask positive = after | g->clear | lt(at + error, g->from);
         if (some(first & not(positive)))
-            positive |= g->crossing & still_positive(c, t, e, i, drift, s, p, &there, error);
+            positive |= g->crossing & lt(at + error, g->to) &
+                        still_positive(c, t, e, i, drift, s, p, &there, error);
         first &= positive;
     }
     p->open &= not(first);

@@ -110,14 +110,47 @@ def test_edges_beside_switches_are_in_their_order(pulsed: Scene, judge: Integrat
     assert sum(one.stop == OPEN for one in wide) < len(starts) / 50
 
 
+_GRAZE = {
+    **{"alpha": 0.27816855360267984, "alpha_low": 0.27816855360267984},
+    **{"omega": 3.5476470466002863, "D": 0.00039193655817916495, "delta": 0.004422052516724615},
+    **{"zeta": 1.9738230793479639, "beta": 13.656262710801034, "gamma": 0.4643834192737085},
+    **{"s": 0.1616125928345832, "f_plus": 0.807826402213583, "f_minus": 80.7826402213583},
+}
+_SLOW = {
+    **{"alpha": 0.08841918377210436, "alpha_low": 0.08841918377210436},
+    **{"omega": 9.751208382046174, "D": 0.246501748712606, "delta": 0.7765769113192902},
+    **{"zeta": 0.008178905459410583, "beta": 165.3011392001688, "gamma": 1.3156357703056694},
+    **{"s": 0.0, "f_plus": 1.9347387537028216, "f_minus": 3.974518317662491},
+}
+DIPS = [
+    Start(
+        _GRAZE,
+        (0.004422055166461264, -9.882785931921581e-05, 1.2689450716200772),
+        6.031247968062638e-4,
+    ),
+    Start(_SLOW, (-3.919156097415805, -0.6906268307242979, -0.0014872844831682053)),
+]
+"""Starts from which a guard crosses zero and comes back shortly before an edge: a contact that is
+left for 1.5e-7, and a capsule that stops 2.8e-4 before it moves on."""
+
+
+def test_a_switch_shortly_before_an_edge_is_not_passed_over(
+    pulsed: Scene, judge: Integrator
+) -> None:
+    runs = judge.runs(FORM, DIPS, 1, checked=False)
+    for end, run in zip(pulsed.runs(DIPS, 1, DOUBLE), runs, strict=True):
+        assert end.stop == OPEN or end.fields == run.fields
+
+
 TERMS = {
     "error of the switch": ("off = f->error + error;", "off = error;"),
     "error of the edge": ("off = f->error + error;", "off = f->error;"),
     "error of the angle": ("8.0 * UNIT * TWO_PI", "0.0 * UNIT * TWO_PI"),
     "value at the edge": (
-        "positive |= g->crossing & still_positive(",
-        "positive |= g->crossing; (void)(",
+        " &\n                        still_positive(c, t, e, i, drift, s, p, &there, error);",
+        "; (void)still_positive;",
     ),
+    "end of what is proved of a guard": ("lt(at + error, g->to) &\n                        ", ""),
 }
 """Terms of the proof that an edge comes first, in step.h, and what is in the place of each."""
 
@@ -135,7 +168,7 @@ def test_a_term_left_out_is_noticed(
     (source / "step.h").write_text(text.replace(old, new), encoding="utf-8")
     shutil.copytree(pulsed.folder / "generated", tmp_path / "generated")
     changed = scene(tmp_path, "pulsed", NAMES, "-O1", "-w", library=source)
-    starts = beside_edges(judge, 400)
+    starts = [*beside_edges(judge, 400), *DIPS]
     runs = judge.runs(FORM, starts, 1, checked=False)
     ends = changed.runs(starts, 1, DOUBLE)
     assert any(
