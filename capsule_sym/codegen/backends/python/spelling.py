@@ -26,7 +26,7 @@ class _Printer(Products, PythonCodePrinter):
     _print_sin = _print_cos = _print_exp = _print_expm1 = _print_Function
 
 
-_ASSIGNED = re.compile(r"^(\s*\w+ = )([^(].*)")
+_VALUE = re.compile(r"(\s*(?:\w+ =|return) )(.*)")
 
 
 class PythonSpelling(Backend):
@@ -63,11 +63,22 @@ class PythonSpelling(Backend):
 
     def laid_out(self, text: str) -> str:
         """The text with long lines broken, which Python allows within brackets."""
-        lines = (
-            _ASSIGNED.sub(r"\1(\2)", line) if len(line) > WIDTH else line
-            for line in text.splitlines()
-        )
+        lines = text.splitlines()
+        for i, line in enumerate(lines):
+            if len(line) > WIDTH and (found := _VALUE.fullmatch(line)):
+                name, value = found.groups()
+                lines[i] = line if _is_in_brackets(value) else f"{name}({value})"
         return wrapped("\n".join(lines))
+
+
+def _is_in_brackets(text: str) -> bool:
+    """Whether the bracket that a text begins with is closed by its last character."""
+    depth = 0
+    for i, letter in enumerate(text):
+        depth += (letter in "([{") - (letter in ")]}")
+        if depth == 0:
+            return i == len(text) - 1 and i > 0
+    return False
 
 
 class PythonKernels(PythonSpelling):
@@ -97,5 +108,5 @@ class PythonKernels(PythonSpelling):
         level = "{}, " if PULSED else ""
         modes = ", ".join(f"({level.format(1 - g.level)}{g.contact}, {g.drift})" for g in SEGMENTS)
         order = "high, contact, drift" if PULSED else "contact, drift"
-        texts.append(f"_CONSTANTS = ({names})\n_MODES = ({modes})  # {order}\n")
+        texts.append(f"_CONSTANTS = ({names})\n# {order}\n_MODES = ({modes})\n")
         return "\n\n".join(texts)
