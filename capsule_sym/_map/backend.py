@@ -55,6 +55,10 @@ class Backend:
         """The forcing angle at a time, and by how much it is more than rounded."""
         return phase * omega, phase * 0
 
+    def edge(self, share: Number) -> tuple[Number, Number]:
+        """The forcing angle after a share of a period, and by how much it is more than rounded."""
+        return share * self.full_turn, share * 0
+
     def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
         """Cosine and sine of an angle and what rounding took from it."""
         return self._functions.cos_sin(angle + rest)  # type: ignore[no-any-return]
@@ -97,6 +101,10 @@ class NumpyBackend(Backend):
         # Exactly, in whole numbers, whose quotient Python rounds once.
         (a, b), (c, d), (e, f) = (x.as_integer_ratio() for x in (phase, omega, angle))
         return angle, (a * c * f - e * b * d) / (b * d * f)
+
+    def edge(self, share: float) -> tuple[float, float]:
+        angle, rest = self.angle(share, self._TURN[0])
+        return angle, rest + share * self._TURN[1]
 
     def cos_sin(self, angle: float, rest: float = 0.0) -> tuple[float, float]:
         cosine, sine = math.cos(angle), math.sin(angle)

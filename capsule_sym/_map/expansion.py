@@ -2,14 +2,16 @@
 
 A guard is positive inside the segment's region and fires where it vanishes:
 
-    gap     +-(x_r - delta), the sign that of contact     (every segment)
+    gap     +-(x_r - stop), the sign that of contact      (every segment)
+    back    x_r + delta_2                                 (without contact, between two stops)
     drift   drift * v_c                                   (drifting segments)
-    upper   f_b - P,   lower   f_b + P                    (sticking segments)
+    upper   f_plus - Q,   lower   f_minus + Q             (sticking segments)
 
-with P the interaction force. From the state at one instant, the equation of motion gives their
-derivatives to any order. The remainder is bounded by an energy argument: y = x_r^(n) obeys
-y'' + 2 sigma y' + K y = (drive), so that sqrt(y'^2 + K y^2) grows at most by the size of the drive
-per unit of time, whatever the damping, at resonance as well.
+with Q the pull on the capsule, which is the interaction force P less a drive that reacts. From the
+state at one instant, the equation of motion gives their derivatives to any order. The remainder is
+bounded by an energy argument: y = x_r^(n) obeys y'' + 2 sigma y' + K y = (drive), so that sqrt(y'^2
++ K y^2) grows at most by the size of the drive per unit of time, whatever the damping, at resonance
+as well.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ class Guard(Enum):
 class Point(NamedTuple):
     """A state and forcing angle within a segment, with bounds on the error of each quantity.
 
-    `margin` is P - friction. The error bounds are 0 for a segment's start, which is given.
+    `gap` is by the field's own stop, `other` by the other one of two; `margin` is Q - friction. The
+    error bounds are 0 for a segment's start, which is given.
     """
 
     x_r: Number
@@ -55,6 +58,8 @@ class Point(NamedTuple):
     error_v: Number
     error_v_c: Number
     error_angle: Number
+    other: Number = None
+    error_other: Number = 0
 
 
 @dataclass(frozen=True)
@@ -73,8 +78,30 @@ class Expansion:
 
 
 def watched(c: Any) -> tuple[Guard, ...]:
-    """The guards that can fire in a segment with these constants."""
-    return (Guard.GAP, Guard.DRIFT) if c.drift else (Guard.GAP, Guard.UPPER, Guard.LOWER)
+    """The guards that can fire in a segment with these constants, but for edges of the drive."""
+    gaps = (Guard.GAP,) if c.contact or not hasattr(c, "stop") else (Guard.GAP, Guard.BACK)
+    return (*gaps, Guard.DRIFT) if c.drift else (*gaps, Guard.UPPER, Guard.LOWER)
+
+
+def pulsed(c: Any) -> bool:
+    """Whether the drive is constant in a segment, and ends it at its next edge."""
+    return hasattr(c, "high")
+
+
+def side_of(c: Any) -> int:
+    """The sign of the gap by the field's own stop within the field: 1 in contact in front."""
+    return 1 if c.contact == 1 else -1
+
+
+def amplitude_of(c: Any) -> Number:
+    """Amplitude of the forcing of x_r: 0 of pulses, whose level is a constant of the field."""
+    return c.alpha * 0 if pulsed(c) else c.forcing_terms_size()[0]
+
+
+def reaction_of(c: Any) -> Number:
+    """Amplitude of the drive's own part of the pull Q, which varies with its angle."""
+    zero = c.alpha * 0
+    return zero if pulsed(c) else c.pull_size(zero, zero, zero)
 
 
 @lru_cache(maxsize=4)
@@ -107,9 +134,9 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
         high, low = abs(x[n + 1]) + error_x[n + 1], abs(x[n]) + error_x[n]
         return (1 + 8 * unit) * backend.hypot(high, backend.sqrt(c.K) * low)
 
-    drive = c.alpha * c.omega ** (order - 1)
+    drive = amplitude_of(c) * c.omega ** (order - 1)
     force = (1 + 8 * unit) * c.force_per_energy(backend.sqrt(c.K))
-    side = 1 if c.contact else -1
+    side, reaction = side_of(c), (1 + 8 * unit) * reaction_of(c)
     expansions = {
         Guard.GAP: Expansion(
             [side * at.gap] + [side * value for value in x[1:order]],
@@ -118,6 +145,10 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
             drive,
         )
     }
+    if Guard.BACK in watched(c):
+        expansions[Guard.BACK] = Expansion(
+            [at.other, *x[1:order]], [at.error_other, *error_x[1:order]], energy(order - 1), drive
+        )
     if c.drift:
         rate = c.v_c_rate
         expansions[Guard.DRIFT] = Expansion(
@@ -127,13 +158,14 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
             ],
             [at.error_v_c, rate(margin_error(c, at, unit))]
             + [rate(error) for error in error_p[1 : order - 1]],
-            rate(force * energy(order - 1)),
+            rate(force * energy(order - 1) + reaction * c.omega ** (order - 1)),
             rate(force * drive),
         )
         return expansions
-    rest, growth = force * energy(order), force * drive * c.omega
+    rest = force * energy(order) + reaction * c.omega**order
+    growth = force * drive * c.omega
     for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
-        # In stick the margin is P itself, unless the start is known to lie on the bound.
+        # In stick the margin is Q itself, unless the start is known to lie on the bound.
         first = c.friction_guard(sign, at.margin)
         expansions[guard] = Expansion(
             [first, *(sign * value for value in p[1:order])],
@@ -145,7 +177,7 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
 
 
 def margin_error(c: Any, at: Point, unit: Number) -> Number:
-    """Bound on the error of P - friction: of the point's quantities, and of adding them up."""
+    """Bound on the error of Q - friction: of the point's quantities, and of adding them up."""
     added = c.margin_at_size(abs(at.x_r), abs(at.gap), abs(at.v_r))
-    carried = c.force_change_size(at.error_x, at.error_v)
+    carried = c.force_change_size(at.error_x, at.error_v) + at.error_angle * reaction_of(c)
     return carried + c.MARGIN_AT_UNITS * unit * added

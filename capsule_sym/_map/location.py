@@ -11,7 +11,17 @@ from typing import Any, NamedTuple
 from capsule_sym._errors import Outcome
 from capsule_sym._map import quasistatic
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym._map.expansion import Expansion, Guard, Point, expand, watched
+from capsule_sym._map.expansion import (
+    Expansion,
+    Guard,
+    Point,
+    amplitude_of,
+    expand,
+    pulsed,
+    reaction_of,
+    side_of,
+    watched,
+)
 from capsule_sym._map.isolation import Search, polish, positive_at, search
 from capsule_sym._native import Watch
 
@@ -27,7 +37,8 @@ _SHORT = 2.0**-20
 class Start(NamedTuple):
     """The start of a segment: state, forcing angle, and which guards vanish there exactly.
 
-    `zeros` gives, for each such guard, how many derivatives from the guard itself on vanish.
+    `gap` is by the field's own stop, `other` by the other one of two. `zeros` gives, for each such
+    guard, how many derivatives from the guard itself on vanish.
     """
 
     x_r: Number
@@ -38,6 +49,7 @@ class Start(NamedTuple):
     angle: Number
     zeros: Mapping[Guard, int]
     angle_rest: Number = 0
+    other: Number = None
 
 
 @dataclass(frozen=True)
@@ -98,19 +110,33 @@ class Flow:
         )
         zero = start.x_r * 0
         # Far from the impact surface the gap is a rounded difference.
-        self._error_gap = backend.unit * abs(start.gap) if 2 * abs(start.gap) > c.delta else zero
+        far = 2 * abs(start.gap) > abs(c.own_stop())
+        self._error_gap = backend.unit * abs(start.gap) if far else zero
+        self._error_other = zero
+        if start.other is not None and 2 * abs(start.other) > abs(start.other - start.x_r):
+            self._error_other = backend.unit * (abs(start.other) + abs(start.x_r))
         self.origin = Point(
-            *start[:5], cosine, sine, self._error_gap, zero, zero, 2 * backend.unit * start.angle
+            *start[:5],
+            cosine,
+            sine,
+            self._error_gap,
+            zero,
+            zero,
+            2 * backend.unit * start.angle,
+            start.other,
+            self._error_other,
         )
+        self._forcing, self._reaction = amplitude_of(c), reaction_of(c)
         magnitudes = abs(start.x_r), abs(start.gap), abs(start.v_r)
         self._force = c.rest_force_size(*magnitudes[:2])
         self._root_K = backend.sqrt(c.K)
         # What the margin was added up from; where a slip begins it is 0 and exact.
         exact = start.zeros.get(Guard.DRIFT, 0) > 1
         self._margin = zero if exact else c.margin_at_size(*magnitudes)
-        # The response to forcing from rest, in units of alpha, never exceeds these.
+        # The response to forcing from rest, in units of its amplitude, never exceeds these.
         detuning = abs(c.K - c.omega * c.omega)
-        if c.Z2 > 0:
+        self._bounded = not pulsed(c) and c.Z2 > 0
+        if self._bounded:
             both = c.omega + self._root_K
             self._largest = (
                 (2 * c.sigma * both + 2 * detuning) / c.Z2,
@@ -127,10 +153,27 @@ class Flow:
         v_c = start.v_c + number(values[2]) if c.drift else start.v_c
         turned = c.omega * h
         cosine, sine = self.backend.cos_sin(start.angle + turned, start.angle_rest)
-        margin = c.margin_at(x_r, gap, v_r)
+        margin = c.margin_at(x_r, gap, v_r, cosine)
         errors = self._errors(h, x_r, v_r, v_c)
         error_angle = 2 * self.backend.unit * (start.angle + turned)
-        return Point(x_r, gap, v_r, v_c, margin, cosine, sine, *errors, error_angle)
+        point = Point(x_r, gap, v_r, v_c, margin, cosine, sine, *errors, error_angle)
+        return self._beside(point, position)
+
+    def _beside(self, point: Point, position: Number) -> Point:
+        """The point with its gap by the other one of two stops."""
+        if self.start.other is None:
+            return point
+        other = self.start.other + position
+        error = self._error_other + point.error_x + self.backend.unit * abs(other)
+        return point._replace(other=other, error_other=error)
+
+    def to_edge(self) -> tuple[Number, Number]:
+        """The duration up to the drive's next edge, and a bound on its error."""
+        c, start, unit = self.c, self.start, self.backend.unit
+        angle, rest = self.backend.edge(c.high_share() if c.high else start.x_r * 0 + 1)
+        h = ((angle - start.angle) + (rest - start.angle_rest)) / c.omega
+        off = 8 * unit * unit if rest else 4 * unit
+        return max(h, h * 0), off * angle / c.omega + 4 * unit * abs(h)
 
     def at_mark(self, h: Number) -> Point:
         """The point at a duration h > 0 after which the forcing's angle is 0, however long it is.
@@ -140,7 +183,7 @@ class Flow:
         free part; where forcing is so near to resonance that this would lose more, it is not done.
         """
         c, start = self.c, self.start
-        if c.omega * h * self.backend.sqrt(c.Z2) < 8 * (c.K + c.omega * c.omega):
+        if pulsed(c) or c.omega * h * self.backend.sqrt(c.Z2) < 8 * (c.K + c.omega * c.omega):
             return self(h)
         cosine, sine = self.closed.cos_theta, self.closed.sin_theta
         before, rate_before = c.forced(cosine, sine)
@@ -155,12 +198,14 @@ class Flow:
         position, v_r = number(values[0]) + (after - before), number(values[1]) + rate_after
         x_r, gap, v_c = start.x_r + position, start.gap + position, start.v_c
         if c.drift:
-            forced = rate_before - rate_after - c.alpha * sine / c.omega
+            drive = c.alpha * 0 if self._reaction else c.alpha
+            forced = rate_before - rate_after - drive * sine / c.omega
             v_c = v_c + number(values[2]) + forced / (c.gamma + 1)
-        margin = c.margin_at(x_r, gap, v_r)
         zero = h * 0
+        margin = c.margin_at(x_r, gap, v_r, zero + 1)
         errors = self._errors(h, x_r, v_r, v_c)
-        return Point(x_r, gap, v_r, v_c, margin, zero + 1, zero, *errors, zero)
+        point = Point(x_r, gap, v_r, v_c, margin, zero + 1, zero, *errors, zero)
+        return self._beside(point, position)
 
     def _errors(
         self, h: Number, x_r: Number, v_r: Number, v_c: Number
@@ -173,24 +218,26 @@ class Flow:
         c, start, unit = self.c, self.start, self.backend.unit
         g = min(h, 1 / c.fast)
         forced_x, forced_v = min(h * h / 2, h / self._root_K), h
-        if c.Z2 > 0:
+        alpha = self._forcing
+        if self._bounded:
             forced_x, forced_v = min(forced_x, self._largest[0]), min(forced_v, self._largest[1])
-        terms_x = abs(start.v_r) * g + self._force * min(h * h / 2, 2 / c.K) + c.alpha * forced_x
-        terms_v = abs(start.v_r) + self._force * g + c.alpha * forced_v
+        terms_x = abs(start.v_r) * g + self._force * min(h * h / 2, 2 / c.K) + alpha * forced_x
+        terms_v = abs(start.v_r) + self._force * g + alpha * forced_v
         phase = c.fast * h / (1 + c.sigma * h) if c.q >= 0 else 1
         units = self.backend.closed_form_units * unit * (1 + phase + c.omega * h)
         # Errors of the start's gap and angle are carried along.
-        carried = 2 * (1 + c.zeta) * self._error_gap + 2 * unit * start.angle * c.alpha * forced_x
+        carried = 2 * (1 + c.zeta) * self._error_gap + 2 * unit * start.angle * alpha * forced_x
         error_x = units * terms_x + unit * abs(x_r) + carried
         carried = 2 * (1 + c.zeta) * self._root_K * self._error_gap
-        error_v = units * terms_v + carried + 2 * unit * start.angle * c.alpha * forced_v
+        error_v = units * terms_v + carried + 2 * unit * start.angle * alpha * forced_v
         if not c.drift:
             return error_x, error_v, h * 0
         if c.rate * h < 1:
             grown = c.force_change_size(terms_x * h, terms_x + abs(start.v_r) * h)
-            terms = c.v_c_rate(self._margin * h + grown)
+            terms = c.v_c_rate(self._margin * h + grown + self._reaction * h)
         else:
-            impulse = abs(c.friction) * h + c.alpha * min(h, 2 / c.omega)
+            constant = abs(c.friction) + abs(quasistatic.load_of(c))
+            impulse = constant * h + alpha * min(h, 2 / c.omega)
             terms = (abs(start.v_r) + terms_v + impulse) / (c.gamma + 1)
         return error_x, error_v, units * terms + unit * abs(v_c)
 
@@ -198,14 +245,41 @@ class Flow:
         """Value of a guard at a point."""
         c = self.c
         if guard is Guard.GAP:
-            return point.gap if c.contact else -point.gap
+            return side_of(c) * point.gap
+        if guard is Guard.BACK:
+            return point.other
         if guard is Guard.DRIFT:
             return c.drift * point.v_c
         return c.friction_guard(-1 if guard is Guard.UPPER else 1, point.margin)
 
 
 def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
-    """The first switch of the segment within (0, limit].
+    """The first switch of the segment within (0, limit], an edge of pulses at the latest.
+
+    A switch that is not told apart from the edge is a CORNER with it; else it is as of
+    `_locate_guard`, or REGULAR at the edge's own time.
+    """
+    if not pulsed(flow.c):
+        return _locate_guard(flow, limit, watch)
+    edge, error = flow.to_edge()
+    at_edge = Switch(Outcome.REGULAR, (Guard.EDGE,), edge, flow.origin, flow.evaluations)
+    if edge == 0:
+        return at_edge
+    # What is proved positive up to here is so wherever within its error the edge is.
+    found = _locate_guard(flow, edge + error, watch)
+    on_the_way = tuple(t for t in found.tangencies if t.duration < edge)
+    if found.outcome in (Outcome.END, Outcome.NEVER):
+        point = flow(edge)
+        return replace(at_edge, point=point, evaluations=flow.evaluations, tangencies=on_the_way)
+    off = max((_time_error(flow, guard, found.duration) for guard in found.guards), default=error)
+    if found.duration + off < edge - error:
+        return found
+    guards = (*found.guards, Guard.EDGE)
+    return replace(found, outcome=Outcome.CORNER, guards=guards, tangencies=on_the_way)
+
+
+def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
+    """The first time within (0, limit] at which a guard of the segment vanishes.
 
     The outcome is REGULAR (one guard crosses zero), CORNER (two cross and are not told apart),
     GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
@@ -305,7 +379,7 @@ def _further(flow: Flow, guards: list[Guard], at: Point, least: Number, most: Nu
 
 
 def _tangency(guard: Guard) -> Outcome:
-    return Outcome.GRAZE if guard is Guard.GAP else Outcome.SLIDING_TANGENCY
+    return Outcome.GRAZE if guard in (Guard.GAP, Guard.BACK) else Outcome.SLIDING_TANGENCY
 
 
 def _turning(
@@ -382,7 +456,7 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     x_r is the forced response plus a free part whose energy never grows, so its future is bounded;
     so is that of the interaction force. Rounding is covered by the inflation of each bound.
     """
-    if c.drift or c.contact:
+    if c.drift or c.contact or pulsed(c):
         return False
     # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate. Rounding of K - omega^2 is
     # felt in it near resonance; there the proof is not tried.
@@ -393,7 +467,7 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     forced, rate = c.forced(at.cos_theta, at.sin_theta)
     relative = 4 * rounded / distance
     inflation = 1 + 64 * backend.unit + relative
-    amplitude = c.alpha / distance * (1 + relative)
+    amplitude = amplitude_of(c) / distance * (1 + relative)
     rounding = 32 * backend.unit + relative + at.error_angle
     low = abs(at.x_r - c.rest_centre() - forced) + at.error_x + rounding * (abs(at.x_r) + amplitude)
     high = abs(at.v_r - rate) + at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
@@ -403,4 +477,7 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     free = c.force_per_energy(backend.sqrt(c.K))
     force = inflation * (amplitude * gain + free * energy)
     within = min(c.friction_guard(sign, c.load_force()) for sign in (-1, 1))
-    return bool(reach < c.delta - c.rest_centre() and force < within)
+    room = c.own_stop() - c.rest_centre()
+    if len(backend.scene.facts.STOPS) == 2:
+        room = min(room, getattr(c, backend.scene.facts.STOPS[1][0]) + c.rest_centre())
+    return bool(reach < room and force < within)

@@ -12,7 +12,16 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym._map.expansion import Expansion, Guard, Point
+from capsule_sym._map.expansion import (
+    Expansion,
+    Guard,
+    Point,
+    amplitude_of,
+    pulsed,
+    reaction_of,
+    side_of,
+    watched,
+)
 
 _FASTER = 8  # the free part must be this much faster than what is expanded
 
@@ -20,7 +29,8 @@ _FASTER = 8  # the free part must be this much faster than what is expanded
 def rate(c: Any, with_slow: bool = True) -> Number | None:
     """The fastest rate that is expanded, None where nothing would be gained."""
     slowest = max(c.omega, -c.slow) if c.q < 0 and with_slow else c.omega
-    return slowest if c.rate > _FASTER * slowest and not c.resonant else None
+    resonant = not pulsed(c) and c.resonant
+    return slowest if c.rate > _FASTER * slowest and not resonant else None
 
 
 def expand_forced(
@@ -33,9 +43,12 @@ def expand_forced(
     resonance, where the forced response is well defined.
     """
     order, unit = backend.kernels.JET_ORDER, backend.unit
-    in_phase, rate = c.forced(at.cos_theta, at.sin_theta)
+    if not pulsed(c):
+        in_phase, rate = c.forced(at.cos_theta, at.sin_theta)
+        amplitude = amplitude_of(c) / backend.sqrt(c.Z2)
+    else:  # between edges pulses are a part of the centre
+        in_phase = rate = amplitude = at.x_r * 0
     quadrature = rate / c.omega
-    amplitude = c.alpha / backend.sqrt(c.Z2)
     # x^(n) of the forced response: in_phase and quadrature in turn, the sign changing every two.
     cycle = (in_phase, quadrature, -in_phase, -quadrature)
     steps = [cycle[n % 4] * c.omega**n for n in range(order + 2)]
@@ -85,7 +98,7 @@ def _guards(
     derivative: int,
 ) -> dict[Guard, Expansion]:
     unit, order = backend.unit, backend.kernels.JET_ORDER
-    side = 1 if c.contact else -1
+    side, stop = side_of(c), c.own_stop()
     errors = [(unit + at.error_angle) * size for size in sizes]
     zero = x[0] * 0
 
@@ -99,42 +112,65 @@ def _guards(
         return Expansion(values[derivative:], slack, last * (1 + 16 * unit), zero)
 
     rounding = 8 * unit + at.error_angle
-    offset = rounding * (abs(centre) + c.delta)
-    gap = [side * (x[0] + (centre - c.delta)), *(side * value for value in x[1:order])]
+    offset = rounding * (abs(centre) + abs(stop))
+    gap = [side * (x[0] + (centre - stop)), *(side * value for value in x[1:order])]
     result = {
         Guard.GAP: expansion(
             gap, [errors[0] + offset, *errors[1:order]], abs(x[order]) + sizes[order], free.x
         )
     }
+    if Guard.BACK in watched(c):
+        behind = getattr(c, backend.scene.facts.STOPS[1][0])
+        result[Guard.BACK] = expansion(
+            [x[0] + (centre + behind), *x[1:order]],
+            [errors[0] + rounding * (abs(centre) + behind), *errors[1:order]],
+            abs(x[order]) + sizes[order],
+            free.x,
+        )
+    reaction = reaction_of(c)
     if c.drift:
-        # By momentum: (gamma + 1) v_c' = alpha cos + load - friction - x_r''.
+        # By momentum: (gamma + 1) v_c' = u + load - friction - x_r'', without u if it reacts.
+        forcing = c.alpha if not pulsed(c) and not reaction else zero
         cycle = (at.cos_theta, -at.sin_theta, -at.cos_theta, at.sin_theta)
         scale = c.drift / (c.gamma + 1)
         values, slack = [c.drift * at.v_c], [at.error_v_c]
         for n in range(1, order):
-            drive = c.alpha * c.omega ** (n - 1)
-            constant = c.friction - c.load_force() if n == 1 else zero
+            drive = forcing * c.omega ** (n - 1)
+            constant = c.friction - load_of(c) if n == 1 else zero
             values.append(scale * (cycle[(n - 1) % 4] * drive - constant - x[n + 1]))
             terms = rounding * (drive + abs(constant)) + errors[n + 1]
             slack.append(terms / (c.gamma + 1))
-        last = (c.alpha * c.omega ** (order - 1) + abs(x[order + 1]) + sizes[order + 1]) / (
+        last = (forcing * c.omega ** (order - 1) + abs(x[order + 1]) + sizes[order + 1]) / (
             c.gamma + 1
         )
         result[Guard.DRIFT] = expansion(values, slack, last, free.v / (c.gamma + 1))
         return result
     for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
-        mean = c.force(centre, centre - c.delta, zero)
+        mean = c.pull(centre, centre - stop, zero, zero)
+        own = (at.cos_theta, -at.sin_theta, -at.cos_theta, at.sin_theta)
         values, slack = [], []
         for n in range(order):
-            force = c.force_change(x[n], x[n + 1])
+            force = c.force_change(x[n], x[n + 1]) - reaction * own[n % 4] * c.omega**n
             first = n == 0
             values.append(c.friction_guard(sign, force + mean) if first else sign * force)
-            slack.append(c.force_change_size(errors[n], errors[n + 1]))
+            slack.append(
+                c.force_change_size(errors[n], errors[n + 1]) + rounding * reaction * c.omega**n
+            )
         slack[0] = slack[0] + rounding * (
-            c.friction_bounds() + c.force_size(abs(centre), abs(centre) + c.delta, zero)
+            c.friction_bounds() + c.pull_size(abs(centre), abs(centre) + abs(stop), zero)
         )
         last = c.force_change_size(
             abs(x[order]) + sizes[order], abs(x[order + 1]) + sizes[order + 1]
         )
+        last = last + reaction * c.omega**order
         result[guard] = expansion(values, slack, last, free.force)
     return result
+
+
+def load_of(c: Any) -> Number:
+    """The constant force on both bodies together, with pulses' level if they do not react."""
+    load = c.load_force()
+    if not pulsed(c):
+        return load
+    zero = load * 0
+    return load + c.drive_level() + c.pull(zero, zero, zero)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import Outcome, Status
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.digits import fifty_digits
-from capsule_sym._map.expansion import Point
+from capsule_sym._map.expansion import Guard, Point, pulsed
 from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.segment_end import plane, reached, tells
 from capsule_sym._map.segments import (
@@ -69,7 +69,10 @@ class Run:
         self.watch, self.progress = watch or Watch(), progress
         self.escalate = escalate and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in self.scene.facts.FIELDS]
-        self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
+        self.omega, facts = numbers.number(parameters.omega), self.scene.facts
+        self.stops = tuple(getattr(parameters, name) for name, _ in facts.STOPS)
+        """Distances of the stops in front and behind."""
+        self.pulsed = facts.PULSED
         self.segments: list[Segment] = []
         self.stroboscopic: list[Triple] = []
         self.stroboscopic_periods: list[int] = []
@@ -88,7 +91,8 @@ class Run:
         number = self.numbers.number
         x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
         angle, rest = self.numbers.angle(number(phase), self.omega)
-        state = State(x_r, x_r - self.delta, v_r, v_c, angle, angle_rest=rest)
+        state = self._state(x_r, v_r, v_c, angle)._replace(angle_rest=rest)
+        state = state._replace(level=self.level(angle, rest))
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
             self.stroboscopic_periods.append(0)
@@ -149,20 +153,19 @@ class Run:
                 break
             limit = self._remaining(periods - turns, state.angle + state.angle_rest)
             flow, switch = self.first_switch(state, begin, limit)
-            passed, angle = self.numbers.turns(
-                state.angle + (self.omega * switch.duration + state.angle_rest)
-            )
+            passed, angle, rest = _turned(flow, state, switch)
             if switch.duration * max(flow.c.rate, self.omega) > self.numbers.unit:
                 self.still = 0
             elif self.still < _MOST_STILL:
                 self.still += 1
             else:
                 switch = replace(switch, outcome=Outcome.STALLED, guards=())
+                passed = 0 if self.pulsed else passed
             if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
                 switch = replace(switch, point=flow.at_mark(switch.duration))
             self._strobe(flow, state.angle, turns, passed, switch)
-            end_state, begin, target = self._arrive(flow, switch, angle)
+            end_state, begin, target = self._arrive(flow, switch, angle, rest)
             advance = self._advance(flow, switch.duration)
             self.segments.append(
                 Segment(
@@ -189,15 +192,29 @@ class Run:
                 self.progress(turns)
         return RunState(state, begin, source, turns, position)
 
+    def _state(self, x_r: Number, v_r: Number, v_c: Number, angle: Number) -> State:
+        """A state of which the gaps are known by the position alone."""
+        front, *behind = map(self.numbers.number, self.stops)
+        back = x_r + behind[0] if behind else None
+        return State(x_r, x_r - front, v_r, v_c, angle, back=back)
+
+    def level(self, angle: Number, rest: Number) -> int:
+        """The level of pulses just after an angle, 1 where it is low."""
+        if not self.pulsed:
+            return 0
+        fall, fall_rest = self.numbers.edge(self.constants[0].high_share())
+        return int((angle - fall) + (rest - fall_rest) >= 0)
+
     def _remaining(self, periods: int, angle: Number) -> Number:
         return (periods * self.numbers.full_turn - angle) / self.omega
 
     def _begin(self, state: State, source: int | None = None) -> tuple[State, SegmentStart | None]:
         """A state that a segment begins at, rest if it is next to that, and the field to come."""
         size = max(abs(state.x_r), abs(state.v_r))
-        if self.parameters.alpha == 0 and state.v_c == 0 and 0 < size < _NOTHING:
+        unforced = self.parameters.alpha == 0 and not self.pulsed
+        if unforced and state.v_c == 0 and 0 < size < _NOTHING:
             self.exact, zero = None, size * 0
-            state = state._replace(x_r=zero, gap=zero - self.delta, v_r=zero, bound=0)
+            state = self._state(zero, zero, zero, state.angle)._replace(angle_rest=state.angle_rest)
             return state, self.next_segment(state)
         if self.exact is None:
             return state, self.next_segment(state, source)
@@ -232,7 +249,7 @@ class Run:
         """The present state in a wider number system."""
         if self.exact is not None:
             return self.exact
-        return state.exactly(numbers.number, self.parameters.delta)
+        return state.exactly(numbers.number, *self.stops)
 
     def _escalate_start(self, state: State, source: int | None) -> SegmentStart | None:
         self.escalations += self.exact is None
@@ -241,7 +258,8 @@ class Run:
             settled = Run(numbers, self.parameters, False).next_segment(exact, source)
             if settled is None:
                 return None
-            start = start_at(self.constants[settled.field - 1], state)
+            cosine, _ = self.numbers.cos_sin(state.angle, state.angle_rest)
+            start = start_at(self.constants[settled.field - 1], state, cosine)
             return replace(settled, start=start._replace(zeros=settled.start.zeros))
 
     def _escalate_switch(self, state: State, begin: SegmentStart, limit: Number) -> Switch:
@@ -249,27 +267,28 @@ class Run:
         with fifty_digits(self.scene) as numbers:
             c = numbers.constants(begin.field, self.parameters)
             given = self.exactly(numbers, state)
-            start = start_at(c, given)._replace(zeros=begin.start.zeros)
+            cosine, _ = numbers.cos_sin(given.angle, given.angle_rest)
+            start = start_at(c, given, cosine)._replace(zeros=begin.start.zeros)
             flow = Flow(numbers, c, replace(begin, start=start))
             switch = locate(flow, numbers.number(limit), self.watch)
-            _, angle = numbers.turns(given.angle + c.omega * switch.duration)
-            self.exact = reached(flow, switch, angle)
+            _, angle, rest = _turned(flow, given, switch)
+            self.exact = reached(flow, switch, angle)._replace(angle_rest=rest)
             return replace(
                 switch,
                 duration=float(switch.duration),
-                point=Point(*map(float, switch.point)),
+                point=Point(*(None if value is None else float(value) for value in switch.point)),
                 tangencies=tuple(replace(t, duration=float(t.duration)) for t in switch.tangencies),
             )
 
     def _arrive(
-        self, flow: Flow, switch: Switch, angle: Number
+        self, flow: Flow, switch: Switch, angle: Number, rest: Number
     ) -> tuple[State, SegmentStart | None, str]:
         """State at a switch with what is known exactly there, what follows, and its plane."""
-        state = reached(flow, switch, angle)
+        state = reached(flow, switch, angle)._replace(angle_rest=rest)
         if not switch.guards:
             return state, None, ""
         state, following = self._begin(state, flow.field)
-        return state, following, plane(self.scene, state, following)
+        return state, following, plane(self.scene, state, following, Guard.EDGE in switch.guards)
 
     def _advance(self, flow: Flow, duration: Number) -> Number:
         if not flow.c.drift:
@@ -282,8 +301,23 @@ class Run:
         for turn in range(max(1, passed + 1 - self.marks), passed + 1):
             h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
             point = flow.at_mark(h) if h > 0 else flow.origin
+            if self.pulsed:  # the segment ends there
+                point = switch.point
             self.stroboscopic.append((point.x_r, point.v_r, point.v_c))
             self.stroboscopic_periods.append(turns + turn)
+
+
+def _turned(flow: Flow, state: State, switch: Switch) -> tuple[int, Number, Number]:
+    """Whole turns up to a switch, the angle there, and by how much it is more than rounded."""
+    c, numbers = flow.c, flow.backend
+    turned = c.omega * switch.duration + state.angle_rest
+    if not pulsed(c):
+        return *numbers.turns(state.angle + turned), turned * 0
+    if Guard.EDGE not in switch.guards:
+        return 0, state.angle + turned, turned * 0
+    if c.high:
+        return 0, *numbers.edge(c.high_share())
+    return 1, turned * 0, turned * 0
 
 
 def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> RunState:
@@ -292,9 +326,12 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
     More, up to `most`, as long as 50 digits have to escalate them, or they do not advance: a record
     has no digits, nor a count of such segments, to go on from.
     """
-    x_r, gap, v_r, v_c, angle, rest, position, period, bound, plane, _ = record.tolist()
-    source = plane_name(plane)
-    state = State(x_r, gap, v_r, v_c, angle, bound, rest)
+    told = dict(zip(record.dtype.names or (), record.tolist(), strict=True))
+    source, v_c, rest = plane_name(told["plane"]), told["v_c"], told["angle_rest"]
+    known = ("x_r", "gap", "v_r", "v_c", "angle", "bound", "angle_rest", "back")
+    state = State(**{name: told[name] for name in known if name in told})
+    state = state._replace(level=run.level(state.angle, rest))
+    period, position = told["period"], told["position"]
     run_state = run.begin_segment(state, source, period, position)
     if run_state.begin is not None and not source and v_c == 0:
         run_state = run_state._replace(source=f"Σ{run_state.begin.field}")
@@ -310,10 +347,11 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
 def write(record: NDArray[np.void], run_state: RunState) -> None:
     """Puts where a run of the reference map stands into a state record of the core."""
     state, source = run_state.state, run_state.source
-    plane = plane_number(source)
-    field = run_state.begin.field if run_state.begin else 0
-    rest, place = (
-        state.angle_rest,
-        (run_state.position, run_state.periods, state.bound, plane, field),
-    )
-    record[...] = (*state[:5], rest, *place)
+    told = {
+        **state._asdict(),
+        "position": run_state.position,
+        "period": run_state.periods,
+        "plane": plane_number(source),
+        "field": run_state.begin.field if run_state.begin else 0,
+    }
+    record[...] = tuple(told[name] for name in record.dtype.names or ())

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Number
-from capsule_sym._map.expansion import Guard
+from capsule_sym._map.expansion import Guard, pulsed, side_of, watched
 from capsule_sym._map.location import Flow, SegmentStart, Switch
 from capsule_sym._map.transitions import State
 from capsule_sym._parameters import Scene
@@ -26,7 +26,13 @@ def _proved(flow: Flow, switch: Switch) -> Iterator[tuple[str, int, Number]]:
     """Quantities of a segment's end that are proved not to vanish: sign, and error of the value."""
     if switch.duration == 0 or switch.outcome is Outcome.UNDECIDED:
         return
-    c, point, side = flow.c, switch.point, 1 if flow.c.contact else -1
+    c, point, side = flow.c, switch.point, side_of(flow.c)
+    if Guard.BACK in switch.guards and switch.outcome is Outcome.REGULAR:
+        yield "v_r", -1, point.error_v
+    elif Guard.BACK in watched(c) and Guard.BACK not in switch.guards:
+        stays = flow.start.zeros.get(Guard.BACK, 0) == flow.backend.kernels.JET_ORDER
+        if not stays:
+            yield "other", 1, point.error_other
     if Guard.GAP not in switch.guards:
         # At rest on the impact surface the gap is zero for ever.
         if flow.start.zeros.get(Guard.GAP, 0) < flow.backend.kernels.JET_ORDER:
@@ -47,11 +53,22 @@ def reached(flow: Flow, switch: Switch, angle: Number) -> State:
         if not sign * getattr(point, name) > 0 and error > 0:
             point = point._replace(**{name: sign * error})
             if name == "gap":
-                point = point._replace(x_r=c.delta + sign * error)
-    state = State(point.x_r, point.gap, point.v_r, point.v_c if c.drift else zero, angle)
+                point = point._replace(x_r=c.own_stop() + sign * error)
+    v_c = point.v_c if c.drift else zero
+    gap, back = (point.other, point.gap) if c.contact == 2 else (point.gap, point.other)
+    state = State(point.x_r, gap, point.v_r, v_c, angle, back=back)
+    if pulsed(c):
+        state = state._replace(level=int(not c.high) ^ (Guard.EDGE in switch.guards))
+    stops = [getattr(c, name) for name, _ in flow.backend.scene.facts.STOPS]
     for guard in switch.guards:
-        if guard is Guard.GAP:
-            state = state._replace(x_r=c.delta, gap=zero)
+        if guard is Guard.BACK or (guard is Guard.GAP and c.contact == 2):
+            state = state._replace(x_r=-stops[1], gap=-stops[1] - stops[0], back=zero)
+        elif guard is Guard.GAP:
+            state = state._replace(x_r=stops[0], gap=zero)
+            if back is not None:
+                state = state._replace(back=stops[0] + stops[1])
+        elif guard is Guard.EDGE:
+            continue
         elif guard is Guard.DRIFT:
             state = state._replace(v_c=zero)
         else:
@@ -59,11 +76,16 @@ def reached(flow: Flow, switch: Switch, angle: Number) -> State:
     return state
 
 
-def plane(scene: Scene, state: State, following: SegmentStart | None) -> str:
-    """The switching plane of a state, Eq. (24): by the field to come where the capsule rests."""
+def plane(scene: Scene, state: State, following: SegmentStart | None, edge: bool) -> str:
+    """The switching plane of a state, Eq. (24): by the field to come where the capsule rests.
+
+    At an edge of the drive it is that of the edge.
+    """
     if following is None:
         return ""
+    if edge:
+        return f"Σ{scene.switching.EDGE_PLANES[state.level]}"
     if state.v_c == 0:
         return f"Σ{following.field}"
     signs = 1 if state.v_c > 0 else -1, 1 if state.v_r > 0 else -1
-    return f"Σ{scene.switching.IMPACT_PLANES[1, *signs]}"
+    return f"Σ{scene.switching.IMPACT_PLANES[1 if state.gap == 0 else 2, *signs]}"

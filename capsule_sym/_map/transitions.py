@@ -14,13 +14,15 @@ from typing import Any, NamedTuple
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.location import SegmentStart, Start
+from capsule_sym._parameters import CAPSULE
 
 
 class State(NamedTuple):
     """A state with what is known exactly: gap = 0 on the impact surface, v_c = 0 at rest.
 
-    `bound` is +1 (-1) where P = f_b (-f_b) is known to hold, else 0. `angle_rest` is by how much
-    the forcing angle is more than rounded.
+    `gap` is by the stop in front, `back` by that behind, None with one stop. `bound` is +1 (-1)
+    where Q = f_plus (-f_minus) is known to hold, else 0. `angle_rest` is by how much the forcing
+    angle is more than rounded; `level` is that of pulses just after, 1 where it is low.
     """
 
     x_r: Number
@@ -30,20 +32,34 @@ class State(NamedTuple):
     angle: Number
     bound: int = 0
     angle_rest: Number = 0
+    back: Number = None
+    level: int = 0
 
-    def exactly(self, number: Callable[[Number], Number], delta: float) -> State:
-        """The same state in a wider number system.
+    def exactly(self, number: Callable[[Number], Number], *stops: float) -> State:
+        """The same state in a wider number system, by the distances of stops in front and behind.
 
         Near the impact surface the gap is what is known, elsewhere the position is: the other
         follows without the rounding that it has here.
         """
         x_r, gap, v_r, v_c, angle = (number(value) for value in self[:5])
         angle += number(self.angle_rest)
-        if 2 * abs(self.gap) > delta:
-            gap = x_r - number(delta)
-        else:
-            x_r = number(delta) + gap
-        return State(x_r, gap, v_r, v_c, angle, self.bound)
+        delta, back = number(stops[0]), None if self.back is None else number(self.back)
+        far = 2 * abs(self.gap) > stops[0]
+        if not far:
+            x_r = delta + gap
+        if back is not None:
+            behind = number(stops[1])
+            if far and 2 * abs(self.back) <= stops[1]:
+                x_r = back - behind
+            else:
+                back = x_r + behind
+        if far:
+            gap = x_r - delta
+        return State(x_r, gap, v_r, v_c, angle, self.bound, back=back, level=self.level)
+
+    def gaps(self, contact: int) -> tuple[Number, Number]:
+        """The gaps by the stop of a field of this contact, and by the other one of two."""
+        return (self.back, self.gap) if contact == 2 else (self.gap, self.back)
 
 
 class Undetermined(Exception):
@@ -60,21 +76,22 @@ def select_field(
 ) -> SegmentStart:
     """The successor field at a state; `constants` are those of F1 to F6, in order.
 
-    After a segment of field F`source` only those fields are considered that the derived switching
-    table allows there. A derivative within its error bound of zero leaves the decision open, or,
-    with `vanish`, is taken to be zero. Raises Undetermined where no field, or more than one, may
-    be the successor.
+    After a segment of field F`source` of the paper's scene only those fields are considered that
+    the derived switching table allows there; elsewhere the guards alone tell. A derivative within
+    its error bound of zero leaves the decision open, or, with `vanish`, is taken to be zero. Raises
+    Undetermined where no field, or more than one, may be the successor.
     """
     begins = []
     candidates = _candidates(backend.scene.facts, state)
-    place = place_of(backend, constants, state)
+    place = place_of(backend, constants, state) if backend.scene is CAPSULE else None
     if source is not None and place is not None:
         allowed = backend.scene.switching.TRANSITIONS.get((source, place), ())
         candidates = [field for field in candidates if field in allowed]
+    cosine, sine = backend.cos_sin(state.angle, state.angle_rest)
     for field in candidates:
         c = constants[field - 1]
-        start = start_at(c, state)
-        zeros = _departing(backend, c, state, start, vanish)
+        start = start_at(c, state, cosine)
+        zeros = _departing(backend, c, state, start, (cosine, sine), vanish)
         if zeros is not None:
             begins.append(SegmentStart(field, start._replace(zeros=zeros)))
     if len(begins) != 1:
@@ -83,9 +100,13 @@ def select_field(
 
 
 def _candidates(facts: ModuleType, state: State) -> list[int]:
-    contacts = (0, 1) if state.gap == 0 else (int(state.gap > 0),)
+    contacts: tuple[int, ...] = (0, 1) if state.gap == 0 else (int(state.gap > 0),)
+    if state.back is not None and state.back <= 0:
+        contacts = (0, 2) if state.back == 0 and state.gap <= 0 else (2,)
+        contacts = (0, 1, 2) if state.gap == state.back == 0 else contacts
     drifts = (1, 0, -1) if state.v_c == 0 else (1 if state.v_c > 0 else -1,)
-    return [facts.FIELD_OF[contact, drift] for contact in contacts for drift in drifts]
+    lower = state.level * len(facts.FIELD_OF)
+    return [lower + facts.FIELD_OF[contact, drift] for contact in contacts for drift in drifts]
 
 
 def place_of(backend: Backend, constants: Any, state: State) -> str | None:
@@ -113,31 +134,39 @@ def _sign(value: Number) -> int:
     return int(value > 0) - int(value < 0)
 
 
-def start_at(c: Any, state: State) -> Start:
-    """The start of a segment with constants `c` at a state, before its zeros are known."""
+def start_at(c: Any, state: State, cosine: Number = None) -> Start:
+    """The start of a segment with constants `c` at a state, before its zeros are known.
+
+    The forcing's cosine is needed if the drive reacts.
+    """
+    gap, other = state.gaps(c.contact)
     if state.bound:
         margin = c.friction_at(state.bound) - c.friction
     else:
-        margin = c.margin_at(state.x_r, state.gap, state.v_r)
+        margin = c.margin_at(state.x_r, gap, state.v_r, cosine)
     return Start(
-        state.x_r, state.gap, state.v_r, state.v_c, margin, state.angle, {}, state.angle_rest
+        state.x_r, gap, state.v_r, state.v_c, margin, state.angle, {}, state.angle_rest, other
     )
 
 
 def _departing(
-    backend: Backend, c: Any, state: State, start: Start, vanish: bool
+    backend: Backend,
+    c: Any,
+    state: State,
+    start: Start,
+    forcing: tuple[Number, Number],
+    vanish: bool,
 ) -> dict[Guard, int] | None:
     """Leading zeros of each guard if the field is the successor, None if it does not.
 
     Raises Undetermined where a sign that decides is open.
     """
-    cosine, sine = backend.cos_sin(start.angle, start.angle_rest)
-    zero = state.x_r * 0
-    point = Point(*start[:5], cosine, sine, zero, zero, zero, 2 * backend.unit * start.angle)
+    zero, turned = state.x_r * 0, 2 * backend.unit * start.angle
+    point = Point(*start[:5], *forcing, zero, zero, zero, turned, start.other, zero)
     zeros: dict[Guard, int] = {}
     undetermined = False
     for guard, expansion in expand(backend, c, point).items():
-        closed = (1 if c.contact else -1) if guard is Guard.GAP else 0
+        closed = (1 if c.contact else -1) if guard in (Guard.GAP, Guard.BACK) else 0
         count, sign = _first_sign(expansion, _exact_zeros(c, guard, state), vanish, closed)
         if sign < 0:
             return None
@@ -151,8 +180,9 @@ def _departing(
 
 def _exact_zeros(c: Any, guard: Guard, state: State) -> tuple[bool, ...]:
     """Which of the guard's first derivatives vanish by what is known of the state."""
-    if guard is Guard.GAP:
-        return (state.gap == 0, state.gap == 0 and state.v_r == 0)
+    if guard in (Guard.GAP, Guard.BACK):
+        touches = state.gaps(c.contact)[guard is Guard.BACK] == 0
+        return (touches, touches and state.v_r == 0)
     if guard is Guard.DRIFT:
         return (state.v_c == 0, state.v_c == 0 and state.bound == c.drift)
     return (state.bound == (1 if guard is Guard.UPPER else -1),)

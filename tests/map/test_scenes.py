@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import pickle
 import shutil
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, Trajectory, scenes, simulate, simulate_many
+from capsule_sym._native import core_of
 from capsule_sym.scenes import Scene
 from tests.scenes import SCENES, Form, Integrator, Start, integrator, random_starts
 
@@ -46,12 +49,60 @@ def agree(scene: Scene, form: Form, judge: Integrator, backend: str, starts: lis
 
 
 @compiled
-@pytest.mark.parametrize(("backend", "count"), [("c", 200), ("numpy", 30), ("mpmath", 4)])
-def test_runs_of_the_slope_are_those_of_an_integrator(
-    judge: Integrator, backend: str, count: int
+@pytest.mark.parametrize("name", [name for name in SCENES if name != "capsule"])
+@pytest.mark.parametrize(("backend", "count"), [("c", 60), ("numpy", 15), ("mpmath", 2)])
+def test_runs_of_a_scene_are_those_of_an_integrator(
+    judge: Integrator, name: str, backend: str, count: int
 ) -> None:
-    starts = random_starts(SCENES["slope"], count)
-    agree(scenes.slope, SCENES["slope"], judge, backend, starts)
+    scene, form = scenes.load(name), SCENES[name]
+    if backend == "c" and core_of(scene) is None:
+        pytest.skip("no compiled core here")
+    agree(scene, form, judge, backend, random_starts(form, count))
+
+
+@compiled
+@pytest.mark.long
+@pytest.mark.parametrize("name", [name for name in SCENES if name != "capsule"])
+@pytest.mark.parametrize(("backend", "count"), [("c", 1000), ("numpy", 300), ("mpmath", 30)])
+def test_many_runs_of_a_scene_are_those_of_an_integrator(
+    judge: Integrator, name: str, backend: str, count: int
+) -> None:
+    test_runs_of_a_scene_are_those_of_an_integrator(judge, name, backend, count)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+@pytest.mark.parametrize("later", [0.0, 2e-15, -2e-15, 1e-12, -1e-12])
+def test_a_switch_beside_an_edge_is_told_from_it(backend: str, later: float) -> None:
+    # Without drive x_r = cos(tau) leaves the stop in front after a sixth of a period.
+    scene = scenes.prototype
+    free = {"alpha": 0.0, "alpha_low": 0.0, "zeta": 0.0, "omega": 1.0, "s": 0.0}
+    p = scene.Parameters(
+        **(scene.facts.DEFAULTS | free | {"delta_1": 0.5, "delta_2": 5.0, "beta_1": 0.0}),
+    ).replace(D=1 / 6 + later, f_plus=3.0, f_minus=3.0)
+    run = simulate(p, (1.0, 0.0, 0.0), 0.0, 1, backend=backend)
+    first, second = run.segments[:2]
+    assert (first.field, run.segments[2].field) == (5, 11)
+    fall = Fraction(p.D) - Fraction(1, 6)
+    assert second.field == (2 if fall > 0 else 14)
+    assert {first.target, second.target} == {"Σ28", f"Σ{second.field if fall > 0 else 11}"}
+    assert abs(float(second.duration) - math.tau * float(abs(fall))) < 1e-15
+
+
+@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+def test_edges_end_segments_at_their_own_times(backend: str) -> None:
+    scene = scenes.reaction_pulse
+    level = scene.Parameters(alpha=0.5, alpha_low=0.5, D=0.3, omega=1.0)
+    run = simulate(level, periods=3, backend=backend)
+    assert [s.target for s in run.segments[1:]] == ["Σ18", "Σ17"] * 3
+    ends = [(s.end.period, float(s.end.phase)) for s in run.segments[1:]]
+    assert ends == [(k + r, 0.0 if r else 0.3 * math.tau) for k in range(3) for r in (0, 1)]
+    assert list(run.stroboscopic_periods) == [0, 1, 2, 3]
+    # A push on the capsule above its friction breaks its rest.
+    strong = level.replace(alpha=3.0, alpha_low=0.0, D=0.5)
+    run = simulate(strong, phase=4.0, periods=1, backend=backend)
+    assert [s.field for s in run.segments] == [8]
+    run = simulate(strong, phase=4.0, periods=2, backend=backend)
+    assert [s.field for s in run.segments[:2]] == [8, 3]
 
 
 def test_what_is_made_of_a_run_is_the_scenes() -> None:
