@@ -12,16 +12,14 @@ import pytest
 from click.testing import CliRunner
 
 from capsule_sym._commands.verify import verify as command
+from capsule_sym._parameters import scene
 from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.proofs import cells, energy, every_scene, field_graph, switches
 from capsule_sym._symbolic.proofs.items import settle
 from tests.symbolic.broken import FURTHER, MUTATIONS, survivors
 
 _ROOT = Path(__file__).parents[2]
-_SCENES = _ROOT / "capsule_sym" / "_symbolic" / "scenes"
 _OURS = (cells, energy, field_graph, switches)
-
-PROTOTYPE = str(_SCENES / "prototype.py")
 
 
 def _verify(scene: str, *options: str) -> subprocess.CompletedProcess[str]:
@@ -50,24 +48,23 @@ def test_unchanged_derivation_is_not_noticed() -> None:
 @pytest.mark.long
 def test_mutations_of_two_stops_and_pulses_are_noticed() -> None:
     names = [*FURTHER, "a guard is missing", "a spring pulls", "the ratio of a landing"]
-    line = [sys.executable, "-m", "tests.symbolic.broken", PROTOTYPE, *names]
+    line = [sys.executable, "-m", "tests.symbolic.broken", "prototype", *names]
     told = subprocess.run(line, capture_output=True, text=True, cwd=_ROOT, check=True, timeout=600)
     assert json.loads(told.stdout) == {name: [] for name in (*names, "changed claims")}
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    "scene",
+    "name",
     [
         *declaration.SHIPPED,
-        PROTOTYPE,
         "tests/scenes/two_stops.py",
         "tests/scenes/pulsed.py",
         "tests/secondmodel/biased.py",
     ],
 )
-def test_every_scene_is_proved(scene: str) -> None:
-    result = _verify(scene, "--json")
+def test_every_scene_is_proved(name: str) -> None:
+    result = _verify(name, "--json")
     assert result.returncode == 0, result.stderr
     items = json.loads(result.stdout)["items"]
     assert {one["status"] for one in items} == {"proved"}
@@ -83,6 +80,17 @@ def test_one_statement_of_a_scene_is_proved_in_its_own_process() -> None:
     (item,) = json.loads(result.stdout)["items"]
     assert item["id"] == "cells.F12.level"
     assert item["status"] == "proved"
+
+
+def test_resting_capsule_that_is_pulled_back_at_its_stop_has_a_place_where_the_drive_reacts() -> (
+    None
+):
+    """P > 0 there, so that without the drive's reaction Q = P is above every bound behind."""
+    pulled = (0, 0, 1, -3)  # at rest, at the stop, moving in, with Q below -f_minus
+    for name in declaration.SHIPPED:
+        places = scene(name).switching.PLACES
+        assert (pulled in places) == name.startswith("reaction"), name
+    assert scene("reaction").switching.TRANSITIONS[1, "L11"] == (6,)
 
 
 def test_wrong_lines_are_refused_in_one_line(tmp_path: Path) -> None:
