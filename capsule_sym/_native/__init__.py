@@ -59,6 +59,8 @@ def core_of(scene: Scene) -> ModuleType | None:
     Raises StaleCore for one that was made from other kernels or sources.
     """
     name, again = f"{scene.package}._core", "install capsule-sym again, so that it is compiled anew"
+    if scene.source not in SHIPPED:
+        again = f"`python -m capsule_sym.codegen --scene FILE --out {scene.source} --core`"
     if find_spec(name) is None and not _lies_elsewhere(scene):
         return None
     try:

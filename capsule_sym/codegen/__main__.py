@@ -68,10 +68,18 @@ def _all(check: bool) -> int:
     help=f"Scene: {', '.join(declaration.SHIPPED)}, or a file that declares one.  "
     "[default: all that ship]",
 )
-def main(check: bool, out: Path | None, scene: str | None) -> None:
+@click.option(
+    "--core",
+    is_flag=True,
+    help="Also compile the C core, beside the code. `make core` does so for scenes that ship.",
+)
+def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
     """Derive the kernels of scenes and write them as NumPy, mpmath, C and MATLAB code."""
     if not INPUTS.is_dir():
         click.echo(f"error: no generator inputs at {INPUTS}; run from a checkout", err=True)
+        sys.exit(2)
+    if core and (check or (out is None and scene in (None, *declaration.SHIPPED))):
+        click.echo("error: --core needs --scene FILE or --out, and no --check", err=True)
         sys.exit(2)
     if scene is None and out is None:
         sys.exit(_all(check))
@@ -103,6 +111,21 @@ def main(check: bool, out: Path | None, scene: str | None) -> None:
         (target / name).write_text(text, encoding="utf-8")
     elapsed = time.perf_counter() - started
     click.echo(f"wrote {len(expected)} files to {target} in {elapsed:.1f} s")
+    if core:
+        _compile(target)
+
+
+def _compile(target: Path) -> None:
+    """Compile the core of the code in a folder; ends with 1 and what CMake printed if it fails."""
+    from capsule_sym.codegen._compile import NotCompiled, compile_core
+
+    started = time.perf_counter()
+    try:
+        compile_core(target)
+    except NotCompiled as error:
+        click.echo(f"error: the core was not compiled: {error}", err=True)
+        sys.exit(1)
+    click.echo(f"compiled the C core of {target} in {time.perf_counter() - started:.1f} s")
 
 
 if __name__ == "__main__":

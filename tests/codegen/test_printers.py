@@ -1,5 +1,6 @@
 """Expressions as they are printed mean what they meant."""
 
+import ast
 import operator
 import re
 
@@ -60,3 +61,13 @@ def test_long_lines_go_on_as_the_language_has_it() -> None:
     assert all(line.endswith(" ...") for line in code.splitlines()[:-1])
     assert all(line.startswith("  % ") for line in comment.splitlines())
     assert code.replace(" ...\n     ", "") == f"  x = {words};\n"
+
+
+@pytest.mark.parametrize("value", ["(a + b)*c", "a*(b + c)", "(a + b*c)", "a + b", "f(a, b)"])
+@pytest.mark.parametrize("before", ["    x = ", "    return "])
+def test_long_statements_of_python_are_within_brackets(before: str, value: str) -> None:
+    long = before + value.replace("b", " + ".join(["number"] * 20))
+    text = Python.laid_out(Python.__new__(Python), f"def f(a, c, number):\n{long}\n")
+    assert len(text.splitlines()) > 2
+    given, laid = ast.parse(f"def f(a, c, number):\n{long}\n"), ast.parse(text)
+    assert ast.dump(given) == ast.dump(laid)
