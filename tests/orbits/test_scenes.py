@@ -23,10 +23,11 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
+from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.stability import jacobian
-from capsule_sym._orbits.shooting.symmetry import symmetric
+from capsule_sym._orbits.shooting.symmetry import half_orbit, symmetric
 from capsule_sym.scenes import Scene
 from tests.scenes import SCENES, Integrator, Start, integrator
 
@@ -175,6 +176,62 @@ def test_a_switch_that_meets_an_edge_is_followed_in_two_parameters() -> None:
     nearest = min((one for one in again.bifurcations), key=lambda one: abs(one.value - alpha))
     assert nearest.type == "edge"
     assert nearest.value == pytest.approx(alpha, abs=1e-10)
+
+
+def test_at_an_edge_each_side_has_derivatives_of_its_own() -> None:
+    """Differences of orbits on one side alone, a parabola through three of them."""
+    found = branch("reaction_pulse", "alpha", 0.5)
+    event = next(one for one in found.bifurcations if one.type == "edge")
+    beside = event.orbit_without
+    assert beside is not None
+    for orbit in (event.orbit, beside):
+        whole = str(orbit.itinerary.cyclic)
+        side = 1 if whole == str(event.itinerary_before.cyclic) else -1
+        assert side == 1 or whole == str(event.itinerary_after.cyclic)
+        step = 1e-4 * side
+        first, second = (
+            float(settled("reaction_pulse", alpha=event.value + k * step).average_velocity)
+            for k in (1, 2)
+        )
+        now = float(orbit.average_velocity)
+        slope = (4 * first - second - 3 * now) / (2 * step)
+        assert performance(orbit).velocity.gradient["alpha"] == pytest.approx(slope, rel=1e-5)
+
+
+ALIKE = {"delta_1": 0.5, "delta_2": 0.5, "beta_1": 3, "beta_2": 3, "gamma": 2, "omega": 0.9}
+MIRRORED = {**ALIKE, "zeta": 0.05, "D": 0.5, "s": 0, "f_plus": 1, "f_minus": 1}
+
+
+def test_motions_between_stops_alike_are_followed_by_their_halves() -> None:
+    """Where the half's map has the multiplier -1 the whole motion has 1: its symmetry breaks."""
+    p = scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
+    orbit = solve_orbit(p)
+    half = half_orbit(orbit)
+    assert half is not None
+    assert half.itinerary.whole.cyclic == orbit.itinerary.cyclic
+    assert half.multipliers == pytest.approx(orbit.multipliers, abs=1e-9)
+    found = continue_orbit(orbit, "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10)
+    assert [one.type for one in found.bifurcations] == ["symmetry breaking"]
+    assert found.bifurcations[0].multipliers[0] == pytest.approx(1, abs=1e-7)
+    # With the high level alone no motion has an image, and the branch is of whole motions.
+    other = continue_orbit(orbit, "alpha", 0.95, points=10)
+    assert {one.symmetry for one in other.bifurcations} <= {""}
+    assert not any(one.orbit.itinerary.mirrored for one in other.points)
+
+
+def test_both_stops_and_edges_are_in_an_orbit_between_two_stops(judge: Integrator) -> None:
+    changes = {"beta_1": 9, "delta_2": 0.3, "s": 0.1, "alpha": 2.2, "alpha_low": -1.2, "D": 0.45}
+    orbit = solve_orbit(scenes.prototype.Parameters(**MIRRORED | changes))
+    assert orbit.success
+    guards = {segment.guard for segment in orbit.itinerary.segments}
+    assert guards == set(Guard) - {Guard.LOWER}
+    found = performance(orbit)
+    assert abs(found.imbalance) < 1e-12
+    begin = np.array(orbit.trajectory()(2 * orbit.parameters.period), dtype=float)
+    start = Start(orbit.parameters.to_dict(), tuple(begin.tolist()), 0.0)
+    run = judge.runs(SCENES["prototype"], [start], orbit.itinerary.period_number)[0]
+    assert np.array([*map(float, run.state[:3])]) == pytest.approx(begin, abs=1e-11)
+    assert {segment.event for segment in run.segments} >= {"F", "B", "R", "D"}
 
 
 def test_motions_have_images_by_the_values_of_parameters() -> None:

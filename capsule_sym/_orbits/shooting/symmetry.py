@@ -5,10 +5,11 @@ capsule is symmetric under (x_r, v_r, v_c, tau) -> (-x_r, -v_r, -v_c, tau + pi/o
 is its own image meets everything twice, a switch at a single stop apart. Half of it has equations
 of its own, in which it happens once.
 
-Smooth bifurcations do not break the symmetry: of two motions without contact the energy of their
-difference, (x_r^2 + (v_r + v_c)^2 + gamma v_c^2)/2, never grows, since damping and friction take
-from it. All multipliers are at most 1 in modulus, and for zeta > 0 there is one orbit. What breaks
-the symmetry is a touch of the spring.
+Between two stops a smooth bifurcation breaks the symmetry where the half's map has a multiplier of
+-1. Of motions without contact none does: the energy of the difference of two of them,
+(x_r^2 + (v_r + v_c)^2 + gamma v_c^2)/2, never grows, since damping and friction take from it. All
+multipliers are at most 1 in modulus, and for zeta > 0 there is one orbit. What breaks their
+symmetry is a touch of a single stop.
 """
 
 from __future__ import annotations

@@ -189,8 +189,11 @@ class BranchRun(Run):
         raise Stop(Ending.PERIOD_HALVED, f"{halves} become one at {where}")
 
     def record_smooth(self, one: SmoothEvent) -> None:
-        (old, new), error = one.ends, max(self.errors(one.solution))
-        self._record(old, new, new, one.solution, one.solved, type=one.type, uncertainty=error)
+        (old, new), error, kind = one.ends, max(self.errors(one.solution)), one.type
+        if kind == kinds.PERIOD_DOUBLING and old.orbit.itinerary.mirrored:
+            # What doubles is the half: the whole stays closed, and is its own image no more.
+            kind = kinds.SYMMETRY_BREAKING
+        self._record(old, new, new, one.solution, one.solved, type=kind, uncertainty=error)
 
     def _record(
         self,

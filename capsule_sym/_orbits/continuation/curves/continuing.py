@@ -22,6 +22,7 @@ from capsule_sym._orbits.continuation.families.stepping import (
     Continuation,
     Start,
     doubled_starts,
+    keeps_images,
     vanishing,
 )
 from capsule_sym._orbits.continuation.parameter_paths import Axis, ParameterPath
@@ -74,13 +75,18 @@ def continue_bifurcation(
             "> 0 where it varies: at 0 events of this motion come in pairs, beyond they do not"
         )
         raise InvalidInput(stiffnesses[0], 0.0, allowed)
-    segment = bifurcation.segment
-    if bifurcation.symmetry == KEPT:
+    segment, critical = bifurcation.segment, bifurcation.type
+    images = keeps_images(orbit, axes)
+    if critical == kinds.SYMMETRY_BREAKING:
+        critical = kinds.PERIOD_DOUBLING  # of the half
+        if not images:
+            raise InvalidInput("second", second, "one with which motions keep their mirror images")
+    if bifurcation.symmetry == KEPT and images:
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
     ending = OUT_OF_TIME
     with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit), limit:
         try:
-            starts = _both_ways(Problem(numbers, axes, settings), orbit, bifurcation.type, segment)
+            starts = _both_ways(Problem(numbers, axes, settings), orbit, critical, segment)
             return _followed(bifurcation.type, starts, points)
         except Stop as stop:
             ending = stop.ending, stop.detail

@@ -50,22 +50,30 @@ _PLACES = (0.0, 0.37, 1.0)  # of a range, at which it is seen what keeps motions
 _SLOWEST = 1e-9  # change of q along the path that is taken for none
 
 
+def keeps_images(orbit: Orbit, axes: tuple[Axis, ...]) -> bool:
+    """True if motions have mirror images wherever the axes lead."""
+    names = orbit.scene.facts.PARAMETERS
+    for axis in axes:
+        for q in _PLACES:
+            values = axis.placed([float(value) for value in orbit.values], q)
+            if not symmetric(orbit.parameters.replace(**dict(zip(names, values, strict=True)))):
+                return False
+    return True
+
+
 def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
     """The first half of an orbit that is its own mirror image; None of any other.
 
     None where what varies leaves motions without images, as a load does, or one stop's stiffness.
     """
     varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
-    scene, names = orbit.scene, orbit.scene.facts.PARAMETERS
+    scene = orbit.scene
     stiffnesses = {name for _, name in scene.facts.STOPS}
     touches = any(contact(field, scene) for field in orbit.itinerary.fields)
     if varies & stiffnesses and touches and len(scene.facts.STOPS) == 1:
         return None
-    for axis in axes:
-        for q in _PLACES:
-            values = axis.placed([float(value) for value in orbit.values], q)
-            if not symmetric(orbit.parameters.replace(**dict(zip(names, values, strict=True)))):
-                return None
+    if not keeps_images(orbit, axes):
+        return None
     return half_orbit(orbit)
 
 
@@ -220,6 +228,8 @@ class Continuation(Family):
             return state
         if self.zero_segment is None:
             half = first_half(state.orbit, self.axes)
+        elif not keeps_images(state.orbit, self.axes):
+            half = None
         else:
             half, segment = halved_at(state.orbit, self.zero_segment) or (None, self.zero_segment)
             self.segments = () if segment is None else (segment,)

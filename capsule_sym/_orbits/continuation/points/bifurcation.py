@@ -49,6 +49,23 @@ def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...
     return sorted_multipliers(whole_orbit(short))
 
 
+def orbit_without(orbit: Orbit, segment: int | None) -> Orbit | None:
+    """The same orbit in the itinerary on the other side; None where there is none."""
+    if segment is None:
+        return None
+    half, its_segment = halved_at(orbit, segment) or (orbit, segment)
+    orbit, segment = half, segment if its_segment is None else its_segment
+    with backend("numpy", orbit.scene) as numbers:
+        change = swap_segment(orbit.itinerary, orbit.z, segment, orbit.system)
+        if change is None:
+            try:
+                change, _ = remove_segment(numbers, orbit.itinerary, orbit.z, orbit.system, segment)
+            except InvalidInput:
+                return None
+        found = orbit_at(numbers, orbit.values, change.itinerary, change.z)
+    return whole_orbit(found)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SolvedPoint:
     """An orbit that fulfils conditions, and how well its equations and theirs are solved.
@@ -87,6 +104,15 @@ class BifurcationPoint(SolvedPoint):
     def multipliers_without(self) -> tuple[complex, ...]:
         """Multipliers of the itinerary without the segment; of a smooth bifurcation the same."""
         return multipliers_without(self.orbit, self.segment)
+
+    @cached_property
+    def orbit_without(self) -> Orbit | None:
+        """The orbit in the other itinerary: derivatives of both are those of the two sides.
+
+        Its segment of duration 0 is gone, or stands for the other order of two switches. None at a
+        smooth bifurcation, and where the branch ends.
+        """
+        return orbit_without(self.orbit, self.segment)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,6 +23,7 @@ EDGE = "edge"
 FOLD = "fold"
 PERIOD_DOUBLING = "period doubling"
 NEIMARK_SACKER = "Neimark-Sacker"
+SYMMETRY_BREAKING = "symmetry breaking"
 RESONANCE_1_1, RESONANCE_1_2 = "1:1 resonance", "1:2 resonance"
 CUSP = "cusp"
 GENERALIZED_DOUBLING = "generalized period doubling"
@@ -36,6 +37,7 @@ INITIALS = {
     FOLD: "FO",
     PERIOD_DOUBLING: "PD",
     NEIMARK_SACKER: "NS",
+    SYMMETRY_BREAKING: "SB",
     GRAZING: "GR",
     ADDING: "AS",
     GRAZING_SLIDING: "GS",
