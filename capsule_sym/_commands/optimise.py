@@ -138,7 +138,8 @@ def steer(
 ) -> None:
     """Find the best drives forward and backward, and a path of stable orbits between them.
 
-    The drive is alpha and omega, or P_d and Omega of a device. The straight path is tried first,
+    The drive is alpha and omega, or P_d and Omega of a device; --over may vary D and alpha_low of
+    pulses too. The straight path is tried first,
     then those by a corner; a broken one says where, and by which bifurcation.
 
     Exits with 3 where one of the drives is not found, or time is short. A broken path is a result.
@@ -283,12 +284,14 @@ def with_unit(value: float, unit: str) -> str:
 
 def units_of(system: capsule_sym.SceneParameters | capsule_sym.SceneDevice) -> dict[str, str]:
     """Units of metrics and parameters; empty where all is dimensionless."""
-    from capsule_sym._design.quantities import OF_DEVICE
+    from capsule_sym._design import quantities
     from capsule_sym._units import METRIC_UNITS
 
     if not isinstance(system, capsule_sym.SceneDevice):
         return {}
-    return {name: unit.name for name, unit in METRIC_UNITS.items()} | OF_DEVICE
+    return {name: unit.name for name, unit in METRIC_UNITS.items()} | quantities.units_of(
+        system.scene
+    )
 
 
 def _print_optimum(found: capsule_sym.Optimum) -> None:

@@ -28,7 +28,7 @@ from capsule_sym._orbits.shooting.admissibility import (
     inequalities,
 )
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import BY_TIME, PARAMETERS
+from capsule_sym._orbits.shooting.equations import BY_TIME
 from capsule_sym._orbits.shooting.guards import guard_by
 from capsule_sym._orbits.shooting.orbit import Orbit
 
@@ -53,7 +53,7 @@ def distances(orbit: Orbit | None) -> list[Distance]:
     """
     if orbit is None or orbit.itinerary.mirrored:
         return []
-    count = len(PARAMETERS)
+    count = len(orbit.parameters.scene.facts.PARAMETERS)
     with backend("numpy") as numbers:
         found = inequalities(numbers, orbit.itinerary, orbit.system)
         forms = ClosedForms(numbers, orbit.values)
@@ -76,7 +76,7 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
     if one.kind == LANDING:
         # At rest the force is to be within the bound of the other drift, or is beyond it.
         guard = Guard.LOWER if c.drift > 0 else Guard.UPPER
-        by = guard_by(c, guard, flow.end[0] - c.delta, flow.end[1], flow.end_by)
+        by = guard_by(c, guard, flow.end[0] - c.own_stop(), flow.end[1], flow.end_by)
         following = orbit.system.flows[(one.segment + 1) % len(orbit.itinerary)]
         return -by if following.c.drift else by
     (position, v_r, *_), rows = forms.run(flow.segment.field, c, flow.closed, one.time)

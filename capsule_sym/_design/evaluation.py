@@ -21,17 +21,15 @@ from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import TimeUp, check_time, core, present
+from capsule_sym._native import TimeUp, check_time, core_of, present
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.admissibility import is_admissible
-from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
-from capsule_sym._parameters import SceneParameters
-from capsule_sym.generated.capsule.facts import BOUNDS, FIELDS
+from capsule_sym._parameters import Scene, SceneParameters
 
 _BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
 _PERIODS = 1024  # excitation periods within which it is to settle
@@ -42,12 +40,11 @@ _SAME = 1e-6  # distance of two that are one
 _SURVEYED = 100  # excitation periods before a cell of a survey is closed
 _NEUTRAL = 1e-9  # below 1, of a multiplier of which rounding leaves open if it is
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
-_CONTACT = [field for field, (contact, _) in FIELDS.items() if contact]
 Vector = NDArray[np.float64]
 
 
 class Motion:
-    """A steady motion, closed, and its dimensionless metrics with derivatives (7,).
+    """A steady motion, closed, and its dimensionless metrics with derivatives by the parameters.
 
     `state` is (x_r, v_r, v_c) at forcing angle 0, `itinerary` has the fields' names.
     """
@@ -88,7 +85,8 @@ class Motion:
             gradients = np.array([[*map(float, one.gradient.values())] for one in rows])
         fields = np.array([[int(name[1:]) for name in self.itinerary]])
         row = _values(self.parameters)
-        if not _drifting(row[None], fields, values[None], self.multiplier)[0]:
+        scene = self.parameters.scene
+        if not _drifting(scene, row[None], fields, values[None], self.multiplier)[0]:
             values[_OF_DRIFT], gradients[_OF_DRIFT] = 0.0, 0.0
         return _named(values, gradients)
 
@@ -111,19 +109,22 @@ class Motion:
 
 
 def _drifting(
-    rows: Vector, fields: NDArray[Any], values: Vector, multipliers: ArrayLike
+    scene: Scene, rows: Vector, fields: NDArray[Any], values: Vector, multipliers: ArrayLike
 ) -> NDArray[np.bool_]:
-    """Whether motions drift, by parameters (n, 7), fields (n, m), METRICS (n, 7), multiplier."""
+    """Whether motions drift, by parameters (n, k), fields (n, m), METRICS (n, 7), multiplier."""
+    facts = scene.facts
+    touching = [field for field, (contact, _) in facts.FIELDS.items() if contact]
     metrics = dict(zip(METRICS, values.T, strict=True))
     # The longest way that loses so much, against the least of the friction bounds.
-    bounds = [rows[:, PARAMETERS.index(name)] for name in BOUNDS.values()]
+    bounds = [rows[:, facts.PARAMETERS.index(name)] for name in facts.BOUNDS.values()]
     return drifts(
         rows,
-        contact=np.isin(fields, _CONTACT).any(axis=1),
+        contact=np.isin(fields, touching).any(axis=1),
         progression=metrics["progression"],
         way=metrics["friction_loss"] / np.min(bounds, axis=0, initial=np.inf),
         segments=np.count_nonzero(fields, axis=1),
         attracting=np.asarray(multipliers) < 1 - _NEUTRAL,
+        scene=scene,
     )
 
 
@@ -133,7 +134,7 @@ def _values(parameters: SceneParameters) -> Vector:
 
 def _closed(parameters: SceneParameters, state: Vector, period_number: int) -> Motion | None:
     """The motion of the map near a state at forcing angle 0, by the core; None if none."""
-    if core is None:
+    if core_of(parameters.scene) is None:
         return None
     found = performance_many(_values(parameters), state, period_number, gradients=True)
     check_time()
@@ -145,7 +146,7 @@ def settle(
     parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
 ) -> Motion | None:
     """The motion that is reached from a state; None where none is reached."""
-    if core is None:
+    if core_of(parameters.scene) is None:
         orbit = solve_orbit(parameters, state, phase, _PERIODS)
         return Motion(parameters, None, orbit=orbit) if orbit.success else None
     length, begin, at = _BLOCK, tuple(state), phase
@@ -249,21 +250,23 @@ def survey(systems: Sequence[SceneParameters], state: Sequence[float]) -> list[d
     one that there is no time for.
     """
     metrics: list[dict[str, Slope]] = [{} for _ in systems]
-    none = np.zeros((len(METRICS), len(PARAMETERS)))
-    rows = np.array([_values(p) for p in systems])
+    rows, scene = np.array([_values(p) for p in systems]), systems[0].scene
+    none = np.zeros((len(METRICS), rows.shape[1]))
     with suppress(TimeUp):
-        if core is None:
+        if core_of(scene) is None:
             for i, system in enumerate(systems):
                 if (motion := settle(system, state)) is not None:
                     row = [motion.metrics[name].value for name in METRICS]
                     metrics[i] = _named(np.array(row), none)
             return metrics
-        ended = simulate_many(rows, state, periods=_SURVEYED, max_seconds=present().left)
+        ended = simulate_many(
+            rows, state, periods=_SURVEYED, max_seconds=present().left, scene=scene
+        )
         left = np.flatnonzero(ended.success)
         for period_number in (1, 2):
-            found = performance_many(rows[left], ended.states[left], period_number)
+            found = performance_many(rows[left], ended.states[left], period_number, scene=scene)
             values, multipliers = found.values, abs(found.multipliers[:, 0])
-            still = ~_drifting(rows[left], found.fields, values, multipliers)
+            still = ~_drifting(scene, rows[left], found.fields, values, multipliers)
             values[still[:, None] & _OF_DRIFT] = 0.0
             good = found.closed & (multipliers < 1) & np.isfinite(values).all(axis=1)
             for i, row in zip(left[good].tolist(), values[good], strict=True):
@@ -273,7 +276,7 @@ def survey(systems: Sequence[SceneParameters], state: Sequence[float]) -> list[d
 
 
 def _named(values: Vector, gradients: Vector) -> dict[str, Slope]:
-    """METRICS by name, of values (7,) and gradients (7, 7)."""
+    """METRICS by name, of values (7,) and gradients (7, k)."""
     return {
         name: Slope(*one) for name, *one in zip(METRICS, values.tolist(), gradients, strict=True)
     }

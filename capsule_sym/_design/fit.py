@@ -15,18 +15,16 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.least_squares import LOSSES, Least, Profile, least
 from capsule_sym._design.measured import measured
-from capsule_sym._design.quantities import System, record, values_of
+from capsule_sym._design.quantities import System, allowed, record, values_of
 from capsule_sym._design.residuals import OF_START, Problem
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, Watch, check_time
 from capsule_sym._parameters import SceneParameters
-from capsule_sym.generated.capsule.facts import POSITIVE
 
 _LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
 _PART = 0.1  # of a combination, from which an unknown is open with it
-_POSITIVE = 1e-12  # least value of what is above 0
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
@@ -235,12 +233,13 @@ def _limits(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tupl
     low, high = np.full((2, len(problem.unknown)), np.inf) * [[-1], [1]]
     for k, name in enumerate(problem.unknown):
         if name not in OF_START:
-            low[k] = _POSITIVE if name in POSITIVE else 0.0
+            low[k], high[k] = allowed(problem.system, name)
         if name in bounds:
             first, last = bounds[name]
-            if not low[k] <= first < last:
-                allowed = f"two numbers that ascend, from {low[k]:g} on"
-                raise InvalidInput(f"bounds of {name}", (first, last), allowed)
+            if not low[k] <= first < last <= high[k]:
+                told = f"two numbers that ascend, from {low[k]:g} "
+                told += "on" if high[k] == np.inf else f"to {high[k]:g}"
+                raise InvalidInput(f"bounds of {name}", (first, last), told)
             low[k], high[k] = first, last
         if not low[k] <= problem.guess[k] <= high[k]:
             raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} at first")
@@ -259,9 +258,7 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
     if "phase" in problem.unknown and not np.isfinite(high[problem.unknown.index("phase")]):
         k, system = problem.unknown.index("phase"), problem.system
         first[k] = 0.0
-        last[k] = (
-            system.period if isinstance(system, SceneParameters) else 2 * math.pi / system.Omega
-        )
+        last[k] = system.period if isinstance(system, SceneParameters) else math.tau / system.rate
     draws = Sobol(len(first), seed=seed).random_base2(max(0, int(count - 1).bit_length()))[:count]
     return list(first + draws * (last - first))
 

@@ -20,6 +20,7 @@ from capsule_sym._design.program import Program, scenarios_of
 from capsule_sym._design.quantities import (
     Function,
     System,
+    allowed,
     dimensionless,
     function_of,
     limits_of,
@@ -35,7 +36,6 @@ from capsule_sym._parameters import (
     SceneParameters,
     names_of,
 )
-from capsule_sym.generated.capsule.facts import POSITIVE
 
 Vector = NDArray[np.float64]
 
@@ -158,14 +158,12 @@ def _bounds(
         if name not in names_of(system):
             raise InvalidInput("over", name, f"of {', '.join(names_of(system))}")
         ends = tuple(bounds) if isinstance(bounds, Sequence | np.ndarray) else ()
-        allowed = "two finite numbers that ascend, from 0 on"
+        least, told = allowed(system, name)[0], "two finite numbers that ascend"
+        told += "" if least < 0 else ", from 0 on"
         if len(ends) != 2 or not all(map(real, ends)):
-            raise InvalidInput(f"bounds of {name}", bounds, allowed)
-        if not 0 <= ends[0] < ends[1] or (name in POSITIVE and ends[0] == 0):
-            raise InvalidInput(
-                f"bounds of {name}",
-                ends,
-                allowed.replace("from", "above") if name in POSITIVE else allowed,
-            )
+            raise InvalidInput(f"bounds of {name}", bounds, told)
+        if not least <= ends[0] < ends[1]:
+            above = told.replace("from", "above") if least > 0 else told
+            raise InvalidInput(f"bounds of {name}", ends, above)
     low, high = np.array([[float(end) for end in bounds] for bounds in over.values()]).T
     return tuple(over), low, high

@@ -19,7 +19,7 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._parameters import (
     Scene,
     SceneDevice,
@@ -27,16 +27,26 @@ from capsule_sym._parameters import (
     names_of,
 )
 from capsule_sym._units import METRIC_UNITS, UNITS, mean_power
-from capsule_sym.generated.capsule.facts import BOUNDS, DEVICE, STATE
 
 System = SceneParameters | SceneDevice
 Function = Callable[[Mapping[str, Slope]], Slope]
 
-OF_DEVICE = {
-    **DEVICE,
-    **{name: UNITS[name].name for name in (*STATE, "x_c", "phase")},
-}
-"""Units of a device's parameters, and of a start."""
+_POSITIVE = 1e-12  # least value of what is above 0 where a search has no bound
+
+
+def units_of(scene: Scene) -> dict[str, str]:
+    """Units of a device's parameters, and of a start."""
+    return scene.facts.DEVICE | {
+        name: UNITS[name].name for name in (*scene.facts.STATE, "x_c", "phase")
+    }
+
+
+def allowed(system: System, name: str) -> tuple[float, float]:
+    """Least and largest value of a parameter of a system, dimensionless or a device's."""
+    facts = system.scene.facts
+    low = -math.inf if name in facts.SIGNED else _POSITIVE if name in facts.POSITIVE else 0.0
+    tied, _ = facts.DRIVEN.get(name, (name, ""))
+    return low, facts.RANGES["D"][1] if tied == "D" else math.inf
 
 
 def real(value: object) -> bool:
@@ -85,19 +95,20 @@ def dimensionless(system: System) -> SceneParameters:
 
 @lru_cache(maxsize=16)
 def dimensionless_slopes(system: System) -> Matrix:
-    """Derivatives (7, k) of the dimensionless parameters by the k parameters of the system."""
+    """Derivatives (n, k) of n dimensionless parameters by the k parameters of the system."""
+    dimensionless = system.scene.facts.PARAMETERS
     if isinstance(system, SceneParameters):
-        return np.eye(len(PARAMETERS))
+        return np.eye(len(dimensionless))
     names = names_of(system)
     ratios, none = varied(system.scene, values_of(system), names).ratios(), np.zeros(len(names))
-    return np.array([getattr(ratios[name], "slope", none) for name in PARAMETERS])
+    return np.array([getattr(ratios[name], "slope", none) for name in dimensionless])
 
 
 def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     """All metrics and parameters, with derivatives (k,) by the k parameters of the system.
 
     In SI units where the system is a device. `metrics` are those of a motion of the system,
-    dimensionless, with derivatives (7,).
+    dimensionless, with derivatives by its dimensionless parameters.
     """
     found = _with_derived(metrics, dimensionless(system))
     own = varied(system.scene, values_of(system), names_of(system))
@@ -113,10 +124,10 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
 
 def _with_derived(metrics: Mapping[str, Slope], p: SceneParameters) -> dict[str, Slope]:
     """The dimensionless metrics, those derived from others too, by the parameters."""
-    own = vars(varied(p.scene, p.to_dict(), PARAMETERS))
+    own = vars(varied(p.scene, p.to_dict(), p.scene.facts.PARAMETERS))
     velocity, work = metrics["velocity"], metrics["work"]
     forward = -1 if velocity.value < 0 else 1
-    way, bound = forward * metrics["progression"], BOUNDS.get(forward)
+    way, bound = forward * metrics["progression"], p.scene.facts.BOUNDS.get(forward)
     # A capsule that stands still goes no way at any cost; with no work it has no ratio.
     nowhere = Slope(math.inf, 0.0 * work.slope)
     return dict(metrics) | {

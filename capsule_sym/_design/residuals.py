@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design.measured import OF_STATE, Measured
 from capsule_sym._design.quantities import System, dimensionless, real, varied
-from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
+from capsule_sym._design.sensitivities import START, columns_of, sensitivities
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._native import check_time
@@ -20,7 +20,7 @@ from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._parameters import SceneDevice, names_of
 
 OF_START = (*START, "x_c")
-_PHASE, _OMEGA, _X_C = START.index("phase"), SLOPES.index("omega"), OF_START.index("x_c")
+_PHASE, _X_C = START.index("phase"), OF_START.index("x_c")
 _BLOCK = 2**15  # times whose derivatives, all 48 of each, are in memory at once
 _LOST = 1e3  # residual of a motion that does not reach the last of the times
 Matrix = NDArray[np.float64]
@@ -166,19 +166,20 @@ class Problem:
         return residuals, jacobian, run.itinerary
 
     def _chain(self, values: Vector, run: _Run) -> tuple[Matrix, Vector, Vector, Vector]:
-        """Derivatives of SLOPES by the unknown (11, k), and of other things, each (k,).
+        """Derivatives of start and parameters by the unknown (n, k), and of others, each (k,).
 
-        These are x_c at the start, and the logarithms of the units of length and of rate.
+        Others are x_c at the start, and the logarithms of the units of length and of rate.
         """
         now = varied(self.system.scene, self.now(values), self.unknown)
         own, none = vars(now), np.zeros(len(values))
+        columns = columns_of(self.system.scene)
         units = dict.fromkeys(OF_START, Slope(1.0, none))
         if isinstance(self.system, SceneDevice):
             own, units = own | now.ratios(), {name: now.scale(name) for name in OF_START}
         # The start is held in SI units: in those of the device it moves as they do.
         own |= {name: own[name] / unit for name, unit in units.items()}
-        chain = np.array([getattr(own[name], "slope", none) for name in SLOPES])
+        chain = np.array([getattr(own[name], "slope", none) for name in columns])
         # The phase was taken less whole periods, which depend on omega.
-        chain[_PHASE] += run.whole * chain[_OMEGA]
+        chain[_PHASE] += run.whole * chain[columns.index("omega")]
         by_length, by_time = (units[name].slope / units[name].value for name in ("x_c", "phase"))
         return chain, own["x_c"].slope, by_length, -by_time

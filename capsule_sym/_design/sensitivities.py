@@ -19,31 +19,33 @@ from capsule_sym._map.backend import backend
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.segments import Records
-from capsule_sym._native import Watch, check_time, core, present
+from capsule_sym._native import Watch, check_time, core_of, present
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import BY_TIME, PARAMETERS, total
+from capsule_sym._orbits.shooting.equations import BY_TIME, total
 from capsule_sym._orbits.shooting.guards import guard_by
 from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
-from capsule_sym.generated.capsule import facts
+from capsule_sym._parameters import CAPSULE, Scene
 
-START = (*facts.STATE, "phase")
-SLOPES = (*START, *PARAMETERS)
-STATE = (*facts.STATE, "x_c")
-_PHASE, _OMEGA, _X_C = SLOPES.index("phase"), SLOPES.index("omega"), STATE.index("x_c")
+START = (*CAPSULE.facts.STATE, "phase")
+STATE = (*CAPSULE.facts.STATE, "x_c")
+_PHASE, _X_C = START.index("phase"), STATE.index("x_c")
+
+
+def columns_of(scene: Scene) -> tuple[str, ...]:
+    """What derivatives of a run of a scene are by: the start, and its parameters."""
+    return (*START, *scene.facts.PARAMETERS)
 
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
     """Derivatives of a run by its start and the parameters; dimensionless.
 
-    The last axis has a column for each of `columns`: x_r, v_r, v_c and phase at the start, alpha,
-    omega, delta, zeta, beta, gamma, f_b. Times stay the same, counted from the start: the phase is
-    that of the forcing there. Where the run passes a tangential switch, derivatives are
+    The last axis has a column for each of `columns`: x_r, v_r, v_c and phase at the start, and the
+    parameters of the scene, 11 in the paper's. Times stay the same, counted from the start: the
+    phase is that of the forcing there. Where the run passes a tangential switch, derivatives are
     infinite or nan from then on: there is none. At a start on a surface, and where two switches
     coincide, they are those of the side that the run takes; a capsule at rest stays at rest.
     """
-
-    columns = SLOPES
 
     times: NDArray[np.float64]
     """The times, shape (n,)."""
@@ -59,6 +61,13 @@ class Sensitivities:
     """Their derivatives, shape (m, 11)."""
     status: Status = Status.FINISHED
     """Finished, or time-limit: derivatives later in the run are nan."""
+    scene: Scene = CAPSULE
+    """The scene of the run."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What the derivatives are by."""
+        return columns_of(self.scene)
 
     @property
     def success(self) -> bool:
@@ -81,9 +90,9 @@ class Sensitivities:
         Raises InvalidInput for another name.
         """
         for name in names:
-            if name not in SLOPES:
-                raise InvalidInput("name", name, f"one of {', '.join(SLOPES)}")
-        chosen = [SLOPES.index(name) for name in names]
+            if name not in self.columns:
+                raise InvalidInput("name", name, f"one of {', '.join(self.columns)}")
+        chosen = [self.columns.index(name) for name in names]
         return self.slopes[..., chosen[0] if len(chosen) == 1 else chosen]
 
 
@@ -101,12 +110,14 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     states = run(times, position=True)
     order = evaluation.in_order(times)
     ascending = times if order is None else times[order]
-    switches = np.full((max(len(records) - 1, 0), len(SLOPES)), np.nan)
-    found = np.full((len(times), len(STATE), len(SLOPES) + 1), np.nan)
+    scene = run.parameters.scene
+    count = len(columns_of(scene))
+    switches = np.full((max(len(records) - 1, 0), count), np.nan)
+    found = np.full((len(times), len(STATE), count + 1), np.nan)
     with limit:
         if not len(records):
-            found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), len(SLOPES) + 1)
-        elif core is not None:
+            found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), count + 1)
+        elif core_of(scene) is not None:
             native = evaluation.borrowed(run.parameters)
             passed = native.differentiate(records, ascending, switches, found, present())
             evaluation.give_back(run.parameters, native)
@@ -123,7 +134,7 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
         records["end_period"] * run.parameters.period + records["end_angle"] / run.parameters.omega
     )
     by, rates = slopes[..., :-1], slopes[..., -1]
-    return Sensitivities(times, states, by, rates, ends[:-1], switches, status)
+    return Sensitivities(times, states, by, rates, ends[:-1], switches, status, scene)
 
 
 def differentiated(
@@ -137,7 +148,8 @@ def differentiated(
     p = run.parameters
     with backend("numpy") as numbers:
         forms = ClosedForms(numbers, tuple(p.to_dict().values()))
-        state, time = np.eye(len(STATE), len(SLOPES)), np.zeros(len(SLOPES))
+        names = columns_of(p.scene)
+        state, time = np.eye(len(STATE), len(names)), np.zeros(len(names))
         state[_X_C, _PHASE] = 0.0
         begins = records["start_period"] * p.period + records["start_angle"] / p.omega
         of = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
@@ -145,7 +157,7 @@ def differentiated(
             check_time()
             angle = p.omega * time
             angle[_PHASE] += p.omega
-            angle[_OMEGA] += begins[i]
+            angle[names.index("omega")] += begins[i]
             carried = np.insert(np.vstack([state[:_X_C], angle]), BY_TIME, 0.0, axis=1)
             for k in np.flatnonzero(of == i):
                 by = _by(forms, record, carried, times[k] - begins[i])
@@ -154,11 +166,11 @@ def differentiated(
             if i + 1 == len(records):
                 break
             by = _by(forms, record, carried, record["duration"])
-            later, following = np.zeros(len(SLOPES)), int(records[i + 1]["field"])
+            later, following = np.zeros(len(names)), int(records[i + 1]["field"])
             guard = _guard(int(record["field"]), following)
             if guard is not None:
                 c, (x_r, v_r, _) = forms.constants(int(record["field"])), record["end"]
-                row = guard_by(c, guard, x_r - p.delta, v_r, by[:_X_C])
+                row = guard_by(c, guard, x_r - c.own_stop(), v_r, by[:_X_C])
                 later = np.delete(row, BY_TIME) / -row[BY_TIME]
             passed = _at_time(by, later)
             passed[_X_C] += state[_X_C]
@@ -171,7 +183,7 @@ def differentiated(
 def _by(
     forms: ClosedForms, record: Any, carried: NDArray[np.float64], h: float
 ) -> NDArray[np.float64]:
-    """Derivatives (4, 12) of the state after a part h of a segment, by SLOPES with h among them.
+    """Derivatives (4, n) of the state after a part h of a segment, with those by h among them.
 
     `carried` has those of state and forcing angle where the segment begins.
     """
@@ -186,7 +198,7 @@ def _by(
 
 
 def _at_time(by: NDArray[np.float64], h_by: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Derivatives (4, 11), where the part h of the segment has these, (11,)."""
+    """Derivatives (4, n), where the part h of the segment has these, (n,)."""
     found: NDArray[np.float64] = np.delete(by, BY_TIME, axis=1) + np.outer(by[:, BY_TIME], h_by)
     return found
 

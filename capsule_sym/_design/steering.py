@@ -29,7 +29,7 @@ from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
 from capsule_sym._orbits.continuation.settings import check_points
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
+from capsule_sym._parameters import Parameters, SceneParameters
 
 _WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
 _SHARE = "share"  # what varies along a stretch, from 0 to 1
@@ -197,18 +197,23 @@ def steer(
     return _steered(forward.result, backward.result, ways, done)
 
 
-def _drives(system: System) -> tuple[str, str]:
-    return ("alpha", "omega") if isinstance(system, SceneParameters) else ("P_d", "Omega")
+def _drives(system: System) -> dict[str, float]:
+    """What a drive may vary, amplitude and frequency first, each with its unit (SI)."""
+    facts = system.scene.facts
+    names = ("alpha", "omega", *(name for name in ("alpha_low", "D") if facts.PULSED))
+    if isinstance(system, SceneParameters):
+        return dict.fromkeys(names, 1.0)
+    units = dict.fromkeys(names, system.friction_force)
+    units |= {"omega": system.natural_frequency, "D": 1.0}
+    tied = {parameter: name for name, (parameter, _) in facts.DRIVEN.items()}
+    return {tied[name]: units[name] for name in names if name in tied}
 
 
 def usual_drive(system: System) -> dict[str, tuple[float, float]]:
     """The bounds of a drive unless others are given."""
-    units = (1.0, 1.0)
-    if isinstance(system, SceneDevice):
-        units = system.friction_force, system.natural_frequency
     shares = (0.1, 2.0), (0.5, 1.5)
-    named = zip(_drives(system), shares, units, strict=True)
-    return {name: (low * unit, high * unit) for name, (low, high), unit in named}
+    named = zip(_drives(system).items(), shares, strict=False)
+    return {name: (low * unit, high * unit) for (name, unit), (low, high) in named}
 
 
 @dataclass
@@ -281,10 +286,10 @@ def _corners(
     """Drives that a path may go by: one value of either end, then some between the bounds."""
     if len(forward.over) < 2:
         return
-    _, second = forward.over
-    yield forward.over | {second: backward.over[second]}
-    yield backward.over | {second: forward.over[second]}
-    for shares in product(_WAYS, repeat=2):
+    first, *_ = forward.over
+    yield backward.over | {first: forward.over[first]}
+    yield forward.over | {first: backward.over[first]}
+    for shares in product(_WAYS, repeat=len(forward.over)):
         yield {
             name: low + share * (high - low)
             for name, share, (low, high) in zip(forward.over, shares, bounds.values(), strict=True)

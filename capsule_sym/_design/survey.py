@@ -44,12 +44,19 @@ class Overview(NamedTuple):
         one = len(moving) == 1 and 0 < abs(found[0]) < np.inf
         if len(found) != 1 or self.in_contact or one:
             return ""
-        own = isinstance(program.system, SceneParameters)
+        scene = program.system.scene
+        if not scene.facts.SYMMETRIC:
+            return ""  # a bias moves the capsule without contact
+        names = dict(zip(scene.facts.PARAMETERS, scene.facts.PARAMETERS, strict=True))
+        if not isinstance(program.system, SceneParameters):
+            names |= {tied: name for name, (tied, _) in scene.facts.DRIVEN.items()}
+        gaps, springs = (
+            " or ".join(names[one] for one in kind) for kind in zip(*scene.facts.STOPS, strict=True)
+        )
         value = f"is {abs(found[0]):g}" if np.isfinite(found[0]) else "has no number"
-        why = f"the mass does not reach the spring: lower {'delta' if own else 'G'} or raise "
-        why += "alpha" if own else "P_d"
+        why = f"the mass does not reach the spring: lower {gaps} or raise {names['alpha']}"
         if not self.stiff:
-            why = f"the spring has no stiffness: raise {'beta' if own else 'k2'}"
+            why = f"the spring has no stiffness: raise {springs}"
         return f"{program.name} {value} at each of {len(moving)} surveyed places: {why}"
 
 
@@ -77,7 +84,7 @@ def overview(program: Program, points: Matrix, scenarios: Sequence[Scenario]) ->
         program.tell(f"survey, {first * len(scenarios) + k * len(block)} of {total} runs")
         own = [one.system(program.system_at(u)) for u in block]
         plain = [dimensionless(system) for system in own]
-        stiff |= any(p.beta > 0 for p in plain)
+        stiff |= any(getattr(p, name) > 0 for p in plain for _, name in p.scene.facts.STOPS)
         about = evaluation.survey(plain, one.state)
         for i, (system, metrics) in enumerate(zip(own, about, strict=True), first):
             if not metrics:

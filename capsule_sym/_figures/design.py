@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 def _label(name: str, system: Any) -> str:
     """A quantity with its unit where the system is a device, else as elsewhere."""
-    from capsule_sym._design.quantities import OF_DEVICE
+    from capsule_sym._design.quantities import units_of
     from capsule_sym._units import METRIC_UNITS
 
     if not isinstance(system, SceneDevice):
         return LABELS.get(name, name.replace("_", " "))
-    unit = METRIC_UNITS[name].name if name in METRIC_UNITS else OF_DEVICE.get(name, "")
+    unit = METRIC_UNITS[name].name if name in METRIC_UNITS else units_of(system.scene).get(name, "")
     told = name.replace("_", " ") if name in METRIC_UNITS else name
     return f"{told} ({unit})" if unit else told
 
