@@ -99,9 +99,7 @@ def program_of(
     progress: Callable[[str], object] | None = None,
 ) -> Program:
     """What is optimised, checked; raises InvalidInput."""
-    system = Parameters() if base is None else base
-    if not isinstance(system, SceneParameters | SceneDevice):
-        raise InvalidInput("base", base, "Parameters or PhysicalParameters")
+    system = system_of(base)
     names, low, high = _bounds(over, system)
     if margin is not None and not (real(margin) and 0 <= margin < 1):
         raise InvalidInput("margin", margin, "from 0 to below 1")
@@ -123,6 +121,14 @@ def program_of(
     )
     _check_ends(program)
     return program
+
+
+def system_of(base: System | None) -> System:
+    """The system that is optimised, the case study's if none is given; raises InvalidInput."""
+    system = Parameters() if base is None else base
+    if not isinstance(system, SceneParameters | SceneDevice):
+        raise InvalidInput("base", base, "Parameters or PhysicalParameters")
+    return system
 
 
 def _check_ends(program: Program) -> None:

@@ -36,9 +36,8 @@ _POSITIVE = 1e-12  # least value of what is above 0 where a search has no bound
 
 def units_of(scene: Scene) -> dict[str, str]:
     """Units of a device's parameters, and of a start."""
-    return scene.facts.DEVICE | {
-        name: UNITS[name].name for name in (*scene.facts.STATE, "x_c", "phase")
-    }
+    start = {name: UNITS[name].name for name in (*scene.facts.STATE, "x_c", "phase")}
+    return dict(scene.facts.DEVICE) | start
 
 
 def allowed(system: System, name: str) -> tuple[float, float]:

@@ -167,8 +167,15 @@ def differentiated(
                 break
             by = _by(forms, record, carried, record["duration"])
             later, following = np.zeros(len(names)), int(records[i + 1]["field"])
+            level = p.scene.facts.LEVELS
             guard = _guard(int(record["field"]), following)
-            if guard is not None:
+            if level[int(record["field"])] != level[following]:  # an edge, at an angle of its own
+                later -= angle
+                later[names.index("omega")] -= record["duration"]
+                if level[following]:
+                    later[names.index("D")] += math.tau
+                later /= p.omega
+            elif guard is not None:
                 c, (x_r, v_r, _) = forms.constants(int(record["field"])), record["end"]
                 row = guard_by(c, guard, x_r - c.own_stop(), v_r, by[:_X_C])
                 later = np.delete(row, BY_TIME) / -row[BY_TIME]

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.optimise import checked_survey, program_of
+from capsule_sym._design.optimise import checked_survey, program_of, system_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.quantities import System, dimensionless, record
@@ -29,7 +29,7 @@ from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
 from capsule_sym._orbits.continuation.settings import check_points
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import Parameters, SceneParameters
+from capsule_sym._parameters import SceneParameters
 
 _WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
 _SHARE = "share"  # what varies along a stretch, from 0 to 1
@@ -168,7 +168,7 @@ def steer(
 
     Raises InvalidInput as `optimise` does, and for a drive by anything else.
     """
-    system = Parameters() if base is None else base
+    system = system_of(base)
     bounds = usual_drive(system) if over is None else over
     check_points(points)
     allowed = _drives(system)

@@ -26,7 +26,7 @@ from capsule_sym._figures.style import (
     mathematical,
 )
 from capsule_sym._figures.units import Units
-from capsule_sym._parameters import SceneDevice
+from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 
 Record = Mapping[str, Any]
 """A branch as plain data; `data.branch_record` describes it."""
@@ -90,7 +90,7 @@ def shared(record: Record) -> dict[str, Any]:
 
 def units_of(record: Record, device: SceneDevice | None) -> Units:
     """Units of a branch; raises InvalidInput where its orbits are those of another device."""
-    return Units.of_known(device, shared(record)["parameters"])
+    return Units.of_known(device, shared(record)["parameters"], scene_in(record) or CAPSULE)
 
 
 def span(record: Record) -> tuple[float, float]:

@@ -166,9 +166,18 @@ class Entry:
     """Whether it depends on gamma."""
     metric: bool = False
     """Whether it is drawn in a device's units."""
+    general: bool = False
+    """Whether it is drawn of any scene; the others are of the paper's alone."""
 
     def drawn(self, study: Study) -> Figure:
-        """The figure, with a word where a device's is dimensionless."""
+        """The figure, with a word where a device's is dimensionless.
+
+        Raises InvalidInput for another scene than the paper's where it is of that alone.
+        """
+        if study.system.scene.entry and not self.general:
+            raise InvalidInput(
+                "scene", study.system.scene.name, "capsule for a figure of the paper"
+            )
         figure = self.make(study)
         if study.device is not None and not self.metric:
             from capsule_sym._figures.layout import add_words
@@ -206,5 +215,8 @@ _MADE: dict[str, Callable[[Study], Figure]] = {
     "work-precision": _work_precision,
 }
 _RECORDS = tomllib.loads((files(__package__) / "figures.toml").read_text(encoding="utf-8"))
-FIGURES = {name: Entry(make, **_RECORDS[name]) for name, make in _MADE.items()}
+_GENERAL = {"motion", "bifurcations", "itineraries", "energies", "margins"}
+FIGURES = {
+    name: Entry(make, **_RECORDS[name], general=name in _GENERAL) for name, make in _MADE.items()
+}
 """Every figure by its name on the command line."""

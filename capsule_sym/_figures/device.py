@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from subprocess import CalledProcessError
 from typing import Any, NamedTuple
@@ -11,15 +12,16 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import FancyBboxPatch, Rectangle
+from matplotlib.transforms import Affine2D
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import add_key, canvas, new_figure
-from capsule_sym._figures.portraits import field_handles, plot_phase_portrait
+from capsule_sym._figures.portraits import field_handles, plot_phase_portrait, stops_of
 from capsule_sym._figures.sizes import MOVING, PAGE
 from capsule_sym._figures.style import Colours, describe, field_colour, figure_style
 from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
-from capsule_sym._parameters import SceneDevice
+from capsule_sym._parameters import SceneDevice, SceneParameters
 from capsule_sym._study.arcs import Motion, arcs, cycle
 
 _INK, _SHELL, _MASS, _SOFT = "#16202c", "#eef1f5", "#56B4E9", "#52606f"
@@ -33,12 +35,13 @@ class Frame(NamedTuple):
     """Where the capsule and the mass in it are drawn, and whether they press on what is beside.
 
     `capsule` and `mass` are displacements in the drawing's units, `gap` that between the mass at
-    rest and the second spring.
+    rest and the second spring, `behind` that to one behind it, if there is one.
     """
 
     capsule: float = 0.0
     mass: float = 0.0
     gap: float = 0.45
+    behind: float | None = None
 
 
 def draw_capsule(axes: Axes, frame: Frame, colour: str = _MASS) -> list[Any]:
@@ -60,13 +63,20 @@ def draw_capsule(axes: Axes, frame: Frame, colour: str = _MASS) -> list[Any]:
     plate = max(frame.gap, frame.mass) + at + _WIDE
     stop = Rectangle((plate, 0.42), _STOP, 0.7, facecolor=_SOFT, edgecolor="none")
     artists: list[Any] = [axes.add_patch(patch) for patch in (shell, body, stop)]
-    springs = (
-        (left + _WALL, mass - _WIDE, 0.95, 7),
+    # A spring behind lies between the first one and the damper.
+    aside = 0.0 if frame.behind is None else 0.12
+    springs = [
+        (left + _WALL, mass - _WIDE, 0.95 + aside, 7),
         (plate + _STOP, right - _WALL, 0.77, 5),
-    )
+    ]
+    if frame.behind is not None:
+        plate = min(-frame.behind, frame.mass) + at - _WIDE
+        stop = Rectangle((plate - _STOP, 0.62), _STOP, 0.3, facecolor=_SOFT, edgecolor="none")
+        artists.append(axes.add_patch(stop))
+        springs.append((left + _WALL, plate - _STOP, 0.77, 5))
     for begin, end, height, turns in springs:
         artists += axes.plot(*_spring(begin, end, height, turns), color=_INK, linewidth=0.9)
-    artists += _damper(axes, left + _WALL, mass - _WIDE, 0.52)
+    artists += _damper(axes, left + _WALL, mass - _WIDE, 0.52 - aside)
     return artists
 
 
@@ -90,17 +100,36 @@ def _damper(axes: Axes, begin: float, end: float, height: float) -> list[Any]:
     return artists
 
 
-def ground(axes: Axes, left: float, right: float) -> None:
+def ground(axes: Axes, left: float, right: float) -> list[Any]:
     """The ground on which the capsule lies, hatched below, and nothing else on the axes."""
-    axes.plot([left, right], [0, 0], color=_INK, linewidth=1.0)
-    axes.add_patch(
+    artists: list[Any] = axes.plot([left, right], [0, 0], color=_INK, linewidth=1.0)
+    artists.append(axes.add_patch(
         Rectangle(
             (left, -0.16), right - left, 0.16, hatch="/////", facecolor="none", edgecolor=_SOFT,
             linewidth=0,
         )
-    )  # fmt: skip
+    ))  # fmt: skip
     axes.set(xlim=(left, right), ylim=(-0.3, 2.35), aspect="equal")
     axes.set_axis_off()
+    return artists
+
+
+_SLOPE = math.radians(3)  # of a track of which no device says how steep it is
+
+
+def _tilt(parameters: SceneParameters, device: SceneDevice | None) -> float:
+    """Angle of the track, up the forward direction: a device's, or a small one of its sign."""
+    if device is not None:
+        return math.atan(device.to_dict().get("slope", 0.0))
+    bias = parameters.to_dict().get("s", 0.0)
+    return math.copysign(_SLOPE, bias) if bias else 0.0
+
+
+def _tilted(axes: Axes, artists: list[Any], angle: float) -> list[Any]:
+    """The artists, turned by an angle with the track."""
+    for artist in artists if angle else ():
+        artist.set_transform(Affine2D().rotate(angle) + axes.transData)
+    return artists
 
 
 @figure_style()
@@ -184,11 +213,18 @@ def animate(
     figure = new_figure(width, 0.46 * width)
     left = figure.add_axes((0.01, 0.02, 0.56, 0.8))
     right = figure.add_axes((0.66, 0.15, 0.32, 0.66))
-    ground(left, -3.2 + min(0.0, travelled.min()), 3.2 + max(0.0, travelled.max()))
+    angle = _tilt(result.parameters, device)
+    ends = -3.2 + min(0.0, travelled.min()), 3.2 + max(0.0, travelled.max())
+    _tilted(left, ground(left, *ends), angle)
+    low, high = left.get_ylim()
+    rises = [math.tan(angle) * end for end in ends]
+    left.set_ylim(low + min(rises), high + max(rises))
+    gap, *behind = (scale * abs(place) for place in stops_of(result.parameters))
     plot_phase_portrait(result, right, periods=periods, colours=colours, device=device)
     if device is None:
         right.set(xlabel="$x_r$", ylabel="$v_r$")
-    add_key(figure, field_handles(figure, colours))
+    scene = result.parameters.scene
+    add_key(figure, field_handles(figure, colours, scene))
     (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)
     shown: list[Any] = []
     try:
@@ -198,8 +234,9 @@ def animate(
                     artist.remove()
                 at, here = (float(np.interp(instant, time, of)) for of in (travelled, x_r))
                 field = int(fields[np.searchsorted(time, instant, side="right") - 1])
-                frame = Frame(at, scale * here, scale * result.parameters.delta)
-                shown = draw_capsule(left, frame, field_colour(field, colours))
+                frame = Frame(at, scale * here, gap, *behind)
+                colour = field_colour(field, colours, scene)
+                shown = _tilted(left, draw_capsule(left, frame, colour), angle)
                 fast = float(np.interp(instant, time, v_r))
                 dot.set_data([here * units.scale("x_r")], [fast * units.scale("v_r")])
                 writer.grab_frame()

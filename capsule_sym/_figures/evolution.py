@@ -16,7 +16,6 @@ from capsule_sym._figures.layout import NARROW, add_key, axes_for, canvas, fit_v
 from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
-    LABELS,
     NOT_PERIODIC,
     SEAMLESS,
     Colours,
@@ -24,11 +23,11 @@ from capsule_sym._figures.style import (
     describe,
     field_colour,
     figure_style,
+    labels_of,
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import SceneDevice
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
-from capsule_sym.generated.capsule.facts import FIELDS
 
 
 @figure_style()
@@ -54,7 +53,7 @@ def plot_fig6(
     for level, (motion, wide) in enumerate(widths):
         alpha, settled = motion.parameters.alpha, is_periodic(motion)
         for arc in cycle(motion):
-            colour = field_colour(arc.field, colours) if settled else "0.6"
+            colour = field_colour(arc.field, colours, arc.scene) if settled else "0.6"
             depth = np.full_like(arc.x_r, alpha)
             axes.plot(
                 arc.x_r,
@@ -66,7 +65,11 @@ def plot_fig6(
                 label=f"_F{arc.field}" if settled else "_not periodic",
             )
     # Words would take a column from the motions.
-    named = LABELS if width > NARROW else {"x_r": "$x_r$", "alpha": r"$\alpha$", "v_r": "$v_r$"}
+    named = (
+        labels_of(motions[0].parameters.scene)
+        if width > NARROW
+        else {"x_r": "$x_r$", "alpha": r"$\alpha$", "v_r": "$v_r$"}
+    )
     axes.set_xlabel(named["x_r"], labelpad=-4)
     axes.set_ylabel(named["alpha"], labelpad=6 if width > NARROW else -4)
     axes.set_zlabel(named["v_r"], labelpad=-6)
@@ -76,8 +79,8 @@ def plot_fig6(
         axis.pane.set_visible(False)
         axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
     fit_view(axes)
-    add_key(page, field_handles(page, colours) + unsettled_handles(motions))
     system = motions[0].parameters
+    add_key(page, field_handles(page, colours, system.scene) + unsettled_handles(motions))
     return describe(page, "Phase trajectories over the amplitude", parameters=system)
 
 
@@ -105,7 +108,7 @@ def plot_itineraries(
     for one in record["bifurcations"]:
         axes.axvline(one["value"], color="white", linewidth=0.6)
     if alone:
-        handles: list[Any] = [*field_handles(figure, colours)]
+        handles: list[Any] = [*field_handles(figure, colours, motions[0].parameters.scene)]
         if not all(map(is_periodic, motions)):
             handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
         add_key(figure, handles)
@@ -125,7 +128,8 @@ def draw_itineraries(
     units = units or Units()
     alphas = units.scale("alpha") * np.array([m.parameters.alpha for m in motions])
     edges = column_edges(alphas)
-    bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in FIELDS}
+    scene = motions[0].parameters.scene
+    bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in scene.facts.FIELDS}
     cycles = [cycle(motion) if is_periodic(motion) else [] for motion in motions]
     longest = max((round(one[-1].time[-1] - one[0].time[0]) for one in cycles if one), default=1)
     for drawn, left, right in zip(cycles, edges[:-1], edges[1:], strict=True):
@@ -136,7 +140,7 @@ def draw_itineraries(
                 low, high = (min(turn + t - first, longest) for t in (arc.time[0], arc.time[-1]))
                 bars[arc.field].append([(left, low), (right, low), (right, high), (left, high)])
     for field, corners in bars.items():
-        colour = field_colour(field, colours)
+        colour = field_colour(field, colours, scene)
         axes.add_collection(PolyCollection(corners, color=colour, label=f"F{field}", **SEAMLESS))
     axes.set(xlim=(alphas[0], alphas[-1]), ylim=(0, longest))
     axes.set_xlabel(units.label("alpha"))

@@ -5,7 +5,9 @@ Segments are in the colours of their fields.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 from string import ascii_lowercase
 from typing import Any
 
@@ -13,12 +15,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from capsule_sym._figures.layout import across, add_key, axes_for, canvas
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
+    GREY,
     LABELS,
     LOOKS,
+    RED,
     Colours,
     describe,
     field_colour,
@@ -29,10 +35,10 @@ from capsule_sym._figures.style import (
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._map import Trajectory
-from capsule_sym._parameters import SceneDevice, SceneParameters
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._parameters import CAPSULE, Scene, SceneDevice, SceneParameters
 from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
-from capsule_sym._study.boundaries import lines
-from capsule_sym.generated.capsule.facts import MODES
+from capsule_sym._study.boundaries import lines, within
 
 _MARGIN = 0.08  # of the range of a curve, left free around it
 
@@ -54,14 +60,32 @@ def plot_displacements(
     drawn = [units.arc(arc) for arc in arcs(result, periods)]
     begin, origin = drawn[0].time[0], drawn[0].x_c[0]
     for arc in drawn:
-        colour = field_colour(arc.field, colours)
+        colour = field_colour(arc.field, colours, arc.scene)
         x_c = arc.x_c - origin
         looks: dict[str, Any] = {"color": colour, "label": f"_F{arc.field}"}
         axes.plot(arc.time - begin, x_c + arc.x_r, "--", dashes=(2.5, 1.2), **looks)
         axes.plot(arc.time - begin, x_c, "-", **looks)
     axes.set_xlim(0, drawn[-1].time[-1] - begin)
+    shade_pulses(axes, result.parameters, begin, units)
     axes.set_xlabel(units.label("time"))
     axes.set_ylabel(units.label("x_c", LABELS["x"]))
+
+
+PULSE = "drive at its high level"
+
+
+def shade_pulses(axes: Axes, parameters: SceneParameters, begin: float, units: Units) -> None:
+    """Grey bands over time where pulses are high, on axes that begin at an instant."""
+    if not parameters.scene.facts.PULSED:
+        return
+    share = parameters.to_dict()["D"]
+    _, end = axes.get_xlim()
+    period = units.scale("time")
+    for turn in range(math.floor(begin / period), math.ceil((begin + end) / period)):
+        rise = turn * period - begin
+        low, high = max(rise, 0.0), min(rise + share * period, end)
+        if low < high:
+            axes.axvspan(low, high, color="0.92", linewidth=0, zorder=0, label=PULSE)
 
 
 def plot_phase_portrait(
@@ -83,11 +107,26 @@ def plot_phase_portrait(
     for arc in drawn:
         looks: dict[str, Any] = {"label": f"_F{arc.field}", "zorder": 3}
         looks["linewidth"] = 1.1 if is_periodic(result) else 0.4
-        axes.plot(arc.x_r, arc.v_r, "-", color=field_colour(arc.field, colours), **looks)
+        colour = field_colour(arc.field, colours, arc.scene)
+        axes.plot(arc.x_r, arc.v_r, "-", color=colour, **looks)
+    _mark_edges(axes, drawn, is_periodic(result) and periods is None)
     _frame(axes, drawn)
     draw_lines(result.parameters, axes, units)
     axes.set_xlabel(units.label("x_r"))
     axes.set_ylabel(units.label("v_r"))
+
+
+_EDGES = {False: ("^", "rise of the drive"), True: ("v", "fall of the drive")}
+
+
+def _mark_edges(axes: Axes, drawn: Sequence[Arc], closed: bool) -> None:
+    """A triangle where the drive rises or falls, on a portrait."""
+    for arc, following in pairwise([*drawn, drawn[0]] if closed else drawn):
+        levels = arc.scene.facts.LEVELS
+        if levels[arc.field] != levels[following.field]:
+            mark, label = _EDGES[bool(levels[following.field])]
+            looks: dict[str, Any] = {"color": "black", "markersize": 3.5, "zorder": 4}
+            axes.plot(following.x_r[:1], following.v_r[:1], mark, label=label, **looks)
 
 
 def _frame(axes: Axes, drawn: list[Arc]) -> None:
@@ -120,25 +159,26 @@ def plot_motion(
     plot_displacements(result, left, periods=periods, colours=colours, device=device)
     plot_phase_portrait(result, right, colours=colours, device=device)
     if axes is None:
-        handles = field_handles(figure, colours) + boundary_handles(figure)
+        scene = result.parameters.scene
+        handles = field_handles(figure, colours, scene) + boundary_handles(figure)
         add_key(figure, handles + unsettled_handles([result]))
     return describe(figure, "Displacements and phase portrait", parameters=result.parameters)
 
 
-def field_handles(figure: Figure, colours: Colours = "safe") -> list[Line2D]:
-    """Legend entries for the segments that are drawn: of F1 to F6, with their modes of operation.
+def field_handles(figure: Figure, colours: Colours = "safe", scene: Scene = CAPSULE) -> list[Any]:
+    """Legend entries for the segments that are drawn: fields with their modes of operation.
 
     What is drawn of a segment is labelled by its field, such as F1 or _F1.
     """
     drawn = labels_of(figure)
     return [
-        Line2D([], [], color=field_colour(field, colours), label=f"$F_{field}$ {mode}")
-        for field, mode in enumerate(MODES, start=1)
+        Line2D([], [], color=field_colour(field, colours, scene), label=f"$F_{{{field}}}$ {mode}")
+        for field, mode in enumerate(scene.facts.MODES, start=1)
         if drawn & {f"F{field}", f"_F{field}"}
     ]
 
 
-def unsettled_handles(motions: Sequence[Motion]) -> list[Line2D]:
+def unsettled_handles(motions: Sequence[Motion]) -> list[Any]:
     """Legend entry for motions that are not periodic; none where all are."""
     if all(map(is_periodic, motions)):
         return []
@@ -152,7 +192,7 @@ def labels_of(figure: Figure) -> set[str]:
     return {str(artist.get_label()) for axes in figure.axes for artist in axes.get_children()}
 
 
-def boundary_handles(figure: Figure) -> list[Line2D]:
+def boundary_handles(figure: Figure) -> list[Any]:
     """Legend entries for mass and capsule, and for the boundary lines that are drawn."""
     looks: list[tuple[str, Any, str, float]] = [
         ("$x_m$", "--", "0.4", 1.1),
@@ -163,24 +203,81 @@ def boundary_handles(figure: Figure) -> list[Line2D]:
         names = [mathematical(name) for name in LOOKS if LOOKS[name] == look and name in drawn]
         if names:
             looks.append((r" $\cup$ ".join(names), *look, 0.6))
-    return [
+    looks += [(name, *look, 0.6) for name, look in _BORDERS.items() if name in drawn]
+    handles = [
         Line2D([], [], linestyle=style, color=colour, linewidth=width, label=label)
         for label, style, colour, width in looks
     ]
+    marks = [
+        Line2D([], [], linestyle="", marker=mark, color="black", markersize=3.5, label=label)
+        for mark, label in _EDGES.values()
+        if label in drawn
+    ]
+    return [*handles, *marks, *band_handles(figure)]
+
+
+def band_handles(figure: Figure) -> list[Any]:
+    """Legend entry for the bands of pulses, if any are drawn."""
+    drawn = PULSE in labels_of(figure)
+    return [Patch(color="0.92", linewidth=0, label=PULSE)] if drawn else []
 
 
 def draw_lines(parameters: SceneParameters, axes: Axes, units: Units) -> None:
-    """Draw the lines of P1 = 0 over the present view of axes in (x_r, v_r), and name them."""
+    """Draw the lines of P1 = 0 over the present view of axes in (x_r, v_r), and name them.
+
+    Those of another scene than the paper's have no numbers: its stops, and where rest ends.
+    """
     x_r, v_r = axes.get_xlim(), axes.get_ylim()
     long, fast = units.scale("x_r"), units.scale("v_r")
     view = (x_r[0] / long, x_r[1] / long), (v_r[0] / fast, v_r[1] / fast)
-    for name, line in lines(parameters, *view).items():
-        style, colour = LOOKS[name]
+    found = (
+        [(name, LOOKS[name], line) for name, line in lines(parameters, *view).items()]
+        if parameters.scene is CAPSULE
+        else [(name, _BORDERS[name], line) for name, line in borders(parameters, *view[1])]
+    )
+    for name, (style, colour), line in found:
         axes.plot(
             *(line * (long, fast)).T, style, color=colour, linewidth=0.6, zorder=1, label=name
         )
     axes.set_xlim(x_r)
     axes.set_ylim(v_r)
+
+
+_STOP, _FORWARD, _BACKWARD = "stop", "rest ends forward", "rest ends backward"
+_BORDERS = {_STOP: ("-", "black"), _FORWARD: ("--", RED), _BACKWARD: ("--", GREY)}
+"""Look of the borders of a scene, by what they are."""
+
+
+def borders(
+    parameters: SceneParameters, low: float, high: float
+) -> list[tuple[str, NDArray[np.float64]]]:
+    """The stops over a range of v_r, and where rest ends, unless that moves with the drive.
+
+    Each is what it is, and its ends (2, 2) in (x_r, v_r).
+    """
+    facts, numbers = parameters.scene.facts, NumpyBackend(parameters.scene)
+    front, *behind = stops_of(parameters)
+    back = behind[0] if behind else -np.inf
+    found = [(_STOP, np.array([(at, low), (at, high)])) for at in (front, *behind)]
+    if facts.REACTS:
+        return found
+    for contact, left, right in ((0, back, front), (1, front, np.inf), (2, -np.inf, back)):
+        if (contact, 0) not in facts.FIELD_OF:
+            continue
+        rest = numbers.constants(facts.FIELD_OF[contact, 0], parameters)
+        sides = [(1.0, 0.0, -left)] * (left > -np.inf) + [(-1.0, 0.0, right)] * (right < np.inf)
+        for way, name in facts.BOUNDS.items():
+            bound = way * getattr(parameters, name)
+            ends = np.array([(rest.position_at(bound, v), v) for v in (low, high)])
+            if len(line := within(ends, sides)):
+                found.append((_FORWARD if way > 0 else _BACKWARD, line))
+    return found
+
+
+def stops_of(parameters: SceneParameters) -> tuple[float, ...]:
+    """Where the stops are, x_r: in front and, if there are two, behind."""
+    (front, _), *behind = parameters.scene.facts.STOPS
+    return (getattr(parameters, front), *(-getattr(parameters, gap) for gap, _ in behind))
 
 
 _PAIR = 3.0  # least width of a panel, a pair of axes, in inches
@@ -247,10 +344,10 @@ def plot_margins(
 ) -> Figure:
     """How far every guard is from firing, over a run's last periods or an orbit, by acting field.
 
-    A switch happens where the gap x_r - delta or the capsule's velocity reaches 0, or where the
-    interaction force of a sticking capsule reaches the friction bound; where a quantity is no
-    guard of the acting field its curve is thin. Drawn into four `axes` if they are given: that of
-    the itinerary, of gap, velocity and force; in SI units with the `device` whose motion it is.
+    A switch happens where the mass meets a stop, where the capsule's velocity reaches 0, or where
+    the pull on a sticking capsule reaches a friction bound; where a quantity is no guard of the
+    acting field its curve is thin. Drawn into four `axes` if they are given: that of the itinerary,
+    of gap, velocity and force; in SI units with the `device` whose motion it is.
     """
     parameters = result.parameters
     units = Units.of_motion(device, parameters)
@@ -264,21 +361,30 @@ def plot_margins(
         axes, width, 4.4, nrows=4, sharex=True, gridspec_kw=rows
     )
     itinerary_bar(drawn, bar, colours)
+    places = [at * units.scale("x_r") for at in stops_of(parameters)]
+    stop = places[0] if len(places) == 1 else 0.0  # the gap is that of the one stop
     for arc, push in zip(drawn, pushes, strict=True):
-        colour, time, stick = field_colour(arc.field, colours), arc.time - begin, arc.stick
-        gap.plot(time, arc.x_r - parameters.delta * units.scale("x_r"), color=colour)
+        colour = field_colour(arc.field, colours, arc.scene)
+        time, stick = arc.time - begin, arc.stick
+        gap.plot(time, arc.x_r - stop, color=colour)
         velocity.plot(time, arc.v_c, color=colour, linewidth=0.5 if stick else 1.1)
         force.plot(time, push, color=colour, linewidth=1.1 if stick else 0.5)
-    bound = parameters.f_b * units.scale("peak_force")
-    for row, level in ((gap, 0.0), (velocity, 0.0), (force, bound), (force, -bound)):
+    levels = [(gap, at - stop) for at in places] + [(velocity, 0.0)]
+    for way, name in parameters.scene.facts.BOUNDS.items():
+        levels.append((force, way * getattr(parameters, name) * units.scale("peak_force")))
+    for row, level in levels:
         row.axhline(level, color="0.35", linewidth=0.6, linestyle="--", zorder=1)
-    gap.set_ylabel(units.label("x_r", r"gap $x_r-\delta$"))
+    gap.set_ylabel(units.label("x_r", "" if len(places) > 1 else r"gap $x_r-\delta$"))
     velocity.set_ylabel(units.label("v_c"))
-    force.set_ylabel(units.label("peak_force", "force $P_3$, $P_4$"))
+    own = parameters.scene is CAPSULE
+    force.set_ylabel(units.label("peak_force", "force $P_3$, $P_4$" if own else "pull $Q$"))
     force.set_xlabel(units.label("time"))
     force.set_xlim(0, drawn[-1].time[-1] - begin)
+    for row in (gap, velocity, force):
+        shade_pulses(row, parameters, begin, units)
     if axes is None:
-        add_key(figure, field_handles(figure, colours) + unsettled_handles([result]))
+        handles = field_handles(figure, colours, parameters.scene) + band_handles(figure)
+        add_key(figure, handles + unsettled_handles([result]))
     return describe(figure, "Guards over time", parameters=parameters)
 
 
@@ -287,10 +393,10 @@ def itinerary_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -
     begin = drawn[0].time[0]
     for arc in drawn:
         left, width = arc.time[0] - begin, arc.time[-1] - arc.time[0]
-        colour = field_colour(arc.field, colours)
+        colour = field_colour(arc.field, colours, arc.scene)
         axes.broken_barh([(left, width)], (0, 1), facecolor=colour, label=f"F{arc.field}")
         if width > _NAMED * (drawn[-1].time[-1] - begin):
-            middle, name = left + width / 2, f"$F_{arc.field}$"
+            middle, name = left + width / 2, f"$F_{{{arc.field}}}$"
             ink = readable(colour) if colour.startswith("#") else "white"
             axes.text(middle, 0.46, name, color=ink, ha="center", va="center", fontsize=6)
     axes.set_ylim(0, 1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from importlib.resources import as_file, files
 from io import BytesIO
 from pathlib import Path
@@ -14,6 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
@@ -21,14 +23,22 @@ import capsule_sym
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import FORMATS, RESOLUTION, RESOLUTIONS
 from capsule_sym._files import write_whole
-from capsule_sym.generated.capsule import facts
+from capsule_sym._parameters import CAPSULE, Scene
 
 Colours = Literal["safe", "paper"]
 _FIELDS: dict[str, tuple[str, ...]] = {
-    # The hues of the paper in the palette of Okabe and Ito, which eyes of all kinds tell apart.
-    "safe": ("#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00"),
-    "paper": ("blue", "red", "magenta", "green", "black", "orange"),
+    # The hues of the paper in the palette of Okabe and Ito, which eyes of all kinds tell apart;
+    # the last three are those of contact behind: forward, rest, backward.
+    "safe": (
+        *("#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00"),
+        *("#56B4E9", "#7A5230", "#B8A800"),
+    ),
+    "paper": (
+        *("blue", "red", "magenta", "green", "black", "orange"),
+        *("deepskyblue", "saddlebrown", "olive"),
+    ),
 }
+_PALE = 0.45  # share of white in the colours of a field at the low level of the drive
 
 REGIONS = (
     *("#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288"),
@@ -40,14 +50,22 @@ STABLE, UNSTABLE = "#0072B2", "#D55E00"
 SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Colours of curves that are compared."""
 
-LABELS = {
-    **{name: f"{text} ${facts.TEX[name]}$" for name, text in facts.LABELS.items()},
-    "x": r"displacements $x_m$, $x_c$",
-    "time": r"time $\omega\tau/2\pi$ (periods)",
-    "velocity": r"average velocity $\langle v_c\rangle$",
-    "progression": "progression per period",
-}
-"""Axis labels: what a quantity means, and its symbol."""
+
+@cache
+def labels_of(scene: Scene) -> dict[str, str]:
+    """Axis labels of a scene: what a quantity means, and its symbol."""
+    facts = scene.facts
+    return {
+        **{name: f"{text} ${facts.TEX[name]}$" for name, text in facts.LABELS.items()},
+        "x": r"displacements $x_m$, $x_c$",
+        "time": r"time $\omega\tau/2\pi$ (periods)",
+        "velocity": r"average velocity $\langle v_c\rangle$",
+        "progression": "progression per period",
+    }
+
+
+LABELS = labels_of(CAPSULE)
+"""Those of the paper's scene; states and results have the same in each."""
 
 NOT_PERIODIC = "no periodic motion found"
 """Legend entry of what is left white where motions are drawn over parameters or starts."""
@@ -68,14 +86,19 @@ CURVES = {
 OTHER_CURVE = ("#4D4D4D", "--")
 
 
-def field_colour(field: int, colours: Colours = "safe") -> str:
-    """Colour of the segments of field F1 to F6 (1 to 6).
+def field_colour(field: int, colours: Colours = "safe", scene: Scene = CAPSULE) -> str:
+    """Colour of the segments of a field by its number, paler where the drive is at its low level.
 
     "paper" are those of Fig. 7; raises InvalidInput for a set that does not exist.
     """
     if colours not in _FIELDS:
         raise InvalidInput("colours", colours, f"one of {', '.join(_FIELDS)}")
-    return _FIELDS[colours][field - 1]
+    contact, drift = scene.facts.FIELDS[field]
+    colour: str = _FIELDS[colours][3 * contact + 1 - drift]
+    if scene.facts.LEVELS[field]:
+        red, green, blue = (_PALE + (1 - _PALE) * part for part in to_rgb(colour))
+        return str(to_hex((red, green, blue)))
+    return colour
 
 
 def readable(colour: str) -> str:

@@ -16,6 +16,7 @@ from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, NOT_PERIODIC, REGIONS, STABLE, describe, figure_style
 from capsule_sym._figures.units import named
+from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._sweeps import itineraries
 
 if TYPE_CHECKING:
@@ -106,7 +107,9 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
         label="Pareto front",
     )  # fmt: skip
     axes.set_xscale("log")
-    axes.set_xlabel(r"cost of transport $W/(f_b\,|\Delta x_c|)$")
+    bounds = (scene_in(results.attrs) or CAPSULE).facts.BOUNDS
+    bound = "f_b" if len({*bounds.values()}) == 1 else r"f_\pm"
+    axes.set_xlabel(rf"cost of transport $W/({bound}\,|\Delta x_c|)$")
     axes.set_ylabel(f"speed ({unit})" if unit else r"speed $|\langle v_c\rangle|$")
     axes.legend(loc="lower right")
     return describe(figure, "Pareto front of speed and cost of transport")
@@ -120,10 +123,13 @@ def speed_and_cost(results: xr.Dataset) -> tuple[Array, Array]:
     if not {"velocity", "work"} <= set(results):
         raise InvalidInput("results", sorted(map(str, results)), "a sweep that computes energies")
     velocity, work = results["velocity"], results["work"]
-    omega, bound = (
-        results[name] if name in results.coords else results.attrs[name]
-        for name in ("omega", "f_b")
+    bounds = (scene_in(results.attrs) or CAPSULE).facts.BOUNDS
+    omega, forward, backward = (
+        results[name] if name in results.coords else results.attrs.get(name, 0.0)
+        for name in ("omega", bounds.get(1), bounds.get(-1))
     )
+    back = velocity < 0
+    bound = back * backward + ~back * forward
     way = abs(velocity) * 2 * np.pi / omega
     cost = (work / (bound * way)).values.ravel()
     speed = abs(velocity).values.ravel()

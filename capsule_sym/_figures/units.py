@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.style import LABELS
-from capsule_sym._parameters import SceneDevice, SceneParameters
+from capsule_sym._figures.style import labels_of
+from capsule_sym._parameters import CAPSULE, SHIPPED, Scene, SceneDevice, SceneParameters
+from capsule_sym._parameters import scene as load
 from capsule_sym._study.arcs import Arc
 from capsule_sym._units import UNITS
-from capsule_sym.generated.capsule.facts import DRIVEN, PARAMETERS
 
 DIMENSIONLESS = "all quantities are dimensionless"
 """What a figure says that has no units, of a device or of what a file holds."""
@@ -20,8 +21,6 @@ DIMENSIONLESS = "all quantities are dimensionless"
 _OTHERS = "the other quantities are dimensionless"
 
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k"}
-_TIED = {tied: (name, unit) for name, (tied, unit) in DRIVEN.items()}
-_UNTIED = tuple(name for name in PARAMETERS if name not in _TIED)
 _PREFIXED = ("m", "m/s", "N", "J", "s")
 
 
@@ -30,22 +29,28 @@ class Units:
     """How the quantities of a figure are drawn: dimensionless, or in the SI units of a device."""
 
     device: SceneDevice | None = None
+    scene: Scene = CAPSULE
 
     @classmethod
     def of_motion(cls, device: SceneDevice | None, parameters: SceneParameters) -> Units:
         """Units of a motion; raises InvalidInput unless its frequency and mass ratio are those."""
-        return cls.of_known(device, parameters.to_dict())
+        return cls.of_known(device, parameters.to_dict(), parameters.scene)
 
     @classmethod
-    def of_known(cls, device: SceneDevice | None, known: Mapping[str, Any]) -> Units:
+    def of_known(
+        cls, device: SceneDevice | None, known: Mapping[str, Any], scene: Scene = CAPSULE
+    ) -> Units:
         """The same of motions of which these parameters are known, the varied ones left out."""
         if device is not None:
-            own = device.dimensionless()
-            for name in ("omega", *_UNTIED):
+            if device.scene is not scene:
+                raise InvalidInput("device", device, f"of the scene {scene.name}")
+            own, tied = device.dimensionless(), _tied(device)
+            untied = (name for name in device.scene.facts.PARAMETERS if name not in tied)
+            for name in ("omega", *untied):
                 value, allowed = float(known.get(name, getattr(own, name))), getattr(own, name)
                 if not math.isclose(value, allowed, rel_tol=1e-9):
                     raise InvalidInput(name, value, f"{allowed:.9g}, as of the device")
-        return cls(device)
+        return cls(device, scene)
 
     def scale(self, name: str) -> float:
         """What a dimensionless value is multiplied with; time is in excitation periods."""
@@ -53,7 +58,7 @@ class Units:
 
     def label(self, name: str, text: str = "", words: str = "") -> str:
         """Label of an axis, by default that of `LABELS`; of a device its words and the unit."""
-        text, unit = text or LABELS.get(name, name), self.unit(name)
+        text, unit = text or labels_of(self.scene).get(name, name), self.unit(name)
         # The symbols are those of dimensionless quantities.
         return f"{words or text.partition(' $')[0]} ({unit})" if unit else text
 
@@ -76,14 +81,15 @@ class Units:
         device = self.device
         if device is None:
             return 1.0, ""
-        if name in _UNTIED:  # they change the units themselves
-            raise InvalidInput(
-                "parameter", name, f"one of {', '.join(_TIED)} where a device is given"
-            )
+        tied = _tied(device)
+        if name in device.scene.facts.PARAMETERS and name not in tied:
+            # they change the units themselves
+            allowed = f"one of {', '.join(tied)} where a device is given"
+            raise InvalidInput("parameter", name, allowed)
         if name == "time":
-            factor, unit = math.tau / device.Omega, "s"
-        elif name in _TIED:
-            physical, unit = _TIED[name]
+            factor, unit = math.tau / device.rate, "s"
+        elif name in tied:
+            physical, unit = tied[name]
             factor = 1 / device.tie(physical)[1]
         else:
             factor, unit = device.scale(name), UNITS[name].name
@@ -94,17 +100,31 @@ class Units:
         return factor / 10.0**power, _PREFIXES[power] + unit
 
 
+def _tied(device: SceneDevice) -> dict[str, tuple[str, str]]:
+    """Parameters that one quantity of a device is in proportion to: it, and its unit."""
+    return {tied: (name, unit) for name, (tied, unit) in device.scene.facts.DRIVEN.items()}
+
+
 def named(name: str) -> str:
     """Label of a parameter as files name it, with its unit if it is a device's."""
-    from capsule_sym._design.quantities import OF_DEVICE
+    from capsule_sym._design.quantities import units_of
 
-    if name in LABELS:
-        return LABELS[name]
-    unit = OF_DEVICE.get(name, "")
+    if name in (known := _known()):
+        return known[name]
+    units = {one: unit for scene in map(load, SHIPPED) for one, unit in units_of(scene).items()}
     symbol = f"${name.replace('Omega', chr(92) + 'Omega')}$"
-    return f"{symbol} ({unit})" if unit else name
+    return f"{symbol} ({units[name]})" if units.get(name) else name
 
 
 def said(*parameters: str) -> str:
     """What a figure says of units over parameters that may be a device's."""
-    return DIMENSIONLESS if all(name in LABELS for name in parameters) else _OTHERS
+    return DIMENSIONLESS if all(name in _known() for name in parameters) else _OTHERS
+
+
+@cache
+def _known() -> dict[str, str]:
+    """Labels of all scenes that ship, in which a name means the same."""
+    found: dict[str, str] = {}
+    for scene in map(load, SHIPPED[::-1]):
+        found |= labels_of(scene)
+    return found

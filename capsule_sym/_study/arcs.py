@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +11,8 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import SceneParameters
-from capsule_sym.generated.capsule.facts import FIELD_OF
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
 UNSETTLED = 16
 """Excitation periods, at most, that are drawn of a run that does not end in a steady motion."""
@@ -39,6 +38,7 @@ class Arc:
     v_r: Array
     v_c: Array
     x_c: Array
+    scene: Scene = CAPSULE
 
     @property
     def states(self) -> tuple[Array, Array, Array]:
@@ -47,13 +47,13 @@ class Arc:
 
     @property
     def stick(self) -> bool:
-        """Whether the capsule is at rest: F2 or F5."""
-        return drift(self.field) == 0
+        """Whether the capsule is at rest, as in F2 and F5 of the paper's scene."""
+        return bool(self.scene.facts.FIELDS[self.field][1] == 0)
 
     @property
     def contact(self) -> bool:
-        """Whether the mass touches the second spring: F4, F5 or F6."""
-        return bool(contact(self.field))
+        """Whether the mass touches a stop, as in F4, F5 and F6 of the paper's scene."""
+        return bool(self.scene.facts.FIELDS[self.field][0])
 
 
 def arcs(motion: Motion, periods: int) -> list[Arc]:
@@ -96,7 +96,7 @@ def cycle(motion: Motion) -> list[Arc]:
 
 
 def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> list[Arc]:
-    period = trajectory.parameters.period
+    period, scene = trajectory.parameters.period, trajectory.parameters.scene
     found = []
     for segment in trajectory.segments:
         start, stop = (at.period * period + float(at.phase) for at in (segment.start, segment.end))
@@ -111,11 +111,13 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
                 states[-1] = [float(value) for value in segment.end_state]
             x_r, v_r, v_c = states.T
             planes = segment.source, segment.target
-            found.append(Arc(segment.field, *planes, time / period, x_r, v_r, v_c, x_c))
+            found.append(Arc(segment.field, *planes, time / period, x_r, v_r, v_c, x_c, scene))
     return found
 
 
 def interaction(arc: Arc, parameters: SceneParameters) -> Array:
-    """The force between mass and capsule along an arc: P3, in contact P4 (dimensionless)."""
-    c = NumpyBackend().constants(FIELD_OF[int(arc.contact), 0], parameters)
-    return c.force(arc.x_r, arc.x_r - parameters.delta, arc.v_r)  # type: ignore[no-any-return]
+    """The pull on the capsule along an arc, with that of a drive that reacts (dimensionless)."""
+    c = NumpyBackend(arc.scene).constants(arc.field, parameters)
+    gap = arc.x_r - c.own_stop()
+    pull: Array = c.pull(arc.x_r, gap, arc.v_r, np.cos(math.tau * arc.time))
+    return pull

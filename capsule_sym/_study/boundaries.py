@@ -58,7 +58,7 @@ def lines(parameters: SceneParameters, x_r: Limits, v_r: Limits) -> dict[str, Ar
         middle = np.array([c.position_at(bound, 0.0), 0.0])
         along = reach * np.array([-damper, stiffness])
         whole = np.array([middle - along, middle + along])
-        found[name] = _within(whole, [*rectangle, (side, 0.0, -side * delta)])
+        found[name] = within(whole, [*rectangle, (side, 0.0, -side * delta)])
     upper, lower = np.clip(corners(p), -reach, reach)
     for name, high, low in (
         ("L5", reach, max(upper, 0.0)),
@@ -68,7 +68,7 @@ def lines(parameters: SceneParameters, x_r: Limits, v_r: Limits) -> dict[str, Ar
         ("L8", lower, -reach),
     ):
         if high > low:
-            found[name] = _within(np.array([(delta, high), (delta, low)]), rectangle)
+            found[name] = within(np.array([(delta, high), (delta, low)]), rectangle)
     return {name: line for name, line in found.items() if len(line) and np.ptp(line, axis=0).any()}
 
 
@@ -108,7 +108,7 @@ def _clip(polygon: Array, half_plane: Sequence[float] | Array) -> Array:
     return np.array(kept).reshape(-1, 2)
 
 
-def _within(ends: Array, half_planes: Sequence[tuple[float, float, float]]) -> Array:
+def within(ends: Array, half_planes: Sequence[tuple[float, float, float]]) -> Array:
     """The part of a line, given by its ends, inside half-planes: its two ends, or nothing."""
     first, step = ends[0], ends[1] - ends[0]
     low, high = 0.0, 1.0

@@ -77,7 +77,7 @@ class Store:
 
         Where it is not periodic, the run of so many as `arcs.UNSETTLED` and one more.
         """
-        inputs = [parameters.to_dict() for parameters in wanted]
+        inputs = [_known(parameters) for parameters in wanted]
 
         def compute() -> list[dict[str, Any]]:
             return [_settled(p) for p in self.track(wanted, "Settling motions", len(wanted))]
@@ -90,7 +90,7 @@ class Store:
 
         Where no run from rest becomes periodic there, of that at `to`, followed back.
         """
-        inputs = [parameters.to_dict(), parameter, begin, to]
+        inputs = [_known(parameters), parameter, begin, to]
 
         def compute() -> dict[str, Any]:
             return branch_record(_followed(parameters, parameter, (begin, to), _BRANCH_POINTS))
@@ -114,7 +114,7 @@ class Store:
                 for one in tracked
             ]
 
-        return self.get("curves", [parameters.to_dict(), plane], compute)
+        return self.get("curves", [_known(parameters), plane], compute)
 
     def regions(self, parameters: SceneParameters, plane: Plane) -> list[Region]:
         """The regions between the `curves`.
@@ -134,7 +134,7 @@ class Store:
                 for number, x, y in tracked
             ]
 
-        found = self.get("regions", [parameters.to_dict(), plane], compute)
+        found = self.get("regions", [_known(parameters), plane], compute)
         return regions.by_samples(plane, cut, found)
 
     def bundle(self, section: Section, parameters: SceneParameters) -> list[Trajectory]:
@@ -163,6 +163,12 @@ def _provenance() -> dict[str, str]:
                 digest.update(source.read_bytes())
     code = digest.hexdigest()[:16]
     return {"version": capsule_sym.__version__, "generated": DIGEST, "code": code}
+
+
+def _known(parameters: SceneParameters) -> dict[str, Any]:
+    """Parameters, and their scene with its code unless it is the paper's."""
+    of = parameters.scene
+    return ({**of.entry, "generated": of.digest} if of.entry else {}) | parameters.to_dict()
 
 
 def _followed(

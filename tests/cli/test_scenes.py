@@ -12,7 +12,7 @@ from capsule_sym._commands.options import scene_of
 
 Command = Callable[..., CompletedProcess[str]]
 
-_DEVICE = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
+_DEVICE = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\nmu_back=0.2\n"
 _FILES = {
     "slope.toml": "scene = 'slope'\ns = 0.1\n",
     "plain.toml": "alpha = 0.5\n",
@@ -46,15 +46,15 @@ REFUSED = [
     (
         "run --params of_another.toml",
         "parameter = 'f_b': must be one of alpha, omega, delta, zeta, beta, gamma, s, f_plus, "
-        "f_minus, or of M_m, M_c, k1, k2, c, G, P_d, Omega, mu, g, slope (scene slope)",
+        "f_minus, or of M_m, M_c, k1, k2, c, G, P_d, Omega, mu, mu_back, g, slope (scene slope)",
     ),
     ("run --params of_slope.toml", "parameter = 'f_plus': must be one of alpha,"),
     ("run --scene slope --params capsule.toml", "--scene = 'slope': must be capsule, as in caps"),
     ("run --scene capsule --params slope.toml", "--scene = 'capsule': must be slope, as in slop"),
     (
         "run --params part.toml",
-        "--params = 'part.toml': must be a whole device, with M_c, k1, k2, c, G, P_d, Omega, mu "
-        "too (scene slope)",
+        "--params = 'part.toml': must be a whole device, with M_c, k1, k2, c, G, P_d, Omega, mu, "
+        "mu_back too (scene slope)",
     ),
     ("run --params mixed.toml", "s = 0.1: must be absent where M_m is given in SI units"),
     ("run --params device.toml --s 0.1", "s = 0.1: must be absent where device.toml is in SI"),

@@ -24,7 +24,7 @@ from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.stationary import rough, stationary
 from capsule_sym._design.survey import Survey, spread
-from capsule_sym._map import drift
+from capsule_sym._native import core
 from tests.design.clock import LIMIT, Clock
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
@@ -193,7 +193,7 @@ def closings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return made
 
 
-@pytest.mark.skipif(evaluation.core is None, reason="counts what the core does")
+@pytest.mark.skipif(core is None, reason="counts what the core does")
 def test_a_margin_that_cannot_hold_takes_bounded_work(closings) -> None:
     found = optimise("speed", BOUNDS, margin=0.9, samples=1)
     assert found.status is OptimumStatus.INFEASIBLE
@@ -202,7 +202,7 @@ def test_a_margin_that_cannot_hold_takes_bounded_work(closings) -> None:
     assert found.statistics["evaluations"] <= 100 * found.statistics["followed"]
 
 
-@pytest.mark.skipif(evaluation.core is None, reason="counts what the core does")
+@pytest.mark.skipif(core is None, reason="counts what the core does")
 def test_a_motion_that_is_slow_to_settle_is_closed_a_few_times(closings) -> None:
     p = Parameters(alpha=1.703, omega=2.148, delta=0.191, zeta=0.077, beta=3.0, gamma=9.908)
     assert evaluation.settle(p, START[0]) is not None
@@ -348,9 +348,7 @@ def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> 
 @pytest.mark.parametrize("bounds", [{1: "f_b", -1: "gamma"}, {1: "f_b"}, {}])
 def test_metrics_know_no_friction_bound_but_those_of_the_model(monkeypatch, bounds) -> None:
     """One where the capsule goes forward may be another than where it goes back, or none at all."""
-    monkeypatch.setattr(evaluation, "BOUNDS", bounds)
-    monkeypatch.setattr(drift, "BOUNDS", bounds)
-    monkeypatch.setattr(quantities, "BOUNDS", bounds)
+    monkeypatch.setattr(Parameters.scene.facts, "BOUNDS", bounds)
     for delta, way in ((1.0, 1), (0.02, -1)):
         p = Parameters(alpha=0.9, delta=delta, gamma=0.5, f_b=0.8)
         metrics = quantities.of(evaluation.settle(p, (0.0, 0.0, 0.0)).metrics, p)

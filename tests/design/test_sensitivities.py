@@ -10,11 +10,12 @@ from mpmath import mp, mpf
 
 from capsule_sym import InvalidInput, Parameters, Sensitivities, sensitivities, simulate
 from capsule_sym._design import sensitivities as module
-from capsule_sym._design.sensitivities import SLOPES
+from capsule_sym._design.sensitivities import columns_of
 from capsule_sym._native import core, watch
 from tests.judges import taylor_events
 from tests.sampling import sampled, some
 
+SLOPES = columns_of(Parameters.scene)
 PERIODS = 1
 STEP = mpf(10) ** -15
 CASES = {
@@ -49,7 +50,7 @@ def capsule_moves(name: str) -> bool:
 def found_of(name: str, native: bool, monkeypatch) -> tuple[Sensitivities, int]:
     parameters, state, phase = CASES[name]
     if not native:
-        monkeypatch.setattr(module, "core", None)
+        monkeypatch.setattr(module, "core_of", lambda _: None)
     # The judge counts its periods from the start.
     run = simulate(parameters, state, phase, PERIODS + 1)
     end = phase + PERIODS * parameters.period
@@ -93,7 +94,7 @@ def test_a_saltation_that_is_left_out_is_noticed(native, monkeypatch) -> None:
 @each_way
 def test_times_may_come_in_any_order_and_more_than_once(native, monkeypatch) -> None:
     if not native:
-        monkeypatch.setattr(module, "core", None)
+        monkeypatch.setattr(module, "core_of", lambda _: None)
     run = simulate(Parameters(alpha=0.8), periods=3)
     times = np.array([5.0, 0.0, 12.0, 5.0])
     found = sensitivities(run, times)
@@ -109,7 +110,7 @@ def test_what_is_not_found_in_time_is_nan(native, monkeypatch) -> None:
     times = np.linspace(0.0, run.span[1], 9)[::-1]
     whole = sensitivities(run, times)
     if not native:
-        monkeypatch.setattr(module, "core", None)
+        monkeypatch.setattr(module, "core_of", lambda _: None)
         clock = count()
         monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
     late = sensitivities(run, times, max_seconds=1e-300 if native else len(run.segments) // 2)
@@ -129,7 +130,7 @@ def test_what_is_not_found_in_time_is_nan(native, monkeypatch) -> None:
 def test_beside_grazing_and_at_it(native, monkeypatch) -> None:
     """Derivatives grow without bound as an impact becomes tangential."""
     if not native:
-        monkeypatch.setattr(module, "core", None)
+        monkeypatch.setattr(module, "core_of", lambda _: None)
     sizes = []
     for distance in (1e-2, 1e-4, 1e-6):
         # At rest on the capsule, undamped and not driven: x_r = delta cos(h) + v_r sin(h).

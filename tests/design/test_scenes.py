@@ -1,0 +1,88 @@
+"""Sensitivities, fits and optima of scenes other than the paper's."""
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput, fit, optimise, scenes, sensitivities, simulate
+from capsule_sym._design import sensitivities as module
+from capsule_sym._design.quantities import dimensionless_slopes
+from capsule_sym._design.steering import usual_drive
+
+SLOPE = scenes.slope
+RUN = SLOPE.Parameters(alpha=0.8, s=-0.05)
+STEP = 1e-6
+
+
+@pytest.mark.parametrize("native", [True, False], ids=["by the core", "by Python"])
+def test_derivatives_of_a_run_are_differences_of_runs(
+    native: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, time = simulate(RUN, periods=3), [20.0]
+    if not native:
+        monkeypatch.setattr(module, "core_of", lambda _: None)
+    found = sensitivities(run, time)
+    assert found.columns[4:] == SLOPE.facts.PARAMETERS
+    for name in SLOPE.facts.PARAMETERS:
+        up, down = (
+            simulate(RUN.replace(**{name: getattr(RUN, name) + way * STEP}), periods=4)
+            for way in (1, -1)
+        )
+        differences = (up(time, position=True) - down(time, position=True)) / (2 * STEP)
+        assert found.by(name) == pytest.approx(differences, abs=1e-8), name
+    with pytest.raises(InvalidInput, match=r"^name = 'f_b': must be one of x_r"):
+        found.by("f_b")
+
+
+def test_a_device_has_derivatives_of_all_its_ratios() -> None:
+    device = SLOPE.PhysicalParameters(
+        M_m=0.5,
+        M_c=1.65,
+        k1=50,
+        k2=75,
+        c=0.5,
+        G=0.0017,
+        P_d=3,
+        Omega=8,
+        mu=0.2,
+        mu_back=0.3,
+        slope=-0.03,
+    )
+    found, values = dimensionless_slopes(device), device.to_dict()
+    for k, (name, value) in enumerate(values.items()):
+        step = STEP * (abs(value) + 1e-3)
+        up, down = (device.replace(**{name: value + way * step}).ratios() for way in (1, -1))
+        differences = [(up[one] - down[one]) / (2 * step) for one in SLOPE.facts.PARAMETERS]
+        size = 1 + np.abs(differences).max()
+        assert found[:, k] == pytest.approx(differences, abs=1e-7 * size), name
+
+
+def test_a_bias_of_either_sign_is_fitted() -> None:
+    run = simulate(RUN, periods=2)
+    times = np.linspace(0.0, 15.0, 60)
+    states = run(times, position=True)
+    data = {"t": times, "x_r": states[:, 0], "x_c": states[:, 3]}
+    found = fit(data, RUN.replace(s=0.01), ("s", "f_plus"))
+    assert found.success
+    assert found.values["s"] == pytest.approx(-0.05, abs=1e-9)
+    assert found.values["f_plus"] == pytest.approx(RUN.f_plus, abs=1e-8)
+
+
+def test_an_optimum_over_a_bias_is_within_its_bounds() -> None:
+    bounds = {"s": (-0.1, 0.1), "alpha": (0.6, 0.9)}
+    found = optimise("velocity", bounds, RUN, samples=16, max_seconds=60.0)
+    assert found.success
+    assert found.over["s"] == pytest.approx(-0.1)  # gravity pulls the mass forward
+    with pytest.raises(InvalidInput, match=r"^over = 'f_b': must be of alpha, "):
+        optimise("velocity", {"f_b": (1, 2)}, RUN)
+    with pytest.raises(InvalidInput, match=r"^bounds of f_plus = \(-1, 1\): must be .* above 0 on"):
+        optimise("velocity", {"f_plus": (-1, 1)}, RUN)
+    with pytest.raises(InvalidInput, match=r"^bounds of s = \(1, -1\): must be .* that ascend$"):
+        optimise("velocity", {"s": (1, -1)}, RUN)
+
+
+def test_a_drive_has_the_names_of_the_scene() -> None:
+    assert usual_drive(RUN) == {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
+    device = SLOPE.PhysicalParameters(
+        M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3, Omega=8, mu=0.2, mu_back=0.3
+    )
+    assert list(usual_drive(device)) == ["P_d", "Omega"]

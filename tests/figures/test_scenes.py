@@ -1,0 +1,84 @@
+"""Pictures of scenes other than the paper's: stops, borders of rest, pulses, colours and labels."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput, plot_margins, plot_motion, scenes, simulate
+from capsule_sym._cli import _status
+from capsule_sym._figures.device import Frame, draw_capsule
+from capsule_sym._figures.layout import new_figure
+from capsule_sym._figures.portraits import PULSE, borders, labels_of, stops_of
+from capsule_sym._figures.style import field_colour
+from capsule_sym._figures.units import Units, named
+
+SLOPE, PULSED = scenes.slope, scenes.reaction_pulse
+
+
+@pytest.mark.parametrize("name", scenes.SHIPPED)
+def test_every_field_has_a_colour_of_its_own(name: str) -> None:
+    scene = scenes.load(name)
+    colours = [field_colour(field, scene=scene) for field in scene.facts.FIELDS]
+    assert len({*colours}) == len(colours) == len(scene.facts.MODES)
+
+
+def test_a_portrait_shows_the_stop_and_where_rest_ends() -> None:
+    p = SLOPE.Parameters(alpha=0.8, s=-0.05)
+    found = dict.fromkeys(name for name, _ in borders(p, -1.0, 1.0))
+    assert found.keys() == {"stop", "rest ends forward", "rest ends backward"}
+    for name, line in borders(p, -1.0, 1.0):
+        for x_r, v_r in line.tolist():
+            force = x_r + 2 * p.zeta * v_r + p.beta * max(x_r - p.delta, 0.0)
+            level = {"rest ends forward": p.f_plus, "rest ends backward": -p.f_minus}
+            assert name == "stop" or force == pytest.approx(level[name], abs=1e-12)
+    figure = plot_motion(simulate(p, periods=40))
+    assert {*found} - {"rest ends backward"} <= labels_of(figure)
+    assert stops_of(p) == (p.delta,)
+
+
+def test_guards_of_a_slope_have_their_own_bounds() -> None:
+    p = SLOPE.Parameters(alpha=0.8, s=-0.05, f_plus=1.3, f_minus=0.7)
+    _, _, _, force = plot_margins(simulate(p, periods=40)).axes
+    levels = {float(line.get_ydata()[0]) for line in force.lines if np.ptp(line.get_ydata()) == 0}
+    assert {1.3, -0.7} <= levels
+
+
+def test_pulses_and_their_edges_are_shown() -> None:
+    p = PULSED.Parameters(alpha=1.8, delta=0.1, D=0.3)
+    figure = plot_motion(simulate(p, periods=60))
+    left, right = figure.axes
+    bands = [patch.get_extents() for patch in left.patches if patch.get_label() == PULSE]
+    ends = [left.transData.inverted().transform(band)[:, 0].tolist() for band in bands]
+    assert ends == [pytest.approx([turn, turn + 0.3]) for turn in range(3)]
+    assert {"rise of the drive", "fall of the drive"} <= labels_of(figure)
+    assert {line.get_label() for line in right.lines} >= {"rise of the drive"}
+    assert not [name for name, _ in borders(p, -1.0, 1.0) if name != "stop"]  # they move
+
+
+def test_a_second_stop_is_drawn_behind() -> None:
+    axes = new_figure(4, 2).add_axes((0, 0, 1, 1))
+    one, two = draw_capsule(axes, Frame()), draw_capsule(axes, Frame(behind=0.6))
+    assert len(two) == len(one) + 2  # a plate and a spring
+
+
+def test_labels_and_units_are_those_of_the_scene() -> None:
+    assert named("s") == "bias on the mass $s$"
+    assert named("f_plus") == "friction bound forward $f_+$"
+    assert Units(None, SLOPE).label("f_minus") == "friction bound backward $f_-$"
+    device = scenes.capsule.PhysicalParameters(
+        M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3, Omega=8, mu=0.2
+    )
+    with pytest.raises(InvalidInput, match="must be of the scene slope"):
+        Units.of_motion(device, SLOPE.Parameters())
+
+
+@pytest.mark.parametrize("name", ["fig1", "fig7", "fig9-exact", "chart"])
+def test_figures_of_the_paper_are_refused_of_another_scene(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.svg"
+    assert _status(["figure", name, "--scene", "slope", "--out", str(out)]) == 2
+    told = "error: scene = 'slope': must be capsule for a figure of the paper\n"
+    assert capsys.readouterr() == ("", told)
+    assert not out.exists()

@@ -1,0 +1,84 @@
+"""Sweeps of scenes other than the paper's: their axes, plans and stores."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule_sym import Axis, InvalidInput, Sweep, load_sweep, read_plan, run_sweep, scenes
+from capsule_sym._sweeps.results import Held
+
+SLOPE = scenes.slope
+
+
+def test_an_axis_has_the_names_and_ranges_of_its_scene() -> None:
+    assert Axis.linear("s", -0.1, 0.1, 3, SLOPE).values[:, 0].tolist() == [-0.1, 0.0, 0.1]
+    with pytest.raises(InvalidInput, match=r"^axis = 's': must be one of alpha, .*, phase$"):
+        Axis.of("s", [0.1])
+    with pytest.raises(InvalidInput, match=r"^axis = 'f_b': must be .* \(scene slope\)$"):
+        Axis.of("f_b", [1.0], SLOPE)
+    with pytest.raises(InvalidInput, match=r"^f_plus = 0\.0: must be a number in \[1e-10, 1e\+10"):
+        Axis.of("f_plus", [0.0], SLOPE)
+    drawn = Axis.sobol({"s": [-1, 0], "f_plus": [1, 2]}, 4, 0, SLOPE)
+    assert drawn.quantities == ("s", "f_plus")
+
+
+def test_a_sweep_takes_axes_of_its_own_scene_alone() -> None:
+    axes = Axis.of("alpha", [0.5, 0.6]), Axis.of("f_minus", [0.8], SLOPE)
+    rows, states, phases = Sweep(axes, SLOPE.Parameters(s=-0.1)).columns()
+    assert rows.shape == (2, 9)
+    assert states.shape == (2, 3)
+    assert phases.tolist() == [0.0, 0.0]
+    for row, alpha in zip(rows, (0.5, 0.6), strict=True):
+        expected = SLOPE.Parameters(alpha=alpha, f_minus=0.8, s=-0.1)
+        assert SLOPE.Parameters(*row.tolist()) == expected
+    with pytest.raises(InvalidInput, match=r"^axis = 'f_minus': must be one of alpha"):
+        Sweep(axes)
+    with pytest.raises(InvalidInput, match=r"^axis = 'f_b': must be .* \(scene slope\)"):
+        Sweep((Axis.of("f_b", [1.0]),), SLOPE.Parameters())
+
+
+PLAN = """scene = "slope"
+periods = 20
+[parameters]
+s = -0.05
+[axes]
+f_plus = [1.0, 1.2]
+s_ = { sobol = { alpha = [0.4, 0.9] }, count = 4, seed = 1 }
+"""
+
+
+def test_a_plan_names_its_scene(tmp_path: Path) -> None:
+    (tmp_path / "plan.toml").write_text(PLAN)
+    read = load_sweep(tmp_path / "plan.toml")
+    assert read.parameters == SLOPE.Parameters(s=-0.05)
+    assert [axis.quantities for axis in read.axes] == [("f_plus",), ("alpha",)]
+    (tmp_path / "plan.toml").write_text(PLAN.replace('"slope"', '"capsule"'))
+    with pytest.raises(InvalidInput, match=r"^parameters = 's': must be one of alpha"):
+        load_sweep(tmp_path / "plan.toml")
+    with pytest.raises(InvalidInput, match=r"^scene = 'jog': must be capsule, "):
+        read_plan({"scene": "jog", "axes": {"alpha": [1.0]}})
+
+
+def test_a_plan_has_a_device_of_its_scene() -> None:
+    device = {"M_m": 1, "M_c": 3, "k1": 1, "k2": 1, "c": 0, "G": 0, "P_d": 1, "Omega": 1}
+    plan = {
+        "scene": "slope",
+        "device": device | {"mu": 0.1, "mu_back": 0.2, "slope": 0.1},
+        "axes": {"P_d": [1.0, 2.0]},
+    }
+    read = read_plan(plan)
+    assert read.device is not None
+    assert read.device.slope == 0.1
+    alphas = [read.device.replace(P_d=force).dimensionless().alpha for force in (1.0, 2.0)]
+    np.testing.assert_allclose(read.axes[0].values[:, 0], alphas, rtol=1e-15)
+    with pytest.raises(InvalidInput, match=r"^device = 'slop': must be .* \(scene slope\)$"):
+        read_plan(plan | {"device": device | {"slop": 0.1}})
+
+
+def test_a_store_goes_on_with_its_scene_alone(tmp_path: Path) -> None:
+    axis = Axis.linear("alpha", 0.4, 0.9, 3)
+    run_sweep(Sweep((axis,), SLOPE.Parameters(), periods=5), tmp_path / "store")
+    assert Held(tmp_path / "store").head["sweep"]["scene"] == "slope"
+    with pytest.raises(InvalidInput, match=r"^scene = 'capsule': must be 'slope', as in "):
+        run_sweep(Sweep((axis,), periods=5), tmp_path / "store", resume=True)
