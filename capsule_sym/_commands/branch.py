@@ -178,9 +178,9 @@ def followed(
     ties: Mapping[str, str] | None = None,
 ) -> capsule_sym.Branch:
     """The branch of the motion that settles from a state; exits with 3 where none does."""
-    path = capsule_sym.parameter_path(parameter, ties)
+    path = capsule_sym.parameter_path(parameter, ties, parameters.scene)
     path.check(parameters, begin, end)
-    placed = capsule_sym.Parameters(*path.placed([*parameters.to_dict().values()], begin))
+    placed = type(parameters)(*path.placed([*parameters.to_dict().values()], begin))
     start = checked(capsule_sym.solve_orbit(placed, state, max_seconds=limit.left))
     return capsule_sym.continue_orbit(
         start, parameter, end, points=points, ties=ties, max_seconds=limit.left

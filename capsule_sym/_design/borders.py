@@ -54,7 +54,7 @@ def distances(orbit: Orbit | None) -> list[Distance]:
     if orbit is None or orbit.itinerary.mirrored:
         return []
     count = len(orbit.parameters.scene.facts.PARAMETERS)
-    with backend("numpy") as numbers:
+    with backend("numpy", orbit.parameters.scene) as numbers:
         found = inequalities(numbers, orbit.itinerary, orbit.system)
         forms = ClosedForms(numbers, orbit.values)
         rows = []

@@ -63,7 +63,9 @@ class Motion:
             self.itinerary: tuple[str, ...] = found.itinerary(0)
         elif orbit is not None:
             self.period_number = orbit.itinerary.period_number
-            self.itinerary = tuple(f"F{field}" for field in begun(orbit.itinerary.fields))
+            self.itinerary = tuple(
+                f"F{field}" for field in begun(orbit.itinerary.fields, parameters.scene)
+            )
 
     @property
     def orbit(self) -> Orbit | None:
@@ -136,7 +138,9 @@ def _closed(parameters: SceneParameters, state: Vector, period_number: int) -> M
     """The motion of the map near a state at forcing angle 0, by the core; None if none."""
     if core_of(parameters.scene) is None:
         return None
-    found = performance_many(_values(parameters), state, period_number, gradients=True)
+    found = performance_many(
+        _values(parameters), state, period_number, gradients=True, scene=parameters.scene
+    )
     check_time()
     whole = found.closed[0] and bool(np.all(np.isfinite(found.gradients[0])))
     return Motion(parameters, found, period_number) if whole else None

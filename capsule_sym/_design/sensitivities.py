@@ -146,7 +146,7 @@ def differentiated(
 ) -> None:
     """The same in Python, as a reference to read and where there is no core; times ascend."""
     p = run.parameters
-    with backend("numpy") as numbers:
+    with backend("numpy", p.scene) as numbers:
         forms = ClosedForms(numbers, tuple(p.to_dict().values()))
         names = columns_of(p.scene)
         state, time = np.eye(len(STATE), len(names)), np.zeros(len(names))
@@ -168,20 +168,24 @@ def differentiated(
             by = _by(forms, record, carried, record["duration"])
             later, following = np.zeros(len(names)), int(records[i + 1]["field"])
             level = p.scene.facts.LEVELS
-            guard = _guard(int(record["field"]), following)
             if level[int(record["field"])] != level[following]:  # an edge, at an angle of its own
                 later -= angle
                 later[names.index("omega")] -= record["duration"]
                 if level[following]:
                     later[names.index("D")] += math.tau
                 later /= p.omega
-            elif guard is not None:
-                c, (x_r, v_r, _) = forms.constants(int(record["field"])), record["end"]
-                row = guard_by(c, guard, x_r - c.own_stop(), v_r, by[:_X_C])
+            elif (guard := _guard(int(record["field"]), following, p.scene)) is not None:
+                angle[names.index("omega")] += record["duration"]
+                ended = np.insert(angle, BY_TIME, p.omega)
+                turned = numbers.cos_sin(float(record["end_angle"]))
+                fields = int(record["field"]), following
+                touching = guard is Guard.GAP and contact(following, p.scene)
+                c, (x_r, v_r, _) = forms.constants(fields[bool(touching)]), record["end"]
+                row = guard_by(c, guard, x_r - c.own_stop(), v_r, by[:_X_C], turned, ended)
                 later = np.delete(row, BY_TIME) / -row[BY_TIME]
             passed = _at_time(by, later)
             passed[_X_C] += state[_X_C]
-            if not drift(following):
+            if not drift(following, p.scene):
                 passed[STATE.index("v_c")] = 0.0
             state, time = passed, time + later
             switches[i] = time
@@ -198,7 +202,7 @@ def _by(
     known = (record[name] for name in ("margin", "cosine", "sine"))
     closed = forms.numbers.kernels.Start(start[0], record["gap"], *start[1:], *known)
     rows = forms.run(field, forms.constants(field), closed, h)[1].copy()
-    if not drift(field):
+    if not drift(field, forms.scene):
         rows[STATE.index("v_c"), STATE.index("v_c")] = 1.0
     found: NDArray[np.float64] = total(rows, carried[:_X_C], carried[_X_C], BY_TIME)
     return found
@@ -210,10 +214,9 @@ def _at_time(by: NDArray[np.float64], h_by: NDArray[np.float64]) -> NDArray[np.f
     return found
 
 
-def _guard(field: int, following: int) -> Guard | None:
+def _guard(field: int, following: int, scene: Scene) -> Guard | None:
     """The guard that ends a segment: that of the contact first; None where the field stays."""
-    if contact(field) != contact(following):
+    if contact(field, scene) != contact(following, scene):
         return Guard.GAP
-    if drift(field) == drift(following):
-        return None
-    return guard_between(field, following)
+    same = drift(field, scene) == drift(following, scene)
+    return None if same else guard_between(field, following, scene)

@@ -183,7 +183,7 @@ def _stroboscopic(orbit: Orbit) -> NDArray[np.float64]:
 
 def _attractor(orbit: Orbit, states: NDArray[np.float64], cells: int, total: int) -> Attractor:
     return Attractor(
-        itinerary=itineraries.text(orbit.itinerary.fields),
+        itinerary=itineraries.text(orbit.itinerary.fields, orbit.parameters.scene),
         period_number=orbit.itinerary.period_number,
         progression=shown_progression(orbit.motion),
         multiplier=float(abs(floquet_multipliers(orbit)[0])),

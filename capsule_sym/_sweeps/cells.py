@@ -161,6 +161,7 @@ class _Cells:
             energies="energies" in self.part.compute,
             forces="forces" in self.part.compute,
             watch=self.watch,
+            scene=self.scene,
         )
         # The run from the angle 0 on ends in the field that it began in.
         fields = found.fields.copy()
@@ -193,7 +194,7 @@ class _Cells:
 
     def code(self, fields: list[int]) -> int:
         """The code of a cyclic itinerary, and its text among the itineraries."""
-        text = itineraries.text(fields)
+        text = itineraries.text(fields, self.scene)
         found = itineraries.code(text)
         self.itineraries[found] = text
         return found

@@ -13,15 +13,15 @@ from capsule_sym._errors import CapsuleError
 from capsule_sym._map.itinerary import begun
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def text(fields: Sequence[int]) -> str:
-    """The cyclic itinerary of fields (1 to 6), such as "F5 F2", begun where the paper begins it."""
-    return " ".join(f"F{field}" for field in begun(fields))
+def text(fields: Sequence[int], scene: Scene = CAPSULE) -> str:
+    """The cyclic itinerary of fields, such as "F5 F2", begun where the paper begins it."""
+    return " ".join(f"F{field}" for field in begun(fields, scene))
 
 
 def code(itinerary: str) -> int:
@@ -53,7 +53,7 @@ def orbit_at_end(
     orbit = solve_orbit(parameters, state, 0.0, 2 * period_number + 1)
     if not orbit.success:
         raise NotSolved(f"{orbit.status}: {orbit.message}")
-    found = text(orbit.itinerary.fields)
+    found = text(orbit.itinerary.fields, parameters.scene)
     if (orbit.itinerary.period_number, code(found)) != (period_number, itinerary):
         raise NotSolved(
             f"the orbit's itinerary is {found}, its period number {orbit.itinerary.period_number}"

@@ -1,5 +1,6 @@
 """Which scene a line is about: its options, its file, and what is refused in one line."""
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -128,3 +129,25 @@ def test_a_file_has_parameters_of_its_scene(files: Path) -> None:
     assert device == slope.PhysicalParameters(**device.to_dict())
     with pytest.raises(InvalidInput, match=r"^scene = 'nowhere': must be "):
         scenes.load("nowhere")
+
+
+def test_commands_follow_orbits_in_a_parameter_of_the_scene(inside: Command, files: Path) -> None:
+    line = "branch --params slope.toml --alpha 0.8 --s -0.05:0.02 --points 8 --out found --json"
+    done = inside(*line.split(), cwd=files)
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert (record["scene"], record["parameter"]) == ("slope", "s")
+    assert [point["value"] for point in (record["points"][0], record["points"][-1])] == [
+        -0.05,
+        0.02,
+    ]
+    again = inside(
+        *["branch", "--restart", "found/branch.json", "EP2", "--to", "0.03", "--json"], cwd=files
+    )
+    assert again.returncode == 0, again.stderr
+    assert json.loads(again.stdout)["points"][-1]["parameters"]["s"] == 0.03
+    run = inside(
+        *["run", "--params", "slope.toml", "--alpha", "0.8", "--periods", "5", "--json"], cwd=files
+    )
+    assert json.loads(run.stdout)["scene"] == "slope"
+    assert "scene" not in json.loads(inside("run", "--periods", "2", "--json").stdout)

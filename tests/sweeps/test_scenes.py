@@ -5,7 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import Axis, InvalidInput, Sweep, load_sweep, read_plan, run_sweep, scenes
+from capsule_sym import (
+    Axis,
+    InvalidInput,
+    Sweep,
+    load_sweep,
+    open_results,
+    read_plan,
+    run_basin,
+    run_sweep,
+    scenes,
+    solve_orbit,
+)
+from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.results import Held
 
 SLOPE = scenes.slope
@@ -82,3 +94,29 @@ def test_a_store_goes_on_with_its_scene_alone(tmp_path: Path) -> None:
     assert Held(tmp_path / "store").head["sweep"]["scene"] == "slope"
     with pytest.raises(InvalidInput, match=r"^scene = 'capsule': must be 'slope', as in "):
         run_sweep(Sweep((axis,), periods=5), tmp_path / "store", resume=True)
+
+
+@pytest.mark.parametrize("name", ["slope", "reaction", "reaction_pulse"])
+def test_orbits_of_cells_are_those_of_the_map(name: str, tmp_path: Path) -> None:
+    scene = scenes.load(name)
+    axis, compute = Axis.linear("alpha", 0.9, 1.4, 4), ("itinerary", "multipliers", "energies")
+    given = Sweep((axis,), scene.Parameters(), periods=300, compute=compute)
+    run_sweep(given, tmp_path / "store")
+    with open_results(tmp_path / "store") as results:
+        assert results.attrs["scene"] == name
+        for cell in range(4):
+            one = results.isel(alpha=cell)
+            orbit = solve_orbit(scene.Parameters(alpha=float(one["alpha"])))
+            if not orbit.success or not int(one["period_number"]):
+                continue
+            texts = itineraries.texts(results)
+            found = itineraries.text(orbit.itinerary.fields, scene)
+            assert texts[int(one["itinerary"])] == found
+            assert float(one["velocity"]) == pytest.approx(float(orbit.average_velocity), abs=1e-9)
+
+
+def test_basins_of_a_slope_have_closed_attractors(tmp_path: Path) -> None:
+    axes = Axis.linear("x_r", -1, 1, 4), Axis.linear("v_r", -1, 1, 3)
+    _, found = run_basin(Sweep(axes, SLOPE.Parameters(alpha=0.8)), tmp_path / "store")
+    assert sum(one.share for one in found.attractors) == pytest.approx(1.0)
+    assert all(one.residual < 1e-10 and one.multiplier < 1 for one in found.attractors)

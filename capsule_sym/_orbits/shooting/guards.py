@@ -36,16 +36,26 @@ def _varies(slope: Any) -> bool:
     return type(slope) is not int or slope != 0
 
 
-def guard_by(c: Any, guard: Guard, gap: Any, v_r: Any, by: NDArray[Any]) -> NDArray[Any]:
+def guard_by(
+    c: Any,
+    guard: Guard,
+    gap: Any,
+    v_r: Any,
+    by: NDArray[Any],
+    turned: Sequence[Any] = (None, None),
+    angle_by: NDArray[Any] | None = None,
+) -> NDArray[Any]:
     """Gradient (n,) of a guard, positive in the cell of the segment with constants `c`.
 
-    `by` (3, n) are the derivatives of the state there; the last columns are by the parameters.
+    `by` (3, n) are the derivatives of the state there; the last columns are by the parameters. Of a
+    drive that reacts the forcing angle counts: its cosine and sine, `turned`, and its derivatives.
+    The other stop of two, `BACK`, has the constants of contact with it, and the sign of these.
     """
-    if guard is Guard.GAP:
+    if guard in (Guard.GAP, Guard.BACK):
         sign, row = 1 if c.contact else -1, c.gap_gradient()
     elif guard is Guard.DRIFT:
         sign, row = int(c.drift), c.speed_gradient()
     else:
         way = 1 if guard is Guard.UPPER else -1
-        sign, row = -way, c.limit_gradient(way, gap, v_r)
-    return sign * chained(row, by)
+        sign, row = -way, c.limit_gradient(way, gap, v_r, *turned)
+    return sign * chained(row, by, angle_by)
