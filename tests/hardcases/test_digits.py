@@ -55,7 +55,8 @@ def test_its_closed_forms_are_those_of_mpmath(parameters: Parameters) -> None:
                 assert numbers.name == "mpfr"
                 fast = flow_from(numbers, parameters, field, *state, 0.3)(numbers.number(h))
             with mp.workdps(60):
-                for a, b in zip(map(exactly, fast), map(exactly, slow), strict=True):
+                numbers_of = (map(exactly, point[:-2]) for point in (fast, slow))  # of one stop
+                for a, b in zip(*numbers_of, strict=True):
                     assert abs(a - b) < mpf(10) ** -55 * (1 + abs(b))
 
 

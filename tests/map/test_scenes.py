@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, Trajectory, scenes, simulate, simulate_many
+from capsule_sym._map.backend import default_backend
 from capsule_sym._native import core_of
 from capsule_sym.scenes import Scene
 from tests.scenes import SCENES, Form, Integrator, Start, integrator, random_starts
@@ -18,6 +19,7 @@ from tests.scenes import SCENES, Form, Integrator, Start, integrator, random_sta
 PERIODS = 4
 MOST_UNITS = 4096
 """Error of a final state, in units of what rounding each segment's end comes to."""
+BACKENDS = sorted({default_backend(), "numpy", "mpmath"})
 compiled = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
 
@@ -70,7 +72,7 @@ def test_many_runs_of_a_scene_are_those_of_an_integrator(
     test_runs_of_a_scene_are_those_of_an_integrator(judge, name, backend, count)
 
 
-@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("later", [0.0, 2e-15, -2e-15, 1e-12, -1e-12])
 def test_a_switch_beside_an_edge_is_told_from_it(backend: str, later: float) -> None:
     # Without drive x_r = cos(tau) leaves the stop in front after a sixth of a period.
@@ -88,7 +90,7 @@ def test_a_switch_beside_an_edge_is_told_from_it(backend: str, later: float) -> 
     assert abs(float(second.duration) - math.tau * float(abs(fall))) < 1e-15
 
 
-@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_edges_end_segments_at_their_own_times(backend: str) -> None:
     scene = scenes.reaction_pulse
     level = scene.Parameters(alpha=0.5, alpha_low=0.5, D=0.3, omega=1.0)
