@@ -23,9 +23,12 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
+from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
 from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.equations import _by_kernels, of_core
 from capsule_sym._orbits.shooting.stability import jacobian
 from capsule_sym._orbits.shooting.symmetry import half_orbit, symmetric
 from capsule_sym.scenes import Scene
@@ -265,3 +268,18 @@ def test_the_jacobian_of_a_run_is_that_of_differences(judge: Integrator) -> None
         ends = states(judge, name, moved, p)[:, :3]
         slopes = (ends[0::2] - ends[1::2]).T / (2 * STEP)
         assert found == pytest.approx(slopes, abs=1e-6)
+
+
+def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit() -> None:
+    changes = {"beta_1": 9, "delta_2": 0.3, "s": 0.1, "alpha": 2.2, "alpha_low": -1.2, "D": 0.45}
+    orbit = solve_orbit(scenes.prototype.Parameters(**MIRRORED | changes))
+    z = orbit.z + 1e-3 * np.random.default_rng(0).normal(size=len(orbit.z))
+    with backend("numpy", orbit.scene) as numbers:
+        forms = ClosedForms(numbers, orbit.values)
+        found = forms.evaluated(orbit.itinerary, z)
+        assert found is not None
+        native = of_core(forms.values, orbit.itinerary, z, found)
+        plain = _by_kernels(forms, orbit.itinerary, z, None)
+    for name in ("residual", "by_z", "by_p", "advance_by"):
+        one, other = getattr(native, name), getattr(plain, name)
+        assert one == pytest.approx(other, abs=1e-14 * (1 + abs(other).max())), name
