@@ -41,6 +41,7 @@ pytestmark = pytest.mark.skipif(
 MOTIONS = {
     "slope": {"alpha": 0.9, "s": 0.1},
     "reaction_pulse": {"alpha": 1.5, "alpha_low": -0.3, "D": 0.4},
+    "reaction": {"alpha": 0.7},
 }
 
 
@@ -142,6 +143,7 @@ BRANCHES = [
     ("reaction_pulse", "alpha", 0.5),
     ("reaction_pulse", "alpha", 2.5),
     ("reaction_pulse", "D", 0.46),
+    ("reaction", "alpha", 1.5),
 ]
 
 
@@ -283,3 +285,19 @@ def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit() -> None:
     for name in ("residual", "by_z", "by_p", "advance_by"):
         one, other = getattr(native, name), getattr(plain, name)
         assert one == pytest.approx(other, abs=1e-14 * (1 + abs(other).max())), name
+
+
+@pytest.mark.parametrize("name", ["reaction", "reaction_pulse"])
+def test_peaks_of_a_drive_that_reacts_are_those_of_fifty_digits_and_of_samples(name: str) -> None:
+    orbit = solve_orbit(getattr(scenes, name).Parameters())
+    found, exact = performance(orbit), performance(orbit.refined())
+    run, p = orbit.trajectory(), orbit.parameters.to_dict()
+    begin = float(run.origin[0].phase)
+    x = run(begin + orbit.parameters.period * np.linspace(0, 1, 20_001))
+    force = x[:, 0] + 2 * p["zeta"] * x[:, 1] + p["beta"] * np.maximum(x[:, 0] - p["delta"], 0)
+    assert found.peak_force.value == pytest.approx(abs(force).max(), rel=1e-7)
+    for metric in ("work", "peak_force", "peak_contact"):
+        one, other = getattr(found, metric), getattr(exact, metric)
+        assert one.value == pytest.approx(float(other.value), rel=1e-13)
+        gradient = {key: float(value) for key, value in other.gradient.items()}
+        assert one.gradient == pytest.approx(gradient, rel=1e-11, abs=1e-12)

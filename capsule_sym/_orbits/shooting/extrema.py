@@ -23,6 +23,7 @@ _REACH = 3  # how far an expansion is tried, over the fastest rate of the segmen
 _SHRINK = 8
 _FAINT = 32  # errors of a rate, below which its sign is not looked at closer
 _TINY = 1e-200  # rates and remainders below this are looked at in 50 digits, which do not underflow
+_SECANTS = 12  # to 50 digits from those of doubles
 _PULL = -1  # on a capsule at rest, in the place of a quantity
 _LEAST = 64  # roundings of a time, below which nothing is told apart
 
@@ -101,6 +102,9 @@ def extrema(
     if not math.isfinite(flow.h):
         raise ValueError(f"a segment of duration {flow.h}")
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
+    facts = numbers.scene.facts
+    if quantity is Quantity.FORCE and facts.REACTS and not facts.PULSED:
+        return _of_force(numbers, flow)
     found = None if numbers.name == "mpmath" else _by_core(numbers.scene, flow, quantity, vanishing)
     return _searched(numbers, flow, quantity, zeros) if found is None else iter(found)
 
@@ -108,6 +112,36 @@ def extrema(
 def _parameters(scene: Scene, c: Any) -> tuple[Number, ...]:
     """The parameters, which are the first of a segment's constants."""
     return tuple(c[: len(scene.facts.PARAMETERS)])
+
+
+def _of_force(numbers: Backend, flow: SegmentFlow) -> Iterator[Extremum]:
+    """The extrema of the force where a harmonic drive reacts: no guard's rate is its own.
+
+    The C core finds them, and Newton's method, by differences of the rate, all other digits.
+    """
+    plain = replace(flow, c=type(flow.c)(*map(float, flow.c)))
+    found = _by_core(numbers.scene, plain, Quantity.FORCE, 0)
+    if found is None:
+        raise ArithmeticError("the extrema of the force stay open, or there is no C core")
+    c, closed = flow.c, flow.closed
+
+    def at(h: Number) -> tuple[Number, Number, Number]:
+        position, v_r, *_ = numbers.kernels.flow(c, closed, h)
+        cosine, _ = numbers.cos_sin(flow.angle + c.omega * h)
+        x_r, gap = closed.x_r + position, closed.gap + position
+        return c.force_change(v_r, c.v_rate(x_r, gap, v_r, cosine)), c.force(x_r, gap, v_r), h
+
+    for kind, time, value in found:
+        if numbers.name != "mpmath":
+            yield Extremum(kind, time, value)
+            continue
+        here = at(numbers.number(time) * (1 + numbers.sqrt(numbers.unit))), at(numbers.number(time))
+        for _ in range(_SECANTS):
+            (before, _, then), (rate, _, now) = here
+            if rate == before or rate == 0:
+                break
+            here = here[1], at(now - rate * (now - then) / (rate - before))
+        yield Extremum(kind, here[1][2], here[1][1])
 
 
 def _by_core(
