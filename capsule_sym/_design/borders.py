@@ -22,14 +22,18 @@ from capsule_sym._design.stationary import Border, Stationary, stationary
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import (
+    BEFORE_EDGE,
     DURATION,
+    EDGE,
     LANDING,
+    MINIMUM,
     Inequality,
     inequalities,
 )
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import BY_TIME
-from capsule_sym._orbits.shooting.guards import guard_by
+from capsule_sym._orbits.shooting.equations import BY_TIME, angle_row
+from capsule_sym._orbits.shooting.guards import chained, guard_by
+from capsule_sym._orbits.shooting.itinerary import contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
 
 _NEAR = 0.05  # of the bounds: how far from the place where the search rested
@@ -73,19 +77,38 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
         by = np.zeros_like(flow.angle_by, dtype=float)
         by[flow.column] = 1.0
         return by
-    if one.kind == LANDING:
-        # At rest the force is to be within the bound of the other drift, or is beyond it.
-        guard = Guard.LOWER if c.drift > 0 else Guard.UPPER
-        by = guard_by(c, guard, flow.end[0] - c.own_stop(), flow.end[1], flow.end_by)
-        following = orbit.system.flows[(one.segment + 1) % len(orbit.itinerary)]
-        return -by if following.c.drift else by
+    following = orbit.system.flows[(one.segment + 1) % len(orbit.itinerary)].c
+    turning = angle_row(forms, one.time, flow.matrix[0])
+    if one.kind == MINIMUM:
+        turning[BY_TIME] = 0.0
+    angle = flow.total(turning[None])[0]
+    turned = forms.numbers.cos_sin(flow.angle + forms.value("omega") * one.time)
+    if one.kind in (LANDING, EDGE, BEFORE_EDGE):
+        own, guard = following if one.kind == EDGE else c, one.guard
+        if one.kind == LANDING:
+            # At rest the force is to be within the bound of the other drift, or is beyond it.
+            guard = Guard.LOWER if c.drift > 0 else Guard.UPPER
+        if guard is Guard.DRIFT:
+            own = c
+        assert guard is not None
+        x_r, v_r, _ = flow.end
+        by = guard_by(own, guard, x_r - own.own_stop(), v_r, flow.end_by, turned, angle)
+        beyond = following.drift and one.kind != BEFORE_EDGE and guard is not Guard.DRIFT
+        return -by if beyond else by
     (position, v_r, *_), rows = forms.run(flow.segment.field, c, flow.closed, one.time)
     rows = rows.copy()
     if not c.drift:
         rows[2, 2] = 1.0
     rows[:, BY_TIME] = 0.0  # at a minimum its time counts for nothing
     assert one.guard is not None
-    return guard_by(c, one.guard, flow.closed.gap + position, v_r, flow.total(rows[:3]))
+    gap, by = flow.closed.gap + position, flow.total(rows[:3])
+    scene, field = forms.scene, flow.segment.field
+    if one.guard is Guard.BACK:  # without contact, of the stop behind
+        behind = field_of(scene, 2, drift(field, scene), level(field, scene))
+        return chained(forms.constants(behind).gap_gradient(), by)
+    if one.guard is Guard.GAP and contact(field, scene) == 2:  # negative in contact behind
+        return -chained(c.gap_gradient(), by)
+    return guard_by(c, one.guard, gap, v_r, by, turned, angle)
 
 
 @dataclass(frozen=True, eq=False)

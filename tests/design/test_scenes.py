@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, fit, optimise, scenes, sensitivities, simulate
+from capsule_sym import InvalidInput, fit, optimise, scenes, sensitivities, simulate, solve_orbit
 from capsule_sym._design import sensitivities as module
+from capsule_sym._design.borders import distances
 from capsule_sym._design.quantities import dimensionless_slopes
 from capsule_sym._design.steering import usual_drive
+from capsule_sym._orbits.shooting.orbit import solve_itinerary
 
 SLOPE = scenes.slope
 RUN = SLOPE.Parameters(alpha=0.8, s=-0.05)
@@ -97,3 +99,33 @@ def test_a_drive_has_the_names_of_the_scene() -> None:
         M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3, Omega=8, mu=0.2, mu_back=0.3
     )
     assert list(usual_drive(device)) == ["P_d", "Omega"]
+
+
+@pytest.mark.parametrize("scene", ["slope", "reaction", "reaction_pulse"])
+def test_distances_to_other_itineraries_have_exact_derivatives(scene: str) -> None:
+    given = RUNS[scene]
+    orbit = solve_orbit(given)
+    assert orbit.success
+    rows = distances(orbit)
+    names = given.scene.facts.PARAMETERS
+    held = [row.inequality for row in rows]
+    keys = [(one.kind, one.segment, one.guard) for one in held]
+    assert len(rows) >= len(orbit.itinerary)
+
+    def near(name: str, way: int) -> dict[tuple[object, ...], float]:
+        changed = given.replace(**{name: getattr(given, name) + way * STEP})
+        moved = solve_itinerary(changed, orbit.itinerary, [float(one) for one in orbit.z])
+        return {
+            (one.kind, one.segment, one.guard): float(one.value)
+            for one in (row.inequality for row in distances(moved))
+        }
+
+    for k, name in enumerate(names):
+        up, down = near(name, 1), near(name, -1)
+        for row in rows:
+            one = row.inequality
+            key = one.kind, one.segment, one.guard
+            if keys.count(key) == 1 and key in up and key in down:
+                slope = (up[key] - down[key]) / (2 * STEP)
+                size = 1 + np.abs(row.by).max()
+                assert row.by[k] == pytest.approx(slope, abs=1e-5 * size), (name, key)
