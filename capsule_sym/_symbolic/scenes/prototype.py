@@ -2,7 +2,8 @@
 
 The mass is driven by u = alpha in the first part D of each period, and by alpha_low in the rest; it
 meets a stop in front and one behind. Gravity pulls both bodies down the slope, as in the scene
-`slope`. The unit of force is the friction P_f on the slope, that of length P_f / k1, and that of
+`slope`. Nothing holds the mean of the drive but friction: where alpha D is above f_plus, the capsule
+is driven faster without end. The unit of force is the friction P_f on the slope, that of length P_f / k1, and that of
 time sqrt(M_m / k1). The device's values are assumptions of the size of published prototypes.
 """
 
@@ -45,7 +46,7 @@ model.quantity(
     "P_low", "N", (-1e9, 1e9), 0, label="force between pulses", letter="P_l",
     about="Force that drives the mass in the rest of a period.", slider=(-0.1, 0.1, 0.0005))
 model.quantity(
-    "duty", "", (1e-9, 1 - 1e-9), 0.8, label="duty cycle", letter="D",
+    "duty", "", (1e-9, 1 - 1e-9), 0.4, label="duty cycle", letter="D",
     about="Part of a period in which the pulse lasts.", slider=(0.01, 0.99, 0.001))
 model.quantity(
     "Omega", "rad/s", (1e-9, 1e9), 130, label="frequency of the pulses", letter="Ω",
@@ -84,7 +85,7 @@ alpha_low = model.parameter(
     about="Force on the inner mass in the rest of a period, over the friction force.",
     letter="α_l", tex=r"\alpha_l", slider=(-10, 10, 0.001))
 D = model.parameter(
-    "D", 0.8, (1e-9, 1 - 1e-9), label="duty cycle", si="duty",
+    "D", 0.4, (1e-9, 1 - 1e-9), label="duty cycle", si="duty",
     about="Part of a period in which the pulse lasts.", slider=(0.01, 0.99, 0.001))
 omega = model.parameter(
     "omega", 0.7, (1e-6, 1e6), label="frequency of the pulses", si="Omega / Omega0",
