@@ -52,12 +52,11 @@ class Mutant(NamedTuple):
     new: str
 
 
-def build(directory: Path, mutants: tuple[Mutant, ...]) -> ctypes.CDLL:
-    """The library with probes at every width, mutant i in force where `capsule_weak` is i + 1.
+def put_mutants(directory: Path, mutants: tuple[Mutant, ...]) -> None:
+    """Puts mutants into sources, i in force where `capsule_weak` is i + 1, and a reach to be set.
 
     The text of a mutant is an expression, or `NAME value` of a definition.
     """
-    shutil.copytree(LIBRARY, directory, ignore=shutil.ignore_patterns("build", "__pycache__"))
     numbered = sorted(enumerate(mutants, start=1), key=lambda pair: -len(pair[1].old))
     for number, (name, old, new) in numbered:  # a text that holds another comes before it
         path = place_of(old, directory, name)
@@ -79,6 +78,12 @@ def build(directory: Path, mutants: tuple[Mutant, ...]) -> ctypes.CDLL:
     declared = "extern int capsule_weak;\nextern double capsule_reach;\n"
     header.write_text(declared + text)
     (directory / "switch.c").write_text("int capsule_weak;\ndouble capsule_reach;\n")
+
+
+def build(directory: Path, mutants: tuple[Mutant, ...]) -> ctypes.CDLL:
+    """The library with probes at every width, mutant i in force where `capsule_weak` is i + 1."""
+    shutil.copytree(LIBRARY, directory, ignore=shutil.ignore_patterns("build", "__pycache__"))
+    put_mutants(directory, mutants)
     shutil.copy(HERE / "probe.h", directory)
     for width, unit in _UNITS.items():
         (directory / f"{_NAMES[width]}.c").write_text(
@@ -121,6 +126,9 @@ class Truth:
     """The motion of a segment's linear flow in 60 digits, from the equations as the paper has them:
     P = x_r + beta (x_r - delta) in contact + 2 zeta v_r, gamma v_c' = P - way f_b in drift, and
     v_r' = alpha cos(angle) - P - v_c'."""
+
+    gaps: tuple[int, ...] = (0,)
+    """Which guards are those of stops."""
 
     def __init__(self, start: Start) -> None:
         self.known: dict[mpf, list[mpf]] = {}
@@ -317,8 +325,8 @@ def _false_root(
     allowed = mpf(float(now["error"])) * reach
 
     def value(t: mpf) -> mpf:
-        guards = truth.guards(began + t)
-        return guards[0] if which == 0 else min(guards[1:])
+        guards = enumerate(truth.guards(began + t))
+        return min(guard for i, guard in guards if (i in truth.gaps) == (which == 0))
 
     before, after = h - allowed, h + allowed
     if not now["undetermined"] and truth.direction_after(began + h, which) != now["way"]:
