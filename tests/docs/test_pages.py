@@ -106,7 +106,7 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
             str(tmp_path / "branch.json") if word.endswith("branch.json") else word
             for word in arguments
         ]
-        _, command, _ = group.resolve_command(click.Context(group), [name])
+        _, command, _ = group.resolve_command(click.Context(group), [name, *rest])
         assert command is not None
         with contextlib.suppress(click.exceptions.Exit):
             given = command.make_context(name, rest).params
