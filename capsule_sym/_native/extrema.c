@@ -124,17 +124,22 @@ static expansion expand(const course *f, double h)
     /* The remainder is the derivative of x_r's, or of the force's, whose order this is; of v_r' by
        momentum, where the drive is in the force that moves the capsule. */
     const int momentum = CAPSULE_REACTION && speed;
+    const int pull = CAPSULE_REACTION && f->quantity == CAPSULE_PULL;
     const int last = (speed && !momentum) || gaps ? ORDER : ORDER + 1;
     const double slack = f->rounding * ((8.0 * (ORDER + 3) + 8.0) * UNIT + late);
     const double high = fabs(x[last + 1]) + slack * size[last + 1];
     const double low = fabs(x[last]) + slack * size[last];
     double factor = (1.0 + 8.0 * UNIT) * hypot(high, sqrt(c->K) * low), inverse = 1.0;
     double forcing = f->amplitude * pow(c->omega, last) * (1.0 + 32.0 * UNIT);
-    const double force_ = CAPSULE_REACTS ? force(c, x_r, gap, v_r) : margin + c->friction;
+    const double force_ = CAPSULE_REACTS && f->quantity == CAPSULE_FORCE ? force(c, x_r, gap, v_r)
+                                                                         : margin + c->friction;
     expansion e = {.value = gaps ? gap : speed ? s->v_c + change[2] : force_,
                    .x_r = x_r, .gap = gap, .v_r = v_r};
+    const double of_drive = pull ? forcing : 0.0;
     if (!gaps && !momentum)
         factor *= per_energy, forcing *= per_energy;
+    if (pull) /* Q = P - u, and a derivative of u is bounded as that of what the drive accelerates by */
+        factor += of_drive;
     if (speed)
         factor /= momentum ? c->gamma + 1.0 : c->gamma, forcing /= momentum ? c->gamma + 1.0 : c->gamma;
     for (int n = 0; n < ORDER; n++) {
@@ -150,6 +155,9 @@ static expansion expand(const course *f, double h)
         } else if (momentum) {
             e.rate[n] = -x[n + 2] / (c->gamma + 1.0);
             e.error[n] = rounded * size[n + 2] / (c->gamma + 1.0);
+        } else if (pull) { /* v_r' = -m Q and a constant, where the drive pushes the capsule back */
+            e.rate[n] = -x[n + 3] / c->m;
+            e.error[n] = rounded * size[n + 3] / c->m;
         } else {
             const int k = speed ? n : n + 1;
             const double by = speed ? 1.0 / c->gamma : 1.0;
@@ -318,7 +326,8 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                        capsule_extremum *extrema, int room)
 {
     if (!c || !start || !extrema || room < 0 || zeros < 0 || zeros > 1 || isnan(duration) ||
-        (quantity != CAPSULE_GAP && quantity != CAPSULE_FORCE && quantity != CAPSULE_SPEED))
+        (quantity != CAPSULE_GAP && quantity != CAPSULE_FORCE && quantity != CAPSULE_SPEED &&
+         quantity != CAPSULE_PULL))
         return -1;
     search s = {.of = course_of(c, start, quantity, 1.0), .duration = duration, .zeros = zeros,
                 .most = MOST_PROVED, .extrema = extrema, .room = room};

@@ -2,7 +2,7 @@
 
 import { FIELDS } from "../../generated/capsule/page/model.ts";
 
-export const touches = (field: number): boolean => FIELDS[field]?.contact ?? false;
+export const touches = (field: number): boolean => (FIELDS[field]?.contact ?? 0) > 0;
 export const drift = (field: number): number => FIELDS[field]?.drift ?? NaN;
 export const sticks = (field: number): boolean => drift(field) === 0;
 

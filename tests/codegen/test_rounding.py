@@ -8,14 +8,12 @@ import pytest
 import sympy as sp
 from mpmath import MPContext
 
+from capsule_sym._parameters import scene
 from capsule_sym._symbolic.model.formulas import formulas as formulas_of_the_model
 from capsule_sym.codegen._derived import lowered
 from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen._rounding import sizes, units
-from capsule_sym.generated.capsule.facts import PARAMETERS
-from capsule_sym.generated.capsule.formulas import Formulas
-from capsule_sym.generated.capsule.mp import kernels as exact
-from capsule_sym.generated.capsule.py import kernels as double
+from capsule_sym.scenes import SHIPPED
 from tests.sampling import many, sampled
 
 mp = MPContext()
@@ -67,48 +65,64 @@ def test_sizes_are_what_the_counted_terms_add_up_to() -> None:
 
 ARGUMENTS = {
     "force": 3,
-    "margin_at": 3,
+    "pull": 4,
+    "margin_at": 4,
     "force_change": 2,
+    "pull_rate": 3,
     "rest_force": 2,
     "v_rate": 4,
     "v_second": 3,
 }
+ANGULAR = ("pull", "margin_at", "pull_rate", "v_rate", "v_second")
 
 
 @sampled
 @pytest.mark.parametrize("name", ARGUMENTS)
-def test_no_formula_is_off_by_more_and_some_by_a_good_part(name: str) -> None:
+@pytest.mark.parametrize("of", SHIPPED)
+def test_no_formula_is_off_by_more_and_some_by_a_good_part(of: str, name: str) -> None:
     """On many draws in double precision, beside 50 digits of the same doubles."""
-    draw, worst = random.Random(name), 0.0
-    allowed = getattr(Formulas, f"{name.upper()}_UNITS")
-    for _ in range(many(2000, 600)):
-        p = [draw.uniform(0, 2) * 10 ** draw.uniform(-2, 2) for _ in PARAMETERS]
-        field = draw.randint(1, 6)
+    given_scene, draw, worst = scene(of), random.Random(f"{of} {name}"), 0.0
+    own, double, exact = (
+        given_scene.formulas.Formulas,
+        given_scene.kernels,
+        given_scene.exact_kernels,
+    )
+    allowed = getattr(own, f"{name.upper()}_UNITS")
+    fields = len(double._MODES)
+    for _ in range(many(2000, 300 if of != "capsule" else 600)):
+        p = [draw.uniform(0, 2) * 10 ** draw.uniform(-2, 2) for _ in given_scene.facts.PARAMETERS]
+        field = draw.randint(1, fields)
         c = double.constants(field, *p)
         true_c = exact.constants(field, *map(mp.mpf, p))
         given = [draw.gauss(0, 1) * 10 ** draw.uniform(-2, 2) for _ in range(ARGUMENTS[name])]
-        if name in ("v_rate", "v_second"):
-            given[-1] = draw.uniform(
-                -1, 1
-            )  # of the angle, of which both have the same cosine or sine
-        true = getattr(Formulas, name)(true_c, *map(mp.mpf, given))
-        sizes = given[:-1] if name in ("v_rate", "v_second") else given
-        size = getattr(Formulas, f"{name}_size")(c, *map(abs, sizes))
-        worst = max(worst, float(abs(getattr(Formulas, name)(c, *given) - true) / size) * 2**53)
-    assert allowed / 8 < worst < allowed
+        sizes = list(map(abs, given))
+        if name in ANGULAR:
+            given[-1] = draw.uniform(-1, 1)  # a cosine or sine, which both have alike
+            sizes.pop()
+        true = getattr(own, name)(true_c, *map(mp.mpf, given))
+        size = getattr(own, f"{name}_size")(c, *sizes)
+        worst = max(worst, float(abs(getattr(own, name)(c, *given) - true) / size) * 2**53)
+    assert allowed / 10 < worst < allowed
 
 
-def test_a_coefficient_of_a_response_is_off_by_no_more() -> None:
-    draw, worst = random.Random(0), 0.0
-    for _ in range(1000):
-        p = [draw.uniform(0.1, 2) for _ in PARAMETERS]
-        field, n, reach = draw.randint(1, 6), draw.randint(0, 20), draw.uniform(0.1, 2)
+@pytest.mark.parametrize("of", SHIPPED)
+def test_a_coefficient_of_a_response_is_off_by_no_more(of: str) -> None:
+    given_scene, draw, worst = scene(of), random.Random(0), 0.0
+    own, double, exact = (
+        given_scene.formulas.Formulas,
+        given_scene.kernels,
+        given_scene.exact_kernels,
+    )
+    for _ in range(1000 if of == "capsule" else 300):
+        p = [draw.uniform(0.1, 2) for _ in given_scene.facts.PARAMETERS]
+        field = draw.randint(1, len(double._MODES))
+        n, reach = draw.randint(0, 20), draw.uniform(0.1, 2)
         c = double.constants(field, *p)
         true_c = exact.constants(field, *map(mp.mpf, p))
         given = [draw.gauss(0, 1) for _ in range(3)]
-        true = Formulas.response_next(true_c, n, mp.mpf(reach), *map(mp.mpf, given))
-        found = Formulas.response_next(c, n, reach, *given)
-        size = Formulas.response_next_size(c, n, reach, *map(abs, given))
+        true = own.response_next(true_c, n, mp.mpf(reach), *map(mp.mpf, given))
+        found = own.response_next(c, n, reach, *given)
+        size = own.response_next_size(c, n, reach, *map(abs, given))
         worst = max(worst, float(abs(found - true) / size) * 2**53)
-    most = max(getattr(Formulas, f"RESPONSE_NEXT_{of}_UNITS") for of in ("DRIVE", "LAST", "BEFORE"))
+    most = max(getattr(own, f"RESPONSE_NEXT_{part}_UNITS") for part in ("DRIVE", "LAST", "BEFORE"))
     assert most / 8 < worst < most

@@ -1,4 +1,4 @@
-"""Every interior extremum of gap, force and speed in a segment, by proof: roots of their rates."""
+"""Every interior extremum of gap, force, speed or pull in a segment, by proof: its rate's roots."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ _SHRINK = 8
 _FAINT = 32  # errors of a rate, below which its sign is not looked at closer
 _TINY = 1e-200  # rates and remainders below this are looked at in 50 digits, which do not underflow
 _SECANTS = 12  # to 50 digits from those of doubles
-_PULL = -1  # on a capsule at rest, in the place of a quantity
 _LEAST = 64  # roundings of a time, below which nothing is told apart
 
 
@@ -64,22 +63,9 @@ def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> I
                 yield Minimum(Guard.DRIFT, time, kind * value)
         return
     # In stick the pull is least where it is nearest to its lower bound.
-    for kind, time, value in _extrema_of_pull(numbers, flow, zeros):
+    for kind, time, value in extrema(numbers, flow, Quantity.PULL, zeros):
         least = c.friction_guard(kind, value)
         yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)
-
-
-def _extrema_of_pull(
-    numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]
-) -> Iterator[Extremum]:
-    """The extrema of the pull on a capsule at rest: of the force, unless the drive reacts."""
-    facts = numbers.scene.facts
-    if facts.REACTS and not facts.PULSED:
-        yield from _searched(numbers, flow, _PULL, zeros)
-        return
-    push = flow.c.pull(0, 0, 0) if facts.REACTS else 0  # of a level, which is constant
-    for kind, time, value in extrema(numbers, flow, Quantity.FORCE, zeros):
-        yield Extremum(kind, time, value + push)
 
 
 def _between_stops(scene: Scene, c: Any) -> Number:

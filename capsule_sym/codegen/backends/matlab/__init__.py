@@ -4,8 +4,9 @@ from typing import ClassVar
 
 from sympy.printing.octave import OctaveCodePrinter
 
+from capsule_sym._symbolic.model import jacobian
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
-from capsule_sym._symbolic.model.symbols import stop
+from capsule_sym._symbolic.model.symbols import MODEL, PULSED, stop
 from capsule_sym.codegen._backend import Backend, wrapped
 from capsule_sym.codegen._blocks import segment_constants
 from capsule_sym.codegen._derived import PARAMETER_NAMES, entries, matrices
@@ -45,6 +46,11 @@ class Matlab(Backend):
         return {
             **super().texts(),
             "own_stop": str(stop),
+            "field_count": str(len(SEGMENTS)),
+            "column_count": str(len(jacobian.COLUMNS)),
+            "example": ", ...\n".join(
+                f"%         '{one.name}', {one.default:g}" for one in MODEL.parameters
+            ),
             "p_parameters": ", ".join(f"p.{name}" for name in PARAMETER_NAMES),
             "segment_constants": "".join(map(self._constants, SEGMENTS)),
             "fields": "".join(map(self._field, SEGMENTS)),
@@ -55,7 +61,9 @@ class Matlab(Backend):
     def _constants(self, segment: Segment) -> str:
         """Assignments of a field's constants, in a switch by its number."""
         text = f"    case {segment.index} % {segment.mode}\n"
-        text += f"        c.contact = {segment.contact}; c.drift = {segment.drift};\n"
+        modes = {"high": 1 - segment.level} if PULSED else {}
+        modes |= {"contact": segment.contact, "drift": segment.drift}
+        text += f"        {' '.join(f'c.{name} = {value};' for name, value in modes.items())}\n"
         for name, value in segment_constants(segment.index):
             text += f"        c.{name} = {self.expression(value)};\n"
         return text

@@ -30,7 +30,7 @@ class TypeScript(Backend):
         }
         interface = self.derived.interface
         enums = {e["name"]: [n.replace("-", " ") for n in e["values"]] for e in interface.enums}
-        modes = {g.index: {"contact": bool(g.contact), "drift": g.drift} for g in SEGMENTS}
+        modes = {g.index: {"contact": g.contact, "drift": g.drift} for g in SEGMENTS}
         scales = (f"  const {u.letter} = {_relation(u.relation)};" for u in MODEL.units)
         ratios = (f"      {p.name}: {_relation(p.si)}," for p in MODEL.parameters if p.si)
         return {

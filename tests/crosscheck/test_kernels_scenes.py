@@ -1,0 +1,276 @@
+"""Kernels of every scene against exponentials of matrices, in 50 digits.
+
+The matrices are written down from the general form of the equations of motion, once more apart from
+the declarations. Jacobians are compared with differences of flows that were found right.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from capsule_sym import _native
+from capsule_sym._parameters import Scene, scene
+from tests.sampling import many, sampled, some
+from tests.scenes import GENERAL, SCENES, UNIT, Form
+
+DIGITS, AGREEMENT = 50, mpf("1e-38")
+MORE, STEP = 110, mpf("1e-36")  # digits and steps of differences
+BOUND = 64.0  # roundings of the largest terms, on the way of some 20 operations and their inputs
+DAMPING = ("none", "weak", "critical", "strong")
+
+
+class Field(NamedTuple):
+    """A field of a form by its number: level of the drive (0 is the first), contact, and way."""
+
+    form: Form
+    index: int
+
+    @property
+    def mode(self) -> tuple[int, int, int]:
+        """Level, contact and way."""
+        rest, way = divmod(self.index - 1, 3)
+        return (*divmod(rest, self.form.stops + 1), 1 - way)
+
+
+class Case(NamedTuple):
+    """One segment: parameters by name, state (x_r, v_r, v_c), forcing angle and duration."""
+
+    field: Field
+    parameters: dict[str, Any]
+    state: tuple[Any, Any, Any]
+    theta: Any
+    duration: Any
+
+    def general(self) -> dict[str, Any]:
+        """The parameters of the general form; those that a scene lacks are 0."""
+        p, names = (
+            self.parameters,
+            dict(delta_1="delta", beta_1="beta", f_plus="f_b", f_minus="f_b"),
+        )
+        return {name: p.get(name, p.get(names.get(name, ""), mpf(0))) for name in GENERAL}
+
+    def stop(self) -> Any:
+        """x_r at which the spring of the field acts; the front one's without contact."""
+        p = self.general()
+        return -p["delta_2"] if self.field.mode[1] == 2 else p["delta_1"]
+
+    def rows(self) -> tuple[Any, list[Any], list[Any]]:
+        """Rates of (x_r, v_r, v_c, x_c, alpha cos, alpha sin, 1), P and Q, and that start."""
+        p, form, (level, contact, way) = self.general(), self.field.form, self.field.mode
+        kappa = (mpf(0), p["beta_1"], p["beta_2"])[contact]
+        drive = [mpf(0)] * 7
+        if form.pulsed:
+            drive[6] = p["alpha_low" if level else "alpha"]
+        else:
+            drive[4] = mpf(1)
+        force = [1 + kappa, 2 * p["zeta"], *[mpf(0)] * 4, -kappa * self.stop()]
+        pull = [a - form.reacts * u for a, u in zip(force, drive, strict=True)]
+        bound = {1: p["f_plus"], 0: mpf(0), -1: -p["f_minus"]}[way]
+        one = [mpf(0)] * 6 + [mpf(1)]
+        slip = [
+            (a - bound * i) / p["gamma"] if way else mpf(0) for a, i in zip(pull, one, strict=True)
+        ]
+        terms = zip(drive, force, slip, one, strict=True)
+        rates = mp.zeros(7, 7)
+        rates[0, 1] = rates[3, 2] = 1
+        rates[1, :] = mp.matrix([[u - f - c - p["s"] * i for u, f, c, i in terms]])
+        rates[2, :] = mp.matrix([slip])
+        rates[4, 5], rates[5, 4] = -p["omega"], p["omega"]
+        angle = (p["alpha"] * mp.cos(self.theta), p["alpha"] * mp.sin(self.theta))
+        return rates, pull, [*self.state, mpf(0), *angle, mpf(1)]
+
+    def with_(self, kernels: ModuleType, number: Any = mpf) -> tuple[Any, Any]:
+        """Constants and start of kernels; what stands in the start is rounded once."""
+        p = {name: number(value) for name, value in self.parameters.items()}
+        c = kernels.constants(self.field.index, **p)
+        _, pull, y = self.rows()
+        friction = self.general()
+        friction = {1: friction["f_plus"], 0: 0, -1: -friction["f_minus"]}[self.field.mode[2]]
+        margin = mp.fdot(pull, y) - friction
+        x_r, v_r, v_c = self.state
+        angle = mp.cos(self.theta), mp.sin(self.theta)
+        return c, kernels.Start(*map(number, (x_r, x_r - self.stop(), v_r, v_c, margin, *angle)))
+
+
+def cases(name: str, kind: str, count: int) -> Iterator[Case]:
+    """Random segments of each field, from short ones to some of many oscillations."""
+    form, r = SCENES[name], random.Random(f"{name} {kind}")
+    fields = 3 * (1 + form.stops) * (1 + form.pulsed)
+    for index in range(1, fields + 1):
+        field = Field(form, index)
+        _, contact, way = field.mode
+        for duration in (1e-4, 1e-2, 0.5, 3.0, 20.0)[:count] if count > 2 else (1e-3, 4.0)[:count]:
+            p = {one: r.uniform(0.1, 2) for one in form.names}
+            stiff = p.get(("", "beta" if form.stops == 1 else "beta_1", "beta_2")[contact], 0.0)
+            inertia = 1 + 1 / p["gamma"] if way else 1.0
+            critical = ((1 + stiff) / inertia) ** 0.5
+            p["zeta"] = {"none": 0.0, "weak": 0.05, "critical": critical, "strong": 5.0}[kind]
+            if kind == "none" and not form.pulsed and r.random() < 0.5:
+                p["omega"] = (inertia * (1 + stiff)) ** 0.5  # resonance
+            if "D" in p:
+                p["D"] = r.uniform(0.1, 0.9)
+            for signed in ("s", "alpha_low"):
+                if signed in p:
+                    p[signed] = r.uniform(-1, 1)
+            state = tuple(mpf(r.uniform(-1, 1)) for _ in range(3))
+            given = {one: mpf(value) for one, value in p.items()}
+            yield Case(
+                field, given, state, mpf(r.uniform(0, 6.28)), mpf(duration * r.uniform(1, 2))
+            )
+
+
+def motion(case: Case) -> list[Any]:
+    """Increment of x_r, v_r, and in drift increments of v_c and x_c, by the exponential."""
+    rates, _, y = case.rows()
+    end = mp.expm(rates * case.duration) * mp.matrix(y)
+    found = [end[0] - y[0], end[1], end[2] - y[2], end[3]]
+    return found if case.field.mode[2] else found[:2]
+
+
+def closed(kernels: ModuleType, case: Case) -> list[Any]:
+    """The same by the kernels."""
+    c, start = case.with_(kernels)
+    return list(kernels.flow(c, start, case.duration, advance=True))
+
+
+def differences(kernels: ModuleType, case: Case) -> list[list[Any]]:
+    """Central differences of a flow's results by each column of the Jacobian, row by row."""
+
+    def moved(column: str, step: Any) -> list[Any]:
+        changed = case
+        if column in case.parameters:
+            value = case.parameters[column] + step
+            changed = case._replace(parameters={**case.parameters, column: value})
+        elif column in ("x_r", "v_r", "v_c"):
+            at = ("x_r", "v_r", "v_c").index(column)
+            state = [value + step * (i == at) for i, value in enumerate(case.state)]
+            changed = case._replace(state=tuple(state))
+        else:
+            name = {"theta": "theta", "h": "duration"}[column]
+            changed = case._replace(**{name: getattr(case, name) + step})
+        found = closed(kernels, changed)
+        added = (changed.state[0], 0, changed.state[2], 0)
+        return [a + b for a, b in zip(found, added, strict=False)]
+
+    columns = []
+    for column in kernels.JACOBIAN_COLUMNS:
+        pair = zip(moved(column, STEP), moved(column, -STEP), strict=True)
+        columns.append([(a - b) / (2 * STEP) for a, b in pair])
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def largest(case: Case) -> Any:
+    """The largest part of a motion that one part of its start gives alone, for units of errors."""
+    rates, _, y = case.rows()
+    amplitude = max(abs(y[4]), abs(y[5]))
+    parts = [*map(abs, y[:4]), amplitude, amplitude, mpf(1)]
+    rows = [mp.expm(rates * case.duration * share) for share in (mpf(1), mpf(5) / 8, mpf(3) / 8)]
+    size = max(abs(row[i, j]) * parts[j] for row in rows for i in range(4) for j in range(7))
+    return size * (1 + mp.norm(rates, 2) * case.duration)
+
+
+@sampled
+@pytest.mark.parametrize("name", SCENES)
+def test_flows_are_exponentials_to_38_digits(name: str) -> None:
+    kernels = scene(name).exact_kernels
+    kinds = DAMPING if many(4, 1) == 4 else (random.Random(name).choice(DAMPING),)
+    with mp.workdps(DIGITS):
+        for kind in kinds:
+            for case in cases(name, kind, many(5, 2)):
+                right, found = motion(case), closed(kernels, case)
+                size = 1 + max(map(abs, right))
+                for a, b in zip(right, found, strict=True):
+                    assert abs(a - b) < AGREEMENT * size, case
+
+
+@sampled
+@pytest.mark.parametrize("name", SCENES)
+def test_jacobians_are_differences_of_flows(name: str) -> None:
+    kernels, r = scene(name).exact_kernels, random.Random(name)
+    for kind in DAMPING if many(4, 1) == 4 else ("weak",):
+        for case in cases(name, kind, many(2, 1)):
+            long = case._replace(duration=case.duration * r.choice([1, 1000]))
+            with mp.workdps(MORE):
+                right = differences(kernels, long)
+                c, start = long.with_(kernels)
+                found = kernels.jacobian(c, start, long.duration)
+            for row, other in zip(right, found, strict=True):
+                for column, a, b in zip(kernels.JACOBIAN_COLUMNS, row, other, strict=True):
+                    assert abs(a - b) < AGREEMENT * (1 + abs(a)), (column, long)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_jets_are_powers_of_the_rates(name: str) -> None:
+    """Derivatives of x_r from the second on, and those of the pull Q."""
+    kernels = scene(name).exact_kernels
+    with mp.workdps(DIGITS):
+        for case in cases(name, "weak", 1):
+            rates, pull, y = case.rows()
+            c, start = case.with_(kernels)
+            angle = (start.cos_theta, start.sin_theta)
+            found = kernels.jet(c, start.x_r, start.gap, start.v_r, *angle)
+            powers = [mp.matrix(y)]
+            for _ in range(kernels.JET_ORDER + 1):
+                powers.append(rates * powers[-1])
+            right = [power[0] for power in powers[2:]]
+            right += [mp.fdot(pull, power) for power in powers[:-1]]
+            for a, b in zip(right, found, strict=True):
+                assert abs(a - b) < AGREEMENT * (1 + abs(a)), case
+
+
+def by_lanes(given: Scene, group: list[Case]) -> tuple[Any, Any]:
+    """Flows and Jacobians of cases of one field in one call of NumPy's kernels."""
+    kernels = given.kernels
+    with mp.workdps(DIGITS):
+        starts = [case.with_(kernels, float)[1] for case in group]
+    names = group[0].parameters
+    columns = {one: np.array([float(case.parameters[one]) for case in group]) for one in names}
+    c = kernels.constants(group[0].field.index, **columns)
+    start = kernels.Start(*map(np.array, zip(*starts, strict=True)))
+    h = np.array([float(case.duration) for case in group])
+    return np.array(kernels.flow(c, start, h, advance=True)), kernels.jacobian(c, start, h)
+
+
+@sampled
+@pytest.mark.parametrize("name", SCENES)
+def test_doubles_are_right_to_their_conditioning(name: str) -> None:
+    """NumPy's scalars and lanes, and C's closed form, beside 50 digits of the same doubles."""
+    given, groups = scene(name), {}
+    core = _native.core_of(given)
+    for kind in some(DAMPING, 2):
+        for case in cases(name, kind, many(5, 2)):
+            groups.setdefault(case.field.index, []).append(case)
+    for index, group in groups.items():
+        flows, slopes = by_lanes(given, group)
+        for i, case in enumerate(group):
+            c, start = case.with_(given.kernels, float)
+            h = float(case.duration)
+            found = [given.kernels.flow(c, start, h, advance=True), flows[:, i]]
+            rows = [given.kernels.jacobian(c, start, h), slopes[..., i]]
+            if core is not None:
+                p = np.array([float(case.parameters[n]) for n in given.facts.PARAMETERS])
+                values, by = core.Fields(p).closed_form(index, np.array(start, float), h)
+                found.append(values[: len(found[0])])
+                rows.append(by[: len(found[0])])
+            with mp.workdps(DIGITS):
+                exact = case.with_(given.exact_kernels)[0]
+                same = given.exact_kernels.Start(*map(mpf, start))
+                right = given.exact_kernels.flow(exact, same, case.duration, advance=True)
+                right_rows = np.array(given.exact_kernels.jacobian(exact, same, case.duration))
+                size = float(largest(case))
+            scale = size * (1 + float(case.duration))
+            for values in found:
+                errors = [float(abs(a - mpf(float(b)))) for a, b in zip(right, values, strict=True)]
+                assert max(errors) <= BOUND * UNIT * scale, (case, max(errors) / UNIT / scale)
+            largest_row = np.abs(right_rows.astype(float)).max()
+            for by in rows:
+                error = np.abs((right_rows - np.asarray(by)).astype(float)).max()
+                limit = BOUND * UNIT * (scale + largest_row) * (1 + float(case.duration)) ** 2
+                assert error <= limit, (case, error / limit)
