@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import hashlib
-import json
 import subprocess
 import sys
 import time
@@ -45,19 +43,6 @@ def difference(expected: dict[str, str], present: dict[str, str]) -> str:
             tofile=f"expected/{path}" if path in expected else "/dev/null",
         )
     return "".join(lines)
-
-
-def unchanged(present: dict[str, str]) -> bool:
-    """Whether files are as they were written, and what they were written from is as it was."""
-    from capsule_sym.codegen._render import digest
-
-    hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in present.items()}
-    try:
-        manifest = json.loads(present["manifest.json"])
-        del hashes["manifest.json"]
-        return bool(manifest["digest"] == digest() and manifest["files"] == hashes)
-    except (KeyError, ValueError):
-        return False
 
 
 def _all(check: bool) -> int:
@@ -110,9 +95,6 @@ def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
     declaration.choose(path)
     ships = path.parent == declaration.home(declaration.SHIPPED[0]).parent
     target = out or (_GENERATED / path.stem if ships else path.with_suffix(""))
-    if check and unchanged(present := _present(target)):
-        click.echo(f"{target}: {len(present)} files agree with their inputs.")
-        return
     try:
         expected = render()
     except declaration.BadDeclaration as error:

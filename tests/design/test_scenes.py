@@ -3,12 +3,20 @@
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, fit, optimise, scenes, sensitivities, simulate, solve_orbit
+from capsule_sym import (
+    InvalidInput,
+    fit,
+    optimise,
+    scenes,
+    sensitivities,
+    simulate,
+    solve_itinerary,
+    solve_orbit,
+)
 from capsule_sym._design import sensitivities as module
 from capsule_sym._design.borders import distances
 from capsule_sym._design.quantities import dimensionless_slopes
 from capsule_sym._design.steering import usual_drive
-from capsule_sym._orbits.shooting.orbit import solve_itinerary
 
 SLOPE = scenes.slope
 RUN = SLOPE.Parameters(alpha=0.8, s=-0.05)

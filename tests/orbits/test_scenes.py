@@ -17,7 +17,10 @@ from capsule_sym import (
     SceneParameters,
     continue_bifurcation,
     continue_orbit,
+    half_orbit,
+    jacobian,
     performance,
+    performance_many,
     scenes,
     search_orbits,
     solve_itinerary,
@@ -26,11 +29,9 @@ from capsule_sym import (
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
-from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import _by_kernels, of_core
-from capsule_sym._orbits.shooting.stability import jacobian
-from capsule_sym._orbits.shooting.symmetry import half_orbit, symmetric
+from capsule_sym._orbits.shooting.symmetry import symmetric
 from capsule_sym.scenes import Scene
 from tests.scenes import SCENES, Integrator, Start, integrator
 
