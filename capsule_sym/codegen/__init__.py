@@ -1,6 +1,10 @@
-"""The generator: derivations in, source code of the kernels out."""
+"""The generator: derivations in, source code of the kernels out; and the words of a declaration."""
 
 from pathlib import Path
+
+from capsule_sym._symbolic.model.declaration import Model
+
+__all__ = ["COMMAND", "INPUTS", "Model"]
 
 COMMAND = "python -m capsule_sym.codegen"
 INPUTS = Path(__file__).resolve().parents[2] / "codegen"

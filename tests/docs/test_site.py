@@ -64,7 +64,7 @@ def test_every_command_and_option_is_in_the_reference() -> None:
         _, command, _ = group.resolve_command(click.Context(group), [name])
         assert f'id="capsule-sym-{name}"' in page
         for parameter in command.params:
-            if isinstance(parameter, click.Option):
+            if isinstance(parameter, click.Option) and not parameter.hidden:
                 for option in parameter.opts:
                     anchor = f"cmdoption-capsule-sym-{name}-{option.strip('-')}"
                     assert f'id="{anchor}"' in page
