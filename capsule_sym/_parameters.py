@@ -249,6 +249,12 @@ class SceneParameters(_Frozen):
     zeta: float
     gamma: float
 
+    def __post_init__(self) -> None:
+        _Frozen.__post_init__(self)
+        gaps = [name for name, _ in self.scene.facts.STOPS]
+        if len(gaps) > 1 and sum(getattr(self, name) for name in gaps) == 0:
+            raise InvalidInput(" + ".join(gaps), 0.0, "> 0, or the stops overlap")
+
     @property
     def period(self) -> float:
         """Period of the excitation, 2 pi / omega (dimensionless)."""

@@ -112,6 +112,7 @@ def _over(
         name: {"from": low, "to": high, "count": count} for name, (low, high, count) in over.items()
     }
     base = {"device": device.to_dict()} if device else {"parameters": parameters.to_dict()}
+    base |= {"scene": parameters.scene.source}
     return capsule_sym.read_plan({**base, "axes": axes, **settings})
 
 

@@ -51,7 +51,8 @@ def _check_scales(parameters: SceneParameters) -> None:
     for field, (low, high) in parameters.scene.facts.RANGES.items():
         value = getattr(parameters, field)
         if not low <= value <= high:
-            raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
+            ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (low, high))
+            raise InvalidInput(field, value, f"in [{', '.join(ends)}] for a run")
 
 
 def check_start(

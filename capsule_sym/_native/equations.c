@@ -205,8 +205,10 @@ static double edge_guard(const capsule_constants *c, angle_sum angle, int turns,
 static int pin_gradient(const capsule_equations *e, int row, double gradient[CAPSULE_SLOPE_COUNT])
 {
     const guard_kind last = guard_of(e->itinerary, e->count - 1);
+    const capsule_constants *before = &e->field[neighbour(e->itinerary, -1)];
+    const capsule_constants *begins = &e->field[e->itinerary->fields[0] - 1];
     if (row == 0 && last == IMPACT)
-        gap_gradient(e->field, gradient);
+        gap_gradient(before->contact != 0.0 ? before : begins, gradient);
     else if (row == 2 && last == LANDING)
         speed_gradient(e->field, gradient);
     else

@@ -245,15 +245,18 @@ static int rests_forever(const segment *c, const capsule_constants *k, const poi
 {
     segment_sizes room;
     const segment_sizes *b = sizes_of(c, &room);
-    /* Rounding of K - omega^2 is felt near resonance. It is 32 units at least, for what is rounded
-       below: an error of x_r and v_r adds to the energy. */
+    /* Rounding of K - omega^2 is felt near resonance. It is counted as 32 units at least, for what is
+       rounded below, the centre about which the mass moves included: an error of x_r and v_r adds to
+       the energy. */
     const double distance = sqrt(k->Z2), rounded = 4.0 * 0x1p-53 * (b->K + b->omega * b->omega);
-    const double relative = 8.0 * rounded / distance, amplitude = b->alpha / distance;
+    const double relative = larger(8.0 * rounded / distance, 32.0 * 0x1p-53);
+    const double amplitude = b->alpha / distance;
     real x, v;
     forced(c, s->cosine, s->sine, &x, &v);
     const double roundings =
         (relative + s->angle_error) *
-        (fabs(near_to(s->v_r)) + fabs(near_to(s->x_r)) + (1.0 + b->omega) * amplitude);
+        (fabs(near_to(s->v_r)) + fabs(near_to(s->x_r)) + fabs(near_to(rest_centre(c))) +
+         (1.0 + b->omega) * amplitude);
     const double error = s->energy_error + roundings;
     const double low = fabs(near_to(sub(sub(s->x_r, rest_centre(c)), x))) + error;
     const double high = fabs(near_to(sub(s->v_r, v))) + error;
@@ -317,6 +320,9 @@ static void refine_edge(const segment *c, const capsule_constants *k, const poin
     capsule_flow(k, &start, *duration, change);
     to->x_r = from->x_r + change[0];
     to->gap = from->gap + change[0];
+#if TWO_STOPS
+    to->other = from->other + change[0];
+#endif
     to->v_r = change[1];
     to->v_c = from->v_c + change[2];
 }

@@ -142,3 +142,35 @@ def test_parameters_of_two_scenes_are_refused_together() -> None:
         simulate_many([scenes.slope.Parameters(), Parameters()])
     with pytest.raises(InvalidInput, match=r"shape \(n, 9\)"):
         simulate_many(np.ones((2, 7)), scene=scenes.slope)
+
+
+@pytest.mark.skipif(core_of(scenes.slope) is None, reason="the C core was not compiled")
+def test_a_stop_that_is_met_by_less_than_a_rounding_of_the_bias_is_met() -> None:
+    """The mass swings about -s: its free part is as uncertain as s, and rises to 5e-16 above 0."""
+    p = scenes.slope.Parameters(
+        alpha=0,
+        omega=3,
+        delta=0,
+        zeta=0,
+        beta=10,
+        gamma=1,
+        s=5.7113626778970135,
+        f_plus=20,
+        f_minus=20,
+    )
+    start = (-2.246888735248697e-15, 1.7856775730217245e-07, 0.0)
+    run, exact = (simulate(p, start, periods=2, backend=name) for name in ("c", "mpmath"))
+    assert [s.field for s in run.segments] == [s.field for s in exact.segments]
+    assert 5 in [s.field for s in run.segments]
+
+
+@pytest.mark.skipif(core_of(scenes.slope) is None, reason="the C core was not compiled")
+def test_both_gaps_are_known_after_an_edge_that_ends_a_long_segment() -> None:
+    """Of 2,244 expansions; the next swing meets the stop behind by 1.4e-13, after 0.0335166."""
+    p = scenes.prototype.Parameters(
+        alpha=0.1, D=0.5, omega=0.00085683, delta_1=5, delta_2=4.1012451348375745, zeta=0, beta_1=3,
+        beta_2=3, gamma=1, f_plus=9, f_minus=9,
+    )  # fmt: skip
+    run = simulate(p, (4.3, 0.1, 0.0), phase=0.3, periods=1, max_segments=2)
+    assert run.segments[0].target == "Σ28"
+    assert run.segments[1].duration == pytest.approx(0.0335166, abs=1e-7)

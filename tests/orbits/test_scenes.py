@@ -302,3 +302,16 @@ def test_peaks_of_a_drive_that_reacts_are_those_of_fifty_digits_and_of_samples(n
         assert one.value == pytest.approx(float(other.value), rel=1e-13)
         gradient = {key: float(value) for key, value in other.gradient.items()}
         assert one.gradient == pytest.approx(gradient, rel=1e-11, abs=1e-12)
+
+
+def test_an_orbit_that_begins_at_the_stop_behind_does_not_depend_on_the_one_in_front() -> None:
+    """Its start is held to the surface of the stop that it begins at."""
+    p = scenes.prototype.Parameters(
+        alpha=0.6557658209124334, D=0.5, omega=0.3189276737630118, delta_1=2.68, delta_2=0.02,
+        zeta=0.05, beta_1=30, beta_2=1.5, gamma=2.2539, s=0.011889, f_plus=0.8943, f_minus=1.4997,
+    )  # fmt: skip
+    orbit = solve_orbit(p)
+    assert orbit.itinerary.fields[0] == 17
+    found, far = performance(orbit), performance(solve_orbit(p.replace(delta_1=2.5)))
+    assert found.work.gradient["delta_1"] == 0
+    assert found.work.value == pytest.approx(far.work.value, rel=1e-12)
