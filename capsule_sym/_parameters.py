@@ -251,6 +251,9 @@ class SceneParameters(_Frozen):
 
     def __post_init__(self) -> None:
         _Frozen.__post_init__(self)
+        for name, (low, high) in self.scene.facts.RANGES.items():
+            if high < 1 and not low <= getattr(self, name) <= high:  # a share
+                raise InvalidInput(name, getattr(self, name), f"in [{low!r}, {high!r}]")
         gaps = [name for name, _ in self.scene.facts.STOPS]
         if len(gaps) > 1 and sum(getattr(self, name) for name in gaps) == 0:
             raise InvalidInput(" + ".join(gaps), 0.0, "> 0, or the stops overlap")

@@ -13,7 +13,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule_sym import CapsuleError, InvalidInput, Parameters, PhysicalParameters, load_parameters
+from capsule_sym import (
+    CapsuleError,
+    InvalidInput,
+    Parameters,
+    PhysicalParameters,
+    load_parameters,
+    scenes,
+)
 
 CASE_STUDY = {
     "alpha": 0.7,
@@ -320,3 +327,11 @@ class TestFile:
         )
         with pytest.raises(InvalidInput, match="must be readable"):
             load_parameters(tmp_path)
+
+
+@pytest.mark.parametrize("share", [1.0, 1.5, 1e-12])
+def test_a_duty_cycle_is_a_share_of_the_period(share: float) -> None:
+    with pytest.raises(InvalidInput, match=rf"D = {share!r}: must be in \[1e-09, 0.999999999\]"):
+        scenes.prototype.Parameters(D=share)
+    with pytest.raises(InvalidInput, match="D = "):
+        scenes.prototype.Parameters().replace(D=share)

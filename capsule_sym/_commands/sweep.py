@@ -112,8 +112,8 @@ def _over(
         name: {"from": low, "to": high, "count": count} for name, (low, high, count) in over.items()
     }
     base = {"device": device.to_dict()} if device else {"parameters": parameters.to_dict()}
-    base |= {"scene": parameters.scene.source}
-    return capsule_sym.read_plan({**base, "axes": axes, **settings})
+    scene = parameters.scene.source
+    return capsule_sym.read_plan({"scene": scene, **base, "axes": axes, **settings})
 
 
 _WINDOW = options.Range(counted=True)
