@@ -269,18 +269,34 @@ static int rests_forever(const segment *c, const capsule_constants *k, const poi
            most < near_to(friction_guard(c, num(-1.0), load)) &&
            most < near_to(friction_guard(c, num(1.0), load));
 }
+
+/* What rests for ever does so at the end of a period too, wherever the expansions stood. */
+static int rests_after(const segment *c, const capsule_constants *k, const outcome *o, const point *next)
+{
+    point last = o->end;
+    last.angle = last.sine = num(0.0), last.cosine = num(1.0);
+    last.angle_rest = 0.0, last.energy_error = next->energy_error;
+    return rests_forever(c, k, &last);
+}
 #endif
 
 #ifndef WIDE
+/* The change of x_r, v_r, and the change of v_c, by the closed form after a time. */
+static void flow_from(const capsule_constants *k, const point *from, double h, double change[3])
+{
+    const capsule_start start = {from->x_r,    from->gap,    from->v_r, from->v_c,
+                                 from->margin, from->cosine, from->sine};
+    change[2] = 0.0; /* at rest it is left alone */
+    capsule_flow(k, &start, h, change);
+}
+
 /* Moves a switch and the state there to where the closed form from the segment's start has it.
    Expansions add up their roundings; the switch stays within what they prove, `error` of time. */
 static void refine(const segment *c, const capsule_constants *k, const point *from,
                    const outcome *o, double error, point *to, double *duration)
 {
-    const capsule_start start = {from->x_r,    from->gap,    from->v_r, from->v_c,
-                                 from->margin, from->cosine, from->sine};
-    double change[3] = {0.0, 0.0, 0.0};
-    capsule_flow(k, &start, *duration, change);
+    double change[3];
+    flow_from(k, from, *duration, change);
     const double x_r = from->x_r + change[0], gap = from->gap + change[0], v_r = change[1];
     double at = gap; /* the gap that vanishes, if one does */
 #if TWO_STOPS
@@ -313,11 +329,9 @@ static void refine(const segment *c, const capsule_constants *k, const point *fr
 static void refine_edge(const segment *c, const capsule_constants *k, const point *from, point *to,
                         double *duration)
 {
-    const capsule_start start = {from->x_r,    from->gap,    from->v_r, from->v_c,
-                                 from->margin, from->cosine, from->sine};
-    double change[3] = {0.0, 0.0, 0.0};
+    double change[3];
     *duration = time_to_edge(c, from);
-    capsule_flow(k, &start, *duration, change);
+    flow_from(k, from, *duration, change);
     to->x_r = from->x_r + change[0];
     to->gap = from->gap + change[0];
 #if TWO_STOPS
@@ -509,14 +523,8 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
         if (o.passed && !o.edge && period == context->periods) {
             p->outcome = CAPSULE_END;
 #if !CAPSULE_PULSED
-            if (can_rest) {
-                /* What rests for ever does so at the end too, wherever the expansions stood. */
-                point last = o.end;
-                last.angle = last.sine = num(0.0), last.cosine = num(1.0);
-                last.angle_rest = 0.0, last.energy_error = next->energy_error;
-                if (rests_forever(c, k, &last))
-                    p->outcome = CAPSULE_NEVER;
-            }
+            if (can_rest && rests_after(c, k, &o, next))
+                p->outcome = CAPSULE_NEVER;
 #endif
             end_run(context, state, &o, field, p);
             return;

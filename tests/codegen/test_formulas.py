@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym._symbolic.model import declaration
 from capsule_sym.scenes import SHIPPED
 
 ROOT = Path(__file__).parents[2]
@@ -53,6 +54,10 @@ def places(parts: tuple[str, ...] = PARTS) -> list[str]:
         text = re.sub(r'""".*?"""|/\*.*?\*/', "", path.read_text(encoding="utf-8"), flags=re.S)
         found += [name for line in text.splitlines() if any(re.search(p, line) for p in parts)]
     return found
+
+
+def test_the_generator_and_the_package_know_the_same_scenes() -> None:
+    assert declaration.SHIPPED == SHIPPED
 
 
 def test_the_force_stands_in_one_place() -> None:
