@@ -255,10 +255,11 @@ capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], 
 capsule_stop capsule_add_energies(const capsule_map *map, const capsule_segment *segments, size_t count,
                                   capsule_watch *watch, double energies[3]);
 
-/* The itinerary of a periodic motion: the fields, 1 to 6, of its segments in cyclic order, over so many
-   excitation periods. One guard alone takes each field over to the next; a single field is a sticking one.
-   If `mirrored`, it is that of the first half of a motion that is its own mirror image, over an odd number
-   of periods and without contact: the images of the segments follow. */
+/* The itinerary of a periodic motion: the fields, from 1 on, of its segments in cyclic order, over so many
+   excitation periods. One guard alone takes each field over to the next, or an edge of the drive, which may
+   end rest too; without pulses a single field is a sticking one. If `mirrored`, it is that of the first half
+   of a motion that is its own mirror image, over an odd number of periods, and with one stop without
+   contact: the images of the segments follow. */
 typedef struct {
     const int32_t *fields;
     int count, periods, mirrored;

@@ -28,7 +28,8 @@ static int neighbour(const capsule_itinerary *it, int i)
     if (!it->mirrored || (i >= 0 && i < n))
         return field;
     const int contact = CONTACT_OF[field]; /* in front, its mirror image has it behind */
-    return FIELD_OF[0][TWO_STOPS && contact ? 3 - contact : 0][1 - DRIFT_OF[field]] - 1;
+    const int level = CAPSULE_PULSED - LEVEL_OF[field]; /* the other one of pulses */
+    return FIELD_OF[level][TWO_STOPS && contact ? 3 - contact : 0][1 - DRIFT_OF[field]] - 1;
 }
 
 /* The guard that ends segment i. */
@@ -41,7 +42,7 @@ static guard_kind guard_of(const capsule_itinerary *it, int i)
         return IMPOSSIBLE; /* from one stop to the other */
     if (it->count == 1 && DRIFT_OF[field] == 0 && !CAPSULE_PULSED)
         return NEVER;
-    if (impact + slides + edge != 1)
+    if (impact + slides + edge != 1 && !(edge && !impact && DRIFT_OF[field] == 0)) /* an edge may end rest */
         return IMPOSSIBLE;
     return edge ? EDGE : impact ? IMPACT : DRIFT_OF[field] ? LANDING : SLIP;
 }
@@ -53,7 +54,9 @@ static int zeros_of(const capsule_itinerary *it, int i)
     if (guard == IMPACT) /* of the same stop */
         return before == IMPACT && (CONTACT_OF[it->fields[i] - 1] != 0 ||
                                     CONTACT_OF[neighbour(it, i - 1)] == CONTACT_OF[neighbour(it, i + 1)]);
-    return guard != LANDING ? 0 : before == LANDING ? 1 : before == SLIP ? 2 : 0;
+    if (guard != LANDING)
+        return 0;
+    return before == SLIP ? 2 : before == LANDING || (before == EDGE && !DRIFT_OF[neighbour(it, i - 1)]);
 }
 
 int capsule_itinerary_allowed(const capsule_itinerary *it)
@@ -70,7 +73,7 @@ int capsule_itinerary_allowed(const capsule_itinerary *it)
             return 0;
         edges += guard_of(it, i) == EDGE;
     }
-    return edges == (CAPSULE_PULSED ? 2 * it->periods : 0);
+    return !CAPSULE_PULSED || edges == (it->mirrored ? 1 : 2) * it->periods;
 }
 
 int capsule_system_allowed(const capsule_system *system)

@@ -31,7 +31,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import _by_kernels, of_core
-from capsule_sym._orbits.shooting.symmetry import symmetric
+from capsule_sym._orbits.shooting.symmetry import symmetric, whole_orbit
 from capsule_sym.scenes import Scene
 from tests.scenes import SCENES, Integrator, Start, integrator
 
@@ -273,9 +273,27 @@ def test_the_jacobian_of_a_run_is_that_of_differences(judge: Integrator) -> None
         assert found == pytest.approx(slopes, abs=1e-6)
 
 
-def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit() -> None:
-    changes = {"beta_1": 9, "delta_2": 0.3, "s": 0.1, "alpha": 2.2, "alpha_low": -1.2, "D": 0.45}
-    orbit = solve_orbit(scenes.prototype.Parameters(**MIRRORED | changes))
+TWO_STOPS = {"beta_1": 9, "delta_2": 0.3, "s": 0.1, "alpha": 2.2, "alpha_low": -1.2, "D": 0.45}
+PULSED = {
+    "two stops": scenes.prototype.Parameters(**MIRRORED | TWO_STOPS),
+    "half": scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9),
+    "half at rest": scenes.prototype.Parameters(**MIRRORED, alpha=0.1, alpha_low=-0.1),
+    "rest that an edge breaks": scenes.reaction_pulse.Parameters(alpha=0.8, alpha_low=-0.72, D=0.4),
+}
+
+
+@lru_cache
+def pulsed(name: str) -> Orbit:
+    orbit = solve_orbit(PULSED[name])
+    assert orbit.success, orbit.message
+    return (half_orbit(orbit) or orbit) if name.startswith("half") else orbit
+
+
+@pytest.mark.parametrize("name", PULSED)
+def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit(name: str) -> None:
+    """Also of halves, whose images are at the other level."""
+    orbit = pulsed(name)
+    assert orbit.itinerary.mirrored == name.startswith("half")
     z = orbit.z + 1e-3 * np.random.default_rng(0).normal(size=len(orbit.z))
     with backend("numpy", orbit.scene) as numbers:
         forms = ClosedForms(numbers, orbit.values)
@@ -283,9 +301,39 @@ def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit() -> None:
         assert found is not None
         native = of_core(forms.values, orbit.itinerary, z, found)
         plain = _by_kernels(forms, orbit.itinerary, z, None)
-    for name in ("residual", "by_z", "by_p", "advance_by"):
-        one, other = getattr(native, name), getattr(plain, name)
-        assert one == pytest.approx(other, abs=1e-14 * (1 + abs(other).max())), name
+    for kind in ("residual", "by_z", "by_p", "advance_by"):
+        one, other = getattr(native, kind), getattr(plain, kind)
+        assert one == pytest.approx(other, abs=1e-14 * (1 + abs(other).max())), kind
+
+
+@pytest.mark.parametrize("name", PULSED)
+def test_the_core_solves_a_pulsed_orbit_as_fifty_digits_do_and_the_integrator_closes_it(
+    name: str, judge: Integrator
+) -> None:
+    z = pulsed(name).z + 1e-4 * np.random.default_rng(1).normal(size=len(pulsed(name).z))
+    found = solve_itinerary(pulsed(name).parameters, pulsed(name).itinerary, list(z))
+    assert found.success
+    exact = found.refined()
+    assert exact.success
+    assert found.z == pytest.approx(exact.z.astype(float), abs=1e-12)
+    whole = whole_orbit(found)
+    run, p = whole.trajectory(), whole.parameters
+    x = np.array(run(p.period if run.origin[0].phase else 0.0), dtype=float)
+    start, periods = Start(p.to_dict(), tuple(x.tolist()), 0.0), whole.itinerary.period_number
+    end = [float(value) for value in judge.runs(SCENES[p.scene.name], [start], periods)[0].state]
+    assert end == pytest.approx([*x, periods * float(whole.progression)], abs=1e-11)
+
+
+def test_a_slip_after_rest_that_an_edge_breaks_has_one_zero_at_its_start() -> None:
+    itinerary = pulsed("rest that an edge breaks").itinerary
+    assert itinerary.fields == (5, 4, 5, 2, 8, 3, 2)
+    assert itinerary.segments[4].guard is Guard.EDGE
+    assert itinerary.zeros(5) == 1
+
+
+def test_an_itinerary_has_two_edges_a_period() -> None:
+    with pytest.raises(InvalidInput, match="half the number of edges of the drive, here 2"):
+        Itinerary.parse("F1 F7", 2, scenes.reaction_pulse)
 
 
 @pytest.mark.parametrize("name", ["reaction", "reaction_pulse"])

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time, core_of, present
-from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._parameters import CAPSULE, Scene
 
 _LONGEST = 4096  # segments of an itinerary that the C core takes
@@ -43,13 +42,13 @@ class ClosedForms:
 
     def evaluated(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
         """An itinerary's equations by the C core; None without it, or where it is too long."""
-        if self._fields is None or not _taken(itinerary):
+        if self._fields is None or len(itinerary) > _LONGEST:
             return None
         return self._fields.evaluate_itinerary(*_spelt(itinerary), np.array(z, dtype=float))  # type: ignore[no-any-return]
 
     def solved(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
         """Unknowns, system, status, steps and residual where the C core ends; None likewise."""
-        if self._fields is None or not _taken(itinerary):
+        if self._fields is None or len(itinerary) > _LONGEST:
             return None
         found = self._fields.solve_itinerary(*_spelt(itinerary), z, watch=present())
         check_time()
@@ -76,16 +75,6 @@ class ClosedForms:
         if not c.drift:
             matrix = np.concatenate([matrix, np.full((2, matrix.shape[1]), number(0))])
         return values, matrix
-
-
-def _taken(itinerary: Itinerary) -> bool:
-    """Whether the C core takes an itinerary: with edges none that breaks rest, and no half."""
-    if not itinerary.scene.facts.PULSED:
-        return len(itinerary) <= _LONGEST
-    edges = [i for i, one in enumerate(itinerary.segments) if one.guard is Guard.EDGE]
-    ways = ([drift(itinerary.neighbour(k), itinerary.scene) for k in (i, i + 1)] for i in edges)
-    whole = not itinerary.mirrored and len(edges) == 2 * itinerary.period_number
-    return whole and len(itinerary) <= _LONGEST and all(one == other for one, other in ways)
 
 
 def _spelt(itinerary: Itinerary) -> tuple[NDArray[np.int32], int, bool]:

@@ -107,6 +107,10 @@ class Itinerary:
         if self.mirrored and self.period_number % 2 == 0:
             allowed = "odd for a motion that is its own mirror image"
             raise InvalidInput("period_number", self.period_number, allowed)
+        edges = [one.guard for one in self.segments].count(Guard.EDGE) * (1 + self.mirrored)
+        if edges != 2 * self.period_number and self.scene.facts.PULSED:
+            allowed = f"half the number of edges of the drive, here {edges}"
+            raise InvalidInput("period_number", self.period_number, allowed)
 
     @classmethod
     def of(

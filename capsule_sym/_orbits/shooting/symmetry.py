@@ -82,7 +82,7 @@ def whole_orbit(orbit: Orbit) -> Orbit:
     if not orbit.itinerary.mirrored:
         return orbit
     itinerary, durations = orbit.itinerary.whole, orbit.durations
-    if len(itinerary) == 1:
+    if orbit.itinerary.segments[0].guard is None:
         z = np.array([*orbit.z[:4], 2 * durations[0]])
     else:
         z = np.array([*orbit.z, *durations])

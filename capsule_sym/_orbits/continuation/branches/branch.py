@@ -286,7 +286,8 @@ def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
     z = np.array([*start, *(first + second) / 2])
     (axis,) = family.axes
     q, end = (axis.share(one.values) for one in (old, new))
-    once = Itinerary(itinerary.segments[:n], itinerary.period_number // 2)
+    half = itinerary.period_number // 2
+    once = replace(itinerary, segments=itinerary.segments[:n], period_number=half)
     guess = orbit_at(family.numbers, axis.placed(old.values, q + float(share) * (end - q)), once, z)
     found = Family(family.problem, guess).solved(guess, (kinds.PERIOD_DOUBLING,))
     near = found is not None and abs(found.orbit.z - z).max() <= abs(new.z - old.z).max()
