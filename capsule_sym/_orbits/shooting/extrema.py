@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from capsule_sym._map import quasistatic
 from capsule_sym._map.backend import Backend, Number, backend
-from capsule_sym._map.expansion import Expansion, Guard, Point, expand
+from capsule_sym._map.expansion import Expansion, Guard, Point, expand, reaction_of
 from capsule_sym._map.isolation import polish, positive_at, search
 from capsule_sym._map.location import Flow, SegmentStart, Start
 from capsule_sym._native import check_time
@@ -23,7 +23,6 @@ _REACH = 3  # how far an expansion is tried, over the fastest rate of the segmen
 _SHRINK = 8
 _FAINT = 32  # errors of a rate, below which its sign is not looked at closer
 _TINY = 1e-200  # rates and remainders below this are looked at in 50 digits, which do not underflow
-_SECANTS = 12  # to 50 digits from those of doubles
 _LEAST = 64  # roundings of a time, below which nothing is told apart
 
 
@@ -88,9 +87,6 @@ def extrema(
     if not math.isfinite(flow.h):
         raise ValueError(f"a segment of duration {flow.h}")
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
-    facts = numbers.scene.facts
-    if quantity is Quantity.FORCE and facts.REACTS and not facts.PULSED:
-        return _of_force(numbers, flow)
     found = None if numbers.name == "mpmath" else _by_core(numbers.scene, flow, quantity, vanishing)
     return _searched(numbers, flow, quantity, zeros) if found is None else iter(found)
 
@@ -98,36 +94,6 @@ def extrema(
 def _parameters(scene: Scene, c: Any) -> tuple[Number, ...]:
     """The parameters, which are the first of a segment's constants."""
     return tuple(c[: len(scene.facts.PARAMETERS)])
-
-
-def _of_force(numbers: Backend, flow: SegmentFlow) -> Iterator[Extremum]:
-    """The extrema of the force where a harmonic drive reacts: no guard's rate is its own.
-
-    The C core finds them, and Newton's method, by differences of the rate, all other digits.
-    """
-    plain = replace(flow, c=type(flow.c)(*map(float, flow.c)))
-    found = _by_core(numbers.scene, plain, Quantity.FORCE, 0)
-    if found is None:
-        raise ArithmeticError("the extrema of the force stay open, or there is no C core")
-    c, closed = flow.c, flow.closed
-
-    def at(h: Number) -> tuple[Number, Number, Number]:
-        position, v_r, *_ = numbers.kernels.flow(c, closed, h)
-        cosine, _ = numbers.cos_sin(flow.angle + c.omega * h)
-        x_r, gap = closed.x_r + position, closed.gap + position
-        return c.force_change(v_r, c.v_rate(x_r, gap, v_r, cosine)), c.force(x_r, gap, v_r), h
-
-    for kind, time, value in found:
-        if numbers.name != "mpmath":
-            yield Extremum(kind, time, value)
-            continue
-        here = at(numbers.number(time) * (1 + numbers.sqrt(numbers.unit))), at(numbers.number(time))
-        for _ in range(_SECANTS):
-            (before, _, then), (rate, _, now) = here
-            if rate == before or rate == 0:
-                break
-            here = here[1], at(now - rate * (now - then) / (rate - before))
-        yield Extremum(kind, here[1][2], here[1][1])
 
 
 def _by_core(
@@ -207,7 +173,8 @@ def _rate(numbers: Backend, c: Any, at: Point, quantity: int) -> Expansion:
     """
     guard, side, order = _guard_of(c, quantity)
     e = expand(numbers, c, at)[guard]
-    return _signed(Expansion(e.values[order:], e.errors[order:], e.rest, e.growth), side)
+    e = Expansion(e.values[order:], e.errors[order:], e.rest, e.growth)
+    return _of_force(numbers, c, at, quantity, _signed(e, side))
 
 
 def _rate_of_forced(
@@ -215,7 +182,24 @@ def _rate_of_forced(
 ) -> Expansion:
     """The same rate, expanded much further: the fast free part is only bounded."""
     guard, side, order = _guard_of(c, quantity)
-    return _signed(quasistatic.expand_forced(numbers, c, at, order, with_slow)[guard], side)
+    e = quasistatic.expand_forced(numbers, c, at, order, with_slow)[guard]
+    return _of_force(numbers, c, at, quantity, _signed(e, side))
+
+
+def _of_force(numbers: Backend, c: Any, at: Point, quantity: int, pull: Expansion) -> Expansion:
+    """A rate of the pull Q, or for the force that of P, which is more by the drive's own part."""
+    own = reaction_of(c) if quantity is Quantity.FORCE else 0
+    if not own:
+        return pull
+    own, orders = c.v_c_rate(own) if c.drift else own, range(1, len(pull.values) + 2)
+    *sizes, last = (own * c.omega**n for n in orders)
+    cycle = (-at.sin_theta, -at.cos_theta, at.sin_theta, at.cos_theta)
+    rounding = 8 * numbers.unit + at.error_angle
+    values = [
+        v + size * cycle[n % 4] for n, (v, size) in enumerate(zip(pull.values, sizes, strict=True))
+    ]
+    errors = [error + rounding * size for error, size in zip(pull.errors, sizes, strict=True)]
+    return Expansion(values, errors, pull.rest + last, pull.growth)
 
 
 def _guard_of(c: Any, quantity: int) -> tuple[Guard, int, int]:
@@ -239,6 +223,8 @@ def _value(c: Any, at: Point, quantity: int) -> Number:
         return at.gap
     if quantity is Quantity.SPEED:
         return at.v_c
+    if quantity is Quantity.FORCE:
+        return c.force(at.x_r, at.gap, at.v_r)
     return at.margin + c.friction
 
 
