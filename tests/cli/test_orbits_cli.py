@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import re
 from pathlib import Path
 
@@ -444,3 +445,23 @@ def test_the_sign_of_a_leading_term_is_not_that_of_rounding() -> None:
     for by in (-1e-12, 0.0, 1e-12):
         assert largest_entry((1e-15, -2.0, 2.0 + by)) == -2.0
     assert largest_entry((0.1, -2.0, 3.0)) == 3.0
+
+
+def test_a_pulsed_branch_with_a_start_at_a_rise_is_drawn_and_restarted(capsys, tmp_path) -> None:
+    """The phase of such a start is a whole period, or 0: rounding decides."""
+    scene = ("--scene", "prototype", "--D", "0.3:0.35", "--points", "3")
+    assert call(capsys, "branch", *scene, "--out", str(tmp_path))[0] == 0
+    file = tmp_path / "branch.json"
+    record = json.loads(file.read_text())
+    at_rise = next(one for one in record["bifurcations"] if one["type"] == "edge")
+    period = 2 * math.pi / at_rise["orbit"]["parameters"]["omega"]
+    for phase in (0.0, at_rise["orbit"]["phase"], period):
+        assert phase == pytest.approx(period, rel=1e-12) or phase == 0
+        at_rise["orbit"]["phase"] = phase
+        file.write_text(json.dumps(record))
+        again = ("--restart", str(file), at_rise["label"], "--to", "0.345", "--points", "1")
+        status, _, err = call(capsys, "branch", *again)
+        assert (status, err) == (0, "")
+    picture = tmp_path / "diagram.png"
+    assert call(capsys, "diagram", str(file), "--out", str(picture))[0] == 0
+    assert picture.exists()

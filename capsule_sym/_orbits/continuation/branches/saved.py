@@ -12,6 +12,7 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import read_json
 from capsule_sym._map.backend import backend
+from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.branches.branch import BranchPoint, ends
 from capsule_sym._orbits.continuation.parameter_paths import (
     Function,
@@ -22,6 +23,7 @@ from capsule_sym._orbits.continuation.parameter_paths import (
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.continuation.points.extended import orbit_at
 from capsule_sym._orbits.shooting.admissibility import tightest
+from capsule_sym._orbits.shooting.equations import BY_ANGLE
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._parameters import CAPSULE, Scene
@@ -152,6 +154,11 @@ def _orbit(record: Record) -> Orbit:
     itinerary = _itinerary(record["itinerary"], record["period_number"], scene)
     with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
         orbit = orbit_at(numbers, values, itinerary, z)
+        edges = [i for i, one in enumerate(itinerary.segments) if one.guard is Guard.EDGE]
+        turns = round(orbit.system.residual[edges[0]] / numbers.full_turn) if edges else 0
+        if turns:  # of a start at a rise, a phase of a whole period stands for 0, or 0 for that
+            z[BY_ANGLE] -= turns * numbers.full_turn
+            orbit = orbit_at(numbers, values, itinerary, z)
     if not abs(orbit.residual) < _CLOSED:
         raise ValueError("no orbit")
     return orbit
