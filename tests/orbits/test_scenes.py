@@ -11,11 +11,13 @@ import pytest
 
 from capsule_sym import (
     Branch,
+    Ending,
     InvalidInput,
     Itinerary,
     Orbit,
     SceneParameters,
     continue_bifurcation,
+    continue_from,
     continue_orbit,
     half_orbit,
     jacobian,
@@ -224,6 +226,45 @@ def test_motions_between_stops_alike_are_followed_by_their_halves() -> None:
     other = continue_orbit(orbit, "alpha", 0.95, points=10)
     assert {one.symmetry for one in other.bifurcations} <= {""}
     assert not any(one.orbit.itinerary.mirrored for one in other.points)
+
+
+@lru_cache
+def broken() -> Branch:
+    p = scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
+    return continue_orbit(solve_orbit(p), "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10)
+
+
+def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Integrator) -> None:
+    (breaking,) = broken().bifurcations
+    itself, one, other = continue_from(broken(), "SB1", 1.1, points=10)
+    assert [b.origin for b in (itself, one, other)] == ["SB1.1", "SB1.2", "SB1.3"]
+    assert half_orbit(itself.points[-1].orbit) is not None
+    assert [b.status for b in (one, other)] == [Ending.REACHED, Ending.REACHED]
+    ends = [branch.points[-1].orbit for branch in (one, other)]
+    assert ends[0].average_velocity == pytest.approx(-ends[1].average_velocity, abs=1e-12)
+    assert abs(ends[0].average_velocity) > 0.01
+    assert ends[0].multipliers == pytest.approx(ends[1].multipliers, abs=1e-9)
+    for orbit in ends:
+        begin = tuple(np.array(orbit.trajectory()(orbit.parameters.period), dtype=float))
+        (run,) = judge.runs(SCENES["prototype"], [Start(orbit.parameters.to_dict(), begin)], 1)
+        assert np.array([*map(float, run.state[:3])]) == pytest.approx(begin, abs=1e-11)
+    # Beside the point the orbits are as far apart as the half's normal form says.
+    form = breaking.normal_form
+    assert form is not None
+    assert (form.order, form.power, form.scenario) == (2, 3, "supercritical")
+    first, second = np.split(one.points[1].orbit.durations.astype(float), 2)
+    apart = float(np.linalg.norm(first - second)) / 2
+    grown = one.points[1].value - breaking.value
+    assert form.growth * apart**2 == pytest.approx(grown, rel=1e-2)
+
+
+def test_a_branch_ends_where_its_orbits_become_their_own_mirror_images() -> None:
+    (_, one, _) = continue_from(broken(), "SB1", 0.98, points=10)
+    (back,) = continue_from(one, "EP2", 0.93, points=10)
+    (breaking,) = broken().bifurcations
+    assert back.status is Ending.SYMMETRIC
+    assert back.bifurcations[-1].type == "symmetry breaking"
+    assert back.bifurcations[-1].value == pytest.approx(breaking.value, abs=1e-11)
 
 
 def test_both_stops_and_edges_are_in_an_orbit_between_two_stops(judge: Integrator) -> None:

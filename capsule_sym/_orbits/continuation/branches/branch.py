@@ -22,7 +22,7 @@ from capsule_sym._orbits.continuation.families.states import (
     Step,
     Stop,
 )
-from capsule_sym._orbits.continuation.families.stepping import Continuation, Run
+from capsule_sym._orbits.continuation.families.stepping import Continuation, Run, keeps_images
 from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import (
@@ -36,7 +36,7 @@ from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.identity import same, same_start
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
-from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole_orbit
+from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, half_itinerary, whole_orbit
 
 _Point = TypeVar("_Point")
 
@@ -175,18 +175,18 @@ class BranchRun(Run):
         raise Stop(ending, self.problem.where(state.orbit))
 
     def check(self, old: State, step: Step) -> None:
-        """Raises Stop where the halves of a period-doubled orbit have become one."""
+        """Raises Stop where the halves of an orbit have become one, or mirror images."""
         new, found = step.state, None
         if step.event is None:
             found = halved(self.continuation, old.orbit, new.orbit)
         if found is None:
             return
-        orbit = found.orbit
-        self._record(
-            old, new, None, found, type=kinds.PERIOD_DOUBLING, uncertainty=max(self.errors(found))
-        )
-        halves, where = f"the two halves of {old.orbit.itinerary}", self.problem.where(orbit)
-        raise Stop(Ending.PERIOD_HALVED, f"{halves} become one at {where}")
+        kind, ending, what = kinds.PERIOD_DOUBLING, Ending.PERIOD_HALVED, "one"
+        if found.orbit.itinerary.mirrored:
+            kind, ending, what = kinds.SYMMETRY_BREAKING, Ending.SYMMETRIC, "mirror images"
+        self._record(old, new, None, found, type=kind, uncertainty=max(self.errors(found)))
+        halves, where = f"the two halves of {old.orbit.itinerary}", self.problem.where(found.orbit)
+        raise Stop(ending, f"{halves} become {what} at {where}")
 
     def record_smooth(self, one: SmoothEvent) -> None:
         (old, new), error, kind = one.ends, max(self.errors(one.solution)), one.type
@@ -271,13 +271,18 @@ def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
 
     A period-doubled branch ends there: followed further it would come back along itself. The
     solution's orbit is that of half the period. None where the itinerary's halves have other
-    fields, or keep their places, or where no doubling is near.
+    fields, or keep their places, or where no doubling is near. Halves that are images of each
+    other's fields exchange places where the symmetry breaks: the orbit is then the first half.
     """
     itinerary, n = old.itinerary, len(old.itinerary) // 2
-    if itinerary.period_number % 2 or n == 0 or itinerary.fields[:n] != itinerary.fields[n:]:
+    mirrored = itinerary.period_number % 2
+    alike = itinerary.fields[:n] == itinerary.fields[n:]
+    if mirrored:
+        alike = not itinerary.mirrored and half_itinerary(itinerary) is not None
+    if n == 0 or not alike:
         return None
     before, after = _difference(old), _difference(new)
-    if not before @ after < 0:
+    if not before @ after < 0 or (mirrored and not keeps_images(old, family.axes)):
         return None
     # The doubled orbit's equations are singular there; those of half the period are not.
     share = before @ before / (before @ before - before @ after)
@@ -286,8 +291,8 @@ def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
     z = np.array([*start, *(first + second) / 2])
     (axis,) = family.axes
     q, end = (axis.share(one.values) for one in (old, new))
-    half = itinerary.period_number // 2
-    once = replace(itinerary, segments=itinerary.segments[:n], period_number=half)
+    number = itinerary.period_number if mirrored else itinerary.period_number // 2
+    once = Itinerary(itinerary.segments[:n], number, bool(mirrored), itinerary.scene)
     guess = orbit_at(family.numbers, axis.placed(old.values, q + float(share) * (end - q)), once, z)
     found = Family(family.problem, guess).solved(guess, (kinds.PERIOD_DOUBLING,))
     near = found is not None and abs(found.orbit.z - z).max() <= abs(new.z - old.z).max()
@@ -300,8 +305,9 @@ def _difference(orbit: Orbit) -> Vector:
     return np.asarray(first - second)
 
 
-def halves_apart(orbit: Orbit, least: float) -> bool:
-    """True if the two halves of an orbit differ by so much."""
+def halves_apart(orbit: Orbit, least: float, mirrored: bool = False) -> bool:
+    """True if the two halves of an orbit, one of them mirrored, differ by so much."""
     n = len(orbit.itinerary) // 2
     begin, middle = orbit.system.flows[0].start, orbit.system.flows[n].start
-    return bool(np.max(np.abs([*(begin - middle), *_difference(orbit)])) > least)
+    change = begin + middle if mirrored else begin - middle
+    return bool(np.max(np.abs([*change, *_difference(orbit)])) > least)

@@ -1,4 +1,4 @@
-"""From one branch to others: at period doublings, at folds, at border collisions."""
+"""From one branch to others: at smooth bifurcations and at border collisions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from capsule_sym._orbits.continuation.families.stepping import (
 )
 from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING
+from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING, SYMMETRY_BREAKING
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.identity import same
@@ -54,9 +54,10 @@ def continue_from(
 
     `parameter` and `ties`, as of `continue_orbit`, are those of the branch unless given, and so
     are its units: dimensionless, unless a parameter has its own. `settings` are those of
-    `continue_orbit`. From a period doubling they are
-    the branch itself and that of the doubled orbits, from a fold the two sides of it, from a border
-    collision what lies on the side of the value: two branches, or none, at a non-smooth fold. The
+    `continue_orbit`. From a period doubling they are the branch itself and that of the doubled
+    orbits, where a symmetry breaks the branch itself and two whose orbits are each other's mirror
+    images, from a fold the two sides of it, from a border collision what lies on the side of the
+    value: two branches, or none, at a non-smooth fold. The
     `origin` of each is the label, of several "PD1.1" and "PD1.2". After `max_seconds` the branches
     end with that status, some without points. Raises InvalidInput for a label that does not exist,
     a file that is not one of this version, a value that the parameter cannot have, and where no
@@ -173,6 +174,9 @@ def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Sta
     found = list(_sides(problem, point))
     if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
         found.append(_doubled(problem, point.orbit))
+    half = first_half(point.orbit, problem.axes)
+    if isinstance(point, Bifurcation) and point.type == SYMMETRY_BREAKING and half is not None:
+        found += [_doubled(problem, half, side) for side in (1, -1)]
     for start in found:
         if start is not None and not failure_of(start.state):
             yield start._replace(state=start.continuation.symmetric(start.state))
@@ -199,9 +203,13 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start
         yield Continuation(problem, orbit).cross(vanishing(orbit, segment))
 
 
-def _doubled(problem: Problem, orbit: Orbit) -> Start | None:
-    """The state beside an orbit at a period doubling on the branch of the doubled orbits."""
-    for distance, start in doubled_starts(problem, orbit):
-        if halves_apart(start.state.orbit, distance / 2) and not failure_of(start.state):
+def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Start | None:
+    """The state beside an orbit at a period doubling on the branch of the doubled orbits.
+
+    Beside a half at which the symmetry breaks, on the branch of one of both sides.
+    """
+    for distance, start in doubled_starts(problem, orbit, side=side):
+        apart = halves_apart(start.state.orbit, distance / 2, orbit.itinerary.mirrored)
+        if apart and not failure_of(start.state):
             return start
     return None

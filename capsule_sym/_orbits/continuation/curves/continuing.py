@@ -197,13 +197,13 @@ def _followed(kind: str, starts: Sequence[Start], points: int) -> Curve:
 def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> list[Start]:
     """The starts of the other curve through a point, on the sides on which it is a motion."""
     orbit, segments, smooth = point.orbit, point.segments, kind in kinds.SMOOTH
+    if (half := halved_at(orbit, None)) is not None:
+        orbit, _ = half
     if point.types[1] == kinds.GENERALIZED_DOUBLING:
         # Of doubled orbits whose halves are so far apart, to either side, which are the same, the
         # fold is next to the point: the parameters differ by the square of that.
         folds = (start for _, start in doubled_starts(problem, orbit, kinds.FOLD))
         return list(islice((one for one in folds if one.state.admissible and _within(one)), 1))
-    if (half := halved_at(orbit, None)) is not None:
-        orbit, _ = half
     if len(segments) == 1 and not smooth:
         return _both_ways(problem, orbit, kind, segments[0])
     if not segments:

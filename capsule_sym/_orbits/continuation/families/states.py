@@ -26,6 +26,8 @@ class Ending(StrEnum):
     TURNED_BACK = "turned-back"
     #: The two halves of a period-doubled orbit became one: a branch of half the period is reached.
     PERIOD_HALVED = "period-halved"
+    #: The orbit became its own mirror image: a branch of such orbits is reached.
+    SYMMETRIC = "symmetric"
     #: Newton's method finds no further point, however short the step.
     NOT_CONVERGED = "not-converged"
     #: An inequality of the itinerary fails, and no orbit that the map follows goes on from there.

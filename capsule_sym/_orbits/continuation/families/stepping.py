@@ -304,10 +304,11 @@ class Start(NamedTuple):
 
 
 def doubled_starts(
-    problem: Problem, orbit: Orbit, critical: str | None = None
+    problem: Problem, orbit: Orbit, critical: str | None = None, side: int = 1
 ) -> Iterator[tuple[float, Start]]:
     """Doubled orbits beside one at a period doubling, each with its distance.
 
+    Of a half at which the symmetry breaks they are whole orbits: two sides of them.
     Of the doubled equations two curves of solutions meet there; along one only the parameter
     stands still, and the halves move apart.
     """
@@ -317,7 +318,7 @@ def doubled_starts(
     if critical is not None:
         distances, tolerance = settings.fold_distances, settings.fold_tolerance
     u = one.unknowns(whole)
-    along = np.append(np.linalg.svd(whole.system.by_z)[2][-1], np.zeros(len(problem.axes)))
+    along = np.append(np.linalg.svd(whole.system.by_z)[2][-1], np.zeros(len(problem.axes))) * side
     for distance in distances:
         solution = one.corrected(u + distance * along, along, tolerance)
         if solution is not None:

@@ -95,8 +95,9 @@ class BifurcationPoint(SolvedPoint):
     def multipliers(self) -> tuple[complex, ...]:
         """Multipliers of the orbit, the largest modulus first.
 
-        At a border collision they are those of the itinerary with the segment: only at a
-        grazing-sliding bifurcation has the other itinerary others, `multipliers_without` it.
+        At a border collision they are those of the itinerary with the segment: only where the
+        normal form has the power 1 per order, as at a grazing-sliding bifurcation, has the other
+        itinerary others, `multipliers_without` it.
         """
         return sorted_multipliers(self.orbit)
 

@@ -9,20 +9,28 @@ durations of a doubled orbit's half differ from those of the orbit that doubles.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.shooting.changes import around, swap_segment
+from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import STATES, Matrix, Vector, shooting, solve
-from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+from capsule_sym._orbits.shooting.equations import (
+    STATES,
+    Matrix,
+    Vector,
+    shooting,
+    solve,
+    touched,
+)
+from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.symmetry import halved_at
+from capsule_sym._orbits.shooting.symmetry import halved_at, whole_orbit
 from capsule_sym._orbits.shooting.taylor import (
     carried,
     generator,
@@ -40,7 +48,10 @@ _POWERS = {
     kinds.CROSSING: 2,
     kinds.SWITCHING: 3,
     kinds.CORNER: 2,
+    kinds.EDGE: 4,
 }
+_STOPS = (Guard.GAP, Guard.BACK)
+_CANCELLED = 1e-9  # share of a coefficient below which a difference of two is rounding
 
 _DIFFERENCE = 1e-3
 _STATE = STATES
@@ -55,7 +66,9 @@ class NormalForm(NamedTuple):
     fold, s -> -s + coefficient s^3 at a period doubling, supercritical where it is positive. At a
     border collision it is None, and `discontinuity` is what a segment of duration s does to (x_r,
     v_r, v_c), over `s**power`: the leading term of the difference between the maps of the two
-    itineraries. `scenario` is "supercritical" or "subcritical" at a period doubling; at a border
+    itineraries; at an edge of the drive `power` is 1 to 4, and a map that is piecewise linear has
+    1. `scenario` is "supercritical" or "subcritical" at a period doubling, and where a symmetry
+    breaks, which is one of the first half, closed by its mirror image; at a border
     collision "persistence" where each of the two itineraries has its orbit on a side of its own,
     "non-smooth fold" where both are on one; empty at a fold, and where the multipliers beyond would
     tell but the branch ends.
@@ -93,13 +106,13 @@ def normal_form(
         try:
             if kind == kinds.FOLD:
                 form = _fold(numbers, orbit, path)
-            elif kind == kinds.PERIOD_DOUBLING:
+            elif kind in (kinds.PERIOD_DOUBLING, kinds.SYMMETRY_BREAKING):
                 form = _period_doubling(numbers, orbit, path)
             elif kind in _POWERS and segment is not None:
                 form = _collision(numbers, kind, orbit, segment, path, multipliers)
             else:
                 return None
-        except (np.linalg.LinAlgError, ArithmeticError):
+        except (np.linalg.LinAlgError, ArithmeticError, InvalidInput):
             return None
     terms = form.growth, form.coefficient or 0.0, *(form.discontinuity or ())
     return form if np.all(np.isfinite(terms)) else None
@@ -116,16 +129,19 @@ def _collision(
     order, power = 2 if kind in _TOUCHES else 1, _POWERS[kind]
     if Guard.DRIFT in _corner_guards(orbit.itinerary, segment):
         power = 3
-    growth = _growth(numbers, orbit, segment, path, order)
-    x_r, v_r, v_c = _discontinuity(numbers, orbit, segment, power).tolist()
+    first, power, (x_r, v_r, v_c) = _discontinuity(
+        numbers, whole_orbit(orbit), segment, kind, power
+    )
+    growth = _growth(numbers, orbit, first % len(orbit.itinerary), path, order)
     scenario = _scenario(*multipliers) if power == order else PERSISTENCE
-    return NormalForm(order, growth, None, (x_r, v_r, v_c), power, scenario)
+    terms = float(x_r), float(v_r), float(v_c)
+    return NormalForm(order, growth, None, terms, power, scenario)
 
 
 def _corner_guards(itinerary: Itinerary, segment: int) -> set[Guard | None]:
     """The guards that vanish together at a corner, none elsewhere."""
     guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
-    return guards if Guard.GAP in guards and len(guards) > 1 else set()
+    return guards if guards & set(_STOPS) and len(guards) > 1 else set()
 
 
 def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
@@ -206,8 +222,10 @@ def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
 
 
 def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
-    """The orbit twice over."""
+    """The orbit twice over; of a motion that is its own mirror image, by its half, all of it."""
     once = orbit.itinerary
+    if once.mirrored:
+        return whole_orbit(orbit)
     twice = Itinerary(2 * once.segments, 2 * once.period_number, scene=once.scene)
     z = np.array([*orbit.z, *orbit.durations])
     return Orbit(orbit.values, twice, z, shooting(numbers, orbit.values, twice, z), numbers.name)
@@ -244,65 +262,108 @@ def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
     """
     forms = ClosedForms(numbers, orbit.values)
     omega, itinerary = orbit.value("omega"), orbit.itinerary
-    flow, field = orbit.system.flows[segment], itinerary.fields[segment]
-    c, y = forms.constants(field), np.array([*flow.start, *numbers.cos_sin(flow.angle), 1.0])
-    for _ in range(itinerary.zeros(segment) + 1):
-        y = generator(c, omega) @ y
-    return float(_row(itinerary.segments[segment].guard, c) @ y)
+    flow, field, end = orbit.system.flows[segment], itinerary.fields[segment], segment
+    zeros = itinerary.zeros(segment)
+    if itinerary.segments[segment].guard is Guard.EDGE:  # which comes at its time: the one before
+        field, end, zeros = itinerary.neighbour(segment - 1), segment - 1, 0
+    y = np.array([*flow.start, *numbers.cos_sin(flow.angle), 1.0])
+    for _ in range(zeros + 1):
+        y = generator(forms.constants(field), omega) @ y
+    return float(_row(forms, itinerary, end, itinerary.segments[end].guard, field) @ y)
 
 
-def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> Vector:
+def _sides(
+    numbers: Backend, orbit: Orbit, segment: int, kind: str
+) -> tuple[int, Sequence[ItinerarySegment], Sequence[ItinerarySegment]]:
+    """The first segment of duration 0, those that follow it, and what the other itinerary has.
+
+    That begins with the segment before, and is empty where the change is at the start already.
+    """
+    itinerary, z, n = orbit.itinerary, orbit.z, len(orbit.itinerary)
+    change, begin = swap_segment(itinerary, z, segment, orbit.system), segment - 1
+    if change is None and kind != kinds.EDGE:
+        return segment, (), ()
+    if change is None:
+        change, begin = remove_segment(numbers, itinerary, z, orbit.system, segment)[0], 0
+    gone = [k for k, kept in enumerate(change.kept) if kept is None] or [segment]
+    first = next(k for k in gone if (k - 1) % n not in gone)
+    count = len(change.itinerary) - n + len(gone) + 1
+    inside = itinerary.rotated(first).segments[1 : len(gone)]
+    return first, inside, change.itinerary.rotated(begin).segments[:count]
+
+
+def _discontinuity(
+    numbers: Backend, orbit: Orbit, segment: int, kind: str, power: int
+) -> tuple[int, int, Vector]:
     """The change of the state at equal times by a segment of duration s, over s^power.
 
+    With the index of that segment, the first one of two, and the power, which at an edge is found.
     The series of two local motions from the same start on the guard before the segment, which is
     chosen such that the segment has the duration s: through the segment, and as the itinerary
     without it has it, continued to where that does not hold.
     """
     itinerary, omega = orbit.itinerary, orbit.value("omega")
+    segment, inside, outside = _sides(numbers, orbit, segment, kind)
     forms, flow = ClosedForms(numbers, orbit.values), orbit.system.flows[segment]
-    fields = around(itinerary, segment)
-    before, during, after = (generator(forms.constants(field), omega) for field in fields)
+    before, field = itinerary.neighbour(segment - 1), itinerary.fields[segment]
+    during = generator(forms.constants(field), omega)
+    after = generator(forms.constants(itinerary.neighbour(segment + len(inside) + 1)), omega)
     many, zeros = power + 2, itinerary.zeros(segment)
     enters = itinerary.guard_before(segment)
     leaves = itinerary.segments[segment].guard
-    # The guard after a duration s, over s^zeros, as a functional of where the segment starts.
-    c = forms.constants(fields[1])
-    rows = [_row(leaves, c)]
-    for order in range(1, many + zeros):
-        rows.append(rows[-1] @ during / order)
-    rows = rows[zeros:]
-    fixed = [_row(enters, forms.constants(fields[0]))[:_STATE]]
-    resting = drift(fields[0], orbit.scene) == 0
-    if (Guard.DRIFT in (enters, leaves) and enters is not Guard.GAP) or resting:
-        fixed.append(np.array(c.speed_gradient()[:_STATE], dtype=float))
-    direction = rows[0][:_STATE].copy()
-    for normal in np.linalg.qr(np.array(fixed).T)[0].T:
-        direction -= (direction @ normal) * normal
-    start = np.zeros((many, _LINEAR))
+    place = segment if leaves in _STOPS else segment - 1
+    start, s = np.zeros((many, _LINEAR)), np.eye(many)[1]
     start[0] = [*flow.start, *numbers.cos_sin(flow.angle), 1.0]
-    off = np.array([row @ start[0] for row in rows])
-    off[0] = 0.0
-    along = np.array([row[:_STATE] @ direction for row in rows])
-    start[:, :_STATE] -= np.outer(quotient(off, along), direction)
-    s = np.eye(many)[1]
-    change = swap_segment(itinerary, orbit.z, segment, orbit.system)
-    if change is None:
-        other = carried(start, s, after)
-    else:
-        field = change.itinerary.fields[segment]
-        first = _time(start, before, _row(leaves, forms.constants(fields[0])))
-        there, between = carried(start, first, before), generator(forms.constants(field), omega)
-        second = _time(there, between, _row(enters, forms.constants(field)))
-        other = carried(carried(there, second, between), s - first - second, after)
-    return (carried(start, s, during) - other)[power, :_STATE]
+    if leaves is not Guard.EDGE:
+        # The guard after a duration s, over s^zeros, as a functional of where the segment starts.
+        rows = [_row(forms, itinerary, place, leaves, field)]
+        for order in range(1, many + zeros):
+            rows.append(rows[-1] @ during / order)
+        rows, fixed = rows[zeros:], []
+        if enters is not Guard.EDGE:
+            fixed.append(_row(forms, itinerary, place, enters, before)[:_STATE])
+        if enters is Guard.DRIFT or drift(before, orbit.scene) == 0:
+            fixed.append(_row(forms, itinerary, place, Guard.DRIFT, field)[:_STATE])
+        direction = rows[0][:_STATE].copy()
+        for normal in np.linalg.qr(np.array(fixed).T)[0].T if fixed else ():
+            direction -= (direction @ normal) * normal
+        off = np.array([row @ start[0] for row in rows])
+        off[0] = 0.0
+        along = np.array([row[:_STATE] @ direction for row in rows])
+        start[:, :_STATE] -= np.outer(quotient(off, along), direction)
+    later = 0 * s if leaves is Guard.EDGE else s  # time between the edge and the end
+
+    def passed(y: Matrix, left: Vector, way: Sequence[ItinerarySegment]) -> tuple[Matrix, Vector]:
+        for one in way:
+            matrix = generator(forms.constants(one.field), omega)
+            time = left - later
+            if one.guard is not Guard.EDGE:
+                time = _time(y, matrix, _row(forms, itinerary, place, one.guard, one.field))
+            y, left = carried(y, time, matrix), left - time
+        return y, left
+
+    long, beyond = passed(carried(start, s, during), 0 * s, inside)
+    later = later - beyond
+    other = carried(*passed(start, s - beyond, outside), after)
+    if kind == kinds.EDGE:
+        sizes = np.maximum(abs(long), abs(other)).max(axis=1)
+        differs = abs(long - other)[:, :_STATE].max(axis=1) > _CANCELLED * sizes
+        power = next((k for k in range(1, many) if differs[k]), power)
+    return segment, power, (long - other)[power, :_STATE]
 
 
-def _row(guard: Guard | None, c: Any) -> Vector:
-    """A guard as a linear function of (state, cos, sin, 1), by its gradient and its value at 0."""
-    cosine = 0.0
+def _row(
+    forms: ClosedForms, itinerary: Itinerary, place: int, guard: Guard | None, field: int
+) -> Vector:
+    """A guard as a linear function of (state, cos, sin, 1), by its gradient and its value at 0.
+
+    A stop is the one that the itinerary meets at the end of the segment `place`.
+    """
+    cosine, c = 0.0, forms.constants(field)
     if guard is Guard.DRIFT:
         by, constant = c.speed_gradient(), 0.0
-    elif guard is Guard.GAP:
+    elif guard in _STOPS:
+        c = touched(forms, itinerary, place)
         by, constant = c.gap_gradient(), -c.own_stop()
     else:
         way = 1 if guard is Guard.UPPER else -1
