@@ -146,7 +146,7 @@ BRANCHES = [
     ("slope", "alpha", 0.5),
     ("reaction_pulse", "alpha", 0.5),
     ("reaction_pulse", "alpha", 2.5),
-    ("reaction_pulse", "D", 0.46),
+    ("reaction_pulse", "D", 0.6),
     ("reaction", "alpha", 1.5),
 ]
 
@@ -157,6 +157,7 @@ def test_on_both_sides_of_a_bifurcation_runs_have_its_itineraries(
 ) -> None:
     """A run that settles a little before or beyond judges what the branch says of itself."""
     found, judged = branch(name, parameter, to), 0
+    assert found.success, found.message
     for one in found.bifurcations:
         if one.itinerary_after in (None, one.itinerary_before):
             continue

@@ -130,10 +130,13 @@ def swap_segment(
     """The itinerary with the two switches in the other order at a segment of duration 0.
 
     Of contact, drift and the drive's level one changes where it begins, and others where it ends;
-    None elsewhere, and where a slip meets an edge at which the pull on the capsule jumps. Where the
-    drive reacts, `system` tells whether a drift that lands before the edge turns round.
+    None elsewhere, and where a slip meets an edge at which the pull on the capsule jumps, or two
+    segments vanish there. Where the drive reacts, `system` tells whether a drift that lands before
+    the edge turns round.
     """
     scene, fields = itinerary.scene, itinerary.fields
+    if _pair(itinerary, z, segment) is not None:
+        return None
     before, during, after = (_parts(scene, field) for field in around(itinerary, segment))
     first = {k for k in range(3) if before[k] != during[k]}
     second = {k for k in range(3) if during[k] != after[k]}
@@ -146,10 +149,14 @@ def swap_segment(
         if len(first) == len(second) and not before[1]:
             return None
         if first == {2}:  # before the edge it lands where it sticks, or turns round
-            if system is not None and not sticks_before_edge(system, segment - 1):
+            if system is None or sticks_before_edge(system, segment - 1):
+                comes[1] = 0
+            elif not after[1]:
                 return _turned_round(itinerary, z, segment, before, after)
-            comes[1] = 0
     passed = field_of(scene, *comes)
+    if segment == 0 and before[2] > after[2]:  # it begins on the other side of a rise
+        z = z.copy()
+        z[3] = z[3] + math.tau * (comes[2] - during[2])
     other = _itinerary((*fields[:segment], passed, *fields[segment + 1 :]), itinerary)
     return Change(other, z, tuple(range(len(itinerary))))
 
@@ -188,7 +195,7 @@ def remove_segment(
     merged = before == after
     if n == 2 and merged:
         return _alone(numbers, itinerary, system, segment)
-    turned = rotated(itinerary, z, system, segment - 1)
+    turned = rotated(numbers, itinerary, z, system, segment - 1)
     fields, z = turned.itinerary.fields, turned.z
     gone = 2 if merged else 1
     if merged:
@@ -237,7 +244,7 @@ def _without_pair(
     What drifted before it and rests after it drifts on beyond the edge, and lands there at once.
     """
     scene, n = itinerary.scene, len(itinerary)
-    turned = rotated(itinerary, z, system, first - 1)
+    turned = rotated(numbers, itinerary, z, system, first - 1)
     fields, z = turned.itinerary.fields, turned.z
     ways = drift(fields[0], scene), drift(fields[1], scene)
     lands = ways[0] and not drift(fields[3], scene)
@@ -274,12 +281,15 @@ def _alone(
     return change, Inequality(MINIMUM, 0, guard, zero, flow.h - wait - turns * flow.h)
 
 
-def rotated(itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int) -> Change:
-    """The same orbit begun at another segment."""
+def rotated(
+    numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int
+) -> Change:
+    """The same orbit begun at another segment, at an angle of the first turn if edges are there."""
     n = len(itinerary)
     segment %= n
     flow = system.flows[segment]
-    start = np.array([*flow.start, flow.angle, *z[4 + segment :], *z[4 : 4 + segment]])
+    angle = flow.angle - itinerary.turns(segment) * numbers.full_turn
+    start = np.array([*flow.start, angle, *z[4 + segment :], *z[4 : 4 + segment]])
     return Change(itinerary.rotated(segment), start, tuple((k - segment) % n for k in range(n)))
 
 

@@ -369,14 +369,12 @@ def touched(forms: ClosedForms, itinerary: Itinerary, i: int) -> Any:
 def edge_of(forms: ClosedForms, itinerary: Itinerary, i: int) -> tuple[Number, Vector]:
     """The angle of the edge of the drive at which segment i ends, and its row within the segment.
 
-    The itinerary begins in the first turn; a rise begins another one.
+    The itinerary begins in the first turn.
     """
     scene, turn = itinerary.scene, forms.numbers.full_turn
-    low = [level(field, scene) for field in itinerary.fields[: i + 1]]
-    ends = [one.guard is Guard.EDGE for one in itinerary.segments[:i]]
-    turns = sum(1 for is_low, ended in zip(low, ends, strict=False) if is_low and ended)
+    turns = itinerary.turns(i)
     row = np.full(BY_TIME + 1 + len(forms.values), 0 * turn)
-    if low[i]:
+    if level(itinerary.fields[i], scene):
         return (turns + 1) * turn, row
     c = forms.constants(itinerary.fields[i])
     row = row + turn * chained(c.high_share_gradient(), row[None, :] + np.zeros((STATES, 1)))

@@ -215,6 +215,11 @@ class Itinerary:
         before = self.segments[index - 1]
         return self.image(before).guard if self.mirrored and index == 0 else before.guard
 
+    def turns(self, index: int) -> int:
+        """Rises of the drive before a segment, each of which begins a turn of the forcing angle."""
+        rising = (one.guard is Guard.EDGE and level(one.field, self.scene) for one in self.segments)
+        return sum(list(rising)[:index])
+
     def stop(self, index: int) -> int:
         """The stop at which a segment of an index from -1 ends: 1 in front, 2 behind, 0 at none."""
         both = (contact(self.neighbour(k), self.scene) for k in (index, index + 1))

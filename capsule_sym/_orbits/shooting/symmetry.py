@@ -114,7 +114,8 @@ def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | N
         return None
     z, n = orbit.z, len(itinerary)
     if segment is not None and segment >= n:
-        turned = rotated(orbit.itinerary, z, orbit.system, n)
+        with backend(orbit.backend, orbit.scene) as numbers:
+            turned = rotated(numbers, orbit.itinerary, z, orbit.system, n)
         z, itinerary = turned.z, replace(itinerary, segments=turned.itinerary.segments[:n])
     return _first_half(orbit, itinerary, z), None if segment is None else segment % n
 
@@ -159,7 +160,7 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
         found = solve_itinerary(orbit.values, resting, z, backend=orbit.backend)
         return found if found.success else None
     with backend(orbit.backend, orbit.scene) as numbers:
-        turned = rotated(orbit.itinerary, orbit.z, orbit.system, switches[0])
+        turned = rotated(numbers, orbit.itinerary, orbit.z, orbit.system, switches[0])
         fields, durations = list[int](), list[float]()
         for segment, before, h in zip(
             turned.itinerary.segments,
