@@ -53,8 +53,14 @@ static capsule_parameters checked(const double *values, size_t stride)
     CAPSULE_POSITIVE_PARAMETERS(POSITIVE)
 #define NOT_NEGATIVE(name) require(p.name >= 0, #name, p.name, " and at least 0");
     CAPSULE_NOT_NEGATIVE_PARAMETERS(NOT_NEGATIVE)
+#define SHARE(name) require(p.name < 1, #name, p.name, " and below 1");
+    CAPSULE_SHARE_PARAMETERS(SHARE)
 #define FINITE(name) require(1, #name, p.name, "");
     CAPSULE_PARAMETERS(FINITE)
+#ifdef CAPSULE_BACK_GAP
+    const double room = p.CAPSULE_FRONT_GAP + p.CAPSULE_BACK_GAP;
+    require(room > 0, "the sum of both gaps", room, " and greater than 0");
+#endif
     return p;
 }
 

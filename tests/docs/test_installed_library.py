@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym import simulate
+from capsule_sym.scenes import prototype
 from tests.examples import ROOT, Page
 from tests.native import EXAMPLE, KERNELS, LIBRARY
 from tests.native.test_c_library import check_example
@@ -42,16 +44,19 @@ def run(*command: str | Path, at: Path, **environment: str) -> str:
     return done.stdout
 
 
-@pytest.fixture(scope="module")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The library, installed as the page has it but without optimisation, and moved from there."""
-    folder = tmp_path_factory.mktemp("installed")
+def install(folder: Path, scene: str, block: str) -> Path:
+    """The library of a scene, installed as the page has it but without optimisation, and moved."""
     for name in ("capsule_sym", "pyproject.toml"):
         (folder / name).symlink_to(ROOT / name)
     quick = {"CMAKE_GENERATOR": "Unix Makefiles", "CMAKE_BUILD_TYPE": "Debug", "CFLAGS": "-O0"}
-    run("sh", "-ec", PAGE.blocks("sh")[0], at=folder, HOME=str(folder), **quick)
+    run("sh", "-ec", block, at=folder, HOME=str(folder), **quick)
     shutil.rmtree(folder / "build")
-    return (folder / "capsule").rename(folder / "moved")
+    return (folder / scene).rename(folder / "moved")
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return install(tmp_path_factory.mktemp("installed"), "capsule", PAGE.blocks("sh")[0])
 
 
 @pytest.fixture
@@ -75,6 +80,24 @@ def test_a_program_is_built_by_pkg_config(installed: Path, program: Path) -> Non
     version = run(PKG_CONFIG, "--modversion", "capsule", at=program, PKG_CONFIG_PATH=str(folder))
     assert soname
     assert version.startswith(f"{soname[1]}.")
+
+
+@pytest.mark.skipif(PKG_CONFIG is None, reason="no pkg-config")
+def test_a_program_of_another_scene_is_built_as_the_page_says(tmp_path: Path) -> None:
+    prefix = install(tmp_path, "prototype", PAGE.blocks("sh")[2])
+    shutil.copy(EXAMPLE.with_name("prototype.c"), tmp_path)
+    printed = run("sh", "-ec", PAGE.blocks("sh")[3], at=tmp_path, PREFIX=str(prefix))
+    assert printed in PAGE.blocks("text")
+    p = prototype.Parameters(alpha=4, D=0.2)
+    trajectory = simulate(p, periods=401, backend="numpy")
+    segments = [one for one in trajectory.segments if one.start.period >= 400]
+    found = re.findall(r"F(\d+) +for ([\d.]+)", printed)
+    assert [int(field) for field, _ in found] == [one.field for one in segments]
+    durations = [float(one.duration) for one in segments]
+    assert [float(duration) for _, duration in found] == pytest.approx(durations, abs=1e-9)
+    motion = trajectory.steady()
+    assert motion
+    assert float(printed.split()[-1]) == pytest.approx(motion.progression, abs=1e-9)
 
 
 @pytest.mark.parametrize("library", ["capsule", "capsule_static"])

@@ -157,29 +157,6 @@ def test_every_function_has_a_help_text(tmp_path: Path) -> None:
             assert len(text.splitlines()) > 4
 
 
-@pytest.fixture(scope="module")
-def gateways(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The gateways compiled, as the page says, against an installed library."""
-    if not all(map(shutil.which, ("cmake", "mkoctfile"))):
-        pytest.skip("no CMake, or no mkoctfile")
-    folder = tmp_path_factory.mktemp("gateways")
-    shutil.copytree(ROOT / "capsule_sym", folder / "capsule_sym", symlinks=False)
-    shutil.copy(ROOT / "pyproject.toml", folder)
-    for path in (GENERATED, GATEWAYS):
-        shutil.copytree(path, folder / path.relative_to(ROOT))
-    (block,) = (block for block in PAGE.blocks("sh") if "capsule_build" in block)
-    done = subprocess.run(
-        ["sh", "-ec", block.replace("PREFIX", "prefix")],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    shutil.rmtree(folder / "prefix")
-    return folder
-
-
 @pytest.mark.long
 def test_a_run_against_50_digits(gateways: Path, tmp_path: Path) -> None:
     p, periods, times = Parameters(alpha=1.2), 12, [0.5, 17.0, 61.25, 90.0]
@@ -242,7 +219,7 @@ def test_bad_input_is_told_in_one_line(gateways: Path, tmp_path: Path, call, mes
 
 @pytest.mark.long
 def test_the_page_is_run(gateways: Path, tmp_path: Path) -> None:
-    figure, flow = PAGE.blocks("matlab")
+    figure, flow, other = PAGE.blocks("matlab")
     assert len(figure.splitlines()) == 20
     values = octave(flow, gateways).split()
     with mp.workdps(DIGITS):
@@ -253,6 +230,7 @@ def test_the_page_is_run(gateways: Path, tmp_path: Path) -> None:
     assert [float(value) for value in values] == pytest.approx([float(t) for t in truth], abs=2e-12)
     if "gnuplot" not in octave("disp(available_graphics_toolkits())", tmp_path):
         pytest.skip("Octave has nothing to draw with: gnuplot")
+    assert octave(other, gateways).split() == PAGE.blocks("text")[0].split()
     # Lines are counted by what is drawn: a curve a segment of four periods, each in its colour.
     script = f"{figure}\nprintf('%d ', arrayfun(@(a) numel(get(a, 'children')), "
     script += "findobj(gcf, 'type', 'axes')))"

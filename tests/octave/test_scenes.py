@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from capsule_sym import simulate
 from capsule_sym._parameters import scene
 from tests.crosscheck.test_kernels_scenes import BOUND, DIGITS, Case, cases, largest
 from tests.octave.test_octave import octave
@@ -105,3 +106,63 @@ def test_functions_of_a_scene(name: str, tmp_path: Path) -> None:
         exact = one._replace(duration=mpf(float(one.duration)))
         judged(exact, found, len(kernels.JACOBIAN_COLUMNS), kernels, pulsed=form.pulsed)
     assert found.at == len(found.numbers)
+
+
+@sampled
+@pytest.mark.parametrize("name", SCENES)
+def test_parameters_of_a_scene(name: str, tmp_path: Path) -> None:
+    facts = scene(name).facts
+    script = "p = capsule_parameters();\nprintf('%s\\n', fieldnames(p){:});\n"
+    script += "printf('%.17g\\n', struct2cell(p){:});"
+    found = octave(script, tmp_path, ROOT / "generated" / name / "m").split()
+    count = len(facts.PARAMETERS)
+    assert tuple(found[:count]) == facts.PARAMETERS
+    assert [float(one) for one in found[count:]] == [facts.DEFAULTS[n] for n in facts.PARAMETERS]
+
+
+GATEWAYS = r"""
+p = capsule_parameters(); p.alpha = 4; p.D = 0.2;
+times = [0.5 17 61.25 90];
+r = capsule_simulate(p, 12, [0.1 0 0.2], 0.25, times);
+printf('%s\n', r.status); printf('%d ', r.segments.field, r.segments.target); printf('\n');
+printf('%.17g ', r.segments.duration, r.y(:, 1:3).', r.final); printf('\n');
+P = repmat(cell2mat(struct2cell(p)).', 9, 1); P(:, 1) = (1:9)/2;
+states = repmat([0.1 -0.2 0.3], 9, 1); phases = (0:8).';
+[y, status] = capsule_many(P, 25, states, phases);
+worst = max(status);
+for k = 1:9
+    p.alpha = P(k, 1);
+    r = capsule_simulate(p, 25, states(k, :), phases(k));
+    worst = max([worst, abs(r.final - y(k, :))]);
+end
+printf('%g\n', worst);
+for wrong = {setfield(p, 'D', 1), setfield(setfield(p, 'delta_1', 0), 'delta_2', 0), struct()}
+    try, capsule_simulate(wrong{1}, 3); catch e, disp(e.message), end
+end
+"""
+
+
+@pytest.mark.long
+def test_gateways_of_a_scene(gateways: Path, tmp_path: Path) -> None:
+    paths = gateways / "build" / "matlab" / "prototype", ROOT / "generated" / "prototype" / "m"
+    status, itinerary, numbers, worst, *refused = octave(GATEWAYS, tmp_path, *paths).splitlines()
+    p = scene("prototype").Parameters(alpha=4, D=0.2)
+    with mp.workdps(DIGITS):
+        run = simulate(p, (0.1, 0.0, 0.2), phase=0.25, periods=12, backend="mpmath")
+        durations = [float(segment.duration) for segment in run.segments]
+        states = np.asarray(run([0.5, 17, 61.25, 90]), float).ravel()
+        final = [float(value) for value in run.final[1]]
+    assert status == "done"
+    passed = [
+        *(s.field for s in run.segments),
+        *(int((s.target or "Σ0")[1:]) for s in run.segments),
+    ]
+    assert list(map(int, itinerary.split())) == passed
+    found = list(map(float, numbers.split()))
+    assert found[:-1] == pytest.approx([*durations, *states, *final], abs=1e-10)
+    assert float(worst) < 1e-9
+    assert refused == [
+        "capsule_simulate: D = 1: must be finite and below 1",
+        "capsule_simulate: the sum of both gaps = 0: must be finite and greater than 0",
+        "capsule_simulate: p.alpha is missing",
+    ]

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from sympy.printing.octave import OctaveCodePrinter
 
-from capsule_sym._symbolic.model import jacobian
+from capsule_sym._symbolic.model import declaration, jacobian
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED, stop
 from capsule_sym.codegen._backend import Backend, wrapped
@@ -23,7 +23,8 @@ class Matlab(Backend):
     assign = "{} = {};"
     omitted = ("jet", "jet_magnitudes")
     files: ClassVar = {
-        f"m/capsule_{name}.m": f"{name}.m.in" for name in ("constants", "start", "flow", "field")
+        f"m/capsule_{name}.m": f"{name}.m.in"
+        for name in ("parameters", "constants", "start", "flow", "field")
     }
 
     def function(self, kernel: Kernel) -> str:
@@ -48,8 +49,13 @@ class Matlab(Backend):
             "own_stop": str(stop),
             "field_count": str(len(SEGMENTS)),
             "column_count": str(len(jacobian.COLUMNS)),
-            "example": ", ...\n".join(
-                f"%         '{one.name}', {one.default:g}" for one in MODEL.parameters
+            "scene": declaration.path().stem,
+            "parameter_table": "\n".join(
+                f"%      {one.name:10} {one.label}, from {one.low:.9g} to {one.high:.9g}"
+                for one in MODEL.parameters
+            ),
+            "defaults": ", ...\n".join(
+                f"    '{one.name}', {float(one.default)!r}" for one in MODEL.parameters
             ),
             "p_parameters": ", ".join(f"p.{name}" for name in PARAMETER_NAMES),
             "segment_constants": "".join(map(self._constants, SEGMENTS)),
