@@ -152,6 +152,10 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
         number = re.match(r"'(.*)' is not a valid float", error.message)
         more = meant(number[1]) if number and not error.message.endswith("?") else ""
         return _complain(error.format_message() + more, 2)
+    except click.NoSuchOption as error:
+        if elsewhere := _elsewhere(error.option_name):
+            return _complain(f"{error.message} {elsewhere}", 2)
+        return _complain(error.format_message(), 2)
     except click.ClickException as error:
         return _complain(error.format_message(), 2)
     except InvalidInput as error:
@@ -165,6 +169,14 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
         _discard(sys.stdout)
         return _complain(_reason(error), 1)
     return 0
+
+
+def _elsewhere(flag: str) -> str:
+    """Which scenes have an option that the scene of the line has not; empty where none has."""
+    from capsule_sym._parameters import scenes_with
+
+    found = scenes_with([flag.removeprefix("--").replace("-", "_")])
+    return f"--scene {' or '.join(found)} has it." if found else ""
 
 
 def _complete(asked: str) -> int:

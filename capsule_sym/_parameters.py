@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from importlib import import_module
 from os import PathLike
 from types import ModuleType, SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._units import Scales
@@ -84,9 +84,14 @@ class Scene:
         return {} if self is CAPSULE else {"scene": self.source}
 
     @property
+    def shown(self) -> str:
+        """Its name in messages, with its folder where it does not ship."""
+        return self.name if self.source in SHIPPED else f"{self.name} in {self.source}"
+
+    @property
     def told(self) -> str:
         """Its name in messages about names of another scene than the paper's."""
-        return "" if self is CAPSULE else f" (scene {self.name})"
+        return "" if self is CAPSULE else f" (scene {self.shown})"
 
     @property
     def digest(self) -> str:
@@ -150,6 +155,11 @@ def scene(source: str) -> Scene:
     return _known[source]
 
 
+def as_scene(given: Scene | str) -> Scene:
+    """A scene, from itself or as `scene` finds it."""
+    return given if isinstance(given, Scene) else scene(given)
+
+
 def _package(given: str, folder: str) -> str:
     """The name of a folder's package, which is imported under it."""
     from importlib.util import module_from_spec, spec_from_file_location
@@ -201,10 +211,6 @@ class _Frozen:
 
     __slots__ = ()
     scene: ClassVar[Scene]
-
-    if TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> float: ...  # what some scenes have
 
     def __post_init__(self) -> None:
         for name in names_of(self):
@@ -288,7 +294,42 @@ class SceneDevice(_Frozen, Scales):
 
     def dimensionless(self) -> SceneParameters:
         """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
-        return self.scene.Parameters(**self.ratios())
+        try:
+            return self.scene.Parameters(**self.ratios())
+        except InvalidInput as error:
+            raise self._cause(error) from error
+
+    def _cause(self, error: InvalidInput) -> InvalidInput:
+        """An error about a parameter as one about the quantity of the device that it comes from.
+
+        That is one that it is in proportion to, or one that may be left out, and whose default is
+        allowed: then the values up to which it is are found by halving.
+        """
+        facts, known = self.scene.facts, self.to_dict()
+        of = f"{error.field}, the {facts.LABELS.get(error.field, 'parameter')},"
+        for name, (tied, _) in facts.DRIVEN.items():
+            if tied == error.field:
+                return InvalidInput(name, known[name], f"such that {of} is {error.allowed}")
+        for name, good in facts.DEVICE_DEFAULTS.items():
+            bad = known[name]
+            if not self._allows(name, good):
+                continue
+            for _ in range(40):
+                middle = (good + bad) / 2
+                good, bad = (middle, bad) if self._allows(name, middle) else (good, middle)
+            side = "at most" if bad > good else "at least"
+            why = " and the capsule slips by itself" * (error.field in facts.BOUNDS.values())
+            allowed = f"{side} {good:.4g}, or {of} is {error.value:.4g}{why}"
+            return InvalidInput(name, known[name], allowed)
+        return error
+
+    def _allows(self, name: str, value: float) -> bool:
+        """Whether the device has dimensionless parameters with another value of a quantity."""
+        try:
+            ratios = self.scene.values(**self.to_dict() | {name: value}).ratios()
+            return bool(self.scene.Parameters(**ratios))
+        except InvalidInput:
+            return False
 
     @property
     def rate(self) -> float:
@@ -341,6 +382,13 @@ class PhysicalParameters(DeviceFields, Relations, SceneDevice):
     scene: ClassVar[Scene] = CAPSULE
 
 
+def of_paper(parameters: SceneParameters) -> Parameters:
+    """Parameters of the paper's scene; raises InvalidInput for those of another."""
+    if not isinstance(parameters, Parameters):
+        raise InvalidInput("scene", parameters.scene.shown, f"{CAPSULE.name}, the paper's")
+    return parameters
+
+
 def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
     """The parameters in a TOML file: dimensionless or physical, never a mix.
 
@@ -358,14 +406,19 @@ def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParamet
     from capsule_sym._files import read_toml
 
     table = read_toml(path)
-    of = scene_in(table, path) or otherwise
+    named = scene_in(table, path)
+    of = named or otherwise
     table.pop("scene", None)
     dimensionless, physical = of.facts.PARAMETERS, tuple(of.facts.DEVICE)
     for name in table:
         if name not in dimensionless and name not in physical:
             allowed = f"one of {', '.join(dimensionless)}"
             allowed += f", or of {', '.join(physical)}" if physical else ""
-            raise InvalidInput("parameter", name, allowed + of.told)
+            allowed += of.told
+            if named is None and (others := scenes_with(table)):
+                lines = " or ".join(f'scene = "{one}"' for one in others)
+                allowed += f"; or add {lines}"
+            raise InvalidInput("parameter", name, allowed)
     given = [name for name in physical if name in table]
     if not given:
         return of.Parameters(**table)
@@ -377,6 +430,12 @@ def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParamet
         whole = f"a whole device, with {', '.join(missing)} too{of.told}"
         raise InvalidInput("file", str(path), whole)
     return of.PhysicalParameters(**table)
+
+
+def scenes_with(names: Iterable[str]) -> list[str]:
+    """Scenes that ship of which all these are parameters, or quantities of a device."""
+    known = {one: scene(one).facts for one in SHIPPED}
+    return [one for one, of in known.items() if {*names} <= {*of.PARAMETERS, *of.DEVICE}]
 
 
 def scene_in(table: Mapping[str, Any], path: str | PathLike[str] = "") -> Scene | None:

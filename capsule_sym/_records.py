@@ -103,7 +103,7 @@ def in_si(device: SceneDevice | None, row: Mapping[str, Any]) -> dict[str, float
         found["power [W]"] = mean_power(found["work [J]"], device.rate)
     for name, (tied, unit) in device.scene.facts.DRIVEN.items():
         if tied in row:
-            found[f"{name} [{unit}]"] = row[tied] / device.tie(name)[1]
+            found[f"{name} [{unit}]" if unit else name] = row[tied] / device.tie(name)[1]
     return found
 
 

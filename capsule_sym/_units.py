@@ -44,6 +44,7 @@ UNITS = {
     **dict.fromkeys(("x_r", "x_c", "advance"), _LENGTH),
     **dict.fromkeys(("v_r", "v_c", "average_velocity"), _VELOCITY),
     "lyapunov": Unit(0, 0, 1, "1/s"),
+    "lift": _ENERGY,
 }
 """The units of all results that have one."""
 

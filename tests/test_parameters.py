@@ -243,7 +243,7 @@ def test_scales_apply_to_each_element_of_an_array(device: PhysicalParameters) ->
         ({"M_m": 1e300, "k1": 1e-300}, "natural_frequency"),
         ({"M_m": 1e-300, "k1": 1e300}, "natural_frequency"),
         ({"mu": 1e-100, "k1": 1e250}, "length_scale"),
-        ({"P_d": 1e300, "mu": 1e-20}, "alpha"),
+        ({"P_d": 1e300, "mu": 1e-20}, "P_d"),
         ({"M_c": 1e-300, "M_m": 1e300, "mu": 1e-290}, "gamma"),
     ],
 )

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 from capsule_sym.generated.capsule.facts import FIELD_OF
 
 _SAMPLES = 200  # per excitation period
@@ -75,17 +75,17 @@ def _sign(value: float) -> int:
     return (value > 0) - (value < 0)
 
 
-def _force(p: SceneParameters, contact: int, x_r: Any, v_r: Any) -> Any:
+def _force(p: Parameters, contact: int, x_r: Any, v_r: Any) -> Any:
     c = NumpyBackend().constants(FIELD_OF[contact, 0], p)
     return c.force(x_r, x_r - p.delta, v_r)
 
 
-def _drift_at_rest(p: SceneParameters, contact: int, state: State) -> int:
+def _drift_at_rest(p: Parameters, contact: int, state: State) -> int:
     force = _force(p, contact, state[0], state[1])
     return 0 if abs(force) <= p.f_b else _sign(force)
 
 
-def _guards(p: SceneParameters, field: int, x_r: Any, v_r: Any, v_c: Any) -> list[Any]:
+def _guards(p: Parameters, field: int, x_r: Any, v_r: Any, v_c: Any) -> list[Any]:
     contact, drift = _MODES[field]
     gap = x_r - p.delta if contact else p.delta - x_r
     if drift:
@@ -95,7 +95,7 @@ def _guards(p: SceneParameters, field: int, x_r: Any, v_r: Any, v_c: Any) -> lis
 
 
 class _Sampling:
-    def __init__(self, parameters: SceneParameters) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self.parameters, self.numbers, self.taken = parameters, NumpyBackend(), 0
 
     def first_switch(
@@ -151,7 +151,7 @@ class _Sampling:
 
 
 class _Integration:
-    def __init__(self, parameters: SceneParameters) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self.parameters, self.calls = parameters, 0
 
     def first_switch(

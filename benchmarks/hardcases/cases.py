@@ -13,7 +13,7 @@ from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard, Point
 from capsule_sym._map.location import Flow, SegmentStart
 from capsule_sym._map.location import Start as Beginning
-from capsule_sym._parameters import Parameters, SceneParameters
+from capsule_sym._parameters import Parameters
 
 _DISTANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 1e-15)
 _DURATIONS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
@@ -58,7 +58,7 @@ def cases() -> Iterator[Case]:
 class _Approach:
     """Starts of one field whose guard has a minimum soon; it is zero near `touch`, a (v_r, h)."""
 
-    parameters: SceneParameters
+    parameters: Parameters
     field: int
     x_r: float
     v_c: float
@@ -86,7 +86,7 @@ class _Approach:
 
 def flow_from(
     numbers: Backend,
-    parameters: SceneParameters,
+    parameters: Parameters,
     field: int,
     x_r: Number,
     v_r: Number,
@@ -180,9 +180,7 @@ def _short() -> Iterator[Case]:
 # Corners: x_r and v_c at the start are solved for so that both vanish at one time.
 
 
-def _meeting(
-    parameters: SceneParameters, field: int, v_r: float, impact: float, stop: float
-) -> Start:
+def _meeting(parameters: Parameters, field: int, v_r: float, impact: float, stop: float) -> Start:
     """A start with x_r = delta at one duration and v_c = 0 at another; both are affine in it."""
     with backend("mpmath") as numbers:
         at_zero, at_one = (
@@ -210,7 +208,7 @@ def _corners() -> Iterator[Case]:
         yield Case(f"corner on {line} from F{field}", "x_r = delta and v_c = 0 at once", start)
 
 
-def _slowly(parameters: SceneParameters, field: int, speed: float) -> Start:
+def _slowly(parameters: Parameters, field: int, speed: float) -> Start:
     """A corner after a duration of 1, passed at a speed, which is affine in v_r at the start."""
     with backend("mpmath") as numbers:
         at_zero, at_one = (

@@ -15,7 +15,7 @@ from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.native import NativeRun
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters, of_paper
 from capsule_sym.generated.capsule.interface import Precision
 
 CONTRACT = 8.0
@@ -31,7 +31,7 @@ _GRID = np.arange(1, 17) / 16
 class Start:
     """The start of a run and its length."""
 
-    parameters: SceneParameters
+    parameters: Parameters
     state: tuple[float, float, float] = (0.0, 0.0, 0.0)
     phase: float = 0.0
     periods: int = 1
@@ -94,7 +94,7 @@ class Error(NamedTuple):
 
 def error(
     numbers: Backend,
-    parameters: SceneParameters,
+    parameters: Parameters,
     begin: SegmentStart,
     duration: float,
     exact: Switch,
@@ -131,7 +131,7 @@ def _term_of_start(c: Any, begin: SegmentStart, guard: Guard) -> float:
 
 
 def largest_terms(
-    parameters: SceneParameters, begin: SegmentStart, guard: Guard, h: float
+    parameters: Parameters, begin: SegmentStart, guard: Guard, h: float
 ) -> tuple[float, float]:
     """The largest value that a term of a guard's closed form takes up to a duration h: M.
 
@@ -201,6 +201,6 @@ class _Checked(Run):
             if set(switch.guards) != set(true.guards):
                 self.wrong = self.wrong or f"F{flow.field}: {names(switch)}, not {names(true)}"
             elif true.guards:
-                off = error(numbers, self.parameters, begin, switch.duration, true)
+                off = error(numbers, of_paper(self.parameters), begin, switch.duration, true)
                 self.error = Error(*map(max, self.error, off))
         return flow, switch

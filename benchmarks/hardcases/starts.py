@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._parameters import Parameters, SceneParameters
+from capsule_sym._parameters import Parameters
 
 KINDS = ("graze", "sliding", "corner", "impact start", "slip start", "anywhere")
 _LONGEST = 4.0  # duration before the state to be met, over the segment's rate
@@ -60,7 +60,7 @@ def random_start(random: Random) -> RandomStart:
             return RandomStart(kind, target.distance, start)
 
 
-def _parameters(random: Random) -> SceneParameters:
+def _parameters(random: Random) -> Parameters:
     def log(low: float, high: float) -> float:
         return math.exp(random.uniform(math.log(low), math.log(high)))
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._bench.model import CONTACT, DRIFT, rates
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, of_paper
 
 TOLERANCE = 1e-12
 _FIT_PERIODS, _FIT_TIMES = 20, 2000
@@ -178,7 +178,7 @@ def _scipy(run: Trajectory) -> Evaluate:
 
     begins, ends, parts = _begins(run), [0.0], []
     for i, segment in enumerate(run.segments):
-        rate = rates(run.parameters, segment.field)
+        rate = rates(of_paper(run.parameters), segment.field)
 
         def derivative(t: float, z: Any, rate: Any = rate) -> tuple[float, ...]:
             x_r, v_r, v_c, _ = z.tolist()
@@ -204,7 +204,7 @@ def _heyoka(run: Trajectory) -> Evaluate:
     import heyoka as hy
 
     hy.set_logger_level_critical()
-    p = run.parameters
+    p = of_paper(run.parameters)
     x, v, w, z = hy.make_vars("x", "v", "w", "z")
     spring, slip, friction = (hy.par[i] for i in range(3))
     pull = x + 2.0 * p.zeta * v + spring * (x - p.delta)

@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule_sym._map import simulate
 from capsule_sym._map.many import simulate_many
-from capsule_sym._parameters import Parameters, SceneParameters
+from capsule_sym._parameters import Parameters
 
 _BATCH_PERIODS = 10
 _COUNTED = 20  # excitation periods of which switches are counted
@@ -52,7 +52,7 @@ def growth(repeats: int, most: int, advance: Callable[[], None]) -> list[Growth]
     return found
 
 
-def plan(most: int) -> Iterator[tuple[str, float, SceneParameters, int, int, int]]:
+def plan(most: int) -> Iterator[tuple[str, float, Parameters, int, int, int]]:
     """What is varied and its value, parameters, runs, periods and threads of every call."""
     p = Parameters()
     decades = [10**k for k in range(7) if 10**k <= most]

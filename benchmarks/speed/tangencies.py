@@ -8,7 +8,7 @@ from math import inf
 from capsule_sym._bench.model import Start
 from capsule_sym._map import simulate
 from capsule_sym._map.many import simulate_many
-from capsule_sym._parameters import Parameters, SceneParameters
+from capsule_sym._parameters import Parameters
 
 EXPONENTS = range(2, 13)
 """Runs are made at alpha* (1 - 10^-k) and alpha* (1 + 10^-k) for these k."""
@@ -74,7 +74,7 @@ def _bisect(without: float, within: float) -> tuple[float, float]:
     return without, within
 
 
-def _switches(p: SceneParameters, state: State) -> int:
+def _switches(p: Parameters, state: State) -> int:
     return len(simulate(p, state, 0.0, PERIODS, keep="switches").switches)
 
 
@@ -96,7 +96,7 @@ def _vanishing(without: float, within: float) -> float:
     return float(alphas[0])
 
 
-def _steady(p: SceneParameters, state: State) -> State:
+def _steady(p: Parameters, state: State) -> State:
     """The state at phase 0 on which a run from this state settles, but for rounding."""
     change = inf
     while True:
@@ -106,7 +106,7 @@ def _steady(p: SceneParameters, state: State) -> State:
             return state
 
 
-def _after(p: SceneParameters, state: State) -> State:
+def _after(p: Parameters, state: State) -> State:
     found = simulate_many([p], state, periods=_BLOCK)
     if not found.success.all():
         raise ArithmeticError(f"a run came to no end at alpha = {p.alpha!r} from {state}")
@@ -114,6 +114,6 @@ def _after(p: SceneParameters, state: State) -> State:
     return x_r, v_r, v_c
 
 
-def _linear(p: SceneParameters) -> State:
+def _linear(p: Parameters) -> State:
     response = p.alpha / complex(1 - p.omega**2, 2 * p.zeta * p.omega)
     return response.real, (1j * p.omega * response).real, 0.0

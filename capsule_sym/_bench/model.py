@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 
 CONTACT = {1: 0, 2: 0, 3: 0, 4: 1, 5: 1, 6: 1}
 """Whether the second spring acts, by field."""
@@ -32,7 +32,7 @@ _MOST_SHORT = 50
 class Start(NamedTuple):
     """A run to make: from a state (x_r, v_r, v_c) at time 0 over whole excitation periods."""
 
-    parameters: SceneParameters
+    parameters: Parameters
     state: tuple[float, float, float]
     periods: int
 
@@ -91,18 +91,18 @@ class Clock:
             raise Locked
 
 
-def force(p: SceneParameters, contact: int, x_r: float, v_r: float) -> float:
+def force(p: Parameters, contact: int, x_r: float, v_r: float) -> float:
     """The interaction force P3 or P4 on the capsule."""
     return x_r + 2 * p.zeta * v_r + (p.beta * (x_r - p.delta) if contact else 0.0)
 
 
-def drift_at_rest(p: SceneParameters, contact: int, x_r: float, v_r: float) -> int:
+def drift_at_rest(p: Parameters, contact: int, x_r: float, v_r: float) -> int:
     """Direction in which a capsule at rest moves on."""
     pull = force(p, contact, x_r, v_r)
     return 0 if abs(pull) <= p.f_b else (1 if pull > 0 else -1)
 
 
-def following(p: SceneParameters, field: int, fired: int, x_r: float, v_r: float) -> int:
+def following(p: Parameters, field: int, fired: int, x_r: float, v_r: float) -> int:
     """The field after guard 0 (gap), or 1 or 2 (velocity or friction), of a field fired."""
     contact, drift = CONTACT[field], DRIFT[field]
     if fired == 0:
@@ -112,7 +112,7 @@ def following(p: SceneParameters, field: int, fired: int, x_r: float, v_r: float
     return FIELD[contact, 1 if fired == 1 else -1]
 
 
-def rates(p: SceneParameters, field: int) -> Rates:
+def rates(p: Parameters, field: int) -> Rates:
     """Time derivative of (x_r, v_r, v_c) in a field, as a function of time, x_r and v_r."""
     alpha, omega, delta, damping = p.alpha, p.omega, p.delta, 2 * p.zeta
     spring = p.beta if CONTACT[field] else 0.0
@@ -127,7 +127,7 @@ def rates(p: SceneParameters, field: int) -> Rates:
     return value
 
 
-def guards(p: SceneParameters, field: int, raised: float) -> list[Guard]:
+def guards(p: Parameters, field: int, raised: float) -> list[Guard]:
     """Guards of a field as functions of the state, positive inside its region: two or three.
 
     They can be raised a little: SciPy may take one that starts at exactly zero for an event, and

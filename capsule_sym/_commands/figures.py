@@ -21,8 +21,10 @@ if TYPE_CHECKING:
 
 def _list() -> str:
     width = max(map(len, FIGURES))
-    lines = [f"  {name:{width}}  {entry.title}" for name, entry in FIGURES.items()]
-    return "\b\nNames:\n" + "\n".join(lines)
+    lines = {True: "Names, of any scene:", False: "Of the paper's capsule alone:"}
+    for name, entry in FIGURES.items():
+        lines[entry.general] += f"\n  {name:{width}}  {entry.title}"
+    return "\n\n".join(f"\b\n{part}" for part in lines.values())
 
 
 class Picture:

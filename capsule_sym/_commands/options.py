@@ -159,8 +159,8 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
     )
     driven = {
         name: option(
-            f"{facts.DEVICE_LABELS[name].capitalize()} ({facts.DEVICE[name]}), of the device in "
-            "--params.",
+            f"{facts.DEVICE_LABELS[name].capitalize()}"
+            f"{facts.DEVICE[name] and f' ({facts.DEVICE[name]})'}, of the device in --params.",
             type=_ValueOrRange(bool(counted), device=True),
             expose_value=False,
         )
@@ -266,7 +266,7 @@ class System:
                 raise
             raise InvalidInput("--params", error.value, error.allowed) from error
         if loaded.scene is not self.of:
-            allowed = f"{loaded.scene.name}, as in {self.file}, or absent"
+            allowed = f"{loaded.scene.shown}, as in {self.file}, or absent"
             raise InvalidInput("--scene", self.named, allowed)
         if isinstance(loaded, SceneParameters):
             for name, ends in ranges().items():

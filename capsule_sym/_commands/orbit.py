@@ -149,7 +149,7 @@ def checked(found: capsule_sym.Orbit) -> capsule_sym.Orbit:
 
 def _print_orbit(one: capsule_sym.Orbit, device: options.Device) -> None:
     from capsule_sym._map.steady import shown_progression
-    from capsule_sym._orbits.metrics.performance import METRICS
+    from capsule_sym._orbits.metrics.performance import shown
 
     record = _record(one, device)
     tightest, stable = record["admissibility"], "stable" if record["stable"] else "unstable"
@@ -164,7 +164,7 @@ def _print_orbit(one: capsule_sym.Orbit, device: options.Device) -> None:
         "tightest": f"{tightest['inequality']}: {tightest['value']:.6g}",
     }
     drifts = shown_progression(one.motion) != 0
-    values = {name: record[name]["value"] for name in METRICS} | record.get("si", {})
+    values = {name: record[name]["value"] for name in shown(one.scene)} | record.get("si", {})
     for name, value in values.items():
         none = not drifts and name.startswith(("velocity", "progression"))
         rows[name.replace("_", " ")] = f"{0 if none else value:.12g}"

@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cached_property
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -117,8 +118,9 @@ def _drifting(
     facts = scene.facts
     touching = [field for field, (contact, _) in facts.FIELDS.items() if contact]
     metrics = dict(zip(METRICS, values.T, strict=True))
-    # The longest way that loses so much, against the least of the friction bounds.
-    bounds = [rows[:, facts.PARAMETERS.index(name)] for name in facts.BOUNDS.values()]
+    # The longest way that loses so much, against the least friction.
+    p = SimpleNamespace(**dict(zip(facts.PARAMETERS, rows.T, strict=True)))
+    bounds = [abs(scene.formulas.Formulas.loss_at(p, way)) for way in (1, -1)]
     return drifts(
         rows,
         contact=np.isin(fields, touching).any(axis=1),

@@ -192,7 +192,8 @@ def name_bifurcations(record: Record, axes: Axes, units: Units) -> None:
 
 
 def _title(one: Record) -> str:
-    where = f" {mathematical(one['line'])}" if one["line"] else ""
+    line = one["line"] or ""
+    where = f" {mathematical(line) if line[1:2].isdigit() else line}" if line else ""
     return f"{one['label']}  {one['type']}{where}, {one['value']:.6f}"
 
 
@@ -214,7 +215,7 @@ def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[floa
     return [float(place) for place in np.clip(ascending, 0.0, last - steps[-1]) + steps]
 
 
-DAMPER, FRICTION, WORK = "#56B4E9", "#E69F00", "black"
+DAMPER, FRICTION, LIFT, WORK = "#56B4E9", "#E69F00", "#009E73", "black"
 
 
 @figure_style()
@@ -227,8 +228,10 @@ def plot_energies(
 ) -> Figure:
     """Energy per excitation period along a branch: what damper and friction take of the work.
 
-    The two losses are stacked bars, the drive's work a line; they meet but for rounding. Below
-    stands the share of the work that friction takes, which is what moves the capsule against it.
+    The two losses are stacked bars, the drive's work a line; they meet but for rounding. On a slope
+    the work of lifting the bodies is a bar too: above those where they rise, and where they sink
+    below zero, as what is had beside the drive's work. Below stands the share of the work that
+    friction takes, which is what moves the capsule against it.
     Drawn into two `axes`, without the names, if they are given; in SI units with a `device`, as by
     `plot_bifurcations`.
     """
@@ -247,6 +250,10 @@ def plot_energies(
     bars: dict[str, Any] = {"align": "edge", **SEAMLESS}
     upper.bar(left, damper, wide, color=DAMPER, label="lost in the damper", **bars)
     upper.bar(left, friction, wide, damper, color=FRICTION, label="lost to friction", **bars)
+    if any("lift" in point["energy"] for point in points):
+        lift = np.array([point["energy"]["lift"] for point in points])
+        base = np.where(lift > 0, damper + friction, 0.0)
+        upper.bar(left, lift, wide, base, color=LIFT, label="lift of the bodies", **bars)
     upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")
     upper.set_ylabel(units.label("work", "energy per period"))
     if axes is None:

@@ -13,13 +13,14 @@ import capsule_sym
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._files import read_json
+from capsule_sym._parameters import of_paper
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from capsule_sym._figures.style import Colours
     from capsule_sym._map import Trajectory
-    from capsule_sym._parameters import SceneDevice, SceneParameters
+    from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
     from capsule_sym._study.arcs import Motion
     from capsule_sym._study.data import Store
 
@@ -52,11 +53,11 @@ class Study:
         return {"colours": self.colours, "width": self.width}
 
     @property
-    def schematic(self) -> SceneParameters:
+    def schematic(self) -> Parameters:
         """The system of Figs. 2 to 5."""
         from capsule_sym._study.sections import SCHEMATIC
 
-        return self.system if self.chosen else SCHEMATIC
+        return of_paper(self.system) if self.chosen else SCHEMATIC
 
     def at(self, alpha: float) -> SceneParameters:
         """The system at an excitation amplitude."""
@@ -175,9 +176,9 @@ class Entry:
         Raises InvalidInput for another scene than the paper's where it is of that alone.
         """
         if study.system.scene.entry and not self.general:
-            raise InvalidInput(
-                "scene", study.system.scene.name, "capsule for a figure of the paper"
-            )
+            names = ", ".join(name for name, entry in FIGURES.items() if entry.general)
+            allowed = f"capsule, for a figure of the paper; of any scene are {names}"
+            raise InvalidInput("scene", study.system.scene.name, allowed)
         figure = self.make(study)
         if study.device is not None and not self.metric:
             from capsule_sym._figures.layout import add_words

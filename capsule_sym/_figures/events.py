@@ -16,7 +16,7 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space
 from capsule_sym._figures.statespace import along, projected
 from capsule_sym._figures.style import LOOKS, Colours, describe, figure_style, mathematical
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters, of_paper
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 from capsule_sym._study.boundaries import lines as boundary_lines
 from capsule_sym._study.events import Event, nearest
@@ -51,7 +51,7 @@ def plot_events(
     )
     for row, (event, group) in enumerate(zip(events, motions, strict=True)):
         drawn = [cycle(motion) for motion in group]
-        parameters = group[0].parameters
+        parameters = of_paper(group[0].parameters)
         whole = box_of([arc for one in drawn for arc in one])
         middle = drawn[event.alphas.index(event.middle)]
         close = whole.around(nearest(middle, event, parameters), event.zoom)
@@ -81,7 +81,7 @@ def _title(event: Event, group: Sequence[Motion]) -> str:
     return f"{event.name} on {mathematical(event.line)}\n" rf"       $\alpha$ = {alphas}"
 
 
-def _name_lines(axes: Any, parameters: SceneParameters, box: Box, names: Names) -> None:
+def _name_lines(axes: Any, parameters: Parameters, box: Box, names: Names) -> None:
     if not box.v_c[0] <= 0 <= box.v_c[1]:
         return
     for name, line in boundary_lines(parameters, box.x_r, box.v_r).items():

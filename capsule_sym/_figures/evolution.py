@@ -140,6 +140,8 @@ def draw_itineraries(
                 low, high = (min(turn + t - first, longest) for t in (arc.time[0], arc.time[-1]))
                 bars[arc.field].append([(left, low), (right, low), (right, high), (left, high)])
     for field, corners in bars.items():
+        if not corners:
+            continue
         colour = field_colour(field, colours, scene)
         axes.add_collection(PolyCollection(corners, color=colour, label=f"F{field}", **SEAMLESS))
     axes.set(xlim=(alphas[0], alphas[-1]), ylim=(0, longest))

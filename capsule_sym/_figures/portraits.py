@@ -36,7 +36,7 @@ from capsule_sym._figures.style import (
 from capsule_sym._figures.units import Units
 from capsule_sym._map import Trajectory
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._parameters import CAPSULE, Scene, SceneDevice, SceneParameters
+from capsule_sym._parameters import CAPSULE, Parameters, Scene, SceneDevice, SceneParameters
 from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
 from capsule_sym._study.boundaries import lines, within
 
@@ -232,7 +232,7 @@ def draw_lines(parameters: SceneParameters, axes: Axes, units: Units) -> None:
     view = (x_r[0] / long, x_r[1] / long), (v_r[0] / fast, v_r[1] / fast)
     found = (
         [(name, LOOKS[name], line) for name, line in lines(parameters, *view).items()]
-        if parameters.scene is CAPSULE
+        if isinstance(parameters, Parameters)
         else [(name, _BORDERS[name], line) for name, line in borders(parameters, *view[1])]
     )
     for name, (style, colour), line in found:

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from capsule_sym._figures.style import LOOKS, Colours, field_colour
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc
 from capsule_sym._study.boundaries import Array, Limits, lines, surfaces
 
@@ -76,7 +76,7 @@ def add_space(figure: Figure, place: Any, box: Box, eye: tuple[float, float] = E
     return axes
 
 
-def draw_space(parameters: SceneParameters, axes: Any, box: Box, colours: Colours = "safe") -> None:
+def draw_space(parameters: Parameters, axes: Any, box: Box, colours: Colours = "safe") -> None:
     """The surfaces S1-S10 and the lines L1-L9 that meet the box."""
     order = _order(axes)
     if box.v_c[0] <= 0 <= box.v_c[1]:

@@ -22,7 +22,7 @@ from capsule_sym._figures.style import (
     figure_style,
     mathematical,
 )
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, Limits, corners, lines, surfaces
 from capsule_sym._study.sections import SCHEMATIC, line_point
 
@@ -30,7 +30,7 @@ GAPS = (0.4, 1.0, 1.6)
 """Gaps delta below, at and above the friction bound f_b = 1."""
 
 
-def window(parameters: SceneParameters, below: float, above: float) -> tuple[Limits, Limits]:
+def window(parameters: Parameters, below: float, above: float) -> tuple[Limits, Limits]:
     """Ranges of x_r and v_r around the corner points O1 and O2, and so much of their distance more.
 
     Raises InvalidInput without damping, where these are at infinity.
@@ -47,7 +47,7 @@ def window(parameters: SceneParameters, below: float, above: float) -> tuple[Lim
 
 @figure_style()
 def plot_fig2(
-    parameters: SceneParameters = SCHEMATIC,
+    parameters: Parameters = SCHEMATIC,
     *,
     colours: Colours = "safe",
     width: float = PAGE,
@@ -84,7 +84,7 @@ def plot_fig2(
     return describe(page, "State space", parameters=parameters)
 
 
-def _gaps(parameters: SceneParameters) -> list[SceneParameters]:
+def _gaps(parameters: Parameters) -> list[Parameters]:
     """The parameters with gaps below, at and above the friction bound; where it can, its own."""
     own, bound = parameters.delta, parameters.f_b
     low, _, high = (factor * bound for factor in GAPS)
@@ -93,7 +93,7 @@ def _gaps(parameters: SceneParameters) -> list[SceneParameters]:
 
 
 def top_view(
-    parameters: SceneParameters,
+    parameters: Parameters,
     axes: Axes,
     x_r: Limits,
     v_r: Limits,
@@ -138,7 +138,7 @@ def inside(polygon: Array) -> Array:
     return found
 
 
-def _name_space(axes: Any, parameters: SceneParameters, box: Box, names: Names) -> None:
+def _name_space(axes: Any, parameters: Parameters, box: Box, names: Names) -> None:
     """The names of subspaces, surfaces and lines, where they are in the box."""
     delta, (x_r, v_r, v_c) = parameters.delta, box
     left, right, back = (x_r[0] + delta) / 2, (x_r[1] + delta) / 2, 0.5 * v_r[1]

@@ -21,7 +21,7 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.statespace import top_view, window
 from capsule_sym._figures.style import Colours, describe, field_colour, figure_style, mathematical
 from capsule_sym._map import Trajectory
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters, of_paper
 from capsule_sym._study.arcs import opening
 from capsule_sym._study.boundaries import Array, lines
 from capsule_sym._study.sections import (
@@ -51,7 +51,7 @@ _ARROW: dict[str, Any] = {
 def plot_switching(
     which: int,
     bundles: Bundles,
-    parameters: SceneParameters = SCHEMATIC,
+    parameters: Parameters = SCHEMATIC,
     *,
     colours: Colours = "safe",
     width: float = PAGE,
@@ -107,7 +107,7 @@ def plot_switching(
     return describe(page, title, parameters=parameters)
 
 
-def _fields(parameters: SceneParameters, name: str, field: int, axes: Axes) -> None:
+def _fields(parameters: Parameters, name: str, field: int, axes: Axes) -> None:
     """The field in the plane P1 = 0 at points of a line, when cos(omega tau) is 1 and -1."""
     line = lines(parameters, *window(parameters, 1.16, 0.96)).get(name)
     if line is None:
@@ -122,7 +122,7 @@ def _fields(parameters: SceneParameters, name: str, field: int, axes: Axes) -> N
             axes.quiver(x_r, v_r, step / size, turn / size, color=shade, **_ARROW)
 
 
-def _vectors(section: Section, parameters: SceneParameters, axes: Axes) -> None:
+def _vectors(section: Section, parameters: Parameters, axes: Axes) -> None:
     """Fields before and after (black), and the normals (grey), in the middle of a section."""
     x_r, v_r, v_c = section.state
     size = np.array([section.across, section.up])
@@ -163,7 +163,7 @@ def draw_section(
     _, v_r, middle = section.state
     for trajectory in bundle:
         for arc in opening(trajectory, _CROSSINGS * section.across / abs(v_r)):
-            x, y = abscissa(section, arc, trajectory.parameters), arc.v_c
+            x, y = abscissa(section, arc, of_paper(trajectory.parameters)), arc.v_c
             outside = (abs(x) > _RIM * section.across) | (abs(y - middle) > _RIM * section.up)
             inside = int(np.argmax(outside)) + 1 if outside.any() else len(x)
             colour = field_colour(arc.field, colours)

@@ -43,7 +43,7 @@ class Units:
         """The same of motions of which these parameters are known, the varied ones left out."""
         if device is not None:
             if device.scene is not scene:
-                raise InvalidInput("device", device, f"of the scene {scene.name}")
+                raise InvalidInput("device", device, f"of the scene {scene.shown}")
             own, tied = device.dimensionless(), _tied(device)
             untied = (name for name in device.scene.facts.PARAMETERS if name not in tied)
             for name in ("omega", *untied):

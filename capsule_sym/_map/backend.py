@@ -16,7 +16,7 @@ from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.promised import GUARD_DIGITS, MOST_DIGITS
-from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
+from capsule_sym._parameters import CAPSULE, SHIPPED, Scene, SceneParameters
 
 Number = Any  # float, or a number of the mpmath kernels
 
@@ -153,11 +153,18 @@ def _is_compiled(scene: Scene) -> bool:
     searched = import_module(scene.package).__path__
     warnings.warn(
         f"no compiled core in {' or '.join(searched)}: the NumPy backend runs, slower by far; "
-        "to have the core, install capsule-sym where there is a C compiler",
+        f"to have the core, {_how_compiled(scene)}",
         RuntimeWarning,
         stacklevel=4,
     )
     return False
+
+
+def _how_compiled(scene: Scene) -> str:
+    """What compiles the core of a scene."""
+    if scene.source in SHIPPED:
+        return "install capsule-sym where there is a C compiler"
+    return f"run python -m capsule_sym.codegen --scene FILE --out {scene.source} --core"
 
 
 @contextmanager

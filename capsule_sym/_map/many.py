@@ -24,7 +24,7 @@ from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.simulate import watch_of
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import Watch
-from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
+from capsule_sym._parameters import CAPSULE, Scene, SceneParameters, as_scene
 
 _MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piece by piece
 _SIDE_BY_SIDE = 8  # runs that a thread should have at least
@@ -99,21 +99,21 @@ def simulate_many(
     max_segments: int | None = None,
     max_seconds: float = math.inf,
     threads: int = 1,
-    scene: Scene = CAPSULE,
+    scene: Scene | str | None = None,
 ) -> Trajectories:
     """The runs of n parameter sets, each as `simulate` gives it.
 
-    `parameters` are n `Parameters` of one scene, or rows (n, 7) of those of `scene`, if none is
-    given the paper's; states are (n, 3) or (3,), phases (n,) or one; `keep` is as in `simulate`,
-    times are the same for all runs. Final and stroboscopic states are computed side by side in
-    vector lanes, and agree with those of single runs but for roundings. `max_segments` limits the
-    others, `max_seconds` all together. All that is kept takes at most 4 GiB, of which each run has
-    the same part: it ends with the status memory-limit where that is used up, and counts that are
-    sure to take more are refused. All quantities are dimensionless.
+    `parameters` are n `Parameters` of one scene, or rows (n, 7) of those of `scene`, or of its name
+    or folder, if none is given the paper's; states are (n, 3) or (3,), phases (n,) or one; `keep`
+    is as in `simulate`, times are the same for all runs. Final and stroboscopic states are computed
+    side by side in vector lanes, and agree with those of single runs but for roundings.
+    `max_segments` limits the others, `max_seconds` all together. All that is kept takes at most 4
+    GiB, of which each run has the same part: it ends with the status memory-limit where that is
+    used up, and counts that are sure to take more are refused. All quantities are dimensionless.
 
     Raises InvalidInput for a value that is not allowed.
     """
-    scene, rows = _rows(parameters, scene)
+    scene, rows = _rows(parameters, None if scene is None else as_scene(scene))
     count = len(rows)
     check_count("periods", periods)
     check_count("threads", threads)
@@ -147,9 +147,10 @@ def simulate_many(
 
 
 def _rows(
-    parameters: Sequence[SceneParameters] | NDArray[np.float64], scene: Scene
+    parameters: Sequence[SceneParameters] | NDArray[np.float64], given: Scene | None
 ) -> tuple[Scene, NDArray[np.float64]]:
     """The scene of parameter sets, and these as rows of their own."""
+    scene = given or CAPSULE
     if isinstance(parameters, np.ndarray):
         if parameters.dtype.kind not in "iuf":
             allowed = f"real numbers of shape (n, {len(scene.facts.PARAMETERS)})"
@@ -159,11 +160,11 @@ def _rows(
         isinstance(one, SceneParameters) for one in parameters
     ):
         raise InvalidInput("parameters", parameters, "a sequence of Parameters, or their rows")
-    if len(parameters):
+    if len(parameters) and given is None:
         scene = parameters[0].scene
     for one in parameters:
         if one.scene is not scene:
-            raise InvalidInput("parameters", one, f"of one scene, {scene.name} as the first")
+            raise InvalidInput("parameters", one, f"of one scene, here {scene.shown}")
     rows = [[*one.to_dict().values()] for one in parameters]
     return scene, checked_rows(np.array(rows).reshape(-1, len(scene.facts.PARAMETERS)), scene)
 

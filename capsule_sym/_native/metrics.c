@@ -132,7 +132,7 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
                              capsule_orbit *orbit, double slopes[METRICS][SLOPES])
 {
     const capsule_parameters *p = &run->map->parameters;
-    const double load = load_force(run->map->field), per_period = 1.0 / run->periods, per_turn = p->omega / TWO_PI;
+    const double lift = lift_force(run->map->field), per_period = 1.0 / run->periods, per_turn = p->omega / TWO_PI;
     double by[SLOPES], slip[SLOPES] = {0.0}; /* of friction by parameters, and times the advance */
     double advance = 0.0, loss = 0.0, lost = 0.0, before[SLOPES] = {0.0};
     capsule_peak peak[PEAKS];
@@ -148,9 +148,9 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
         const capsule_segment *s = &run->segments[i];
         const double start = ((double)s->start_period * TWO_PI + s->start_angle) / p->omega;
         const double way = DRIFT_OF[s->field - 1];
-        const double friction = friction_at(&run->map->field[s->field - 1], way);
+        const double friction = loss_at(&run->map->field[s->field - 1], way);
         advance += s->advance;
-        friction_gradient(&run->map->field[s->field - 1], way, by);
+        loss_gradient(&run->map->field[s->field - 1], way, by);
         for (int k = PARAMETER; k < SLOPES; k++)
             slip[k] += by[k] * s->advance;
         lost += friction * s->advance;
@@ -175,7 +175,7 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     if (request->energies) {
         orbit->damper_loss = loss * per_period;
         orbit->friction_loss = lost * per_period;
-        orbit->work = orbit->damper_loss + orbit->friction_loss - load * orbit->progression;
+        orbit->work = orbit->damper_loss + orbit->friction_loss + lift * orbit->progression;
     }
     if (request->forces) {
         orbit->peak_force = peak[0].size;
@@ -197,9 +197,9 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     slopes[VELOCITY][PARAMETER + OMEGA_AT] += orbit->progression / TWO_PI;
     for (int k = PARAMETER; k < SLOPES; k++)
         slopes[FRICTION][k] += slip[k] * per_period;
-    load_force_gradient(run->map->field, by);
+    lift_force_gradient(run->map->field, by);
     for (int k = 0; k < SLOPES; k++)
-        slopes[WORK][k] = slopes[DAMPER][k] + slopes[FRICTION][k] - load * slopes[PROGRESSION][k] -
+        slopes[WORK][k] = slopes[DAMPER][k] + slopes[FRICTION][k] + lift * slopes[PROGRESSION][k] +
                           by[k] * orbit->progression;
     for (int m = WORK; m < METRICS; m++)
         if (m < PEAK_FORCE ? !request->energies : !request->forces)
@@ -222,7 +222,7 @@ capsule_stop capsule_add_energies(const capsule_map *map, const capsule_segment 
             return CAPSULE_REFUSED;
         const capsule_constants *c = &map->field[s->field - 1];
         const double start = ((double)s->start_period * TWO_PI + s->start_angle) / c->omega;
-        energies[2] += friction_at(c, DRIFT_OF[s->field - 1]) * s->advance;
+        energies[2] += loss_at(c, DRIFT_OF[s->field - 1]) * s->advance;
         stop = add_loss(&run, s, start, &request, NULL, &energies[1], &energies[0], NULL);
     }
     return stop;

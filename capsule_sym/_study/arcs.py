@@ -17,6 +17,7 @@ from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 UNSETTLED = 16
 """Excitation periods, at most, that are drawn of a run that does not end in a steady motion."""
 _PER_PERIOD = 240  # points, so that no corner shows in a picture a page wide
+_PER_RADIAN = 16  # points, of what a segment turns at its fastest rate
 
 Array = NDArray[np.float64]
 Motion = Trajectory | Orbit
@@ -97,12 +98,15 @@ def cycle(motion: Motion) -> list[Arc]:
 
 def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> list[Arc]:
     period, scene = trajectory.parameters.period, trajectory.parameters.scene
-    found = []
+    numbers, found = NumpyBackend(scene), []
     for segment in trajectory.segments:
         start, stop = (at.period * period + float(at.phase) for at in (segment.start, segment.end))
         low, high = max(start, begin), min(stop, end)
         if low < high:
-            time = np.linspace(low, high, 2 + int(np.ceil((high - low) / step)))
+            # Of a stiff stop the arc is short and bends as much as a long one.
+            turned = numbers.constants(segment.field, trajectory.parameters).rate * (high - low)
+            count = max((high - low) / step, min(_PER_RADIAN * turned, _PER_PERIOD))
+            time = np.linspace(low, high, 2 + int(np.ceil(count)))
             states, x_c = trajectory(time), trajectory.position(time)
             # At a switch the run is already the next segment's: the same state but for rounding.
             if low == start:

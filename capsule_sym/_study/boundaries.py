@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 
 Array = NDArray[np.float64]
 Limits = tuple[float, float]
 
 
-def surfaces(parameters: SceneParameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
+def surfaces(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
     """The parts of S1-S6 in a rectangle of the plane P1 = 0, as polygons (n, 2) of (x_r, v_r).
 
     A surface that does not meet the rectangle is absent.
@@ -39,7 +39,7 @@ def surfaces(parameters: SceneParameters, x_r: Limits, v_r: Limits) -> dict[str,
     return found
 
 
-def lines(parameters: SceneParameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
+def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
     """The parts of L1-L8 in a rectangle of the plane P1 = 0, as their two ends (2, 2).
 
     A line that does not meet the rectangle is absent.
@@ -72,7 +72,7 @@ def lines(parameters: SceneParameters, x_r: Limits, v_r: Limits) -> dict[str, Ar
     return {name: line for name, line in found.items() if len(line) and np.ptp(line, axis=0).any()}
 
 
-def corners(parameters: SceneParameters) -> tuple[float, float]:
+def corners(parameters: Parameters) -> tuple[float, float]:
     """v_r of the corner points O1 and O2 on P1 = 0, P2 = delta; infinite without damping."""
     p = parameters
     if p.zeta == 0.0:
@@ -81,13 +81,13 @@ def corners(parameters: SceneParameters) -> tuple[float, float]:
     return c.velocity_at(p.f_b), c.velocity_at(-p.f_b)
 
 
-def _slopes(parameters: SceneParameters, stick: int) -> tuple[float, float]:
+def _slopes(parameters: Parameters, stick: int) -> tuple[float, float]:
     """Derivatives of the interaction force with respect to x_r and v_r."""
     c = NumpyBackend().constants(stick, parameters)
     return c.force_change(1.0, 0.0), c.force_change(0.0, 1.0)
 
 
-def _force_at_origin(parameters: SceneParameters, stick: int) -> float:
+def _force_at_origin(parameters: Parameters, stick: int) -> float:
     c = NumpyBackend().constants(stick, parameters)
     return float(c.force(0.0, -parameters.delta, 0.0))
 

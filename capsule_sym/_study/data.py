@@ -19,7 +19,7 @@ import capsule_sym
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._files import read_json, write_whole
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters, SceneParameters
 from capsule_sym._records import dumps
 from capsule_sym._study import casestudy
 from capsule_sym._study.arcs import UNSETTLED
@@ -137,7 +137,7 @@ class Store:
         found = self.get("regions", [_known(parameters), plane], compute)
         return regions.by_samples(plane, cut, found)
 
-    def bundle(self, section: Section, parameters: SceneParameters) -> list[Trajectory]:
+    def bundle(self, section: Section, parameters: Parameters) -> list[Trajectory]:
         """Runs of one period from the rim of a section's window."""
         starts = section.starts(parameters).tolist()
         return [simulate(parameters, start, section.phase, periods=1) for start in starts]
@@ -193,7 +193,7 @@ def branch_record(branch: Branch) -> dict[str, Any]:
 
     Points and bifurcations have `stroboscopic`, the states at the beginning of each excitation
     period of the orbit, and the average velocity; points have `energy`, per excitation period
-    `work`, `damper_loss` and `friction_loss`.
+    `work`, `damper_loss` and `friction_loss`, and `lift` where progression lifts the bodies.
     """
     from capsule_sym._orbits.continuation import records
 
@@ -222,7 +222,7 @@ def _energies(orbit: Orbit) -> dict[str, float] | None:
         figures = performance(orbit)
     except np.linalg.LinAlgError:
         return None
-    names = ("work", "damper_loss", "friction_loss")
+    names = ("work", "damper_loss", "friction_loss", *["lift"] * orbit.scene.facts.LIFTS)
     return {name: float(getattr(figures, name).value) for name in names}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._paper import read
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc
 from capsule_sym._study.boundaries import Array
 
@@ -77,7 +77,7 @@ def exact(
     return found
 
 
-def nearest(drawn: Sequence[Arc], event: Event, parameters: SceneParameters) -> Array:
+def nearest(drawn: Sequence[Arc], event: Event, parameters: Parameters) -> Array:
     """The drawn state of the event's field that comes nearest to the event's line, shape (3,)."""
     candidates = np.concatenate(
         [np.column_stack(arc.states) for arc in drawn if arc.field == event.field]

@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._parameters import Parameters, SceneParameters
+from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc, Array, interaction
 from capsule_sym._study.boundaries import corners
 
@@ -40,7 +40,7 @@ class Section(NamedTuple):
         """The piece, with its part such as L2^(1) if it has one."""
         return f"{self.piece}^({self.part})" if self.part else self.piece
 
-    def starts(self, parameters: SceneParameters) -> Array:
+    def starts(self, parameters: Parameters) -> Array:
         """States on the rim of the window, shape (n, 3)."""
         x_r, v_r, v_c = self.state
         stiffness = 1 + parameters.beta if self.piece in ("L3", "L4") else 1.0
@@ -52,7 +52,7 @@ class Section(NamedTuple):
         )
 
 
-def line_point(parameters: SceneParameters, line: str, v_r: float) -> tuple[float, float, float]:
+def line_point(parameters: Parameters, line: str, v_r: float) -> tuple[float, float, float]:
     """The state of a line L1 to L8 at a relative velocity v_r."""
     p, constants = parameters, NumpyBackend().constants
     if line in ("L1", "L2"):
@@ -62,7 +62,7 @@ def line_point(parameters: SceneParameters, line: str, v_r: float) -> tuple[floa
     return p.delta, v_r, 0.0
 
 
-def abscissa(section: Section, arc: Arc, parameters: SceneParameters) -> Array:
+def abscissa(section: Section, arc: Arc, parameters: Parameters) -> Array:
     """The abscissa of an arc in a section."""
     sign = SIGNS.get(section.piece)
     if sign is None:
@@ -72,7 +72,7 @@ def abscissa(section: Section, arc: Arc, parameters: SceneParameters) -> Array:
     return interaction(arc, parameters) - sign * parameters.f_b
 
 
-def sections(parameters: SceneParameters) -> tuple[tuple[Section, ...], ...]:
+def sections(parameters: Parameters) -> tuple[tuple[Section, ...], ...]:
     """The sections of Figs. 3, 4 and 5: of surfaces, of L1 to L4 and of L5 to L8.
 
     A line that the parameters do not have has no section. Raises InvalidInput without damping,
@@ -115,7 +115,7 @@ def sections(parameters: SceneParameters) -> tuple[tuple[Section, ...], ...]:
     return areas, tuple(edges), tuple(gaps)
 
 
-def _middle_part(parameters: SceneParameters, line: str) -> tuple[float, float]:
+def _middle_part(parameters: Parameters, line: str) -> tuple[float, float]:
     """Ends in v_r of the middle part of L2 or L3: there the forcing decides the way across."""
     p, field, side = parameters, {"L2": 2, "L3": 5}[line], -SIGNS[line]
     c = NumpyBackend().constants(field, p)
@@ -126,7 +126,7 @@ def _middle_part(parameters: SceneParameters, line: str) -> tuple[float, float]:
 
 
 def derivatives(
-    parameters: SceneParameters, field: int, place: tuple[float, float], cosine: float
+    parameters: Parameters, field: int, place: tuple[float, float], cosine: float
 ) -> tuple[float, float, float]:
     """(x_r', v_r', v_c') of a field on P1 = 0 at (x_r, v_r) and cos(omega tau), Eqs. (7)-(12)."""
     c, (x_r, v_r) = NumpyBackend().constants(field, parameters), place

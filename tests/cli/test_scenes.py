@@ -14,6 +14,10 @@ from capsule_sym._commands.options import scene_of
 Command = Callable[..., CompletedProcess[str]]
 
 _DEVICE = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\nmu_back=0.2\n"
+_PULSED = (
+    "M_m=1.8e-3\nM_c=1.7e-3\nk1=62\nk_front=54e3\nk_back=28e3\nc=0.016\nG_front=1.6e-3\n"
+    "G_back=4e-4\nP_d=0.016\nP_low=0\nduty=0.4\nOmega=130\nmu=0.23\nmu_back=0.23\n"
+)
 _FILES = {
     "slope.toml": "scene = 'slope'\ns = 0.1\n",
     "plain.toml": "alpha = 0.5\n",
@@ -23,6 +27,9 @@ _FILES = {
     "nowhere.toml": "scene = 'nowhere'\n",
     "number.toml": "scene = 1\n",
     "device.toml": f"scene = 'slope'\nslope = -0.05\n{_DEVICE}",
+    "steep.toml": f"scene = 'slope'\nslope = -1.5\n{_DEVICE}".replace("mu=0.1", "mu=0.3"),
+    "duty.toml": f"scene = 'prototype'\n{_PULSED}".replace("0.4", "35"),
+    "preload.toml": f"scene = 'prototype'\npreload = 0.05\n{_PULSED}",
     "part.toml": "scene = 'slope'\nM_m = 1\nslope = 0.1\n",
     "mixed.toml": f"scene = 'slope'\ns = 0.1\n{_DEVICE}",
 }
@@ -42,14 +49,25 @@ REFUSED = [
     ("run --params nowhere.toml", f"scene = 'nowhere': must be {_KNOWN}, or a folder that"),
     ("run --params number.toml", f"scene = 1: must be {_KNOWN}, or a folder that"),
     ("run --scene slope --f-b 1", "No such option '--f-b'"),
-    ("run --s 0.1", "No such option '--s'"),
+    ("run --s 0.1", "No such option '--s'. --scene slope or prototype has it."),
+    ("sweep --D 0.1:0.9:9 --store s", "--D'. --scene prototype or reaction_pulse has it."),
+    ("run --params duty.toml", "duty = 35.0: must be such that D, the duty cycle, is in [1e-09,"),
+    (
+        "run --params preload.toml",
+        "preload = 0.05: must be at most 0.0248, or delta_2, the gap behind, is -3.191",
+    ),
+    (
+        "run --params steep.toml",
+        "slope = -1.5: must be at least -0.4, or f_plus, the friction bound forward, is "
+        "-2.75 and the capsule slips by itself",
+    ),
     ("run --params plain.toml --s 0.1", "No such option '--s'"),
     (
         "run --params of_another.toml",
         "parameter = 'f_b': must be one of alpha, omega, delta, zeta, beta, gamma, s, f_plus, "
         "f_minus, or of M_m, M_c, k1, k2, c, G, P_d, Omega, mu, mu_back, g, slope (scene slope)",
     ),
-    ("run --params of_slope.toml", "parameter = 'f_plus': must be one of alpha,"),
+    ("run --params of_slope.toml", '; or add scene = "slope" or scene = "prototype"'),
     ("run --scene slope --params capsule.toml", "--scene = 'slope': must be capsule, as in caps"),
     ("run --scene capsule --params slope.toml", "--scene = 'capsule': must be slope, as in slop"),
     (

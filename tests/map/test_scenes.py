@@ -10,7 +10,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, Parameters, Trajectory, scenes, simulate, simulate_many
+from capsule_sym import (
+    InvalidInput,
+    Parameters,
+    Trajectory,
+    scenes,
+    simulate,
+    simulate_many,
+    solve_itinerary,
+)
 from capsule_sym._map.backend import default_backend
 from capsule_sym._native import core_of
 from capsule_sym.scenes import Scene
@@ -138,10 +146,15 @@ def test_many_runs_of_a_scene_are_its_single_ones() -> None:
 
 
 def test_parameters_of_two_scenes_are_refused_together() -> None:
-    with pytest.raises(InvalidInput, match=r"^parameters = .*: must be of one scene, slope as"):
+    with pytest.raises(InvalidInput, match=r"^parameters = .*: must be of one scene, here slope"):
         simulate_many([scenes.slope.Parameters(), Parameters()])
-    with pytest.raises(InvalidInput, match=r"shape \(n, 9\)"):
-        simulate_many(np.ones((2, 7)), scene=scenes.slope)
+    with pytest.raises(InvalidInput, match=r"^parameters = .*: must be of one scene, here reac"):
+        simulate_many([scenes.slope.Parameters()], scene=scenes.reaction)
+    for named in (scenes.slope, "slope"):
+        with pytest.raises(InvalidInput, match=r"shape \(n, 9\)"):
+            simulate_many(np.ones((2, 7)), scene=named)
+    with pytest.raises(InvalidInput, match=r"^itinerary = 'F19 F2': must be an Itinerary"):
+        solve_itinerary(scenes.prototype.Parameters(), "F19 F2")
 
 
 @pytest.mark.skipif(core_of(scenes.slope) is None, reason="the C core was not compiled")

@@ -21,10 +21,18 @@ from capsule_sym import (
 )
 from capsule_sym._orbits.metrics import performance as module
 from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._parameters import scene
 from capsule_sym._symbolic.model import model
 from capsule_sym._symbolic.model import symbols as s
 from tests.orbits.branches import settled
 
+_DEVICE = {"M_m": 0.5, "M_c": 1.65, "k1": 50, "c": 0.5, "P_d": 6, "Omega": 8, "mu": 0.2}
+SLOPED = {
+    "slope": {"k2": 75, "G": 0.0017},
+    "prototype": {
+        **{"k_front": 75, "k_back": 60, "G_front": 0.004, "G_back": 0.003, "P_low": -4, "duty": 0.4}
+    },
+}
 ALPHAS = (0.005, 0.3, 0.45, 0.7, 1.2, 1.5, 1.9)
 METRICS = tuple(name for name in Performance.__dataclass_fields__ if name != "imbalance")
 
@@ -59,9 +67,33 @@ def test_balance_shows_a_quadrature_that_is_too_coarse(monkeypatch: pytest.Monke
 def test_the_balance_has_the_work_of_a_constant_load(monkeypatch: pytest.MonkeyPatch) -> None:
     orbit = settled(alpha=0.7)
     constants = type(orbit.system.flows[0].c)
-    monkeypatch.setattr(constants, "load_force", lambda _: 0.25)
+    monkeypatch.setattr(constants, "lift_force", lambda _: -0.25)
     found = performance(orbit)
     assert found.imbalance == pytest.approx(0.25 * found.progression.value, rel=1e-12)
+
+
+@pytest.mark.parametrize("slope", [0.04, -0.02])
+@pytest.mark.parametrize("name", SLOPED)
+def test_on_a_slope_friction_and_lift_are_those_of_coulomb_and_of_gravity(
+    name: str, slope: float
+) -> None:
+    """By weight, ways and slope in SI units, and the balance, gradients as well."""
+    given = _DEVICE | SLOPED[name] | {"mu_back": 0.12, "slope": slope}
+    device = scene(name).PhysicalParameters(**given)
+    orbit = solve_orbit(device.dimensionless())
+    found = performance(orbit)
+    advances = [device.displacement(one.advance) for one in orbit.motion.segments]
+    weight = (device.M_m + device.M_c) * device.g / math.hypot(1, slope)
+    loss = sum(weight * (device.mu if a > 0 else device.mu_back) * abs(a) for a in advances)
+    turns = orbit.itinerary.period_number
+    assert device.energy(found.friction_loss.value) == pytest.approx(loss / turns, rel=1e-9)
+    lift = weight * slope * sum(advances) / turns
+    assert device.energy(found.lift.value) == pytest.approx(lift, rel=1e-9)
+    assert max(advances) > 0 > min(advances)
+    parts = found.damper_loss, found.friction_loss, found.lift
+    assert abs(found.imbalance) < 1e-13
+    for parameter, slope in found.work.gradient.items():
+        assert slope == pytest.approx(sum(one.gradient[parameter] for one in parts), abs=1e-9)
 
 
 def test_balance_holds_over_several_periods_of_excitation() -> None:

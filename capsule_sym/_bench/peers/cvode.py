@@ -18,7 +18,7 @@ from capsule_sym._bench.model import (
     rates,
     switched,
 )
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 
 _GUARDS = 3  # in stick; drift has two
 _ROOT_FOUND = 2
@@ -69,7 +69,7 @@ class _Field:
     def __init__(self, raised: float) -> None:
         self._raised = raised
 
-    def enter(self, p: SceneParameters, field: int) -> None:
+    def enter(self, p: Parameters, field: int) -> None:
         self.rate, self.guards = rates(p, field), guards(p, field, self._raised)
         self.guards += [lambda x_r, v_r, v_c: 1.0] * (_GUARDS - len(self.guards))
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._bench.model import NUDGE, Guard, Result, Run, Start, guards, rates, switched
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 
 
 def build(method: Any, tolerance: float, careful: bool) -> Run:
@@ -49,7 +49,7 @@ def _run(start: Start, method: Any, tolerance: float, raised: float) -> Result:
     return switched(start, step)
 
 
-def _rate(p: SceneParameters, field: int) -> Any:
+def _rate(p: Parameters, field: int) -> Any:
     rate = rates(p, field)
 
     def value(t: float, z: Any) -> tuple[float, float, float]:

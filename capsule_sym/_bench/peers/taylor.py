@@ -24,7 +24,7 @@ from capsule_sym._bench.model import (
     Start,
     drift_at_rest,
 )
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Parameters
 
 _PARAMETERS = 12
 _SIDE, _SPRING, _SLIP = 4, 5, slice(6, 11)
@@ -168,7 +168,7 @@ class Lanes:
         return not self.locked
 
 
-def _column(p: SceneParameters, drift: int) -> Any:
+def _column(p: Parameters, drift: int) -> Any:
     """slip, friction, sign, stick and bound of `_system`."""
     if drift:
         return np.array([1 / p.gamma, drift * p.f_b / p.gamma, drift, 0.0, 1.0])

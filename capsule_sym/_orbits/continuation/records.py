@@ -17,7 +17,7 @@ from capsule_sym._orbits.continuation.points.bifurcation import (
     sorted_multipliers,
 )
 from capsule_sym._orbits.continuation.points.normal_forms import NormalForm
-from capsule_sym._orbits.metrics.performance import METRICS, performance
+from capsule_sym._orbits.metrics.performance import performance, shown
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -60,7 +60,7 @@ def orbit_record(orbit: Orbit) -> dict[str, Any]:
     Complex numbers are [real, imaginary]; a gradient is by the name of the parameter.
     """
     values, multipliers = performance(orbit), sorted_multipliers(orbit)
-    metrics = {name: getattr(values, name) for name in METRICS}
+    metrics = {name: getattr(values, name) for name in shown(orbit.scene)}
     return {
         **_place(orbit),
         "multipliers": plain(multipliers),

@@ -34,6 +34,7 @@ from capsule_sym._orbits.shooting.equations import (
 )
 from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import Scene
 
 # The error of n nodes on e^(lambda t) over a panel h is (lambda h)^(2n) (n!)^4/((2n + 1) (2n)!^3)
 # of the integral: below 1e-20 for 16 nodes where lambda h <= 12, below 1e-65 for 48 up to 30.
@@ -50,6 +51,13 @@ METRICS = (
     "peak_contact",
 )
 """The metrics in their order, as the C core has them too."""
+
+
+def shown(scene: Scene) -> tuple[str, ...]:
+    """The metrics that are shown in a scene: lift too where there is some."""
+    return (*METRICS[:5], "lift", *METRICS[5:]) if scene.facts.LIFTS else METRICS
+
+
 _Energy = tuple[Number, Vector]  # of a segment, and its derivatives (12,) within the segment
 
 
@@ -65,10 +73,12 @@ class Performance:
     """Metrics of a periodic motion, dimensionless; energies are per excitation period.
 
     `velocity` is the average of v_c, `progression` the advance of x_c per excitation period.
-    `work` is done by the drive, alpha cos(omega tau) v_m; `damper_loss` is the integral of
-    2 zeta v_r^2 and `friction_loss` that of `f_b |v_c|`; `imbalance`, the work less both losses
-    and with that of a constant load, is zero but for rounding. `peak_force` is the largest `|P|`
-    between the bodies, `peak_contact` the largest force beta (x_r - delta) of the second spring.
+    `work` is done by the drive, `damper_loss` is the integral of 2 zeta v_r^2. `friction_loss` is
+    the integral of the friction times `|v_c|`, and `lift` the work against a constant force on the
+    bodies over the progression: on a slope with bias s the friction is the bound less gamma s
+    upward, plus gamma s downward, and the lift (1 + gamma) s times the progression. `imbalance`,
+    the work less losses and lift, is zero but for rounding. `peak_force` is the largest `|P|`
+    between the bodies, `peak_contact` the largest force of a stop's spring.
     """
 
     velocity: Metric
@@ -76,6 +86,7 @@ class Performance:
     work: Metric
     damper_loss: Metric
     friction_loss: Metric
+    lift: Metric
     imbalance: Number
     peak_force: Metric
     peak_contact: Metric
@@ -97,14 +108,15 @@ def performance(orbit: Orbit) -> Performance:
         work, damper_loss, friction_loss = (
             _energy(orbit, [segment[i] for segment in segments]) for i in range(3)
         )
-        loaded = orbit.system.flows[0].c.load_force() * progression.value
+        lift = _lift(orbit, progression)
         return Performance(
             velocity=Metric(progression.value * per_turn, slopes),
             progression=progression,
             work=work,
             damper_loss=damper_loss,
             friction_loss=friction_loss,
-            imbalance=work.value + loaded - damper_loss.value - friction_loss.value,
+            lift=lift,
+            imbalance=work.value - damper_loss.value - friction_loss.value - lift.value,
             peak_force=_along(orbit, *peak_of_force(forms, orbit)),
             peak_contact=_along(orbit, *peak_of_contact(forms, orbit)),
         )
@@ -128,6 +140,17 @@ def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Metric:
     return _along(orbit, sum(value for value, _ in segments) / period_number, by / period_number)
 
 
+def _lift(orbit: Orbit, progression: Metric) -> Metric:
+    """Work of a period against the constant force on both bodies."""
+    c, names = orbit.system.flows[0].c, orbit.scene.facts.PARAMETERS
+    force, by = c.lift_force(), c.lift_force_gradient()[-len(names) :]
+    slopes = {
+        name: force * progression.gradient[name] + slope * progression.value
+        for name, slope in zip(names, by, strict=True)
+    }
+    return Metric(force * progression.value, slopes)
+
+
 def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, _Energy]:
     """Drive's work, damper loss and friction loss of a segment, each with derivatives (12,)."""
     c, h = flow.c, flow.h
@@ -138,8 +161,8 @@ def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, 
     work = _integral(c.drive_power(cosine, v_r, v_c), power_by, weights, h)
     power_by = chained(c.damper_power_gradient(v_r), by)
     damper_loss = _integral(c.damper_power(v_r), power_by, weights, h)
-    friction, advance = c.friction_at(c.drift), flow.moved[2]
-    friction_by = chained(c.friction_gradient(c.drift), flow.matrix)
+    friction, advance = c.loss_at(c.drift), flow.moved[2]
+    friction_by = chained(c.loss_gradient(c.drift), flow.matrix)
     friction_by = friction * flow.matrix[STATES] + advance * friction_by
     return work, damper_loss, (friction * advance, friction_by)
 

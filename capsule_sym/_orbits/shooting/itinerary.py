@@ -10,7 +10,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.steady import SteadyMotion, abbreviated
-from capsule_sym._parameters import CAPSULE, Scene
+from capsule_sym._parameters import CAPSULE, Scene, as_scene
 
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 _OPPOSITE = {Guard.UPPER: Guard.LOWER, Guard.LOWER: Guard.UPPER}
@@ -143,11 +143,12 @@ class Itinerary:
         return cls(tuple(segments), period_number, mirrored, scene)
 
     @classmethod
-    def parse(cls, text: str, period_number: int = 1, scene: Scene = CAPSULE) -> Itinerary:
+    def parse(cls, text: str, period_number: int = 1, scene: Scene | str = CAPSULE) -> Itinerary:
         """The itinerary written as "52", "F5 F2" or "F5,F2"; raises InvalidInput as `of` does.
 
         Where a scene has more than nine fields, they are told apart by F, blanks or commas.
         """
+        scene = as_scene(scene)
         few = len(scene.facts.FIELDS) < 10
         number = r"[1-9]" if few else r"[1-9]\d*"
         if not re.fullmatch(rf"\s*(F?{number}[\s,]*)+", text):
@@ -167,7 +168,7 @@ class Itinerary:
             return self
         of, to = self.scene.facts, scene.facts
         if (of.FIELDS, of.LEVELS) != (to.FIELDS, to.LEVELS):
-            raise InvalidInput("itinerary", str(self), f"one of the fields of {scene.name}")
+            raise InvalidInput("itinerary", str(self), f"one of the fields of {scene.shown}")
         return replace(self, scene=scene)
 
     def __repr__(self) -> str:

@@ -286,6 +286,8 @@ def solve_itinerary(
     after `max_seconds`. Raises InvalidInput for a guess of the wrong size.
     """
     given: Iterable[Number]
+    if not isinstance(itinerary, Itinerary):
+        raise InvalidInput("itinerary", itinerary, "an Itinerary, such as Itinerary.parse(text)")
     if isinstance(parameters, SceneParameters):
         given, itinerary = parameters.to_dict().values(), itinerary.in_scene(parameters.scene)
     else:

@@ -45,7 +45,8 @@ class Declared:
         self.drive: Drive | None = None
         self.stiffness = sp.Symbol("kappa", nonnegative=True)
         self.stop = sp.Symbol("stop", real=True)
-        self.force = self.mass_force = self.capsule_force = self.inertia = sp.Integer(0)
+        self.force = self.mass_force = self.capsule_force = sp.Integer(0)
+        self.inertia = self.weight = sp.Integer(0)
         self._lines: dict[str, int] = {}
         self._file = ""
 
@@ -202,6 +203,8 @@ class Declared:
                 "the capsule is moved by the interaction force and friction, and where the drive "
                 f"reacts on it by all of that, -{self.drive_force}",
             )
+        if self.weight.free_symbols & held:
+            raise self.refusal("capsule", f"the weight {self.weight} is no constant")
         if self.inertia != self.symbol("gamma"):
             raise self.refusal("capsule", f"the mass ratio is gamma, not {self.inertia}")
 

@@ -211,10 +211,15 @@ class Model(Declared):
         self._note("mass")
         self.mass_force = self._expression(force)
 
-    def capsule(self, inertia: sp.Symbol, force: sp.Expr) -> None:
-        """The left side's mass and the right side of gamma v_c', but for friction."""
+    def capsule(self, inertia: sp.Symbol, force: sp.Expr, weight: sp.Expr | int = 0) -> None:
+        """The left side's mass and the right side of gamma v_c', but for friction.
+
+        Of the friction bounds `weight` is what pulls the capsule itself backward, on a slope: the
+        work against it is lift, and no loss.
+        """
         self._note("capsule")
-        self.capsule_force, self.inertia = map(self._expression, (force, inertia))
+        given = force, inertia, weight
+        self.capsule_force, self.inertia, self.weight = map(self._expression, given)
 
     def _note(self, word: str) -> int:
         """The line of a word, after the word that it needs."""

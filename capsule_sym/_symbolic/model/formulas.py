@@ -43,6 +43,7 @@ from capsule_sym._symbolic.model.model import (
     REACTS,
     SEGMENTS,
     STEADY,
+    WEIGHT,
     P,
     bound_of,
     friction_of,
@@ -185,6 +186,12 @@ def _forces() -> tuple[Formula, ...]:
             friction=drifting[friction],
         ),
         _formula(
+            "loss_at",
+            "Friction in drift of a way, without the capsule's weight that the bounds hold.",
+            (way,),
+            friction=friction_of(way) - WEIGHT,
+        ),
+        _formula(
             "push_at",
             "What friction accelerates the relative motion by, in drift of a way.",
             (way,),
@@ -295,6 +302,7 @@ def _points() -> tuple[Formula, ...]:
             (),
             force=LOAD,
         ),
+        _formula("lift_force", "The force that lifts both bodies.", (), force=WEIGHT - LOAD),
         _formula(
             "rest_centre",
             "x_r about which the mass moves at rest without contact.",
@@ -325,8 +333,10 @@ def _gradients() -> tuple[Formula, ...]:
             (drive(0).subs(cos_theta, sp.cos(theta)) + LEVEL) * DRIVEN,
         ),
         _gradient("contact", "the force of the stop's spring", (gap,), P.coeff(kappa) * kappa),
-        _gradient("friction", "the friction of drift of a way", (way,), friction_of(way)),
-        _gradient("load_force", "the constant force on the mass", (), LOAD),
+        _gradient(
+            "loss", "the friction of drift of a way, less weight", (way,), friction_of(way) - WEIGHT
+        ),
+        _gradient("lift_force", "the force that lifts both bodies", (), WEIGHT - LOAD),
         _gradient("limit", "Q less the friction of drift of a way", (way, gap, v_r, *angle), limit),
         _gradient("slip", "v_c' in drift of a way", (way, *_STATE, *angle), limit / gamma),
         *edges,

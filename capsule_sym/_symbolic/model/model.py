@@ -49,6 +49,8 @@ FORWARD, BACKWARD = MODEL.bounds[1], MODEL.bounds[-1]
 """Friction bounds: at rest -BACKWARD < Q < FORWARD."""
 LOAD = MODEL.load
 """Constant force on the mass, beside drive and interaction."""
+WEIGHT = MODEL.weight
+"""Constant force on the capsule backward, which the friction bounds hold."""
 
 high = sp.Symbol("high", nonnegative=True)  # 1 while pulses are at their high level, else 0
 LEVELS: tuple[sp.Expr, ...] = (PULSES.amplitude, PULSES.low) if PULSES else (sp.S.Zero,)

@@ -20,7 +20,8 @@ _NAMES_TEXT = """
     force_per_energy forced forced_doubled forced_slopes_apart forced_slopes_doubled forcing_next
     forcing_terms free_doubled free_slopes_apart free_slopes_doubled friction friction_at
     friction_bounds friction_guard front g gain gap guard h i index jacobian jacobian_drift
-    jacobian_stick jet jet_magnitudes kappa lag lag2 last len level list load_force m mad
+    jacobian_stick jet jet_magnitudes kappa lag lag2 last len level list lift_force load_force
+    loss_at m mad
     margin margin_at max mp mul n name neg next np nu num oscillating over overdamped p params
     period periods phase pi position position_at pow pull push push_at q range rate reach real
     relative_flow replace response_next rest_centre rest_force resonant root_K second segment

@@ -56,8 +56,8 @@ def power(field: Segment) -> sp.Expr:
     """The drive's and the load's power in a field, less the damper's and friction's."""
     known = _formulas()
     drive = known["drive_power"].subs({cos_theta: sp.cos(omega * tau), high: 1 - field.level})
-    friction = known["friction_at"].subs({way: field.drift, drift: field.drift})
-    load = known["load_force"] * (v_r + v_c)
+    friction = known["loss_at"].subs({way: field.drift, drift: field.drift})
+    load = known["load_force"] * v_r - known["lift_force"] * v_c
     return drive + load - known["damper_power"] - friction * v_c
 
 

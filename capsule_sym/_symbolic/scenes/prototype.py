@@ -154,4 +154,4 @@ model.drift("BD", v_c < 0, against=f_minus)
 
 # v_r' + v_c' of the mass, and gamma v_c' of the capsule, which friction adds to.
 model.mass(u - bias - P)
-model.capsule(gamma, P)
+model.capsule(gamma, P, weight=gamma * bias)

@@ -121,4 +121,4 @@ model.drift("BD", v_c < 0, against=f_minus)
 
 # v_r' + v_c' of the mass, and gamma v_c' of the capsule, which friction adds to: Eqs. (7)-(12).
 model.mass(alpha * cos(omega * tau) - bias - P)
-model.capsule(gamma, P)
+model.capsule(gamma, P, weight=gamma * bias)

@@ -9,6 +9,7 @@ from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import STATES, SegmentFlow
 from capsule_sym._orbits.shooting.itinerary import contact, drift, level
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import Scene
 
 #: Index in z of the first segment's duration: state and forcing angle come before.
 DURATIONS = STATES + 1
@@ -83,7 +84,10 @@ def place(orbit: Orbit, segment: int) -> Place:
     if len({level(field, scene) for field in fields}) > 1:
         # A switch that meets an edge of the drive, or a slip that begins at one.
         guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
-        line = " and ".join(sorted(guard.value for guard in guards if guard))
+        met = sorted(
+            _met(one, contact(fields[0], scene), scene) for one in guards - {Guard.EDGE, None}
+        )
+        line = f"at {' and '.join(met)}" if met else ""
         return Place(EDGE, line, tuple(sorted({f"S{field}" for field in fields})))
     (before, during, after) = ((contact(field, scene), drift(field, scene)) for field in fields)
     if before[0] != after[0]:
@@ -103,6 +107,19 @@ def place(orbit: Orbit, segment: int) -> Place:
         return HIGHER
     line = _edge(flow, during[0])
     return Place(kind, f"{line}^({_part(flow, line)})", _SURFACES[line])
+
+
+def _met(guard: Guard | None, side: int, scene: Scene) -> str:
+    """What a guard watches beside contact at a side, in the words of the declaration."""
+    facts = scene.facts
+    if guard in (Guard.GAP, Guard.BACK):
+        behind = (guard is Guard.BACK) != (side == 2)
+        return str(facts.LABELS[facts.STOPS[behind][0]])
+    if guard is Guard.DRIFT:
+        return str(facts.LABELS[facts.STATE[2]])
+    way = 1 if guard is Guard.UPPER else -1
+    alike = "" if len({*facts.BOUNDS.values()}) > 1 else (" forward" if way > 0 else " backward")
+    return f"{facts.LABELS[facts.BOUNDS[way]]}{alike}"
 
 
 def _sliding(before: int, during: int, after: int) -> str | None:

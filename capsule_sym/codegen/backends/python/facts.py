@@ -6,7 +6,7 @@ from pprint import pformat
 
 from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.model.consistency import UNITS
-from capsule_sym._symbolic.model.model import REACTS, SEGMENTS
+from capsule_sym._symbolic.model.model import LOAD, REACTS, SEGMENTS, WEIGHT
 from capsule_sym._symbolic.model.parts import shown, spelled
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED
 
@@ -59,6 +59,7 @@ _ABOUT = {
     "LEVELS": "Level of the drive in each field: 0 is the high one of pulses, 1 the low one.",
     "PULSED": "Whether the drive is constant but for a rise and a fall in each period.",
     "REACTS": "Whether the drive pushes back on the capsule.",
+    "LIFTS": "Whether progression lifts the bodies against a constant force, as on a slope.",
     "MODES": "Modes of operation of the fields in the paper's notation, in their order.",
 }
 
@@ -89,6 +90,7 @@ def _facts() -> dict[str, object]:
         "LEVELS": {g.index: g.level for g in SEGMENTS},
         "PULSED": PULSED,
         "REACTS": REACTS,
+        "LIFTS": WEIGHT != LOAD,
         "MODES": tuple(g.mode for g in SEGMENTS),
     }
 
