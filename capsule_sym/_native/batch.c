@@ -228,6 +228,21 @@ static int field_beyond(const double *number, const capsule_outcomes *out, int l
     return FIELD_OF[level][contact][(int)number[WAY] + 1];
 }
 
+/* Writes the switch that a lane's run came to, from one field to another, if that is asked for. */
+static int write_first(batch_progress *w, int slot, int left, int field, int edge)
+{
+    const capsule_workspace *workspace = w->workspace;
+    const double *number = workspace->run[slot].number, v_r = number[V_R], v_c = number[V_C];
+    if (!w->batch->first)
+        return 0;
+    w->batch->first[workspace->run[slot].row] = (capsule_event){
+        .period = workspace->run[slot].period, .angle = number[ANGLE], .field = left,
+        .plane = edge         ? EDGE_PLANE[LEVEL_OF[field - 1]]
+                 : v_c == 0.0 ? field
+                              : impact_plane(left, field, v_c, v_r)};
+    return 1;
+}
+
 /* What follows from a step for one of its lanes. */
 static void finish_step(batch_progress *w, int slot, int level, const capsule_outcomes *out, int l)
 {
@@ -264,8 +279,10 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
             capsule_state last = {.x_r = end[0], .gap = end[1], .v_r = end[2],
                                   .v_c = end[3], .position = end[4], .period = period,
                                   .field = crosses ? 0 : field};
-            if (edge)
+            if (edge) {
                 last.plane = EDGE_PLANE[0], last.field = field_beyond(number, out, l);
+                write_first(w, slot, field, last.field, edge);
+            }
 #if TWO_STOPS
             set_gaps(&last, field, end[1], end[5]);
 #endif
@@ -278,14 +295,8 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
         *guess = number[LASTED];
         key = number[GAP_ZEROS] > 0.0;
         field = field_beyond(number, out, l);
-        if (w->batch->first) {
-            const double v_r = number[V_R], v_c = number[V_C];
+        if (write_first(w, slot, left, field, edge)) {
             const capsule_state start = state_of(number, field, workspace->run[slot].period);
-            w->batch->first[workspace->run[slot].row] = (capsule_event){
-                .period = start.period, .angle = number[ANGLE], .field = left,
-                .plane = edge          ? EDGE_PLANE[LEVEL_OF[field - 1]]
-                         : v_c == 0.0 ? field
-                                      : impact_plane(left, field, v_c, v_r)};
             finish_run(w, slot, CAPSULE_FULL, &start);
             return;
         }

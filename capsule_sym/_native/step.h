@@ -64,7 +64,6 @@ typedef struct {
 
 #if TWO_STOPS
 #define gap_of(p, s) ((p)->gap)
-#define other_gap_of(p, s) choose((p)->back, (s)->gap, (s)->other)
 #define stops_apart(c) ((c)->CAPSULE_FRONT_GAP + (c)->CAPSULE_BACK_GAP)
 
 inlined isolation isolation_of(mask m, const isolation *a, const isolation *b)
@@ -89,12 +88,13 @@ inlined void order_stops(const point *s, certificate *p)
     p->found[GAP] = isolation_of(p->back, &behind, &front);
     p->found[BACK] = isolation_of(p->back, &front, &behind);
     const bound signs[2] = {g[GAP].sign, g[BACK].sign}, zeros[2] = {g[GAP].zeros, g[BACK].zeros};
+    const real first[2] = {g[GAP].first, g[BACK].first};
+    g[GAP].first = choose(p->back, first[1], first[0]), g[BACK].first = choose(p->back, first[0], first[1]);
     g[GAP].sign = pick(p->back, signs[1], signs[0]), g[BACK].sign = pick(p->back, signs[0], signs[1]);
     g[GAP].zeros = pick(p->back, zeros[1], zeros[0]), g[BACK].zeros = pick(p->back, zeros[0], zeros[1]);
 }
 #else
 #define gap_of(p, s) ((s)->gap)
-#define other_gap_of(p, s) ((s)->gap)
 #endif
 
 /* Which guards are clear, and which cross zero once. */
@@ -285,6 +285,33 @@ inlined void find_root(const segment *c, const table *t, const expansion *e, con
     f->sure &= simple;
 }
 
+/* Where a guard that crosses zero once is proved to be positive up to a time, by its change up to `error`
+   before it: the polynomial below the guard, which crosses once, is positive still. That is below the form
+   by rounding + tail + off at most, and the form is apart from the guard by the rounding and a tail, which
+   its value has once more; where the guard begins at zero all of these shrink as it does. The guard's first
+   value is added last: at a friction bound it is 0 exactly, where Q and the bound, each rounded, are not. */
+inlined mask still_positive(const table *t, const expansion *e, const guard *g, bound off, mask is_gap,
+                            real change, bound until, bound error)
+{
+    const bound zero = all(0.0), one = all(1.0);
+    const real value = add(g->first, mul(wide(g->sign), change));
+    const bound begun = pick(gt(g->zeros, zero), pick(gt(g->zeros, one), until * until, until), one);
+    const bound most = pick(is_gap, bound_dot(t->x_speed, e->size),
+                            bound_dot(t->second_speed, e->size) + size_of(near_to(e->slope)));
+    const bound near_zero = begun * (3.0 * g->rounding + off) +
+                            3.0 * g->tail * (until * until * until) + error * most;
+    return gt(near_to(value), near_zero);
+}
+
+/* The change of a guard's quantity, without its sign, with the motion. */
+inlined real change_of(const segment *c, const table *t, const expansion *e, int which, int drift,
+                       const location *f)
+{
+    if (which == GAP || which == BACK)
+        return f->m.x;
+    return drift ? f->v_c_by : pull_change(c, t, e, &f->m, f->at);
+}
+
 #if CAPSULE_PULSED
 /* The angle at which the drive's level ends, exactly: a share of 2 pi, or all of it. */
 inlined void edge_angle(const segment *c, real *angle, bound *rest)
@@ -312,41 +339,18 @@ inlined real time_to_edge(const segment *c, const point *s)
     return choose(gt(near_to(h), all(0.0)), h, num(0.0));
 }
 
-/* Where a guard that crosses zero once is proved to be positive up to a time, by its value there: the
-   polynomial below it is positive still. That is below the form by rounding + tail + off at most, and the
-   form is apart from the value by twice the rounding and a tail; where the guard begins at zero all of
-   these shrink as it does. `error` is that of the time. */
-inlined mask still_positive(const segment *c, const table *t, const expansion *e, int which, int drift,
-                            const point *s, const certificate *p, const location *f, bound error)
-{
-    const guard *g = &p->g[which];
-    const bound at = near_to(f->at), zero = all(0.0), one = all(1.0);
-    const real pulled = force_change(c, f->m.x, mul(f->m.slope, row(t->per_reach)));
-    const int is_gap = which == GAP || which == BACK;
-    const real gap = which == GAP ? gap_of(p, s) : other_gap_of(p, s);
-    const real value = is_gap  ? mul(wide(g->sign), add(gap, f->m.x))
-                       : drift ? mul(wide(g->sign), add(s->v_c, f->v_c_by))
-                               : friction_guard(c, wide(g->sign), add(s->margin, pulled));
-    const bound begun = pick(gt(g->zeros, zero), pick(gt(g->zeros, one), at * at, at), one);
-    const bound most = is_gap ? bound_dot(t->x_speed, e->size)
-                              : bound_dot(t->second_speed, e->size) + size_of(near_to(e->slope));
-    return gt(near_to(value), begun * (3.0 * g->rounding + p->found[which].off) +
-                                  3.0 * g->tail * (at * at * at) + error * most);
-}
-
 inlined void find_motion(const segment *c, const table *t, const expansion *e, const real *a, int drift,
                          int position, location *f);
 
 /* Where an edge of the drive comes before anything else: before the switch that is proved to be the first,
    by more than both are off in time; else, where every guard is positive up to the edge, what is proved of
-   them beyond it does not matter. A first switch that is nearer to the edge is open. */
-inlined void find_edge(const segment *c, const table *t, const expansion *e, const real *a, int drift,
-                       int position, real until, mask near_edge, const point *s, certificate *p,
-                       location *f)
+   them beyond it does not matter. A first switch that is nearer to the edge is open, and so is an edge that
+   may be beyond the expansion, up to which the guards are proved. */
+inlined void find_edge(const segment *c, const table *t, const expansion *e, const real *a, int level,
+                       int drift, int position, real until, bound error, mask near_edge,
+                       certificate *p, location *f)
 {
     const bound at = near_to(until);
-    const bound error = (s->angle_error + 8.0 * UNIT * TWO_PI) / near_to(c->omega) *
-                            near_to(row(t->per_reach)) + 4.0 * UNIT * at;
     const bound later = near_to(sub(f->at, until)), off = f->error + error;
     const mask after = f->sure & gt(later, off), unclear = near_edge & f->sure & le(size_of(later), off);
     mask first = near_edge & (after | not(f->sure));
@@ -354,6 +358,9 @@ inlined void find_edge(const segment *c, const table *t, const expansion *e, con
     f->corner |= unclear;
     p->open |= unclear;
     f->sure &= not(unclear);
+    const mask beyond = first & gt(at + error, all(t->level[level])) & ge(near_to(f->at) + error, at);
+    p->open |= beyond;
+    first &= not(beyond);
     if (!some(first))
         return;
     location there = *f;
@@ -364,7 +371,8 @@ inlined void find_edge(const segment *c, const table *t, const expansion *e, con
         mask positive = after | g->clear | lt(at + error, g->from);
         if (some(first & not(positive)))
             positive |= g->crossing & lt(at + error, g->to) &
-                        still_positive(c, t, e, i, drift, s, p, &there, error);
+                        still_positive(t, e, &p->g[i], g->off, i == GAP || i == BACK ? not(none) : none,
+                                       change_of(c, t, e, i, drift, &there), at + error, error);
         first &= positive;
     }
     p->open &= not(first);
@@ -378,28 +386,21 @@ inlined void find_edge(const segment *c, const table *t, const expansion *e, con
 }
 #endif
 
-/* Where the other one of the gap and the friction guard crosses later: the polynomial below it, which
-   crosses once, is positive still. It is below the form by rounding + tail + off at most, and the form is
-   apart from the value by twice the rounding and a tail. */
-inlined mask rival_is_later(const segment *c, const table *t, const expansion *e, int drift, bound way,
-                            const point *s, const certificate *p, const location *f)
+/* Where the other one of the gap and the friction guard, of those that cross, crosses later than f. */
+inlined mask rival_is_later(const segment *c, const table *t, const expansion *e, int drift,
+                            const certificate *p, const location *f)
 {
-    const guard *g = p->g;
-    const mask other_is_gap = not(p->is_gap);
-    const bound other_sign = drift ? way : pick(p->lower, all(1.0), -all(1.0));
-    const real gap = mul(wide(g[GAP].sign), add(gap_of(p, s), f->m.x));
-    const real pulled = pull_change(c, t, e, &f->m, f->at);
-    const real second = drift ? mul(wide(other_sign), add(s->v_c, f->v_c_by))
-                              : friction_guard(c, wide(other_sign), add(s->margin, pulled));
-    const bound value = near_to(choose(other_is_gap, gap, second));
-    const bound most = bound_dot(t->x_speed, e->size) + bound_dot(t->second_speed, e->size) +
-                       size_of(near_to(e->slope));
-    const bound off = pick(p->lower, p->found[drift ? FIRST : SECOND].off, p->found[FIRST].off);
-    const bound near_zero =
-        pick(other_is_gap, 3.0 * (g[GAP].rounding + g[GAP].tail) + p->found[GAP].off,
-             3.0 * (g[FIRST].rounding + g[FIRST].tail) + off) +
-        f->error * most;
-    return gt(value, near_zero);
+    const int last_guard = drift ? FIRST : SECOND;
+    const mask gap = not(p->is_gap);
+    const guard *a = &p->g[GAP], *first = &p->g[FIRST], *last = &p->g[last_guard];
+#define OF(select, name) select(gap, a->name, select(p->lower, last->name, first->name))
+    const guard g = {.first = OF(choose, first), .zeros = OF(pick, zeros), .rounding = OF(pick, rounding),
+                     .tail = OF(pick, tail), .sign = OF(pick, sign)};
+#undef OF
+    const isolation *found = p->found;
+    const bound off = pick(gap, found[GAP].off, pick(p->lower, found[last_guard].off, found[FIRST].off));
+    const real change = choose(gap, f->m.x, change_of(c, t, e, FIRST, drift, f));
+    return still_positive(t, e, &g, off, gap, change, near_to(f->at) + f->error, f->error);
 }
 
 #if WIDTH == 1
@@ -453,8 +454,8 @@ inlined void find_motion(const segment *c, const table *t, const expansion *e, c
 /* Newton's method for the guard that crosses first, or where that is not certain for the other one; and
    the motion there. With `whole` nothing crosses, and only the end of the expansion is asked for. */
 inlined void locate(const segment *c, const segment_sizes *b, const table *t, const expansion *e,
-                    const real *a, int level, int drift, int position, int whole, bound way,
-                    bound guess, const point *s, certificate *p, location *f)
+                    const real *a, int level, int drift, int position, int whole, bound guess,
+                    const point *s, certificate *p, location *f)
 {
     f->at = wide(all(t->level[level]));
     f->error = all(0.0);
@@ -474,7 +475,7 @@ again:
         find_motion(c, t, e, a, drift, position, f);
     const mask rivals = f->sure & p->both;
     if (some(rivals)) {
-        f->corner = rivals & not(rival_is_later(c, t, e, drift, way, s, p, f));
+        f->corner = rivals & not(rival_is_later(c, t, e, drift, p, f));
         f->sure &= not(f->corner);
         p->open |= f->corner;
     }
@@ -681,16 +682,18 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
 #endif
 #if CAPSULE_PULSED
     const real until = mul(time_to_edge(c, s), row(t->per_reach));
-    const mask near_edge = le(near_to(until), all(t->level[level]));
+    const bound edge_error = (s->angle_error + 8.0 * UNIT * TWO_PI) / near_to(c->omega) *
+                                 near_to(row(t->per_reach)) + 4.0 * UNIT * near_to(until);
+    const mask near_edge = le(near_to(until), all(t->level[level]) + edge_error);
 #else
     const mask near_edge = none;
 #endif
     const int whole = !some(p.crossing | near_edge) && !position && !ends && level == 0 && some(entire);
     for (int n = 0; n < (whole ? 1 : TERMS); n++)
         a[n] = combined(e.u, t->x, n);
-    locate(c, b, t, &e, a, level, drift, position, whole, way, guess, s, &p, &f);
+    locate(c, b, t, &e, a, level, drift, position, whole, guess, s, &p, &f);
 #if CAPSULE_PULSED
-    find_edge(c, t, &e, a, drift, position, until, near_edge, s, &p, &f);
+    find_edge(c, t, &e, a, level, drift, position, until, edge_error, near_edge, &p, &f);
     entire &= not(f.edge);
 #endif
     land(c, b, t, &e, a, drift, position, entire & not(f.sure), way, s, &p, &f, to, out);

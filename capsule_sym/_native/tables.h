@@ -116,13 +116,13 @@ static int evaluation_units(int n)
    y = phi^(FULL), sqrt(y'^2 + K y^2) grows at most by the drive's derivative per unit of time. */
 static double remainder_of(const segment_sizes *b, double reach, int which, const real *phi)
 {
-    double scale = 1.0, drive = which == 2 ? 1.0 : which == 3 ? reach : 0.0;
+    double scale = 1.0;
     for (int n = 1; n <= FULL + 1; n++) /* reach^(FULL + 1) omega^FULL/(FULL + 1)! */
         scale *= (n <= FULL - (which == 3) ? b->omega : 1.0) * reach / n;
     const double last = near_to(phi[FULL + 1]);
     const double before = near_to(phi[FULL]) * sqrt(b->K) * reach / (FULL + 1);
     /* For B the drive's derivative is omega^(FULL - 1). */
-    const double grown = which == 3 ? scale * reach : drive * scale * reach;
+    const double grown = which == 3 ? scale * reach : which == 2 ? scale * reach : 0.0;
     return 1.0001 * (hypot(last, before) + grown);
 }
 
@@ -332,14 +332,17 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         for (int n = 1; n <= FULL; n++) {
             const double off = (units[n] + evaluation_units(n)) * UNIT;
             const int at = n - to_second.behind;
-            /* By P's change, in drift over gamma, and products and quotients on the way. */
+            /* By P's change, in drift over gamma, and products and quotients on the way; where it takes
+               coefficient n + 1 of x_r, that is off by more units, and has two more where it is evaluated. */
             double second_off = off + (FORCE_CHANGE_UNITS + 8) * UNIT;
+            if (at == n)
+                second_off += (units[n + 1] - units[n] + 2) * UNIT;
             double second_size =
                 near_to(to_second.by[n]) * size[at] + fabs(near_to(to_second.rate[n])) * size[at + 1];
 #if CAPSULE_REACTION
-            /* A coefficient behind, two sums more, and the drive's, which is off by less than a response's
-               and cancels what it moves: so its size counts. */
-            second_off += (units[n + 1] - units[n] + 4) * UNIT;
+            /* Two sums more, and the drive's coefficient, which is off by less than a response's and cancels
+               what it moves: so its size counts. */
+            second_off += 2 * UNIT;
             second_size += fabs(near_to(to_second.reaction[n][k]));
 #endif
             t->limit[k][X_ERROR] += off * size[n];
@@ -363,6 +366,14 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     for (int n = 1; n <= TERMS + to_second.behind; n++)
         for (int k = 0; k < RESPONSES; k++)
             second[n][k] = second_of(&to_second, (const real(*)[RESPONSES])x, TERMS, n, k);
+    /* What is left out is of two parts. Taylor's remainder is at most rest s^(FULL + 1), and derivatives
+       take a factor FULL + 1, FULL, ... each. The economized part of the second guard is a polynomial of
+       degree N = FULL + 1 or less with values within `left` on [0, 1], so by Markov's inequality its second
+       derivative is within 4 N^2 (N^2 - 1)/3 of that, which is more than (FULL + 1) FULL. At rest, and in
+       drift with a reaction, a part by v_r is left out as s^2, not s^3: there at most one derivative (two)
+       of the guard vanishes at the start, and SECOND_ERROR has all of it. Speeds are those of the motion,
+       not of the polynomial, whose difference from it is in the errors. */
+    const double N2 = (FULL + 1.0) * (FULL + 1.0), MARKOV = 4.0 / 3.0 * N2 * (N2 - 1.0);
     for (int k = 0; k < RESPONSES; k++) {
         const double x_left = rest[k] + change[k];
         const double v_left = ((FULL + 1) * rest[k] + speed[k]) / t->reach;
@@ -379,7 +390,7 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         t->x_speed[k] += (FULL + 1) * rest[k];
         t->second_speed[k] += (FULL + 1) * left;
         t->limit[k][X_BEND] += (FULL + 1) * FULL * rest[k] + bend[k];
-        t->limit[k][SECOND_BEND] += (FULL + 1) * FULL * left;
+        t->limit[k][SECOND_BEND] += MARKOV * left;
         t->limit[k][X_TAIL] = x_left;
         t->limit[k][SECOND_TAIL] = left;
         for (int n = 1; n <= TERMS; n++)

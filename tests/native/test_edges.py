@@ -239,7 +239,7 @@ def test_a_lane_does_not_depend_on_its_neighbours(
 
 MUTANTS: dict[str, tuple[str, str]] = {
     "rounding": ("#define UNIT 0x1p-53", "#define UNIT 0x1p-80"),
-    "a rival guard": ("gt(value, near_zero)", "gt(value, all(-1e300))"),
+    "a rival guard": ("gt(near_to(value), near_zero)", "gt(near_to(value), all(-1e300))"),
     "one change of sign": (" & not(turned) &", " &"),
     "every coefficient positive": ("least = smaller(least, value[j]);", "least = j > 1 && j < DEGREE - 2 ? least : smaller(least, value[j]);"),
 }  # fmt: skip

@@ -31,7 +31,7 @@ TERMS = (
     _term("rest for ever: the stop in front", "reach < room_about(b, near_to(rest_centre(c)))", "reach < b->CAPSULE_BACK_GAP + near_to(rest_centre(c))", "resting", *BOTH),
     _term("rounding before an edge", "3.0 * g->rounding", "0.0 * g->rounding", "corner of a displaced motion", *BOTH),
     _term("tail before an edge", "3.0 * g->tail", "0.0 * g->tail", "levelling", "1"),
-    _term("error of the edge's time", "is_gap ? bound_dot(t->x_speed, e->size)\n                              : bound_dot(t->second_speed, e->size) + size_of(near_to(e->slope))", "all(0.0)", "corner at a late edge", "1"),
+    _term("error of the edge's time", "error * most", "0.0 * most", "corner at a late edge", "1"),
     _term("a crossing that ends before the edge", "lt(at + error, g->to)", "not(none)", "grazing", "1"),
     _term("rest that breaks at an edge", "moved |= out->edge", "moved |= none", "breaking", *BOTH),
 )  # fmt: skip
@@ -43,10 +43,10 @@ BEHIND = (
     # What doubles leave out of the drive's series is less than the form's tail.
     _term("terms of the drive left out", "economize(b, to_second.reaction, FULL, TERMS, to_second.reaction_left, unused[0], unused[1])", "economize(b, to_second.reaction, FULL, TERMS, unused[0], unused[0], unused[1])", "late bound"),
     # Beside 20 units and more of each term.
-    _term("units of the coefficient behind", "(units[n + 1] - units[n] + 4) * UNIT", "0.0", "from a bound"),
+    _term("units of the coefficient behind", "(units[n + 1] - units[n] + 2) * UNIT", "0.0", "from a bound"),
     # As for the friction bounds (tests/native/mutants.py).
     _term("distance of the stops", "stops_apart(b) > apart", "1", "from stop to stop"),
     # An isolation allows for means of 50 halvings, far more than it takes.
-    _term("isolation before an edge", "p->found[which].off", "all(0.0)", "levelling"),
+    _term("isolation before an edge", "3.0 * g->rounding + off", "3.0 * g->rounding", "levelling"),
 )  # fmt: skip
 """Terms that no start shows, as others stand before them."""

@@ -147,8 +147,8 @@ TERMS = {
     "error of the edge": ("off = f->error + error;", "off = f->error;"),
     "error of the angle": ("8.0 * UNIT * TWO_PI", "0.0 * UNIT * TWO_PI"),
     "value at the edge": (
-        " &\n                        still_positive(c, t, e, i, drift, s, p, &there, error);",
-        "; (void)still_positive;",
+        "gt(near_to(value), near_zero)",
+        "gt(near_to(value), all(-1e300))",
     ),
     "end of what is proved of a guard": ("lt(at + error, g->to) &\n                        ", ""),
 }
