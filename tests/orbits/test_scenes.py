@@ -31,6 +31,7 @@ from capsule_sym import (
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
+from capsule_sym._orbits.continuation.points.bifurcation import refined
 from capsule_sym._orbits.shooting import extrema
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import _by_kernels, of_core
@@ -186,6 +187,44 @@ def test_a_switch_that_meets_an_edge_is_followed_in_two_parameters() -> None:
     nearest = min((one for one in again.bifurcations), key=lambda one: abs(one.value - alpha))
     assert nearest.type == "edge"
     assert nearest.value == pytest.approx(alpha, abs=1e-10)
+
+
+def bisected(p: SceneParameters, name: str, ends: tuple[float, float]) -> float:
+    """The value between two at which the itinerary of settled runs changes, by bisection."""
+    first, other = ends
+    before = solve_orbit(p.replace(**{name: first})).itinerary.cyclic
+    for _ in range(30):
+        middle = (first + other) / 2
+        same = solve_orbit(p.replace(**{name: middle})).itinerary.cyclic == before
+        first, other = (middle, other) if same else (first, middle)
+    return (first + other) / 2
+
+
+KINKED = {"alpha": 0.62, "D": 0.5, "omega": 2.5, "delta_1": 1.9, "delta_2": 0.02, "zeta": 1.45}
+KINKED |= {"beta_1": 2.3, "beta_2": 1.5, "gamma": 2.9, "s": -0.06, "f_plus": 1.0, "f_minus": 1.1}
+
+
+def test_a_slip_about_an_edge_begins_where_the_pull_on_the_capsule_is_greatest_there() -> None:
+    """The pull has a kink at an edge, and its extremum at rest may be that."""
+    p = scenes.prototype.Parameters(**KINKED)
+    expected = bisected(p, "f_plus", (0.7, 0.69))
+    itineraries = ["F2 F11", "F2 F1 F10 F11"]
+    for ends in ((1.0, 0.67), (0.67, 1.0)):
+        found = continue_orbit(solve_orbit(p.replace(f_plus=ends[0])), "f_plus", ends[1], points=10)
+        assert found.success, found.message
+        (event,) = found.bifurcations
+        assert (event.type, event.line) == ("edge", "edge and upper")
+        assert event.value == pytest.approx(expected, abs=2e-9)
+        assert [str(event.itinerary_before), str(event.itinerary_after)] == itineraries
+        itineraries.reverse()
+        assert event.uncertainty < 1e-13
+        assert event.multipliers == pytest.approx(event.multipliers_without, abs=1e-12)
+        exact = refined(event).orbit.values[p.scene.facts.PARAMETERS.index("f_plus")]
+        assert float(exact) == pytest.approx(event.value, abs=4 * event.uncertainty)
+    curve = continue_bifurcation(event, "alpha", ((0.5, 1.0), (0.5, 0.9)), points=5)
+    bound, alpha = curve.points[-1].values
+    again = bisected(p.replace(alpha=alpha), "f_plus", (bound + 1e-3, bound - 1e-3))
+    assert bound == pytest.approx(again, abs=1e-10)
 
 
 def test_at_an_edge_each_side_has_derivatives_of_its_own() -> None:

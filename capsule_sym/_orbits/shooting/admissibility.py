@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
+from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem, Vector
 from capsule_sym._orbits.shooting.extrema import extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -31,7 +31,7 @@ class Inequality(NamedTuple):
     force is within the friction bound if stick follows, or beyond it if the drift is reversed;
     "edge": where the segment ends with an edge at which the pull on the capsule jumps, how far
     guard `guard` is from 0 there, or beyond it if the edge breaks rest; "before edge": how far it
-    is from 0 at rest just before.
+    is from 0 at rest just before, where it is least.
     """
 
     kind: str
@@ -49,15 +49,18 @@ class Inequality(NamedTuple):
 
 
 def inequalities(
-    numbers: Backend, itinerary: Itinerary, system: ShootingSystem, zero_segment: int | None = None
+    numbers: Backend,
+    itinerary: Itinerary,
+    system: ShootingSystem,
+    zero_segments: Collection[int] = (),
 ) -> list[Inequality]:
     """All inequalities of an itinerary at a solution of its equations, shape (many,).
 
     The minima are those inside the segment, proved to be all; at its ends the itinerary's equations
     and the other inequalities hold the guards. Next to a segment of negative duration there are
-    none. The segment with index `zero_segment`, if given, has the duration 0: what is 0 with it is
-    left out. Of a motion that is its own mirror image what comes in pairs is looked at in the first
-    half, the gap of a single stop in both; where its spring has no stiffness the gap is free.
+    none. The segments `zero_segments` have the duration 0: what is 0 with them is left out. Of a
+    motion that is its own mirror image what comes in pairs is looked at in the first half, the gap
+    of a single stop in both; where its spring has no stiffness the gap is free.
     """
     found = []
     n, flows = len(itinerary), system.flows
@@ -65,18 +68,18 @@ def inequalities(
     stiffness = itinerary.scene.facts.STOPS[0][1]
     hidden = _ROUNDINGS * numbers.unit * max(flow.h for flow in flows)
     for i, flow in enumerate(flows):
-        if i == zero_segment:
+        if i in zero_segments:
             continue
         before, after = (i - 1) % n, (i + 1) % n
         # Where rounding hides a duration it is not known to be below 0.
         duration = abs(flow.h) if abs(flow.h) <= hidden else flow.h
         found.append(Inequality(DURATION, i, None, duration, flow.h))
         # A segment of negative duration takes the inequalities of its neighbours with it.
-        if any(flows[k].h <= 0 for k in (before, i, after) if k != zero_segment):
+        if any(flows[k].h <= 0 for k in (before, i, after) if k not in zero_segments):
             continue
-        if flow.segment.guard is Guard.DRIFT and after != zero_segment:
+        if flow.segment.guard is Guard.DRIFT and after not in zero_segments:
             found.append(Inequality(LANDING, i, None, _landing(itinerary, flows, i), flow.h))
-        if flow.segment.guard is Guard.EDGE and after != zero_segment:
+        if flow.segment.guard is Guard.EDGE and after not in zero_segments:
             found += _at_edge(itinerary, flows, i)
         if alone and getattr(flow.c, stiffness) != 0:
             found += _gaps(numbers, itinerary, flow, i)
@@ -84,8 +87,8 @@ def inequalities(
             if alone and guard is Guard.GAP:
                 continue
             near = _NEAR * flow.h
-            if (before == zero_segment and time < near) or (
-                after == zero_segment and flow.h - time < near
+            if (before in zero_segments and time < near) or (
+                after in zero_segments and flow.h - time < near
             ):
                 continue
             # A drift that sets off the wrong way fails by the landing before it.
@@ -95,10 +98,19 @@ def inequalities(
 
 
 def _at_edge(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> Iterator[Inequality]:
-    """What has to hold at the edge that ends a segment, where a drive reacts."""
+    """What has to hold at the edge that ends a segment.
+
+    Where the drive does not react, the pull on a capsule at rest may be at an extremum there: its
+    rate jumps.
+    """
     flow, following = flows[i], flows[(i + 1) % len(flows)]
     c, after = flow.c, following.c
     if not itinerary.scene.facts.REACTS:
+        if not c.drift:
+            pull, (falls, rises) = c.pull(*_placed(c, flow.end)), edge_rates(itinerary, flows, i)
+            for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
+                if sign * falls < 0 < sign * rises:
+                    yield Inequality(BEFORE_EDGE, i, guard, c.friction_guard(sign, pull), flow.h)
         return
     if itinerary.mirrored and i == len(flows) - 1:
         return  # its image is the segment's own start
@@ -117,6 +129,20 @@ def _at_edge(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> Iter
             yield Inequality(EDGE, i, guard, within, flow.h)
         elif after.drift == -sign:
             yield Inequality(EDGE, i, guard, -within, flow.h)
+
+
+def edge_rates(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> tuple[Number, Number]:
+    """Rates of the pull on the capsule before and after the edge that ends a segment."""
+    flow, following = flows[i], flows[(i + 1) % len(flows)]
+    turned = -1 if itinerary.mirrored and i == len(flows) - 1 else 1
+    (c, x), (d, y) = (flow.c, flow.end), (following.c, following.start)
+    before, after = c.v_rate(*_placed(c, x)), d.v_rate(*_placed(d, y))
+    return c.pull_rate(x[1], before), turned * d.pull_rate(y[1], after)
+
+
+def _placed(c: Any, state: Vector) -> tuple[Number, Number, Number]:
+    """x_r, gap and v_r of a state."""
+    return state[0], state[0] - c.own_stop(), state[1]
 
 
 def _gaps(

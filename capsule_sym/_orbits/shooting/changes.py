@@ -217,20 +217,25 @@ def remove_segment(
     return Change(shorter, np.array([*z[:4], *durations]), kept), inequality
 
 
+def zero_segments(itinerary: Itinerary, z: Vector, segment: int) -> tuple[int, ...]:
+    """The segment of duration 0, or two: a slip before an edge, and its rest beyond."""
+    first = _pair(itinerary, z, segment)
+    return (segment,) if first is None else (first, (first + 1) % len(itinerary))
+
+
 def _pair(itinerary: Itinerary, z: Vector, segment: int) -> int | None:
-    """The first of two segments of duration 0, a slip before an edge and its rest beyond it."""
+    """The first of two segments of no duration, a slip before an edge and its rest beyond it."""
     n, scene = len(itinerary), itinerary.scene
     for k in (segment, segment - 1):
         both = itinerary.segments[k], itinerary.segments[(k + 1) % n]
         way = drift(both[0].field, scene)
         if (
             n > 3
-            and scene.facts.REACTS
             and both[0].guard is Guard.EDGE
             and way
-            and drift(itinerary.fields[k - 1], scene) != way
+            and drift(itinerary.neighbour(k % n - 1), scene) != way
             and both[1].guard is Guard.DRIFT
-            and max(abs(z[4 + k % n]), abs(z[4 + (k + 1) % n])) < _NO_DURATION
+            and max(z[4 + k % n], z[4 + (k + 1) % n]) < _NO_DURATION
         ):
             return k % n
     return None

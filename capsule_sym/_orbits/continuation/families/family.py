@@ -16,6 +16,7 @@ from capsule_sym._orbits.continuation.points.extended import (
     OrbitEquations,
 )
 from capsule_sym._orbits.shooting.admissibility import Inequality, inequalities
+from capsule_sym._orbits.shooting.changes import zero_segments
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 
@@ -43,13 +44,15 @@ class Family(OrbitEquations):
     ) -> None:
         self.problem, (numbers, self.axes, self.settings) = problem, problem
         values, self.critical = [float(value) for value in orbit.values], critical
-        segments = () if zero_segment is None else (zero_segment,)
+        segments: tuple[int, ...] = ()
+        if zero_segment is not None:
+            segments = zero_segments(orbit.itinerary, orbit.z, zero_segment)
         conditions = () if critical is None else (Condition(critical),)
         super().__init__(numbers, values, self.axes, orbit.itinerary, segments, conditions)
 
     @property
     def zero_segment(self) -> int | None:
-        """The segment that has the duration 0."""
+        """The segment that has the duration 0, or the first of two."""
         return self.segments[0] if self.segments else None
 
     def direction(self, segment: int) -> Vector:
@@ -73,7 +76,7 @@ class Family(OrbitEquations):
         """The state at u, which a solution may be of, with its tangent in the direction `along`."""
         _, by, orbit = solution.at if solution else self.evaluate(u)
         orbit = replace(orbit, iterations=solution.steps if solution else 0)
-        held = inequalities(self.numbers, orbit.itinerary, orbit.system, self.zero_segment)
+        held = inequalities(self.numbers, orbit.itinerary, orbit.system, self.segments)
         try:
             direction = tangent(by, along)
         except np.linalg.LinAlgError:

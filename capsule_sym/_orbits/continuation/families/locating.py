@@ -26,7 +26,7 @@ from capsule_sym._orbits.shooting.admissibility import (
     Inequality,
     inequalities,
 )
-from capsule_sym._orbits.shooting.changes import Change, insert_segment
+from capsule_sym._orbits.shooting.changes import Change, insert_segment, zero_segments
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
@@ -69,13 +69,12 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
         ends = [abs(old.tests[name]), abs(new.tests[name])]
     low, high, share = 0.0, 1.0, ends[0] / (ends[0] + ends[1])
     conditions = tuple(one for one in (family.critical, name) if one is not None)
-    segments = () if family.zero_segment is None else (family.zero_segment,)
     for _ in range(family.settings.zero_halvings):
         guess = family.corrected(old.u + share * change, normal)
         if guess is None:
             break
         orbit = guess.at.orbit
-        found = family.solved(orbit, conditions, segments)
+        found = family.solved(orbit, conditions, family.segments)
         if found is not None and 0 <= (at := _share(family, old, new, found)) <= 1:
             real = name == kinds.NEIMARK_SACKER and not has_rotations(found.orbit)
             return None if real else SmoothEvent(name, (old, new), at, found)
@@ -134,7 +133,7 @@ def hides(family: Family, old: State, new: State, event: Event) -> bool:
         if solution is None:
             return True
         orbit = solution.at.orbit
-        held = inequalities(family.numbers, orbit.itinerary, orbit.system, family.zero_segment)
+        held = inequalities(family.numbers, orbit.itinerary, orbit.system, family.segments)
         if any(one.value <= 0 for one in held):
             return True
     return False
@@ -157,17 +156,19 @@ def _locate(
             )
         except InvalidInput:
             return None
-    segments: tuple[int, ...] = (segment,)
-    if family.zero_segment is not None:
-        before = change.kept[family.zero_segment]
-        if before is None:
-            return None
-        segments = (before, segment)
+    vanishing = zero_segments(change.itinerary, change.z, segment)
+    if failed.kind == DURATION:
+        vanishing = zero_segments(itinerary, there.z, segment)
+    kept = [change.kept[k] for k in family.segments]
+    if None in kept:
+        return None
+    segments = (*(k for k in kept if k is not None), *vanishing)
     like = replace(orbit, itinerary=change.itinerary, z=change.z)
     names = () if family.critical is None else (family.critical,)
     found = family.solved(like, names, segments)
     if found is None:
         return None
+    found = found._replace(segments=(*segments[: len(kept)][:1], segment))
     here = _collapsed(family, failed, found)
     if here is None:
         q = family.axes[-1].share(found.orbit.values)

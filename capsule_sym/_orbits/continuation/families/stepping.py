@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -39,8 +40,13 @@ from capsule_sym._orbits.continuation.points.conditions import EXACT
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.continuation.points.kinds import DEGENERATE, FOLD
 from capsule_sym._orbits.continuation.points.normal_forms import doubled
-from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
-from capsule_sym._orbits.shooting.changes import Change, remove_segment, swap_segment
+from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality, edge_rates
+from capsule_sym._orbits.shooting.changes import (
+    Change,
+    remove_segment,
+    swap_segment,
+    zero_segments,
+)
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -209,7 +215,11 @@ class Continuation(Family):
             self._keep(other)
             self.itinerary = other.itinerary
             orbit = replace(orbit, itinerary=other.itinerary, z=other.z)
-        return self.neighbour(self.unknowns(orbit), self.direction(segment))
+        both, along = zero_segments(self.itinerary, orbit.z, segment), self.direction(segment)
+        kinked = len(both) > 1 and not self.itinerary.scene.facts.REACTS
+        if kinked:
+            along = self.direction(both[0]) + _ratio(orbit, both[0]) * self.direction(both[1])
+        return self.neighbour(self.unknowns(orbit), along, kinked)
 
     def _without(self, orbit: Orbit, segment: int) -> Start | None:
         """Go on in the itinerary without a segment of duration 0, to its admissible side."""
@@ -231,8 +241,9 @@ class Continuation(Family):
         elif not keeps_images(state.orbit, self.axes):
             half = None
         else:
-            half, segment = halved_at(state.orbit, self.zero_segment) or (None, self.zero_segment)
-            self.segments = () if segment is None else (segment,)
+            half, segment = halved_at(state.orbit, self.zero_segment) or (None, None)
+            if half is not None and segment is not None:
+                self.segments = zero_segments(half.itinerary, half.z, segment)
         if half is None:
             return state
         self.itinerary, count = half.itinerary, len(self.axes)
@@ -267,14 +278,14 @@ class Continuation(Family):
             if solution is not None:
                 yield self.state(solution.u, way, solution)
 
-    def neighbour(self, u: Vector, along: Vector) -> Start | None:
+    def neighbour(self, u: Vector, along: Vector, straight: bool = False) -> Start | None:
         """The state a little further on from u, in the direction that `along` points to.
 
-        Nearer to u where another event is that near.
+        Nearer to u where another event is that near. `along` is the tangent itself if `straight`.
         """
         at = self.evaluate(u)
         try:
-            direction = tangent(at.by, along)
+            direction = along / np.linalg.norm(along) if straight else tangent(at.by, along)
         except np.linalg.LinAlgError:
             return None
         states: list[State] = []
@@ -323,6 +334,15 @@ def doubled_starts(
         solution = one.corrected(u + distance * along, along, tolerance)
         if solution is not None:
             yield distance, Start(one, one.state(solution.u, along, solution))
+
+
+def _ratio(orbit: Orbit, first: int) -> float:
+    """Duration of a slip after an edge over that before, where both begin at 0.
+
+    The capsule's acceleration grows from 0 and falls again at the rates of the pull.
+    """
+    grows, falls = map(float, edge_rates(orbit.itinerary, orbit.system.flows, first))
+    return (grows + math.copysign(math.sqrt(grows * (grows - falls)), grows)) / -falls
 
 
 def _margin(beside: Start | None, inequality: Inequality) -> tuple[bool, float]:

@@ -14,7 +14,7 @@ from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points.extended import EventSolution, ExtendedSystem, orbit_at
 from capsule_sym._orbits.continuation.points.normal_forms import NormalForm, normal_form
 from capsule_sym._orbits.shooting.admissibility import Inequality
-from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment
+from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment, zero_segments
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
@@ -222,7 +222,8 @@ def refined(one: Bifurcation) -> EventSolution:
         values = [numbers.number(value) for value in orbit.values]
         z = np.array([numbers.number(value) for value in orbit.z])
         free = (one.path or ParameterPath(one.parameter, scene=orbit.scene),)
-        found = ExtendedSystem(numbers, values, free, orbit.itinerary, (one.segment,)).solve(z)
+        segments = zero_segments(orbit.itinerary, orbit.z, one.segment)
+        found = ExtendedSystem(numbers, values, free, orbit.itinerary, segments).solve(z)
     if found is None:
         raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
     return found

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.parameter_paths import Axis, ParameterPath
 from capsule_sym._orbits.continuation.points.conditions import (
     EXACT,
@@ -122,11 +123,26 @@ class OrbitEquations:
         system = orbit.system
         by_free = [one.by(system.by_p, orbit.values) for one in self.free]
         by = np.column_stack([system.by_z[:, self.rest], *by_free])
+        residual, itself = system.residual, self._identities
+        if itself:
+            residual, by = np.delete(residual, itself), np.delete(by, itself, axis=0)
         if not self.conditions:
-            return Evaluation(system.residual, by, orbit)
+            return Evaluation(residual, by, orbit)
         values = [one.value(self.numbers, orbit) for one in self.conditions]
         rows = np.array([self.row(orbit, one.name) for one in self.conditions])
-        return Evaluation(np.append(system.residual, values), np.vstack([by, rows]), orbit)
+        return Evaluation(np.append(residual, values), np.vstack([by, rows]), orbit)
+
+    @property
+    def _identities(self) -> list[int]:
+        """Equations that hold of themselves: a slip of no duration about an edge ends at rest."""
+        segments = self.itinerary.segments
+        return [
+            k
+            for k in self.segments
+            if segments[k].guard is Guard.DRIFT
+            and (k - 1) % len(segments) in self.segments
+            and segments[k - 1].guard is Guard.EDGE
+        ]
 
     def row(self, orbit: Orbit, name: str) -> Vector:
         """Gradient of a test function by the unknowns; zeros if it has no exact one."""
@@ -191,7 +207,7 @@ class ExtendedSystem(OrbitEquations):
             self._kept = found.orbit.system
         inexact = [k for k, one in enumerate(self.conditions) if one.name not in EXACT]
         if inexact:
-            which = [len(found.orbit.system.residual) + k for k in inexact]
+            which = [len(found.residual) - len(self.conditions) + k for k in inexact]
             conditions = [self.conditions[k] for k in inexact]
             found.by[which] = self._secants(unknowns, conditions, found.residual[which])
         return found
@@ -219,7 +235,7 @@ class ExtendedSystem(OrbitEquations):
     ) -> EventSolution | None:
         """The solution and its uncertainties; None where the residual is not that of rounding."""
         numbers, free, (residual, matrix, orbit) = self.numbers, len(self.free), found
-        closed, off = np.split(residual, [len(orbit.system.residual)])
+        closed, off = np.split(residual, [len(residual) - len(self.conditions)])
         if not max(abs(closed)) <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
             return None
         rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
