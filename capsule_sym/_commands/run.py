@@ -74,6 +74,7 @@ def _print(
     motion: capsule_sym.SteadyMotion | None,
     physical: options.Device,
 ) -> None:
+    from capsule_sym._map.dragging import dragged
     from capsule_sym._map.steady import shown_progression
 
     console = present.make_console()
@@ -86,7 +87,8 @@ def _print(
             console.print(f"Stopped at phase {float(phase):.5f} after {periods} periods,")
             console.print(f"{trajectory.message}.")
         else:
-            console.print(f"Not steady within {periods} periods.")
+            why = dragged(trajectory.parameters)
+            console.print(f"Not steady within {periods} periods{why and ': '}{why}.")
         console.print("The segments of the last period:")
         segments = [s for s in trajectory.segments if s.end >= (periods - 1, phase)]
         _show_segments(segments, physical)

@@ -29,6 +29,7 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._map.backend import backend
+from capsule_sym._map.dragging import dragged
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
 from capsule_sym._orbits.continuation.points.bifurcation import refined
@@ -454,3 +455,43 @@ def test_an_orbit_that_begins_at_the_stop_behind_does_not_depend_on_the_one_in_f
     found, far = performance(orbit), performance(solve_orbit(p.replace(delta_1=2.5)))
     assert found.work.gradient["delta_1"] == 0
     assert found.work.value == pytest.approx(far.work.value, rel=1e-12)
+
+
+DRAGGED = [
+    ("prototype", {}, "D", 0.5, 1),  # alpha D = f_plus
+    ("prototype", {"alpha_low": -0.5, "s": 0.5, "D": 0.4}, "s", 1.5, -1),  # s + .3 - .8 = f_minus
+    ("slope", {"s": 0.7}, "s", 0.934, -1),  # s = f_minus: a cosine has no mean
+    ("slope", {"s": -0.7}, "s", -1.066, 1),  # there each segment but one has duration 0
+]
+
+
+@pytest.mark.parametrize(("name", "changes", "parameter", "limit", "way"), DRAGGED)
+def test_where_the_mean_force_exceeds_friction_the_device_is_dragged(
+    name: str, changes: dict[str, float], parameter: str, limit: float, way: int, judge: Integrator
+) -> None:
+    """The integrator's momentum grows by the excess times the time, and branches end before."""
+    scene: Scene = getattr(scenes, name)
+    begin, beyond = scene.Parameters(**changes), limit * 1.5
+    found = continue_orbit(solve_orbit(begin), parameter, beyond, points=10)
+    assert (found.status, found.success) == (Ending.DRAGGED, False)
+    assert "reaches friction" in found.message
+    assert found.bifurcations[-1].value == pytest.approx(limit, rel=1e-12)
+    assert len(found.points) < 200
+    past = begin.replace(**{parameter: beyond})
+    none = solve_orbit(past)
+    assert none.status == "not-periodic"
+    assert f"drags the device {'forward' if way > 0 else 'backward'}" in none.message
+    start = Start(past.to_dict(), (0.0, 0.0, 0.0), 0.0)
+    states = [judge.runs(SCENES[name], [start], n)[0].state for n in (12, 13)]
+    momenta = [float(state[1] + (1 + past.gamma) * state[2]) for state in states]
+    bound = past.f_plus if way > 0 else -past.f_minus
+    mean = past.D * past.alpha + (1 - past.D) * past.alpha_low if name == "prototype" else 0
+    excess = mean - past.s - bound
+    assert momenta[1] - momenta[0] == pytest.approx(excess * past.period, rel=1e-9)
+    assert way * excess > 0
+
+
+def test_a_drive_that_reacts_drags_nothing() -> None:
+    """Its force on both bodies together is 0, whatever its mean."""
+    assert dragged(scenes.reaction_pulse.Parameters(alpha=9, alpha_low=8, D=0.9)) == ""
+    assert solve_orbit(parameters("reaction_pulse", alpha=3, alpha_low=2.5)).success

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import Segment, Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.dragging import dragged
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.admissibility import is_admissible, rerun, tightest
@@ -64,8 +65,8 @@ def solve_orbit(
             length = min(2 * length or _BLOCK, periods)
             # Always from the start: a chaotic transient would go elsewhere from a rounded state.
             trajectory = simulate(parameters, state, phase, length)
-            if not trajectory.success:
-                return none(OrbitStatus.NOT_PERIODIC, trajectory.message)
+            if (why := dragged(parameters)) or not trajectory.success:
+                return none(OrbitStatus.NOT_PERIODIC, why or trajectory.message)
             refused = []
             for ending in endings(trajectory):
                 found = _accepted(trajectory, ending)

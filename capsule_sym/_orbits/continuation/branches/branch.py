@@ -34,7 +34,7 @@ from capsule_sym._orbits.continuation.points.extended import EventSolution, orbi
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.identity import same, same_start
-from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, half_itinerary, whole_orbit
 
@@ -163,6 +163,7 @@ class BranchRun(Run):
             _ = state.orbit.parameters  # refuses what lies between the values that were tried
         orbit = whole_orbit(state.orbit)
         self.points.append(BranchPoint(self._value(orbit), orbit, tightest))
+        self._check_drift(orbit)
 
     def reach_border(self, state: State) -> None:
         ending = Ending.REACHED
@@ -228,10 +229,21 @@ class BranchRun(Run):
         what = kinds.place(found.orbit, segment)._asdict()
         what |= {"segment": segment, "failed": failed, "uncertainty": float(found.uncertainties[0])}
         self._record(old, new, beyond, found, **what)
+        self._check_drift(found.orbit, segment)
         return found.orbit
 
     def failure(self, state: State) -> str:
         return failure_of(state)
+
+    def _check_drift(self, orbit: Orbit, segment: int | None = None) -> None:
+        """Raises Stop where the capsule always drifts one way, but in a segment of duration 0."""
+        itinerary = orbit.itinerary.whole
+        fields = (field for k, field in enumerate(itinerary.fields) if k != segment)
+        if {drift(field, itinerary.scene) for field in fields} in ({1}, {-1}):
+            reached = (
+                "the mean force of drive and load reaches friction, and beyond, drags the device"
+            )
+            raise Stop(Ending.DRAGGED, f"{reached}: {self.problem.where(orbit)}")
 
 
 def _symmetry(old: State, itinerary: Itinerary, beyond: State | None) -> str:

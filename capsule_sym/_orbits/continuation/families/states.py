@@ -32,6 +32,8 @@ class Ending(StrEnum):
     NOT_CONVERGED = "not-converged"
     #: An inequality of the itinerary fails, and no orbit that the map follows goes on from there.
     NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
+    #: The mean force of drive and load reaches friction: beyond, no motion is periodic.
+    DRAGGED = "dragged"
     #: The curve ends in a point of codimension two, which it has on its list.
     CODIMENSION_TWO = "codimension-two"
     #: As many points as allowed.
