@@ -22,8 +22,10 @@ from tempfile import TemporaryDirectory
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 PAGE = ROOT / "capsule_sym" / "_explorer" / "page.html"
-NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "capsule" / "c"
-MODEL = ROOT / "generated" / "capsule" / "page" / "model.ts"
+NATIVE = ROOT / "capsule_sym" / "_native"
+MODELS = sorted((ROOT / "generated").glob("*/page/model.ts"))
+SCENES = {model.parents[1].name: model.parents[1] / "c" for model in MODELS}
+"""Folder of the generated C of each scene."""
 
 LIBRARY = (
     *("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c", "linear.c", "equations.c"),
@@ -43,7 +45,9 @@ def sources() -> Iterator[Path]:
     own = (path for path in HERE.rglob("*") if "node_modules" not in path.parts)
     yield from sorted(path for path in own if path.is_file() and path.suffix in _TEXTS)
     yield from sorted([NATIVE / name for name in LIBRARY] + list(NATIVE.glob("*.h")))
-    yield from (*sorted(KERNELS.glob("*.[ch]")), MODEL)
+    for kernels in SCENES.values():
+        yield from sorted(kernels.glob("*.[ch]"))
+    yield from MODELS
 
 
 def digest() -> str:
@@ -70,16 +74,24 @@ def stale() -> str:
 def build() -> None:
     """Compile, bundle and write the page."""
     with TemporaryDirectory() as folder:
-        library = _compile(Path(folder) / "library.wasm")
+        libraries = {
+            name: _compile(kernels, Path(folder) / f"{name}.wasm")
+            for name, kernels in SCENES.items()
+        }
         worker = _bundle("worker.ts", {})
-        packed = base64.b64encode(zlib.compress(library, 9)).decode()
-        defined = {"WORKER": json.dumps(worker), "LIBRARY": json.dumps(packed)}
+        packed = {
+            name: base64.b64encode(zlib.compress(library, 9)).decode()
+            for name, library in libraries.items()
+        }
+        defined = {"WORKER": json.dumps(worker), "LIBRARIES": json.dumps(packed)}
         script = _bundle("main.ts", defined)
     plot = (HERE / "node_modules/uplot/dist/uPlot.min.css").read_text(encoding="utf-8")
     style = _bundle_style(plot + (HERE / "style.css").read_text(encoding="utf-8"))
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(_page(script, style), encoding="utf-8", newline="\n")
-    print(f"{PAGE.relative_to(ROOT)}: {PAGE.stat().st_size:,} bytes, {len(library):,} of library")
+    print(f"{PAGE.relative_to(ROOT)}: {PAGE.stat().st_size:,} bytes")
+    for name, library in libraries.items():
+        print(f"  {name}: {len(library):,} bytes of library, {len(packed[name]):,} in the page")
 
 
 def _page(script: str, style: str) -> str:
@@ -104,11 +116,11 @@ def _hash(text: str) -> str:
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
-def _compile(out: Path) -> bytes:
+def _compile(kernels: Path, out: Path) -> bytes:
     files = [*sorted((HERE / "core").glob("*.c")), *(NATIVE / name for name in LIBRARY)]
-    folders = [f"-I{folder}" for folder in (HERE / "core", NATIVE, KERNELS)]
+    folders = [f"-I{folder}" for folder in (HERE / "core", NATIVE, kernels)]
     command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, *folders]
-    names = [str(path) for path in (*files, KERNELS / "capsule_kernels.c")]
+    names = [str(path) for path in (*files, kernels / "capsule_kernels.c")]
     subprocess.run([*command, *names, "-o", str(out)], check=True)
     return out.read_bytes()
 

@@ -87,7 +87,7 @@ def main() -> None:
     if found is None:
         sys.exit(f"none of {', '.join(names)} is there")
     begun, load = monotonic(), os.getloadavg()[0]
-    print(f"{'size of the page':44}{PAGE.stat().st_size / 1000:10.0f} kB      goal 400 kB")
+    print(f"{'size of the page':44}{PAGE.stat().st_size / 1000:10.0f} kB      goal 1000 kB")
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=found, args=["--no-sandbox"])
         opened = [_first_motion(browser) for _ in range(_RUNS)]

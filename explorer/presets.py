@@ -12,13 +12,15 @@ from capsule_sym._study.thresholds import FIRST, LAST, PRINTED
 
 
 def presets() -> dict[str, Any]:
-    """Panels by letter, and the exact bifurcations at each mass ratio with the printed values."""
+    """Panels by letter, a system with two attractors, and exact and printed bifurcations."""
     return {
+        "scene": "capsule",
         "gammas": list(GAMMAS),
         "panels": [
             {"panel": panel, "alpha": alpha, "printed": printed_map(alpha)}
             for panel, alpha in PANELS.items()
         ],
+        "basin": {"alpha": 2.8, "omega": 0.4, "zeta": 0.01, "beta": 5.0, "gamma": 5.0},
         "bifurcations": [one for gamma in GAMMAS for one in _bifurcations(gamma)],
     }
 

@@ -31,7 +31,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
     # the last three are those of contact behind: forward, rest, backward.
     "safe": (
         *("#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00"),
-        *("#56B4E9", "#7A5230", "#B8A800"),
+        *("#56B4E9", "#7A5230", "#4B1D78"),
     ),
     "paper": (
         *("blue", "red", "magenta", "green", "black", "orange"),

@@ -3,6 +3,7 @@ import { themeOf } from "./draw/colours.ts";
 import type { Theme } from "./draw/colours.ts";
 import type { Core } from "./core.ts";
 import type { Pool } from "./pool.ts";
+import { SCENE, sceneOf } from "./scene.ts";
 import { conflict, converted, format, parse } from "./state.ts";
 import type { State } from "./state.ts";
 
@@ -107,6 +108,10 @@ export class App {
   read(fragment: string): void {
     clearTimeout(this.writing);
     this.gesture++;
+    if (sceneOf(fragment) !== SCENE) {
+      location.reload(); // a page is of one scene
+      return;
+    }
     if (fragment.replace(/^#/, "") === format(this.state) && !this.refused) return;
     const { state, refused } = parse(fragment);
     const before = this.state;

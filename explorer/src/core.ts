@@ -1,9 +1,10 @@
 // The C library as WebAssembly: the same map, the same certificates, the same 106 bits as elsewhere.
-import { OUTCOMES, SEGMENT_SIZE, STOPS, motionAt, segmentAt, stateAt } from "../../generated/capsule/page/model.ts";
-import { PARAMETERS } from "./fields.ts";
-import type { Parameter } from "./fields.ts";
-import { sticks, touches } from "./itinerary.ts";
+import { contact, sticks, touches } from "./itinerary.ts";
 import type { Matrix } from "./multipliers.ts";
+import { MODEL, OUTCOMES, PARAMETERS, STOPS } from "./scene.ts";
+import type { Parameter } from "./scene.ts";
+
+const { SEGMENT_SIZE, motionAt, segmentAt, stateAt } = MODEL;
 
 export type Parameters = Record<Parameter, number>;
 export type Triple = readonly [number, number, number];
@@ -284,7 +285,7 @@ export class Core {
       work: cycle.length ? work / turns : NaN,
       stick: share(sticks),
       contact: share(touches),
-      impacts: cycle.filter((s, i) => touches(s.field) && !touches((cycle[i - 1] ?? before)?.field ?? 0)).map((s) => s.start[1]),
+      impacts: cycle.filter((s, i) => touches(s.field) && contact((cycle[i - 1] ?? before)?.field ?? 0) !== contact(s.field)).map((s) => s.start[1]),
       fields: periodNumber ? fieldsOf(cycle, never) : [],
     };
   }

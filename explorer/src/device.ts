@@ -1,8 +1,7 @@
-// A device in SI units: its scales and its dimensionless parameters, as in Section 2 of the paper.
-import { related } from "../../generated/capsule/page/model.ts";
-import type { Device } from "../../generated/capsule/page/model.ts";
+// A device in SI units: its scales and its dimensionless parameters, by the relations that the scene declares.
 import { DEFAULTS } from "./fields.ts";
-import type { Parameter } from "./fields.ts";
+import { MODEL } from "./scene.ts";
+import type { Device, Parameter } from "./scene.ts";
 
 export interface Scales {
   /** N, s and m: the units of force, time and length. */
@@ -12,7 +11,7 @@ export interface Scales {
 }
 
 export function scales(d: Device): Scales {
-  const { friction_force, natural_frequency, length_scale } = related(d);
+  const { friction_force, natural_frequency, length_scale } = MODEL.related(d);
   return { force: friction_force, time: 1 / natural_frequency, length: length_scale };
 }
 
@@ -40,7 +39,7 @@ export function unitsOf(d: Device): Units {
 /** A name with its unit, if it has one. */
 export const withUnit = (name: string, unit: Unit): string => (unit.name ? `${name} (${unit.name})` : name);
 
-export const dimensionless = (d: Device): Record<Parameter, number> => ({ ...DEFAULTS, ...related(d).ratios });
+export const dimensionless = (d: Device): Record<Parameter, number> => ({ ...DEFAULTS, ...MODEL.related(d).ratios });
 
 /** Whether the device's scales can be represented; "" or what is wrong. */
 export function problem(d: Device): string {

@@ -5,6 +5,7 @@ import type { Mark } from "./jobs.ts";
 import { digits } from "./itinerary.ts";
 import { modulus, multipliers } from "./multipliers.ts";
 import type { Giver } from "./chart.ts";
+import { REACH } from "./scene.ts";
 import { parameters, startOf } from "./state.ts";
 import type { State } from "./state.ts";
 
@@ -23,7 +24,7 @@ export interface Place {
 /** Further starts, the same every time: the golden ratio's powers spread them. */
 const further = (k: number): Triple => {
   const share = (factor: number): number => ((k + 1) * factor) % 1;
-  return [3 * share(0.819172513) - 1.5, 3 * share(0.671043607) - 1.5, k % 2 ? 2 * share(0.549700478) - 1 : 0];
+  return [REACH * (1.5 * share(0.819172513) - 0.75), 3 * share(0.671043607) - 1.5, k % 2 ? 2 * share(0.549700478) - 1 : 0];
 };
 
 export class Diagram {

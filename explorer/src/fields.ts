@@ -1,8 +1,10 @@
 // Every value of the page's state: its range as the package has it, its default, and what it means.
 
-import { DEVICE, DEVICE_FIELDS, PARAMETERS, PARAMETER_FIELDS } from "../../generated/capsule/page/model.ts";
+import { DEVICE, MODEL, PARAMETERS, REACH, SCENES } from "./scene.ts";
+import type { OwnField, Parameter, Quantity as DeviceQuantity } from "./scene.ts";
 
 export { DEVICE, PARAMETERS };
+export type { Parameter };
 
 export interface NumberField {
   kind: "number";
@@ -36,8 +38,8 @@ const number = (
   more: Partial<NumberField> = {},
 ): NumberField => ({ kind: "number", symbol, name, low: range[0], high: range[1], value, about, ...more });
 
-function ofParameters<Value>(take: (field: (typeof PARAMETER_FIELDS)[Parameter]) => Value): Record<Parameter, Value> {
-  return Object.fromEntries(PARAMETERS.map((name) => [name, take(PARAMETER_FIELDS[name])])) as Record<Parameter, Value>;
+function ofParameters<Value>(take: (field: OwnField) => Value): Record<Parameter, Value> {
+  return Object.fromEntries(PARAMETERS.map((name) => [name, take(MODEL.PARAMETER_FIELDS[name])])) as Record<Parameter, Value>;
 }
 
 const choice = (name: string, of: readonly string[], value = of[0] ?? ""): ChoiceField => ({
@@ -48,21 +50,30 @@ const choice = (name: string, of: readonly string[], value = of[0] ?? ""): Choic
 });
 
 export const STARTS = ["x_r", "v_r", "v_c"] as const;
-export type Parameter = (typeof PARAMETERS)[number];
-/** Of each parameter: its default, and the ends of its slider. */
+/** Of each parameter its default. */
 export const DEFAULTS = ofParameters((field) => field.value);
-export const SLIDERS = ofParameters((field): readonly [number, number] => [field.slider[0], field.slider[1]]);
+
+// Where the paper looks; elsewhere about the default.
+const LOOKED: Record<string, readonly [number, number]> = {
+  alpha: [0.005, 2], omega: [0.3, 1.6], delta: [0, 0.5], zeta: [0.01, 0.5], beta: [0, 10], gamma: [1, 5], f_b: [0.5, 1.5],
+};
+/** The values of each parameter over which a diagram or a chart begins. */
+export const RANGES = Object.fromEntries(PARAMETERS.map((name) => {
+  const { value, slider } = MODEL.PARAMETER_FIELDS[name];
+  const [low, high] = LOOKED[name] ?? [0, 0];
+  return [name, low < value && value < high ? [low, high] : value ? [value / 4, (5 * value) / 4] : [slider[0], slider[1]]];
+})) as unknown as Record<Parameter, readonly [number, number]>;
 
 const SIZE = 1e20;
 const LOWS = Object.values(ofParameters((field) => field.low));
 const HIGHS = Object.values(ofParameters((field) => field.high));
 const ENDS = [Math.min(...LOWS), Math.max(...HIGHS)] as const;
 const start = (symbol: string, name: string, about: string, si: string) =>
-  number(symbol, name, [-SIZE, SIZE], 0, about, { slider: [-2, 2, 0.01], si });
+  number(symbol, name, [-SIZE, SIZE], 0, about, { slider: [-REACH, REACH, 0.01], si });
 
 export const NUMBERS = {
-  ...PARAMETER_FIELDS,
-  ...DEVICE_FIELDS,
+  ...(MODEL.PARAMETER_FIELDS as Record<Parameter, NumberField>),
+  ...(MODEL.DEVICE_FIELDS as Record<DeviceQuantity, NumberField>),
   x_r: start("x_r", "relative displacement at the start", "Displacement of the mass from the capsule, x_m − x_c.", "m"),
   v_r: start("v_r", "relative velocity at the start", "Velocity of the mass relative to the capsule, v_m − v_c.", "m/s"),
   v_c: start("v_c", "capsule's velocity at the start", "Exactly 0 where the capsule is at rest.", "m/s"),
@@ -70,15 +81,15 @@ export const NUMBERS = {
     "Time at the start within the excitation period, in [0, 2π/ω). Where a diagram or a chart varies ω, whole periods are taken off.", { slider: [0, 1, 0.001], si: "s" }),
   periods: number("N", "periods settled", [1, 100000], 100,
     "Excitation periods that pass before the motion is drawn.", { whole: true, slider: [1, 1000, 1] }),
-  d_from: number("from", "from", ENDS, 0.005, "Least value of the diagram's parameter."),
-  d_to: number("to", "to", ENDS, 2, "Largest value of the diagram's parameter."),
+  d_from: number("from", "from", ENDS, RANGES.alpha[0], "Least value of the diagram's parameter."),
+  d_to: number("to", "to", ENDS, RANGES.alpha[1], "Largest value of the diagram's parameter."),
   d_count: number("values", "values", [2, 2000], 400, "Values of the parameter between the two.", { whole: true }),
   d_periods: number("periods", "periods settled at each value", [1, 10000], 200, "Excitation periods at each value before points are drawn.", { whole: true }),
   d_starts: number("starts", "further starts at each value", [0, 16], 0, "Further starts at each value, from which motions that coexist are found.", { whole: true }),
-  c_x0: number("from", "first axis from", [-SIZE, SIZE], 0.01, "Least value on the first axis."),
-  c_x1: number("to", "first axis to", [-SIZE, SIZE], 2, "Largest value on the first axis."),
-  c_y0: number("from", "second axis from", [-SIZE, SIZE], 1, "Least value on the second axis."),
-  c_y1: number("to", "second axis to", [-SIZE, SIZE], 5, "Largest value on the second axis."),
+  c_x0: number("from", "first axis from", [-SIZE, SIZE], RANGES.alpha[0], "Least value on the first axis."),
+  c_x1: number("to", "first axis to", [-SIZE, SIZE], RANGES.alpha[1], "Largest value on the first axis."),
+  c_y0: number("from", "second axis from", [-SIZE, SIZE], RANGES.gamma[0], "Least value on the second axis."),
+  c_y1: number("to", "second axis to", [-SIZE, SIZE], RANGES.gamma[1], "Largest value on the second axis."),
   c_size: number("cells", "cells along an axis", [16, 512], 256, "Cells along each axis of the chart.", { whole: true }),
   around: number("turn", "turn of the state space", [-3600, 3600], -34, "Degrees about the v_c axis."),
   above: number("tilt", "tilt of the state space", [-86, 86], 24, "Degrees above the plane of rest."),
@@ -106,6 +117,7 @@ export const AXES = [...PARAMETERS, ...ORIGIN] as const;
 export type Axis = (typeof AXES)[number];
 
 export const CHOICES = {
+  scene: choice("scene", SCENES),
   view: choice("view", ["motion", "diagram", "chart"]),
   units: choice("units", ["dimensionless", "device"]),
   d_x: choice("parameter", PARAMETERS),

@@ -7,15 +7,16 @@ import { ChartPage } from "./pages/chart.ts";
 import { DiagramPage } from "./pages/diagram.ts";
 import { MotionPage } from "./pages/motion.ts";
 import { Pool } from "./pool.ts";
+import { SCENE } from "./scene.ts";
 import { fill } from "./ui/presets.ts";
 import { sharing } from "./ui/sharing.ts";
 import { sidebar } from "./ui/sidebar.ts";
 import { explainHeadings } from "./ui/terms.ts";
 import { tour } from "./ui/tour.ts";
 
-// Put in by the build: the worker's program, and the library, deflated.
+// Put in by the build: the worker's program, and the library of each scene, deflated.
 declare const WORKER: string;
-declare const LIBRARY: string;
+declare const LIBRARIES: Record<string, string>;
 
 async function unpack(text: string): Promise<Uint8Array<ArrayBuffer>> {
   const read = atob(text);
@@ -50,7 +51,7 @@ function tabs(app: App, enter: (view: string) => void): void {
     const refused = byId("refused");
     refused.hidden = !app.refused && !app.failed;
     refused.textContent = app.refused
-      ? `The address was not understood: ${app.refused}. Shown is the case study.`
+      ? `The address was not understood: ${app.refused}. Shown are the defaults.`
       : app.failed && `A worker gave up (${app.failed}): what is shown is not whole. If it does so again, open the page by “capsule-sym explore --serve 0”.`;
   };
   app.listen(show);
@@ -59,7 +60,7 @@ function tabs(app: App, enter: (view: string) => void): void {
 
 async function begin(): Promise<void> {
   // The library is compiled beside, while the page is put up.
-  const compiling = unpack(LIBRARY).then((bytes) => WebAssembly.compile(bytes));
+  const compiling = unpack(LIBRARIES[SCENE] ?? "").then((bytes) => WebAssembly.compile(bytes));
   compiling.catch(() => undefined); // heard of below
   let code: WebAssembly.Module;
   const app = new App((failed) => new Pool(WORKER, code, failed));

@@ -1,7 +1,7 @@
 // Bifurcations between two values of a parameter: bisection on the itinerary, then the event's equation.
 import type { Core, Parameters, Triple } from "./core.ts";
 import type { Mark, MarkJob } from "./jobs.ts";
-import { digits, doubled, eventName } from "./itinerary.ts";
+import { digits, doubled, eventName, numbers } from "./itinerary.ts";
 import { smooth } from "./smooth.ts";
 
 export interface Side {
@@ -106,7 +106,7 @@ function joined(core: Runner, job: MarkJob, marks: Mark[]): Mark[] {
 /** The one event between two sides, solved for along the orbit of one of them. */
 function solved(core: Runner, job: MarkJob, low: Side, high: Side): Mark | null {
   const marked = (event: { value: number; doubt: number; name: string }): Mark => ({ ...event, exact: true, before: low.itinerary, after: high.itinerary, start: low.end });
-  const sides = [low, high].filter((one) => one.itinerary).sort((a, b) => b.itinerary.length - a.itinerary.length);
+  const sides = [low, high].filter((one) => one.itinerary).sort((a, b) => numbers(b.itinerary).length - numbers(a.itinerary).length);
   const settled = (from: Side): boolean => settle(core, job, from);
   const width = high.value - low.value;
   if (doubled(high.itinerary, low.itinerary) || doubled(low.itinerary, high.itinerary)) {
@@ -154,7 +154,7 @@ function shortest(core: Runner, job: MarkJob, from: Side, [low, high]: readonly 
     return {
       value: event.value,
       doubt: 4 * Math.max(event.residual, 2 ** -53 * Math.abs(event.value)),
-      name: eventName(before, during, after, event.force, event.state[1], job.base.f_b),
+      name: eventName(before, during, after, event.force, event.state[1], parametersAt(job, event.value)),
     };
   }
   return null;

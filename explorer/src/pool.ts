@@ -1,5 +1,6 @@
 // The workers: made from the page's own text, so that nothing is loaded from anywhere.
 import type { Answer, Ask, Job } from "./jobs.ts";
+import { SCENE } from "./scene.ts";
 
 type Listener = (answer: Answer) => void;
 
@@ -22,7 +23,7 @@ export class Pool {
   ) {
     const url = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
     for (let i = 0; i < size; i++) {
-      const worker = new Worker(url);
+      const worker = new Worker(url, { name: `scene=${SCENE}` });
       const member: Member = { worker, jobs: new Set() };
       worker.onmessage = ({ data }: MessageEvent<Answer>) => this.hear(member, data);
       worker.onerror = (event) => {

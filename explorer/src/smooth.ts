@@ -1,7 +1,7 @@
 // Smooth bifurcations of an orbit: the root of a test function of its multipliers along its branch.
 import type { MarkJob } from "./jobs.ts";
 import type { Runner, Side } from "./marks.ts";
-import { digits } from "./itinerary.ts";
+import { digits, numbers } from "./itinerary.ts";
 import { TESTS } from "./multipliers.ts";
 import type { Matrix } from "./multipliers.ts";
 
@@ -46,7 +46,7 @@ function passes(core: Runner, job: MarkJob, from: Side, value: number): boolean 
   const turn = 2 * Math.PI;
   core.prepare(p);
   core.start([x, v, w], Math.min((((angle % turn) + turn) % turn) / p.omega, (turn / p.omega) * (1 - 2 ** -52)));
-  const n = from.itinerary.length;
+  const n = numbers(from.itinerary).length;
   const stop = core.record(PERIODS);
   const run = core.segments().slice(0, n).map(({ field }) => field);
   return (stop === "done" || stop === "full") && run.length === n && digits(run) === from.itinerary;

@@ -2,18 +2,19 @@
 import { CHOICES, DEVICE, NUMBERS, ORIGIN, PARAMETERS, field } from "./fields.ts";
 import type { ChoiceName, NumberName, Origin, Parameter } from "./fields.ts";
 import { dimensionless, problem, scales } from "./device.ts";
+import { SCENE, stops } from "./scene.ts";
 
 export type State = { [K in NumberName]: number } & { [K in ChoiceName]: string };
 
 const numberNames = Object.keys(NUMBERS) as NumberName[];
 const choiceNames = Object.keys(CHOICES) as ChoiceName[];
 
-/** The case study at its printed parameters. */
+/** The scene at its default parameters: in that of the paper the case study as printed. */
 export function defaults(): State {
   const state: Record<string, number | string> = {};
   for (const name of numberNames) state[name] = NUMBERS[name].value;
   for (const name of choiceNames) state[name] = CHOICES[name].value;
-  return state as State;
+  return { ...(state as State), scene: SCENE };
 }
 
 const show = (value: number): string =>
@@ -69,6 +70,7 @@ export function conflict(state: State): string {
     const wrong = refusal(name, p[name]);
     if (wrong) return state.units === "device" ? `of this device ${wrong}` : wrong;
   }
+  if (!(stops(p).reduce((sum, { gap }) => sum + gap, 0) > 0) && stops(p).length > 1) return "the gaps of the two stops must have a sum above 0";
   const period = ((2 * Math.PI) / p.omega) * startScales(state).phase;
   if (!(state.phase < period)) return `τ₀ must be a time in [0, ${state.units === "device" ? "2π/Ω" : "2π/ω"}) = [0, ${period.toPrecision(6)})`;
   if (!(state.d_from < state.d_to)) return "the diagram's first value must be below its last";
@@ -98,7 +100,7 @@ export function format(state: State): string {
   const plain = defaults();
   const device = state.units === "device";
   const parts: string[] = [];
-  for (const name of choiceNames) if (state[name] !== plain[name]) parts.push(`${name}=${state[name]}`);
+  for (const name of choiceNames) if (state[name] !== CHOICES[name].value) parts.push(`${name}=${state[name]}`);
   for (const name of numberNames) {
     const idle = device ? includes(PARAMETERS, name) : includes(DEVICE, name);
     if (!idle && (state[name] !== plain[name] || (device && includes(DEVICE, name))))

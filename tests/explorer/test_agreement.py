@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, jacobian, simulate
+from capsule_sym import Parameters, jacobian, scenes, simulate
 from capsule_sym._native import core
-from capsule_sym.generated.capsule.interface import SEGMENT, STATE
+from capsule_sym._parameters import CAPSULE, scene
 from explorer import build
 
 PERIODS = 5
@@ -44,16 +44,31 @@ def _systems(count):
         yield parameters, state, draw.uniform(0, 0.999) * parameters.period
 
 
-def _compare(count):
-    systems = list(_systems(count))
+def _others(of, count):
+    """Systems of another scene, about its defaults."""
+    draw, facts = random.Random(of.source), of.facts
+    for i in range(count):
+        drawn = {
+            name: value * math.exp(draw.uniform(-0.7, 0.7)) if value else draw.uniform(-0.3, 0.3)
+            for name, value in facts.DEFAULTS.items()
+        }
+        shares = {n: draw.uniform(0.05, 0.95) for n, (_, high) in facts.RANGES.items() if high < 1}
+        parameters = of.Parameters(**(drawn | shares))
+        state = (draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-1, 1) if i % 2 else 0.0)
+        yield parameters, state, draw.uniform(0, 0.999) * parameters.period
+
+
+def _compare(count, of=CAPSULE):
+    systems = list(_systems(count) if of is CAPSULE else _others(of, count))
     asked = [
         {"parameters": [*p.to_dict().values()], "state": s, "phase": t, "periods": PERIODS}
         for p, s, t in systems
     ]
-    sizes = {"segment": SEGMENT.itemsize, "state": STATE.itemsize}
+    segment, state = of.interface.SEGMENT, of.interface.STATE
+    sizes = {"segment": segment.itemsize, "state": state.itemsize}
     done = subprocess.run(
         ["node", str(Path(__file__).with_name("core.mjs")), str(build.PAGE)],
-        input=json.dumps({"sizes": sizes, "systems": asked}),
+        input=json.dumps({"scene": of.source, "sizes": sizes, "systems": asked}),
         capture_output=True,
         text=True,
         check=True,
@@ -62,11 +77,11 @@ def _compare(count):
     for (p, s, t), there in zip(systems, json.loads(done.stdout), strict=True):
         here = simulate(p, s, t, PERIODS, backend="c")
         assert there["stop"] == 0
-        segments = np.frombuffer(base64.b64decode(there["segments"]), SEGMENT)
+        segments = np.frombuffer(base64.b64decode(there["segments"]), segment)
         assert segments[["field", "source", "target"]].tolist() == [
             (one.field, int(one.source[1:] or 0), int(one.target[1:] or 0)) for one in here.segments
         ]
-        (end,) = np.frombuffer(base64.b64decode(there["state"]), STATE)
+        (end,) = np.frombuffer(base64.b64decode(there["state"]), state)
         final = here.final[1]
         there_final = (end["x_r"], end["v_r"], end["v_c"])
         error = max(abs(a - b) for a, b in zip(final, there_final, strict=True))
@@ -80,12 +95,13 @@ def _compare(count):
     return equal, largest
 
 
-def test_it_agrees_with_the_package():
-    equal, _ = _compare(20)
-    assert equal > 0
+@pytest.mark.parametrize("name", scenes.SHIPPED)
+def test_it_agrees_with_the_package(name):
+    _compare(20, scene(name))
 
 
 @pytest.mark.long
-def test_it_agrees_with_the_package_on_a_thousand_systems():
-    equal, largest = _compare(1000)
+@pytest.mark.parametrize("name", scenes.SHIPPED)
+def test_it_agrees_with_the_package_on_a_thousand_systems(name):
+    equal, largest = _compare(1000, scene(name))
     print(f"{equal} of 1000 equal to the last bit; the others within {largest:.2g} of the bound")

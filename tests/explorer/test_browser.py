@@ -4,6 +4,7 @@ import json
 import random
 import re
 import tomllib
+from contextlib import suppress
 from time import monotonic
 
 import numpy as np
@@ -12,13 +13,17 @@ import pytest
 from capsule_sym import (
     Parameters,
     PhysicalParameters,
+    continue_orbit,
     floquet_multipliers,
     performance,
+    scenes,
     simulate,
     solve_orbit,
 )
 
 from .conftest import AXE
+
+Error = pytest.importorskip("playwright.sync_api").Error
 
 pytestmark = pytest.mark.long
 
@@ -47,6 +52,19 @@ def _settled(tab, change):
     _until(tab, f"(document.documentElement.dataset.motions ?? '0') !== '{before}'")
 
 
+def _anew(tab, change):
+    """Does something, and waits until it has loaded the page anew."""
+    tab.evaluate("window.before = true")
+    end, ready = monotonic() + 60, False
+    with suppress(Error):  # between two pages
+        change()
+    while not ready:
+        assert monotonic() < end
+        tab.wait_for_timeout(20)
+        with suppress(Error):
+            ready = tab.evaluate("!window.before && !!document.documentElement.dataset.ready")
+
+
 def _same_motion(tab, parameters):
     motion = simulate(parameters, periods=400).steady()
     orbit = solve_orbit(parameters)
@@ -71,8 +89,55 @@ def test_the_motion_is_the_package_s(open_page):
     _settled(tab, lambda: slider.press("ArrowRight"))
     assert tab.input_value("#field-alpha") == "1.201"
     _same_motion(tab, Parameters(alpha=1.201))
-    _settled(tab, lambda: tab.get_by_role("button", name="Back to the case study").click())
+    _settled(tab, lambda: tab.get_by_role("button", name="Back to the defaults").click())
     assert tab.input_value("#field-alpha") == "0.7"
+
+
+@pytest.mark.parametrize("name", scenes.SHIPPED[1:])
+def test_the_motion_of_each_scene_is_the_package_s(open_page, name):
+    own = scenes.load(name)
+    tab = open_page()
+    _anew(tab, lambda: tab.select_option("#scene", name))
+    assert tab.evaluate("location.hash") == f"#scene={name}"
+    assert tab.input_value("#scene") == name
+    shown = tab.locator("#controls .control:visible .entry input").all()
+    assert [one.get_attribute("id") for one in shown] == [
+        f"field-{one}" for one in own.facts.PARAMETERS
+    ]
+    _same_motion(tab, own.Parameters())
+    alpha = round(0.95 * own.facts.DEFAULTS["alpha"], 3)
+    _settled(tab, lambda: tab.fill("#field-alpha", str(alpha)))
+    _same_motion(tab, own.Parameters(alpha=alpha))
+    _until(tab, "location.hash.includes('alpha')")
+    _settled(tab, lambda: tab.select_option("#units-choice", "device"))
+    values = tab.locator("#controls .control:visible .entry input").all()
+    device = {one.get_attribute("id")[6:]: float(one.input_value()) for one in values}
+    motion = simulate(own.PhysicalParameters(**device).dimensionless(), periods=400).steady()
+    assert _itinerary(tab) == motion.itinerary
+    # The scene before is two changes back.
+    _until(tab, "location.hash.includes('device')")
+    tab.go_back()
+    tab.go_back()
+    _anew(tab, tab.go_back)
+    assert tab.input_value("#scene") == "capsule"
+
+
+@pytest.mark.parametrize("name", scenes.SHIPPED)
+def test_bifurcations_of_each_scene_are_the_package_s(open_page, name):
+    own = scenes.load(name)
+    value = own.facts.DEFAULTS["alpha"]
+    ends = 0.9 * value, value
+    orbit = solve_orbit(own.Parameters(alpha=ends[0]))
+    known = continue_orbit(orbit, "alpha", ends[1]).bifurcations
+    tab = open_page(
+        f"#scene={name}&view=diagram&d_from={ends[0]}&d_to={ends[1]}&d_count=30&d_way=up"
+    )
+    _until(tab, "/Points in/.test(document.getElementById('diagram-status').textContent)")
+    rows = tab.locator("#marks tr").all_inner_texts()
+    assert len(rows) == len(known)
+    for row, one in zip(rows, known, strict=True):
+        assert float(re.search(r"= ([\d.]+)", row)[1]) == pytest.approx(one.value, abs=2e-12)
+        assert one.type in row
 
 
 def test_presets_say_what_the_paper_prints(open_page):
@@ -319,7 +384,7 @@ def test_back_undoes_the_last_change(open_page):
     _until(tab, "document.getElementById('field-alpha').value === '0.9'")
 
 
-WORDS = ["alpha", "omega", "view", "units", "P_d", "d_from", "c_size", "x", "__proto__", "", "d_x",
+WORDS = ["scene", "alpha", "view", "units", "P_d", "d_from", "c_size", "x", "__proto__", "", "d_x",
          "c_x", "c_by", "phase", "plane", "around"]  # fmt: skip
 VALUES = ["0", "1", "-1", "1e308", "1e-320", "NaN", "Infinity", "device", "chart", "<b>", "", "%00",
           "diagram", "0x10", "1,5", "constructor", "9" * 60, "attractor", "x_r",
@@ -360,9 +425,11 @@ def test_no_address_leaves_an_exception(open_page):
 @pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed: make explorer")
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("view", ["motion", "diagram", "chart", "share", "tour"])
+@pytest.mark.parametrize("scene", ["capsule", "prototype"])
 @pytest.mark.parametrize("width", [390, 1280])
-def test_axe_finds_no_violation(open_page, view, theme, width):
-    fragment = f"#view={view}&d_count=20&c_size=16" if view in ("diagram", "chart") else ""
+def test_axe_finds_no_violation(open_page, view, theme, width, scene):
+    fragment = f"#view={view}&d_count=20&c_size=16" if view in ("diagram", "chart") else "#"
+    fragment += f"&scene={scene}" if len(fragment) > 1 else f"scene={scene}"
     tab = open_page(fragment, color_scheme=theme, viewport={"width": width, "height": 900})
     if view == "share":
         tab.click("#share-open")

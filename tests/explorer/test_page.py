@@ -15,9 +15,10 @@ from click.testing import CliRunner
 from capsule_sym._cli import group
 from capsule_sym._explorer import page
 from capsule_sym._figures.style import field_colour
+from capsule_sym._parameters import scene
 from explorer import build
 
-LARGEST = 400_000
+LARGEST = 950_000
 
 
 def test_the_page_is_built_from_the_sources_as_they_are():
@@ -61,7 +62,8 @@ def test_the_page_loads_nothing_and_evaluates_no_text():
 
 
 def test_fields_have_the_colours_of_the_figures():
-    colours = ",".join(f'"{field_colour(field)}"' for field in range(1, 7))
+    prototype = scene("prototype")
+    colours = ",".join(f'"{field_colour(field, scene=prototype)}"' for field in range(1, 10))
     assert f"fields:[{colours}]" in page()
 
 

@@ -17,13 +17,14 @@ import { MOST, marksBetween } from "../../explorer/src/marks.ts";
 import type { Runner } from "../../explorer/src/marks.ts";
 import { modulus, multipliers } from "../../explorer/src/multipliers.ts";
 import { Pool } from "../../explorer/src/pool.ts";
+import { SCENE } from "../../explorer/src/scene.ts";
 import { conflict, defaults, format, parse } from "../../explorer/src/state.ts";
 import type { State } from "../../explorer/src/state.ts";
 
 const page = readFileSync(process.env["PAGE"] ?? "", "utf8");
-const packed = /eN[A-Za-z0-9+/=]{20000,}/.exec(page)?.[0] ?? "";
+const packed = new RegExp(`"${SCENE}": "(eN[^"]+)"`).exec(page)?.[1] ?? "";
 const library = Core.load(new WebAssembly.Module(inflateSync(Buffer.from(packed, "base64"))));
-const study: Parameters = { ...DEFAULTS, alpha: 0.7, omega: 0.8, delta: 0.02, zeta: 0.05, beta: 1.5, gamma: 3.3, f_b: 1 };
+const study: Parameters = { ...DEFAULTS };
 
 // Fields of an itinerary, by the paper's words and order.
 
@@ -37,7 +38,7 @@ test("fields are named, and a cycle begins in contact and at rest first", () => 
 });
 
 test("an event is named by the fields about it", () => {
-  const name = (before: number, during: number, after: number, force: number, v_r: number): string => eventName(before, during, after, force, v_r, 1);
+  const name = (before: number, during: number, after: number, force: number, v_r: number): string => eventName(before, during, after, force, v_r, study);
   assert.equal(name(1, 2, 4, 1, 1), "boundary-intersection crossing on O1");
   assert.equal(name(2, 2, 5, 0.5, 1), "boundary-intersection crossing on L6");
   assert.equal(name(4, 4, 3, -2, -1), "boundary-intersection crossing on L8");
@@ -115,7 +116,7 @@ test("a motion that never leaves its field is measured where it can be, and not 
 
 test("no itinerary is cut", async () => {
   const core = await library;
-  core.prepare({ ...study, alpha: 1.16, omega: 0.008, delta: 0, zeta: 0.001, beta: 30 });
+  core.prepare({ ...study, alpha: 1.16, omega: 0.008, zeta: 0.001, ...{ delta: 0, beta: 30 } });
   core.start([0, 0, 0]);
   assert.equal(core.column(10).fields.length, 290); // by simulate(...).steady().word
   core.start([0, 0, 0]);

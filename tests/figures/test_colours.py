@@ -17,6 +17,7 @@ from coloraide.distance.delta_e_2000 import DE2000
 from coloraide.filters.cvd import Deutan, Protan, Tritan
 
 from capsule_sym._figures import branches, precision, style
+from capsule_sym._parameters import scene
 
 LEAST = 10.0  # seen at a glance
 EXPLORER = Path(__file__).parents[2] / "explorer" / "src" / "draw" / "colours.ts"
@@ -42,7 +43,7 @@ def difference(one: str, other: str) -> float:
 
 
 COMPARED = {
-    "fields": [style.field_colour(field) for field in range(1, 7)],
+    "fields": [style.field_colour(field, scene=scene("prototype")) for field in range(1, 10)],
     "regions of a chart and of a basin": list(style.REGIONS),
     "curves of a chart": sorted({colour for colour, _ in style.CURVES.values()}),
     "branches": list(style.SERIES),

@@ -1,5 +1,7 @@
 // Colours of both themes: fields in the hues of the paper and of the figures, told apart by all eyes.
 
+import { MODEL } from "../scene.ts";
+
 export interface Theme {
   dark: boolean;
   ink: string;
@@ -8,8 +10,7 @@ export interface Theme {
   paper: string;
   accent: string;
   mark: string;
-  fields: readonly string[]; // by field - 1
-  tints: readonly string[]; // the same behind curves
+  fields: readonly string[]; // by contact and drift: none, in front and behind, each forward, at rest and backward
   itineraries: readonly string[]; // regions of a chart, plain and then striped
   open: string; // what is not periodic
 }
@@ -22,8 +23,7 @@ const LIGHT: Theme = {
   paper: "#ffffff",
   accent: "#0b5cab",
   mark: "#b3261e",
-  fields: ["#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00"],
-  tints: ["#0072B21c", "#D55E001c", "#CC79A72a", "#009E731e", "#00000016", "#E69F0026"],
+  fields: ["#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00", "#56B4E9", "#7A5230", "#4B1D78"],
   itineraries: ["#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288", "#44aa99", "#aa4499", "#999933", "#882255"],
   open: "#f4f4f6",
 };
@@ -36,8 +36,7 @@ const DARK: Theme = {
   paper: "#141b24",
   accent: "#7cc0ff",
   mark: "#ff7d8f",
-  fields: ["#3f98e0", "#f07b3f", "#f0b0d8", "#1fc397", "#f5f5f5", "#f2bd45"],
-  tints: ["#3f98e024", "#f07b3f22", "#f0b0d824", "#1fc39722", "#f5f5f51c", "#f2bd4524"],
+  fields: ["#3f98e0", "#f07b3f", "#f0b0d8", "#1fc397", "#f5f5f5", "#f2bd45", "#5f7086", "#8f7367", "#c81e48"],
   itineraries: LIGHT.itineraries,
   open: "#232c37",
 };
@@ -53,8 +52,23 @@ export function readable(colour: string): string {
   return 0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5) > 0.22 ? "#000000" : "#ffffff";
 }
 
+const PALE = 0.45; // share of the ground in a field's colour while the drive is low
+
+/** A field's colour. */
+export function fieldColour(field: number, theme: Theme): string {
+  const { contact, drift, level } = MODEL.FIELDS[field] ?? { contact: 0, drift: 0, level: 0 };
+  const colour = theme.fields[3 * contact + 1 - drift] ?? theme.ink;
+  return level ? mixed(colour, theme.paper, PALE) : colour;
+}
+
+/** The same behind curves. */
+export const tint = (field: number, theme: Theme): string => `${fieldColour(field, theme)}20`;
+
 const channels = (colour: string): number[] => [1, 3, 5].map((at) => Number.parseInt(colour.slice(at, at + 2), 16));
 const hex = (values: readonly number[]): string => `#${values.map((value) => Math.round(value).toString(16).padStart(2, "0")).join("")}`;
+
+const mixed = (colour: string, other: string, share: number): string =>
+  hex(channels(colour).map((value, i) => value + share * ((channels(other)[i] ?? 0) - value)));
 
 /** The colour of the stripes on a colour: lighter or darker, whichever is seen better. */
 export function shaded(colour: string): string {

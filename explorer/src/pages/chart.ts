@@ -5,21 +5,21 @@ import { byId, make, pretty } from "../dom.ts";
 import { valuesAt } from "../draw/axes.ts";
 import type { Frame } from "../draw/axes.ts";
 import { Panel } from "../draw/panel.ts";
-import { AXES, NUMBERS, SLIDERS } from "../fields.ts";
+import { AXES, DEFAULTS, NUMBERS, RANGES } from "../fields.ts";
 import type { Axis } from "../fields.ts";
 import { spelled } from "../itinerary.ts";
 import { choiceControl, numberControl } from "../ui/controls.ts";
 import { showKnown } from "../ui/presets.ts";
 import { LEFT_OPEN, drawChart, itineraryColour, periodColour, progressionRange, striped } from "../views/chart.ts";
+import { REACH } from "../scene.ts";
 import { PARTS } from "../ui/sidebar.ts";
 import { ofStarts, parameters, startOf } from "../state.ts";
 import type { State } from "../state.ts";
 
 const OWN = ["c_x", "c_y", "c_x0", "c_x1", "c_y0", "c_y1", "c_size", "c_periods", "c_by"] as const;
-const RANGES: Record<Axis, readonly [number, number]> = {
-  ...SLIDERS,
-  alpha: [0.01, 2], omega: [0.3, 1.6], delta: [0, 0.5], zeta: [0.01, 0.5], beta: [0, 10], gamma: [1, 5], f_b: [0.5, 1.5],
-  x_r: [-2, 2], v_r: [-2, 2], v_c: [-1, 1], phase: [0, 7.85],
+const ENDS: Record<Axis, readonly [number, number]> = {
+  ...RANGES,
+  x_r: [-REACH, REACH], v_r: [-REACH, REACH], v_c: [-REACH / 2, REACH / 2], phase: [0, Math.floor((200 * Math.PI) / DEFAULTS.omega) / 100],
 };
 const LISTED = 40; // regions in the list
 
@@ -66,8 +66,8 @@ export class ChartPage {
     // Over parameters motions that coexist cannot be told apart.
     const coloured = (change: Partial<State>): Partial<State> =>
       app.state.c_by === "attractor" && !ofStarts({ ...app.state, ...change }) ? { ...change, c_by: "itinerary" } : change;
-    const x = choiceControl("c-x", "first axis", axes, (value) => app.change(coloured({ c_x: value, c_x0: RANGES[value as Axis][0], c_x1: RANGES[value as Axis][1] })));
-    const y = choiceControl("c-y", "second axis", axes, (value) => app.change(coloured({ c_y: value, c_y0: RANGES[value as Axis][0], c_y1: RANGES[value as Axis][1] })));
+    const x = choiceControl("c-x", "first axis", axes, (value) => app.change(coloured({ c_x: value, c_x0: ENDS[value as Axis][0], c_x1: ENDS[value as Axis][1] })));
+    const y = choiceControl("c-y", "second axis", axes, (value) => app.change(coloured({ c_y: value, c_y0: ENDS[value as Axis][0], c_y1: ENDS[value as Axis][1] })));
     const by = choiceControl("c-by", "colour by", [["itinerary", "itinerary"], ["attractor", "attractor"], ["progression", "progression"], ["period", "period number"]], (value) => app.change({ c_by: value }));
     const numbers = (["c_x0", "c_x1", "c_y0", "c_y1", "c_size", "c_periods"] as const).map((name) => numberControl(name, (change) => app.change(change)));
     const [x0, x1, y0, y1, ...rest] = numbers.map((one) => one.element);

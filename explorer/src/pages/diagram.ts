@@ -6,7 +6,7 @@ import type { Place } from "../diagram.ts";
 import { byId, make, pretty } from "../dom.ts";
 import type { Frame } from "../draw/axes.ts";
 import { Panel } from "../draw/panel.ts";
-import { NUMBERS, PARAMETERS, QUANTITIES, SLIDERS } from "../fields.ts";
+import { NUMBERS, PARAMETERS, QUANTITIES, RANGES } from "../fields.ts";
 import type { Parameter, Quantity } from "../fields.ts";
 import type { Mark } from "../jobs.ts";
 import { spelled } from "../itinerary.ts";
@@ -19,10 +19,6 @@ import { parameters, startOf } from "../state.ts";
 import type { State } from "../state.ts";
 
 const OWN = ["d_x", "d_from", "d_to", "d_count", "d_periods", "d_starts", "d_way"] as const;
-const RANGES: Record<Parameter, readonly [number, number]> = {
-  ...SLIDERS,
-  alpha: [0.005, 2], omega: [0.3, 1.6], delta: [0, 0.5], zeta: [0.01, 0.5], beta: [0, 10], gamma: [1, 6], f_b: [0.5, 1.5],
-};
 const LISTED = 200; // bifurcations in the table
 const WAYS = { up: "up", down: "down", start: "from a further start" } as const;
 

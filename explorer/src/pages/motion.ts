@@ -86,10 +86,10 @@ export class MotionPage {
   private show(motion: Motion, state: State): void {
     this.history.show(motion);
     for (const panel of Object.values(this.panels)) panel.draw();
-    showItinerary(byId("itinerary"), motion);
+    showItinerary(byId("itinerary"), motion, this.app.theme);
     showMap(byId("map"), motion);
     showQuantities(byId("quantities"), motion);
-    showSegments(byId("segments"), motion);
+    showSegments(byId("segments"), motion, this.app.theme);
     const printed = byId("printed");
     const text = printedAt(state, motion);
     printed.hidden = text === "";

@@ -2,9 +2,9 @@
 import { parse } from "smol-toml";
 import type { App } from "../app.ts";
 import { make } from "../dom.ts";
-import { OPTIONAL } from "../../../generated/capsule/page/model.ts";
 import { DEVICE, NUMBERS, PARAMETERS } from "../fields.ts";
 import type { NumberName } from "../fields.ts";
+import { MODEL, SCENE, SCENES } from "../scene.ts";
 import { refusal } from "../state.ts";
 import type { State } from "../state.ts";
 
@@ -19,13 +19,15 @@ export function fromFile(text: string): Partial<State> | string {
   } catch (error) {
     return `the file is not TOML: ${String((error as Error).message).split("\n")[0] ?? ""}`;
   }
-  const names = Object.keys(table);
+  const { scene = SCENES[0], ...given } = table;
+  if (scene !== SCENE) return `it is of the scene "${String(scene).slice(0, 40)}": choose that first`;
+  const names = Object.keys(given);
   const strange = names.find((name) => ![...PARAMETERS, ...DEVICE].includes(name as never));
   if (strange !== undefined) return `there is no parameter "${strange.slice(0, 40)}"; there are ${PARAMETERS.join(", ")}, or in SI units ${DEVICE.join(", ")}`;
   const device = DEVICE.filter((name) => name in table);
   const mixed = PARAMETERS.find((name) => name in table);
   if (device[0] && mixed) return `${mixed} does not go with ${device[0]} in SI units`;
-  const missing = device[0] && DEVICE.find((name) => !(name in table) && !OPTIONAL.includes(name));
+  const missing = device[0] && DEVICE.find((name) => !(name in table) && !MODEL.OPTIONAL.includes(name));
   if (missing) return `${missing} is missing: it is given with the others in SI units`;
   const own: readonly NumberName[] = device[0] ? DEVICE : PARAMETERS;
   const state: Record<string, number | string> = { units: device[0] ? "device" : "dimensionless" };

@@ -1,7 +1,9 @@
-// Presets: the panels of Fig. 7 at both mass ratios, the exact bifurcations, two charts, a device.
+// Presets: the panels of Fig. 7 at both mass ratios, its bifurcations; of any scene diagrams, charts, a device.
 import data from "../../presets.json" with { type: "json" };
 import { make } from "../dom.ts";
 import { globalMap, rotated } from "../itinerary.ts";
+import { NUMBERS, PARAMETERS, RANGES } from "../fields.ts";
+import { PULSES, REACH, SCENE } from "../scene.ts";
 import type { Mark } from "../jobs.ts";
 import type { Motion } from "../motion.ts";
 import { defaults, parameters } from "../state.ts";
@@ -31,14 +33,22 @@ const event = (one: (typeof data.bifurcations)[number]): Preset => ({
   },
 });
 
+/** Whether the paper is about this scene. */
+const PRINTED = data.scene === SCENE;
+
 export const PRESETS: readonly Preset[] = [
-  ...data.gammas.flatMap((gamma) => data.panels.map((one) => panel(one, gamma))),
-  ...data.bifurcations.map(event),
-  { group: "Diagrams", name: "Case study, α from 0.005 to 2", state: { view: "diagram" } },
-  { group: "Diagrams", name: "Case study, progression by ω", state: { view: "diagram", d_x: "omega", d_y: "progression", d_from: 0.3, d_to: 1.6 } },
-  { group: "Charts", name: "Itineraries over α and γ", state: { view: "chart" } },
-  { group: "Charts", name: "Basins of two motions", state: { view: "chart", alpha: 2.8, omega: 0.4, zeta: 0.01, beta: 5, gamma: 5, c_x: "x_r", c_y: "v_r", c_x0: -2, c_x1: 2, c_y0: -2, c_y1: 2, c_by: "attractor" } },
-  { group: "Devices", name: "Half a kilogram on 50 N/m", state: { view: "motion", units: "device" } },
+  ...(PRINTED ? [...data.gammas.flatMap((gamma) => data.panels.map((one) => panel(one, gamma))), ...data.bifurcations.map(event)] : []),
+  { group: "Diagrams", name: `Motions by ${NUMBERS.alpha.symbol}`, state: { view: "diagram" } },
+  ...(["omega", ...PULSES.slice(2)] as const).map((name) => ({
+    group: "Diagrams", name: `Progression by ${NUMBERS[name].symbol}`, state: { view: "diagram", d_x: name, d_y: "progression", d_from: RANGES[name][0], d_to: RANGES[name][1] },
+  })),
+  { group: "Charts", name: `Itineraries over ${NUMBERS.alpha.symbol} and ${NUMBERS.gamma.symbol}`, state: { view: "chart" } },
+  ...PULSES.slice(2).map((name) => ({
+    group: "Charts", name: `Progression over ${NUMBERS.omega.symbol} and ${NUMBERS[name].symbol}`,
+    state: { view: "chart", c_by: "progression", c_x: "omega", c_y: name, c_x0: RANGES.omega[0], c_x1: RANGES.omega[1], c_y0: RANGES[name][0], c_y1: RANGES[name][1] },
+  })),
+  { group: "Charts", name: "Basins of attractors", state: { view: "chart", ...(PRINTED && data.basin), c_x: "x_r", c_y: "v_r", c_x0: -REACH, c_x1: REACH, c_y0: -REACH, c_y1: REACH, c_by: "attractor" } },
+  { group: "Devices", name: "A device in SI units", state: { view: "motion", units: "device" } },
 ];
 
 /** Fills a list with the presets, by group. */
@@ -60,7 +70,7 @@ export function fill(select: HTMLSelectElement, choose: (state: State) => void):
 /** Whether the parameters other than α and γ are those of the case study. */
 function caseStudy(state: State): boolean {
   const [p, plain] = [parameters(state), defaults()];
-  return (["omega", "delta", "zeta", "beta", "f_b"] as const).every((name) => p[name] === plain[name]);
+  return PRINTED && PARAMETERS.every((name) => name === "alpha" || name === "gamma" || p[name] === plain[name]);
 }
 
 /** Whether the paper prints this case, and whether its global map is the exact one. */

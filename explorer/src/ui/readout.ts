@@ -1,12 +1,14 @@
 // The motion in words and numbers: itinerary, global map, quantities, table of segments, for all readers.
 import { withUnit } from "../device.ts";
 import { byId, make, mapText, pretty } from "../dom.ts";
-import { MODES, OUTCOMES } from "../../../generated/capsule/page/model.ts";
-import { meaning } from "../itinerary.ts";
+import { fieldColour } from "../draw/colours.ts";
+import type { Theme } from "../draw/colours.ts";
+import { edgeOf, meaning } from "../itinerary.ts";
 import type { Motion } from "../motion.ts";
 import { modulus } from "../multipliers.ts";
 import { TERMS, explained } from "./terms.ts";
 import type { Term } from "./terms.ts";
+import { MODES, OUTCOMES } from "../scene.ts";
 
 const LISTED = 60; // segments in the table
 
@@ -29,14 +31,15 @@ export function verdict(motion: Motion): string {
   return `${period}, ${drift}${stable}.`;
 }
 
-export function showItinerary(box: HTMLElement, motion: Motion): void {
+export function showItinerary(box: HTMLElement, motion: Motion, theme: Theme): void {
   const cycle = motion.periodNumber ? motion.cycle : motion.segments;
   const shown = cycle.slice(0, 40);
   const total = shown.reduce((sum, s) => sum + s.duration, 0) || 1;
   box.replaceChildren(
     ...shown.map((s) => {
-      const chip = make("li", { class: `chip f${s.field}`, title: `${MODES[s.field - 1] ?? ""}: ${meaning(s.field)}` },
+      const chip = make("li", { class: "chip", title: `${MODES[s.field - 1] ?? ""}: ${meaning(s.field)}` },
         make("b", {}, `F${s.field}`), make("span", {}, MODES[s.field - 1] ?? ""));
+      chip.style.setProperty("--c", fieldColour(s.field, theme));
       chip.style.flexGrow = String(Math.max(0.02, s.duration / total));
       return chip;
     }),
@@ -84,7 +87,7 @@ function quantity(term: Term, name: string): HTMLElement {
   return make("div", { class: "quantity" }, make("dt", {}, name, " ", button), make("dd", {}, make("b"), " ", make("small")), about);
 }
 
-export function showSegments(body: HTMLElement, motion: Motion): void {
+export function showSegments(body: HTMLElement, motion: Motion, theme: Theme): void {
   const { time, length, velocity } = motion.units;
   const units = length.name && ` in ${length.name}, ${velocity.name}`;
   byId("duration-unit").textContent = time.name && ` in ${time.name}`;
@@ -92,17 +95,23 @@ export function showSegments(body: HTMLElement, motion: Motion): void {
   const shown = motion.cycle.slice(0, LISTED);
   const more = motion.cycle.length - shown.length;
   body.replaceChildren(
-    ...shown.map((s) =>
+    ...shown.map((s, i) =>
       make("tr", { role: "row" },
-        make("th", { scope: "row", role: "rowheader" }, make("span", { class: `dot f${s.field}` }), `F${s.field} ${MODES[s.field - 1] ?? ""}`),
+        make("th", { scope: "row", role: "rowheader" }, dot(fieldColour(s.field, theme)), `F${s.field} ${MODES[s.field - 1] ?? ""}`),
         cell("local map", s.source && s.target ? mapText(`P_{Σ${s.target},F${s.field},Σ${s.source}}`) : "—"),
         cell(withUnit("duration", time), pretty(s.duration * time.factor, 7)),
         cell(`start${units}`, s.start.map((value, k) => pretty(value * (k ? velocity : length).factor, 6)).join(", ")),
-        cell("ends by", `${OUTCOMES[s.outcome]}${s.wide ? ", 106 bits" : ""}`),
+        cell("ends by", `${edgeOf(s.field, motion.cycle[(i + 1) % motion.cycle.length]?.field ?? s.field) || OUTCOMES[s.outcome]}${s.wide ? ", 106 bits" : ""}`),
       ),
     ),
     ...(more > 0 ? [make("tr", { role: "row" }, make("td", { role: "cell", colspan: 5 }, `and ${more} more: all of them are in segments.csv, under Share`))] : []),
   );
+}
+
+function dot(colour: string): HTMLElement {
+  const made = make("span", { class: "dot" });
+  made.style.setProperty("--c", colour);
+  return made;
 }
 
 const cell = (name: string, content: Node | string): HTMLElement => make("td", { role: "cell", "data-name": name }, content);

@@ -2,13 +2,16 @@
 import { withUnit } from "../device.ts";
 import type { Unit } from "../device.ts";
 import { DEVICE, ORIGIN, PARAMETERS } from "../fields.ts";
-import { OUTCOMES } from "../../../generated/capsule/page/model.ts";
+import { OUTCOMES, SCENE, SCENES } from "../scene.ts";
 import { POINT } from "../core.ts";
 import type { Motion } from "../motion.ts";
 import { defaults, parameters, startOf } from "../state.ts";
 import type { State } from "../state.ts";
 
 const plain = defaults();
+// The first scene is what the package takes for granted.
+const ours = SCENE !== SCENES[0];
+const table = ours ? `scene = "${SCENE}"\n` : "";
 const SETTLED = 1024; // periods in which solve_orbit looks by default
 /** The start without units: the state, empty where it is 0, and the phase. */
 function started(state: State): { from: number[]; phase: number } {
@@ -31,12 +34,13 @@ export function asPython(state: State, periodic: boolean): string {
     : PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `${name}=${float(p[name])}`);
   const { from, phase } = started(state);
   const periods = periodic && state.periods <= SETTLED ? [] : [`periods=${state.periods}`];
-  const made = device ? `PhysicalParameters(${given.join(", ")}).dimensionless()` : `Parameters(${given.join(", ")})`;
-  const all = [made, ...(from.length ? [`state=(${from.map(float).join(", ")})`] : []), ...(phase ? [`phase=${float(phase)}`] : []), ...periods].join(", ");
   const name = device ? "PhysicalParameters" : "Parameters";
+  const made = `${ours ? `scenes.${SCENE}.` : ""}${name}(${given.join(", ")})${device ? ".dimensionless()" : ""}`;
+  const imported = ours ? "scenes" : name;
+  const all = [made, ...(from.length ? [`state=(${from.map(float).join(", ")})`] : []), ...(phase ? [`phase=${float(phase)}`] : []), ...periods].join(", ");
   return periodic
-    ? `from capsule_sym import ${name}, solve_orbit\n\norbit = solve_orbit(${all})\nprint(orbit.motion.global_map, orbit.progression)\n`
-    : `from capsule_sym import ${name}, simulate\n\ntrajectory = simulate(${all})\nprint(trajectory.final)\n`;
+    ? `from capsule_sym import ${imported}, solve_orbit\n\norbit = solve_orbit(${all})\nprint(orbit.motion.global_map, orbit.progression)\n`
+    : `from capsule_sym import ${imported}, simulate\n\ntrajectory = simulate(${all})\nprint(trajectory.final)\n`;
 }
 
 export function asCommand(state: State): string {
@@ -44,7 +48,7 @@ export function asCommand(state: State): string {
   const p = parameters(state);
   const flags = state.units === "device"
     ? ["--params device.toml"]
-    : PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `--${name.replaceAll("_", "-")} ${p[name]}`);
+    : [...(ours ? [`--scene ${SCENE}`] : []), ...PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `--${name.replaceAll("_", "-")} ${p[name]}`)];
   const { from, phase } = started(state);
   if (from.length) flags.push(`--state ${from.join(" ")}`);
   if (phase) flags.push(`--phase ${phase}`);
@@ -61,7 +65,7 @@ export const fileTitle = (state: State): string =>
 export function asFile(state: State): string {
   if (state.view !== "motion") return sweepFile(state);
   const names = state.units === "device" ? DEVICE : PARAMETERS;
-  return names.map((name) => `${name} = ${float(state[name])}\n`).join("");
+  return table + names.map((name) => `${name} = ${float(state[name])}\n`).join("");
 }
 
 function sweepFile(state: State): string {
@@ -78,7 +82,7 @@ function sweepFile(state: State): string {
   const lines = (names: readonly string[], of: Record<string, number>): string =>
     names.filter((name) => !varied.includes(name)).map((name) => `${name} = ${float(of[name] ?? 0)}\n`).join("");
   const compute = 'compute = ["itinerary", "progression"]\n';
-  return `periods = ${periods}\n${compute}\n[parameters]\n${lines(PARAMETERS, p)}\n[start]\n${lines(ORIGIN, startOf(state))}\n[axes]\n${axes}`;
+  return `${table}periods = ${periods}\n${compute}\n[parameters]\n${lines(PARAMETERS, p)}\n[start]\n${lines(ORIGIN, startOf(state))}\n[axes]\n${axes}`;
 }
 
 type Columns = readonly (readonly [name: string, unit: Unit])[];

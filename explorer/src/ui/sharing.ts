@@ -5,6 +5,7 @@ import type { Diagram } from "../diagram.ts";
 import { byId, download, make } from "../dom.ts";
 import type { Panel } from "../draw/panel.ts";
 import type { Quantity } from "../fields.ts";
+import { written } from "../itinerary.ts";
 import type { MotionPage } from "../pages/motion.ts";
 import { asCommand, asFile, asPython, fileTitle, pointsCsv, segmentsCsv } from "./share.ts";
 
@@ -87,7 +88,7 @@ function diagramCsv(diagram: Diagram, quantity: Quantity): string {
     pass.columns.forEach((column, i) => {
       const x = pass.values[i] ?? 0;
       if (!column) return;
-      for (const y of diagram.values(column, x, quantity)) rows.push([pass.way, x, y, column.periodNumber, column.fields.join("")].join(","));
+      for (const y of diagram.values(column, x, quantity)) rows.push([pass.way, x, y, column.periodNumber, written(column.fields)].join(","));
     });
   return `${rows.join("\n")}\n`;
 }

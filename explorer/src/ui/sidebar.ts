@@ -1,7 +1,8 @@
 // The column of parameters: dimensionless or of a device, and the start.
 import type { App } from "../app.ts";
-import { byId } from "../dom.ts";
+import { byId, make } from "../dom.ts";
 import { DEVICE, ORIGIN, PARAMETERS } from "../fields.ts";
+import { ABOUT, SCENE, SCENES } from "../scene.ts";
 import { defaults } from "../state.ts";
 import { choiceControl, numberControl } from "./controls.ts";
 import { fileControl } from "./files.ts";
@@ -11,6 +12,13 @@ export const PARTS = ["units", ...PARAMETERS, ...DEVICE, ...ORIGIN] as const;
 
 export function sidebar(app: App): void {
   const change = app.change.bind(app);
+  // Another scene is the page anew, at the same view.
+  const scene = choiceControl("scene", "Scene", SCENES.map((name) => [name, name.replaceAll("_", " ")]), (value) => {
+    location.hash = [["scene", value, SCENES[0]], ["view", app.state.view, "motion"]].flatMap(([name, one, plain]) => (one === plain ? [] : [`${name}=${one}`])).join("&");
+    return "";
+  });
+  scene.show(SCENE);
+  byId("scenes").append(scene.element, make("p", { class: "about" }, ABOUT(SCENE)));
   const units = choiceControl("units-choice", "Parameters", [["dimensionless", "dimensionless"], ["device", "a device, in SI units"]], (value) => change({ units: value }));
   byId("units").append(units.element, fileControl(app));
   const free = PARAMETERS.map((name) => numberControl(name, change));

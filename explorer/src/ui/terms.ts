@@ -1,14 +1,22 @@
 // What the page's terms mean: a "?" beside each, and its explanation.
 import { make } from "../dom.ts";
+import { MODEL, MODES, PULSES, REACTS } from "../scene.ts";
+
+const { SPRINGS, BOUNDS } = MODEL;
+const letter = (name: keyof typeof MODEL.PARAMETER_FIELDS | undefined): string => (name ? MODEL.PARAMETER_FIELDS[name].symbol : "");
+const surfaces = SPRINGS.map(([gap], i) => `x_r = ${i ? "−" : ""}${letter(gap)}`).join(" and ");
+const sides = SPRINGS.length > 1 ? "in contact with the stop in front (FC), with that behind (BC) or with none (NC)" : "in contact with the second spring (C) or not (NC)";
+const pull = REACTS ? "P − u" : "P";
+const held = `−${letter(BOUNDS["-1"])} ≤ ${pull} ≤ ${letter(BOUNDS["1"])}${REACTS ? " at phase 0" : ""}`;
 
 export const TERMS = {
-  itinerary: "The fields that the motion passes through in one period, in order. A field is the part of the state space in which one set of linear equations holds: in contact with the second spring (C) or not (NC), and the capsule drifting forward (FD), sticking (S) or drifting backward (BD). So F1 is NC-FD, F2 NC-S, F3 NC-BD, F4 C-FD, F5 C-S and F6 C-BD. A segment is as wide here as it is long in time.",
+  itinerary: `The fields that the motion passes through in one period, in order. A field is the part of the state space in which one set of linear equations holds: ${sides}, the capsule drifting forward (FD), sticking (S) or drifting backward (BD)${PULSES.length ? ", and the drive high (H) or low (L)" : ""}. So ${MODES.map((mode, i) => `F${i + 1} is ${mode}`).join(", ")}. A segment is as wide here as it is long in time.`,
   map: "The motion as the paper writes it: P with index Σj,Fi,Σk is the local map through field Fi from the switching plane Σk to Σj. The maps are composed from right to left; a motion that stays in one field is Id.",
-  capsule: "The capsule, its inner mass and both springs at one time. The mass has its field's colour, the red arrow is the friction on the capsule, the blue one its velocity.",
-  history: "Relative displacement x_r = x_m − x_c, relative velocity v_r = v_m − v_c and velocity of the capsule v_c over the periods of the excitation. The bands are the fields. Drag to enlarge a part, click twice for the whole.",
-  phase: "Two of the three states against each other, each segment in its field's colour. Circles are switches; x_r = δ is where mass and second spring meet.",
-  space: "All three states. The blue plane is x_r = δ, the impact surface. The grey part of v_c = 0 is where friction holds the capsule, |P| ≤ f_b; its edges are where it lets go.",
-  segments: "Every segment of one period: its local map, its duration, its state at the start, and how it ends. Regular: the guard crosses zero at an angle. Graze: it only touches. Corner: two guards at once. Sliding tangency: friction takes or lets go tangentially. Undecided: open even in 106 bits. A switch that double precision leaves open is decided in 106 bits.",
+  capsule: `The capsule, its inner mass, its spring and stops at one time. The mass has its field's colour. The grey arrow above it is the drive${REACTS ? ", which pushes the capsule back by as much" : ""}; the red one below is the friction on the capsule${MODEL.LOAD ? " and its weight on the slope, which is drawn steeper than it is" : ""}, the blue one its velocity.`,
+  history: "Relative displacement x_r = x_m − x_c, relative velocity v_r = v_m − v_c and velocity of the capsule v_c over the periods of the excitation. The bands are the fields, the line at the foot is the drive. Drag to enlarge a part, click twice for the whole.",
+  phase: `Two of the three states against each other, each segment in its field's colour. Circles are switches; ${surfaces} is where the mass meets a stop.`,
+  space: `All three states. Blue is ${surfaces}, where impacts are. The grey part of v_c = 0 is where friction holds the capsule, ${held}; its edges are where it lets go.`,
+  segments: `Every segment of one period: its local map, its duration, its state at the start, and how it ends. ${PULSES.length ? "Rise, fall: at an edge of the drive, at a known time. " : ""}Regular: the guard crosses zero at an angle. Graze: it only touches. Corner: two guards at once. Sliding tangency: friction takes or lets go tangentially. Undecided: open even in 106 bits. A switch that double precision leaves open is decided in 106 bits.`,
   period: "After how many excitation periods the motion repeats.",
   progression: "How far the capsule advances in one excitation period.",
   velocity: "Progression over the excitation period 2π/ω.",
@@ -25,11 +33,12 @@ export type Term = keyof typeof TERMS;
 /** By the beginning of its name, what an event is. */
 const EVENTS: readonly (readonly [string, string])[] = [
   ["boundary-intersection crossing", "A switch of contact and one of friction change their order: the motion passes through the line in which two switching planes meet."],
-  ["grazing on", "The mass just touches the second spring, or no longer leaves it: a segment of contact, or one without, appears with no duration."],
+  ["grazing on", "The mass just touches a stop, or no longer leaves it: a segment of contact, or one without, appears with no duration."],
   ["adding-sliding", "A drift just begins, or ends, within a sticking segment: a drift of no duration splits it."],
   ["crossing-sliding", "A sticking segment of no duration appears where the capsule turns its drift around."],
   ["switching-sliding", "The end of a drift moves over the edge of the sticking region: a drift the other way appears before the capsule sticks."],
   ["grazing-sliding", "A drift just touches rest: a sticking segment, or a drift the other way, appears within it with no duration."],
+  ["edge", "A switch meets an edge of the drive: beyond it they come in the other order, or the switch is not there."],
   ["period doubling", "A multiplier passes −1: the motion repeats only after twice as many periods."],
   ["fold", "A multiplier reaches 1: the stable motion meets an unstable one, and both vanish."],
   ["Neimark-Sacker", "A pair of multipliers leaves the unit circle: the motion becomes quasi-periodic."],

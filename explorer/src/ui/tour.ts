@@ -1,5 +1,6 @@
 // A tour of two minutes: a few cards, each beside what it tells of.
 import { byId, make } from "../dom.ts";
+import { MODES } from "../scene.ts";
 
 interface Stop {
   at: string;
@@ -8,9 +9,9 @@ interface Stop {
 }
 
 const STOPS: readonly Stop[] = [
-  { at: "capsule-box", title: "A capsule that moves itself", text: "Inside the capsule a mass swings on a spring, driven by a periodic force. After a gap it meets a second spring. Below, dry friction holds the capsule or lets it slide: so it creeps forward, or backward." },
+  { at: "capsule-box", title: "A capsule that moves itself", text: "Inside the capsule a mass swings on a spring, driven by a periodic force. After a gap it meets a stop. Below, dry friction holds the capsule or lets it slide: so it creeps forward, or backward." },
   { at: "parameters", title: "Parameters", text: "The motion depends on a few numbers without units, or on a device in SI units. Move a slider: the motion is computed anew at once. The ? beside a name explains it." },
-  { at: "itinerary-box", title: "Exact, segment by segment", text: "Between switches the equations are linear, and their solutions are known in closed form. Six fields F1 to F6 follow each other; the list is the itinerary, and each switch is proved to be the first." },
+  { at: "itinerary-box", title: "Exact, segment by segment", text: `Between switches the equations are linear, and their solutions are known in closed form. The fields F1 to F${MODES.length} follow each other; the list is the itinerary, and each switch is proved to be the first.` },
   { at: "map-box", title: "The global map", text: "The same in the paper's notation: local maps from one switching plane to the next, composed from right to left." },
   { at: "phase", title: "Portraits", text: "One period of the motion in its phase plane and in its state space, each segment in its field's colour. The state space turns by dragging, or by the arrow keys." },
   { at: "tab-diagram", title: "Diagram", text: "One parameter varies, up and down. Where the itinerary changes, the event's own equation is solved: the vertical lines are bifurcations, exact to rounding. Choose a place to see the motion there." },

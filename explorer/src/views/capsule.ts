@@ -1,11 +1,14 @@
-// The capsule itself: mass, springs, contact, friction and drift at one time of the motion.
-import { drift, touches } from "../itinerary.ts";
+// The capsule itself: mass, springs, contact, drive, friction and drift at one time of the motion.
+import { contact, drift } from "../itinerary.ts";
 import { POINT } from "../core.ts";
 import { FONT, UNIT, extent, maths } from "../draw/axes.ts";
+import { fieldColour } from "../draw/colours.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
-import { MODES } from "../../../generated/capsule/page/model.ts";
 import type { Motion } from "../motion.ts";
+import { MODEL, MODES, REACTS, bound, driveAt, highest, stops } from "../scene.ts";
+
+const STEEPEST = 0.07; // slope that is drawn, in radians
 
 export interface Now {
   x_r: number;
@@ -13,6 +16,7 @@ export interface Now {
   v_c: number;
   x_c: number;
   force: number;
+  drive: number;
   field: number;
 }
 
@@ -33,20 +37,29 @@ export function nowAt(motion: Motion, share: number, rounds: number): Now {
   const t = b > a ? Math.min(1, Math.max(0, (time - a) / (b - a))) : 0;
   const mix = (k: number): number => at(low, k) + t * (at(high, k) - at(low, k));
   const drift = motion.progression * motion.turns * rounds;
-  return { x_r: mix(2), v_r: mix(3), v_c: mix(4), x_c: mix(5) + drift, force: mix(6), field: segments[at(low, 0)]?.field ?? 2 };
+  return { x_r: mix(2), v_r: mix(3), v_c: mix(4), x_c: mix(5) + drift, force: mix(6), drive: driveAt(motion.parameters, (share * motion.turns) % 1), field: segments[at(low, 0)]?.field ?? 2 };
 }
 
 export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, height: number, theme: Theme): void {
   const xs = extent(columnOf(motion, 2));
-  const reach = Math.max(Math.abs(xs[0]), Math.abs(xs[1]), motion.parameters.delta * 1.5, 0.3);
+  const p = motion.parameters;
+  const springs = stops(p);
+  const reach = Math.max(Math.abs(xs[0]), Math.abs(xs[1]), ...springs.map(({ gap }) => gap * 1.5), 0.3);
   const length = Math.min(width * 0.56, 520 * UNIT);
   const scale = (length * 0.27) / reach;
   const floor = height - 34 * UNIT;
   const tall = Math.min(110 * UNIT, floor - 26 * UNIT);
   const centre = width / 2;
   const [left, right, top] = [centre - length / 2, centre + length / 2, floor - tall - 6];
-  const colour = theme.fields[now.field - 1] ?? theme.ink;
+  const colour = fieldColour(now.field, theme);
 
+  pen.save();
+  if (MODEL.LOAD) {
+    // A load is a slope, drawn steeper than it is, and never steep.
+    pen.translate(centre, floor);
+    pen.rotate(-STEEPEST * Math.tanh((p[MODEL.LOAD] * (1 + p.gamma)) / STEEPEST));
+    pen.translate(-centre, -floor);
+  }
   ground(pen, now.x_c * scale, width, floor, theme);
 
   // Capsule.
@@ -63,23 +76,29 @@ export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, h
     pen.fill();
   }
 
-  // Mass at x_r; the second spring stands a gap δ away from it at rest.
+  // Mass at x_r, and stops a gap away from where it rests; the spring is above that of a stop behind.
   const half = Math.min(30 * UNIT, tall * 0.3);
   const x = centre + now.x_r * scale;
-  const y = top + tall / 2;
-  const stop = centre + half + motion.parameters.delta * scale;
-  const contact = touches(now.field);
-  const plate = contact ? x + half : stop;
+  const y = top + tall / 2 + (REACTS ? 4 : 0);
+  const side = [0, 1, -1][contact(now.field)];
+  const aside = springs.length > 1 ? half * 0.45 : 0;
   pen.strokeStyle = theme.soft;
   pen.lineWidth = 1.75 * UNIT;
-  spring(pen, left + 12, x - half, y, 9, 9);
-  pen.strokeStyle = contact ? theme.mark : theme.soft;
-  spring(pen, plate + 3, right - 12, y, 7, 9);
-  pen.lineWidth = 3.5 * UNIT;
-  pen.beginPath();
-  pen.moveTo(plate + 2, y - half * 0.8);
-  pen.lineTo(plate + 2, y + half * 0.8);
-  pen.stroke();
+  spring(pen, left + 12, x - half, y - aside, 9, 9);
+  for (const stop of springs) {
+    const met = stop.side === side;
+    const plate = met ? x + side * half : centre + stop.side * (half + stop.gap * scale);
+    const wall = stop.side > 0 ? right - 12 : left + 12;
+    const [high, low] = stop.side > 0 ? [0.8, 0.8] : [-0.05, 0.95];
+    pen.strokeStyle = met ? theme.mark : theme.soft;
+    pen.lineWidth = 1.75 * UNIT;
+    spring(pen, plate + 3 * stop.side, wall, y + (stop.side > 0 ? 0 : aside), 7, stop.side > 0 ? 9 : 7);
+    pen.lineWidth = 3.5 * UNIT;
+    pen.beginPath();
+    pen.moveTo(plate + 2 * stop.side, y - half * high);
+    pen.lineTo(plate + 2 * stop.side, y + half * low);
+    pen.stroke();
+  }
   pen.fillStyle = colour;
   pen.beginPath();
   pen.rect(x - half, y - half, 2 * half, 2 * half);
@@ -88,7 +107,14 @@ export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, h
   pen.lineWidth = 1;
   pen.strokeRect(x - half, y - half, 2 * half, 2 * half);
 
-  friction(pen, now, motion.parameters.f_b, centre, floor, length, theme);
+  // The drive on the mass, and where it pushes back the same on the capsule.
+  const push = (now.drive / (highest(p) || 1)) * length * 0.14;
+  pen.strokeStyle = pen.fillStyle = theme.soft;
+  arrow(pen, x, y - half - 8 * UNIT, push);
+  if (REACTS) arrow(pen, centre, top + 7 * UNIT, -push);
+
+  friction(pen, motion, now, centre, floor, length, theme);
+  pen.restore();
   pen.font = FONT;
   pen.textBaseline = "top";
   pen.textAlign = "left";
@@ -110,9 +136,9 @@ function ground(pen: Pen, moved: number, width: number, floor: number, theme: Th
   pen.strokeStyle = theme.soft;
   pen.lineWidth = 1.5;
   pen.beginPath();
-  pen.moveTo(0, floor);
-  pen.lineTo(width, floor);
   const gap = 24;
+  pen.moveTo(-gap, floor);
+  pen.lineTo(width + gap, floor);
   for (let x = -((moved % gap) + gap) % gap; x < width + gap; x += gap) {
     pen.moveTo(x, floor);
     pen.lineTo(x - 8, floor + 8);
@@ -120,17 +146,18 @@ function ground(pen: Pen, moved: number, width: number, floor: number, theme: Th
   pen.stroke();
 }
 
-function friction(pen: Pen, now: Now, bound: number, centre: number, floor: number, length: number, theme: Theme): void {
+function friction(pen: Pen, { parameters: p }: Motion, now: Now, centre: number, floor: number, length: number, theme: Theme): void {
   const sliding = drift(now.field);
-  const force = sliding ? -sliding * bound : -Math.max(-bound, Math.min(bound, now.force));
-  const size = (force / bound) * length * 0.16;
+  const pull = now.force - (REACTS ? now.drive : 0);
+  const force = sliding ? -sliding * bound(p, sliding) : -Math.max(-bound(p, -1), Math.min(bound(p, 1), pull));
+  const size = (force / Math.max(bound(p, 1), bound(p, -1))) * length * 0.16;
   pen.strokeStyle = pen.fillStyle = theme.mark;
   arrow(pen, centre, floor + 17 * UNIT, size);
   pen.font = FONT;
   pen.fillStyle = theme.soft;
   pen.textBaseline = "middle";
   pen.textAlign = size > 0 ? "right" : "left";
-  pen.fillText("friction", centre + (size > 0 ? -8 : 8), floor + 18 * UNIT);
+  pen.fillText(MODEL.LOAD ? "friction and weight" : "friction", centre + (size > 0 ? -8 : 8), floor + 18 * UNIT);
   if (!sliding) return;
   pen.strokeStyle = pen.fillStyle = theme.accent;
   arrow(pen, centre + sliding * length * 0.52, floor - 34, Math.sign(now.v_c) * Math.min(46, 8 + Math.abs(now.v_c) * 46));

@@ -2,9 +2,11 @@
 import uPlot from "uplot";
 import { withUnit } from "../device.ts";
 import { BESIDE, FONT, MATHS, UNIT, besides, extent, frame, padded } from "../draw/axes.ts";
+import { fieldColour, tint } from "../draw/colours.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
 import type { Motion } from "../motion.ts";
+import { PULSES, driveAt, edges } from "../scene.ts";
 import { column, eachSegment } from "./phase.ts";
 
 const CURVES = [
@@ -12,6 +14,17 @@ const CURVES = [
   { name: "v_r", column: 3, dash: [7, 4] },
   { name: "v_c", column: 4, dash: [2, 3] },
 ] as const;
+
+const STRIP = 22; // height of the drive's own strip, above the fields
+
+/** The drive over what is drawn, as a share of its range: excitation periods, and 0 to 1 from the lowest to the highest value. */
+function driveOf({ parameters: p, turns }: Motion): (readonly [number, number])[] {
+  const [, fall = NaN] = edges(p);
+  const within = PULSES.length ? [0, fall, fall, 1] : Array.from({ length: 33 }, (_, k) => k / 32);
+  const values = within.map((at, k) => driveAt(p, PULSES.length ? (k < 2 ? 0 : fall) : at));
+  const [low, high] = extent([0, ...values]);
+  return Array.from({ length: turns || 1 }, (_, turn) => within.map((at, k) => [turn + at, ((values[k] ?? 0) - low) / (high - low || 1)] as const)).flat();
+}
 
 /** The axes: time, in periods or in a unit, and displacement; where they have units, velocities on an axis beside. */
 const axesOf = ({ units: { time, length, velocity }, period }: Motion) => ({
@@ -109,9 +122,9 @@ export class History {
     eachSegment(motion, (field, from, to) => {
       const x = (i: number): number => plot.valToPos((times[i] ?? 0) * time, "x", true);
       const [a, b] = [x(from), x(to - 1)];
-      ctx.fillStyle = look.tints[field - 1] ?? look.line;
+      ctx.fillStyle = tint(field, look);
       ctx.fillRect(a, bbox.top, b - a, bbox.height);
-      ctx.fillStyle = look.fields[field - 1] ?? look.ink;
+      ctx.fillStyle = fieldColour(field, look);
       ctx.fillRect(a, bbox.top + bbox.height - 5 * ratio, b - a, 5 * ratio);
       if (b - a > 22 * ratio) {
         ctx.font = `${11 * ratio}px system-ui, sans-serif`;
@@ -121,6 +134,13 @@ export class History {
         ctx.fillText(`F${field}`, (a + b) / 2, bbox.top + 3 * ratio);
       }
     });
+    ctx.strokeStyle = ctx.fillStyle = look.soft;
+    ctx.lineWidth = 1.25 * ratio;
+    ctx.beginPath();
+    for (const [turn, share] of driveOf(motion)) ctx.lineTo(plot.valToPos(turn * motion.period * time, "x", true), bbox.top + bbox.height - (8 + share * STRIP) * ratio);
+    ctx.stroke();
+    ctx.textAlign = "left";
+    ctx.fillText("drive", bbox.left + 4 * ratio, bbox.top + bbox.height - (STRIP + 24) * ratio);
     ctx.restore();
   }
 }
@@ -135,9 +155,18 @@ export function drawHistory(motion: Motion, pen: Pen, width: number, height: num
   if (si) besides(pen, area, [range[0] * beside, range[1] * beside], names[1], theme);
   eachSegment(motion, (field, from, to) => {
     const [a, b] = [area.x(times[from] ?? 0), area.x(times[to - 1] ?? 0)];
-    pen.fillStyle = theme.fields[field - 1] ?? theme.ink;
+    pen.fillStyle = fieldColour(field, theme);
     pen.fillRect(a, area.top + area.height - 5, b - a, 5);
   });
+  pen.strokeStyle = theme.soft;
+  pen.lineWidth = 1;
+  pen.beginPath();
+  driveOf(motion).forEach(([turn, share], i) => {
+    const place = [area.x(turn * motion.period * time), area.top + area.height - 8 - share * STRIP] as const;
+    if (i) pen.lineTo(...place);
+    else pen.moveTo(...place);
+  });
+  pen.stroke();
   curves.forEach((values, k) => {
     pen.strokeStyle = strokes(theme)[k] ?? theme.ink;
     pen.lineWidth = 1.75;

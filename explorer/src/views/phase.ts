@@ -2,6 +2,8 @@
 import { POINT } from "../core.ts";
 import { withUnit } from "../device.ts";
 import type { Unit } from "../device.ts";
+import { fieldColour } from "../draw/colours.ts";
+import { stops } from "../scene.ts";
 import { FONT, UNIT, extent, frame, maths, padded } from "../draw/axes.ts";
 import type { Frame } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
@@ -20,20 +22,22 @@ export function drawPhase(motion: Motion, plane: number, pen: Pen, width: number
   const unit = (k: number): Unit => (k === 2 ? motion.units.length : motion.units.velocity);
   const at = (k: number): number[] => column(motion.points, k).map((value) => value * unit(k).factor);
   const [xs, ys] = [at(x), at(y)];
-  const delta = motion.parameters.delta * motion.units.length.factor;
-  const area = frame(pen, width, height, padded(extent(x === 2 ? [...xs, delta] : xs)), padded(extent(ys)), [withUnit(NAMES[x], unit(x)), withUnit(NAMES[y], unit(y))], theme);
-  if (x === 2) {
+  const surfaces = x === 2 ? stops(motion.parameters) : [];
+  const placed = surfaces.map(({ gap, side }) => side * gap * motion.units.length.factor);
+  const area = frame(pen, width, height, padded(extent([...xs, ...placed])), padded(extent(ys)), [withUnit(NAMES[x], unit(x)), withUnit(NAMES[y], unit(y))], theme);
+  surfaces.forEach(({ side, symbol }, k) => {
+    const at = area.x(placed[k] ?? 0);
     pen.strokeStyle = theme.soft;
     pen.lineWidth = 1;
     pen.setLineDash([5, 4]);
-    line(pen, [[area.x(delta), area.top], [area.x(delta), area.top + area.height]]);
+    line(pen, [[at, area.top], [at, area.top + area.height]]);
     pen.setLineDash([]);
     pen.font = FONT;
     pen.fillStyle = theme.soft;
-    pen.textAlign = "right";
+    pen.textAlign = side > 0 ? "right" : "left";
     pen.textBaseline = "top";
-    maths(pen, "x_r = δ", area.x(delta) - 5, area.top + 3);
-  }
+    maths(pen, `x_r = ${symbol}`, at - 5 * side, area.top + 3);
+  });
   drawSegments(motion, xs, ys, area, pen, theme);
 }
 
@@ -41,7 +45,7 @@ function drawSegments(motion: Motion, xs: readonly number[], ys: readonly number
   pen.lineWidth = 2.25 * UNIT;
   pen.lineCap = "round";
   eachSegment(motion, (field, from, to) => {
-    pen.strokeStyle = theme.fields[field - 1] ?? theme.ink;
+    pen.strokeStyle = fieldColour(field, theme);
     pen.beginPath();
     for (let i = from; i < to; i++) {
       const [px, py] = [area.x(xs[i] ?? 0), area.y(ys[i] ?? 0)];

@@ -1,9 +1,12 @@
 // The motion in its state space (x_r, v_r, v_c), with the impact surface and the plane of rest.
 import { FONT, MATHS, UNIT, extent, maths, padded } from "../draw/axes.ts";
 import type { Range } from "../draw/axes.ts";
+import { fieldColour } from "../draw/colours.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
 import type { Motion } from "../motion.ts";
+import { REACTS, bound, driveAt, stops } from "../scene.ts";
+import type { Parameter } from "../scene.ts";
 import { column, eachSegment } from "./phase.ts";
 
 export interface Turn {
@@ -15,8 +18,8 @@ type Point = readonly [number, number, number];
 
 export function drawSpace(motion: Motion, turn: Turn, pen: Pen, width: number, height: number, theme: Theme): void {
   const states = [2, 3, 4].map((k) => column(motion.points, k));
-  const { delta, f_b, zeta, beta } = motion.parameters;
-  const ranges = states.map((values, k) => padded(extent(k === 0 ? [...values, delta] : k === 2 ? [...values, 0] : values), 0.08));
+  const surfaces = stops(motion.parameters).map(({ gap, side, symbol }) => ({ place: side * gap, symbol }));
+  const ranges = states.map((values, k) => padded(extent(k === 0 ? [...values, ...surfaces.map(({ place }) => place)] : k === 2 ? [...values, 0] : values), 0.08));
   const [xs, vs, cs] = ranges as [Range, Range, Range];
   const [ca, sa, cb, sb] = [Math.cos(turn.around), Math.sin(turn.around), Math.cos(turn.above), Math.sin(turn.above)];
   const size = Math.min(width, height * 1.25) * 0.5;
@@ -54,32 +57,25 @@ export function drawSpace(motion: Motion, turn: Turn, pen: Pen, width: number, h
         pen.stroke();
       }
 
-  // Surfaces: x_r = δ, and v_c = 0 where the capsule can rest, |P| ≤ f_b.
-  pen.globalAlpha = 0.16;
-  pen.fillStyle = theme.accent;
-  path(corners((a, b) => [delta, vs[a as 0 | 1], cs[b as 0 | 1]]), true);
-  pen.fill();
-  pen.fillStyle = theme.soft;
-  const rest = restRegion(xs, vs, delta, zeta, beta, f_b);
-  if (rest.length) {
-    path(rest.map(([x, v]): Point => [x, v, 0]), true);
-    pen.fill();
-  }
-  pen.globalAlpha = 1;
+  // Surfaces: those of the stops, and v_c = 0 where the capsule can rest.
   pen.strokeStyle = theme.soft;
-  pen.setLineDash([4, 3]);
-  path(corners((a, b) => [delta, vs[a as 0 | 1], cs[b as 0 | 1]]), true);
-  pen.stroke();
-  pen.setLineDash([]);
-  if (rest.length) {
-    path(rest.map(([x, v]): Point => [x, v, 0]), true);
+  const surface = (points: readonly Point[], colour: string, dash: number[]): void => {
+    path(points, true);
+    pen.globalAlpha = 0.16;
+    pen.fillStyle = colour;
+    pen.fill();
+    pen.globalAlpha = 1;
+    pen.setLineDash(dash);
     pen.stroke();
-  }
+    pen.setLineDash([]);
+  };
+  for (const { place } of surfaces) surface(corners((a, b) => [place, vs[a as 0 | 1], cs[b as 0 | 1]]), theme.accent, [4, 3]);
+  for (const rest of restRegion(xs, vs, motion.parameters)) surface(rest.map(([x, v]): Point => [x, v, 0]), theme.soft, []);
 
   pen.lineWidth = 2.25 * UNIT;
   pen.lineCap = "round";
   eachSegment(motion, (field, from, to) => {
-    pen.strokeStyle = theme.fields[field - 1] ?? theme.ink;
+    pen.strokeStyle = fieldColour(field, theme);
     const points: Point[] = [];
     for (let i = from; i < to; i++) points.push([states[0]?.[i] ?? 0, states[1]?.[i] ?? 0, states[2]?.[i] ?? 0]);
     path(points);
@@ -106,16 +102,24 @@ export function drawSpace(motion: Motion, turn: Turn, pen: Pen, width: number, h
   }
   pen.font = FONT;
   pen.fillStyle = theme.soft;
-  const [lx, ly] = flat([delta, vs[1], cs[1]]);
-  maths(pen, "x_r = δ", lx, ly - 9 * UNIT);
+  for (const { place, symbol } of surfaces) {
+    const [lx, ly] = flat([place, vs[1], cs[1]]);
+    maths(pen, `x_r = ${symbol}`, lx, ly - 9 * UNIT);
+  }
 }
 
-/** The part of the plane v_c = 0 in which the friction holds the capsule, as a polygon. */
-function restRegion([x0, x1]: Range, [v0, v1]: Range, delta: number, zeta: number, beta: number, f_b: number): [number, number][] {
-  const force = (x: number, v: number): number => x + 2 * zeta * v + (x > delta ? beta * (x - delta) : 0);
-  let polygon: [number, number][] = [[x0, v0], [x0, v1], [Math.min(Math.max(delta, x0), x1), v1], [x1, v1], [x1, v0], [Math.min(Math.max(delta, x0), x1), v0]];
-  for (const side of [1, -1]) polygon = cut(polygon, (x, v) => f_b - side * force(x, v));
-  return polygon;
+/** The part of the plane v_c = 0 in which the friction holds the capsule: a polygon between any two stops, or beyond one. */
+function restRegion([x0, x1]: Range, [v0, v1]: Range, p: Record<Parameter, number>): [number, number][][] {
+  const springs = stops(p);
+  // A drive that reacts moves it: drawn is where it is at phase 0.
+  const drive = REACTS ? driveAt(p, 0) : 0;
+  const pull = (x: number, v: number): number =>
+    springs.reduce((sum, { gap, stiffness, side }) => sum + side * stiffness * Math.max(0, side * x - gap), x + 2 * p.zeta * v - drive);
+  const ends = [x0, ...springs.map(({ gap, side }) => Math.min(Math.max(side * gap, x0), x1)).sort((a, b) => a - b), x1];
+  const parts = ends.slice(1).map((right, i): [number, number][] => [[ends[i] ?? x0, v0], [ends[i] ?? x0, v1], [right, v1], [right, v0]]);
+  return parts
+    .map((part) => [1, -1].reduce((kept, way) => cut(kept, (x, v) => bound(p, way) - way * pull(x, v)), part))
+    .filter(({ length }) => length > 2);
 }
 
 /** The part of a polygon in which a function, linear along its edges, is not negative. */

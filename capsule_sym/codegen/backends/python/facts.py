@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pprint import pformat
+from typing import Any
 
 from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.model.consistency import UNITS
@@ -14,7 +15,7 @@ from capsule_sym._symbolic.model.symbols import MODEL, PULSED
 def texts() -> dict[str, str]:
     """Constants, and the members of dataclasses."""
     return {
-        "facts": assigned(_facts(), _ABOUT),
+        "facts": assigned(values(), _ABOUT),
         "parameter_fields": "\n".join(
             f"    {p.name}: float = {float(p.default)!r}\n"
             f'    """{p.label[:1].upper()}{p.label[1:]}, {p.definition}."""'
@@ -64,7 +65,8 @@ _ABOUT = {
 }
 
 
-def _facts() -> dict[str, object]:
+def values() -> dict[str, Any]:
+    """Facts by name."""
     own, device = MODEL.parameters, MODEL.quantities
     fields = {g.index: (g.contact, g.drift) for g in SEGMENTS}
     gaps = (way * place for way, place in zip((1, -1), MODEL.stops, strict=False))

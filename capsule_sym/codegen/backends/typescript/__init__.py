@@ -1,14 +1,17 @@
 """TypeScript: what the explorer's page knows of the model and of the C library's records."""
 
+import ast
 import json
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model import declaration
+from capsule_sym._symbolic.model.formulas import places
 from capsule_sym._symbolic.model.parts import spelled
-from capsule_sym._symbolic.model.symbols import MODEL
+from capsule_sym._symbolic.model.symbols import MODEL, PULSES
 from capsule_sym.codegen._backend import Backend
 from capsule_sym.codegen._interface import Entry, Interface, members
+from capsule_sym.codegen.backends.python import facts
 
 RECORDS = ("state", "segment", "motion")
 """Records of the C library that the page reads from its memory."""
@@ -22,7 +25,8 @@ class TypeScript(Backend):
     files: ClassVar = {"page/model.ts": "model.ts.in"}
 
     def texts(self) -> dict[str, str]:
-        """Modes of the fields, number fields, the relations of a device, and layouts of records."""
+        """Facts of the scene, number fields, the relations of a device, and layouts of records."""
+        known = facts.values()
         parameters = {p.name: _field(p, p.default) for p in MODEL.parameters}
         device = {
             q.name: _field(q, q.value, **({"unit": q.unit.replace("^2", "²")} if q.unit else {}))
@@ -30,13 +34,26 @@ class TypeScript(Backend):
         }
         interface = self.derived.interface
         enums = {e["name"]: [n.replace("-", " ") for n in e["values"]] for e in interface.enums}
-        modes = {g.index: {"contact": g.contact, "drift": g.drift} for g in SEGMENTS}
+        fields = {
+            index: {"contact": contact, "drift": drift, "level": known["LEVELS"][index]}
+            for index, (contact, drift) in known["FIELDS"].items()
+        }
+        pulses = (PULSES.amplitude, PULSES.low, PULSES.share) if PULSES else ()
+        # What events are named by: lines and corner points, not surfaces.
+        named = {",".join(map(str, at)): name for at, name in places().items() if name[0] != "S"}
         scales = (f"  const {u.letter} = {_relation(u.relation)};" for u in MODEL.units)
         ratios = (f"      {p.name}: {_relation(p.si)}," for p in MODEL.parameters if p.si)
         return {
             **super().texts(),
-            "fields": json.dumps(modes),
-            "modes": json.dumps([g.mode for g in SEGMENTS]),
+            "about": json.dumps(_about(), ensure_ascii=False),
+            "fields": json.dumps(fields),
+            "modes": json.dumps(known["MODES"]),
+            "springs": json.dumps(known["STOPS"]),
+            "bounds": json.dumps(known["BOUNDS"]),
+            "load": json.dumps(str(-MODEL.load) if MODEL.load else ""),
+            "pulses": json.dumps([*map(str, pulses)]),
+            "reacts": json.dumps(known["REACTS"]),
+            "places": json.dumps(named),
             "names": json.dumps([*parameters]),
             "parameter_fields": _rows(parameters),
             "device": json.dumps([*device]),
@@ -51,6 +68,12 @@ class TypeScript(Backend):
                 _record(s, interface) for s in interface.structs if s["name"] in RECORDS
             ),
         }
+
+
+def _about() -> str:
+    """The first sentence of the declaration."""
+    text = ast.get_docstring(ast.parse(declaration.path().read_text(encoding="utf-8"))) or ""
+    return " ".join(text.partition("\n\n")[0].split())
 
 
 def _record(struct: Entry, interface: Interface) -> str:
