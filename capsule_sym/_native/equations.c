@@ -202,16 +202,21 @@ static double edge_guard(const capsule_constants *c, angle_sum angle, int turns,
 }
 #endif
 
+/* The field in contact with the stop at which the first segment begins. */
+static const capsule_constants *touched_first(const capsule_equations *e)
+{
+    const capsule_constants *before = &e->field[neighbour(e->itinerary, -1)];
+    return before->contact != 0.0 ? before : &e->field[e->itinerary->fields[0] - 1];
+}
+
 /* The gradient of the last guard, where the start is held to its surface in this component, in place of its
    closing equation; else 0. Were it not, segments whose guards begin at 0 one after the other all round
    would fix their differences only. */
 static int pin_gradient(const capsule_equations *e, int row, double gradient[CAPSULE_SLOPE_COUNT])
 {
     const guard_kind last = guard_of(e->itinerary, e->count - 1);
-    const capsule_constants *before = &e->field[neighbour(e->itinerary, -1)];
-    const capsule_constants *begins = &e->field[e->itinerary->fields[0] - 1];
     if (row == 0 && last == IMPACT)
-        gap_gradient(before->contact != 0.0 ? before : begins, gradient);
+        gap_gradient(touched_first(e), gradient);
     else if (row == 2 && last == LANDING)
         speed_gradient(e->field, gradient);
     else
@@ -229,7 +234,7 @@ static void close_up(const capsule_equations *e, const double *z, angle_sum angl
         to->residual[n + row] = to->flows[n - 1].end[row] - sign * z[row];
     const guard_kind last = guard_of(it, n - 1);
     if (last == IMPACT)
-        to->residual[n] = to->flows[0].start[1]; /* the gap */
+        to->residual[n] = z[0] - touched_first(e)->CAPSULE_OWN_STOP;
     else if (last == LANDING)
         to->residual[n + 2] = z[2];
     const double periods = it->periods, turns = periods * turn;

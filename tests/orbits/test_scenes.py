@@ -34,8 +34,9 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
 from capsule_sym._orbits.continuation.points.bifurcation import refined
 from capsule_sym._orbits.shooting import extrema
+from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import _by_kernels, of_core
+from capsule_sym._orbits.shooting.equations import _by_kernels, of_core, shooting
 from capsule_sym._orbits.shooting.symmetry import symmetric, whole_orbit
 from capsule_sym.scenes import Scene
 from tests.scenes import SCENES, Integrator, Start, integrator
@@ -214,7 +215,7 @@ def test_a_slip_about_an_edge_begins_where_the_pull_on_the_capsule_is_greatest_t
         found = continue_orbit(solve_orbit(p.replace(f_plus=ends[0])), "f_plus", ends[1], points=10)
         assert found.success, found.message
         (event,) = found.bifurcations
-        assert (event.type, event.line) == ("edge", "edge and upper")
+        assert (event.type, event.line) == ("edge", "at friction bound forward")
         assert event.value == pytest.approx(expected, abs=2e-9)
         assert [str(event.itinerary_before), str(event.itinerary_after)] == itineraries
         itineraries.reverse()
@@ -374,19 +375,23 @@ def pulsed(name: str) -> Orbit:
 
 @pytest.mark.parametrize("name", PULSED)
 def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit(name: str) -> None:
-    """Also of halves, whose images are at the other level."""
+    """Also of halves, whose images are at the other level, and begun at each of their segments."""
     orbit = pulsed(name)
     assert orbit.itinerary.mirrored == name.startswith("half")
-    z = orbit.z + 1e-3 * np.random.default_rng(0).normal(size=len(orbit.z))
+    off = 1e-3 * np.random.default_rng(0).normal(size=len(orbit.z))
     with backend("numpy", orbit.scene) as numbers:
         forms = ClosedForms(numbers, orbit.values)
-        found = forms.evaluated(orbit.itinerary, z)
-        assert found is not None
-        native = of_core(forms.values, orbit.itinerary, z, found)
-        plain = _by_kernels(forms, orbit.itinerary, z, None)
-    for kind in ("residual", "by_z", "by_p", "advance_by"):
-        one, other = getattr(native, kind), getattr(plain, kind)
-        assert one == pytest.approx(other, abs=1e-14 * (1 + abs(other).max())), kind
+        for first in range(len(orbit.itinerary)):
+            begun = rotated(numbers, orbit.itinerary, orbit.z, orbit.system, first)
+            assert np.abs(shooting(numbers, orbit.values, *begun[:2]).residual).max() < 1e-12
+            z = begun.z + off
+            found = forms.evaluated(begun.itinerary, z)
+            assert found is not None
+            native = of_core(forms.values, begun.itinerary, z, found)
+            plain = _by_kernels(forms, begun.itinerary, z, None)
+            for kind in ("residual", "by_z", "by_p", "advance_by"):
+                one, other = getattr(native, kind), getattr(plain, kind)
+                assert one == pytest.approx(other, abs=1e-14 * (1 + abs(other).max())), kind
 
 
 @pytest.mark.parametrize("name", PULSED)

@@ -168,6 +168,9 @@ def _locate(
     found = family.solved(like, names, segments)
     if found is None:
         return None
+    parts = found.orbit.durations[[segment - 1, segment + 1 - len(found.orbit.durations)]]
+    if failed.kind == MINIMUM and min(parts) < 0:
+        return None  # it is in a neighbour of the segment by then
     found = found._replace(segments=(*segments[: len(kept)][:1], segment))
     here = _collapsed(family, failed, found)
     if here is None:
