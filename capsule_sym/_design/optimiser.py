@@ -79,7 +79,11 @@ class Optimiser:
             found = self.ended(places)
             if found is not None and self.as_good(found, places[0]):
                 return found
-        return self.rough(places[0])
+        found = self.rough(places[0])
+        if not self.confirmed(places[0]):
+            message = "the best motion that was found is not one that the starts lead to"
+            found = replace(found, message=message)
+        return found
 
     def from_place(self, u: Vector) -> Optimum | None:
         """The optimum that is next to a place; None where there is none."""

@@ -15,7 +15,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, NOT_PERIODIC, REGIONS, STABLE, describe, figure_style
-from capsule_sym._figures.units import named
+from capsule_sym._figures.units import named, prefixed
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._sweeps import itineraries
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-_SAME_UNIT = {"x_r": "progression", "v_r": "velocity", "v_c": "velocity"}
 
 
 @figure_style()
@@ -71,11 +70,11 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
 
 def _axis(results: xr.Dataset, name: str) -> tuple[Array, str]:
     """Values and label along an axis, of a start in SI units where the sweep is a device's."""
-    attributes = results[_SAME_UNIT[name]].attrs if _SAME_UNIT.get(name) in results else {}
-    values = results[name].values * attributes.get("si_scale", 1.0)
+    values, attributes = results[name].values, results[name].attrs
     if "si_units" not in attributes:
         return values, named(name)
-    return values, f"{LABELS[name].partition(' $')[0]} ({attributes['si_units']})"
+    factor, unit = prefixed(attributes["si_scale"], attributes["si_units"])
+    return values * factor, f"{LABELS.get(name, name).partition(' $')[0]} ({unit})"
 
 
 def _name(results: xr.Dataset, code: int) -> str:

@@ -93,11 +93,16 @@ class Units:
             factor = 1 / device.tie(physical)[1]
         else:
             factor, unit = device.scale(name), UNITS[name].name
-        if unit not in _PREFIXED:
-            return factor, unit
-        power = 3 * math.floor((math.log10(factor) + 1) / 3)
-        power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
-        return factor / 10.0**power, _PREFIXES[power] + unit
+        return prefixed(factor, unit)
+
+
+def prefixed(factor: float, unit: str) -> tuple[float, str]:
+    """A factor in an SI unit as the factor in the unit with the prefix that suits it, and that."""
+    if unit not in _PREFIXED:
+        return factor, unit
+    power = 3 * math.floor((math.log10(factor) + 1) / 3)
+    power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
+    return factor / 10.0**power, _PREFIXES[power] + unit
 
 
 def _tied(device: SceneDevice) -> dict[str, tuple[str, str]]:

@@ -81,18 +81,30 @@ def consolidate(place: Path) -> None:
         zarr.consolidate_metadata(str(place))
 
 
-def coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, str]]]:
+def coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, Any]]]:
     """The axes of a sweep as coordinates: by name an axis, values along it, and attributes."""
+    start = {name: _si(sweep, name) for name in START}
     device = {
         axis.name: (axis.name, axis.device[0], {"units": axis.device[1]})
         for axis in sweep.axes
         if axis.device
     }
     return device | {
-        quantity: (axis.name, np.ascontiguousarray(axis.values[:, i]), {"units": "1"})
+        quantity: (
+            axis.name,
+            np.ascontiguousarray(axis.values[:, i]),
+            {"units": "1"} | start.get(quantity, {}),
+        )
         for axis in sweep.axes
         for i, quantity in enumerate(axis.quantities)
     }
+
+
+def _si(sweep: Sweep, name: str) -> dict[str, Any]:
+    """The SI unit of a quantity of a device's sweep, and what its values are multiplied with."""
+    if sweep.device is None or name not in UNITS:
+        return {}
+    return {"si_units": UNITS[name].name, "si_scale": sweep.device.scale(name)}
 
 
 def described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> dict[str, Any]:
@@ -118,8 +130,7 @@ def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:
     arrays = {}
     for name, v in variables(sweep.compute).items():
         attributes: dict[str, Any] = {"units": "1", "long_name": v.meaning}
-        if sweep.device is not None and name in UNITS:
-            attributes |= {"si_units": UNITS[name].name, "si_scale": sweep.device.scale(name)}
+        attributes |= _si(sweep, name)
         if name == "outcome":
             attributes |= outcome_flags()
         arrays[name] = _array(group, name, sweep, np.dtype(v.dtype), attributes, v.dimension)

@@ -137,3 +137,18 @@ def test_distances_to_other_itineraries_have_exact_derivatives(scene: str) -> No
                 slope = (up[key] - down[key]) / (2 * STEP)
                 size = 1 + np.abs(row.by).max()
                 assert row.by[k] == pytest.approx(slope, abs=1e-5 * size), (name, key)
+
+
+def test_an_optimum_to_which_the_start_does_not_lead_says_so() -> None:
+    """Between two folds: the fast motion is followed there, from rest the slow one is reached."""
+    device = scenes.prototype.PhysicalParameters(
+        M_m=0.0018, M_c=0.0017, k1=62, k_front=54000, k_back=28000, c=0.016, G_front=0.0016,
+        G_back=0.00015, P_d=0.0091, P_low=0, duty=0.6, Omega=260, mu=0.23, mu_back=0.23,
+    )  # fmt: skip
+    found = optimise("velocity", {"Omega": (250, 300)}, device, samples=16)
+    assert (found.status, found.success) == ("not-converged", False)
+    assert found.message == "the best motion that was found is not one that the starts lead to"
+    motion = simulate(found.system.dimensionless(), periods=600).steady()
+    assert motion is not None
+    from_rest = device.displacement(motion.progression) * found.system.Omega / (2 * np.pi)
+    assert from_rest < 0.1 * found.value

@@ -144,9 +144,11 @@ def test_sweeps_of_a_device_are_in_si_units() -> None:
     assert axes.get_ylabel() == "speed (m/s)"
     assert set(axes.lines[0].get_ydata()) == {0.5}
     starts = results.rename(alpha="x_r", gamma="v_r")
+    starts["x_r"].attrs = {"si_units": "m", "si_scale": 0.25}
+    starts["v_r"].attrs = {"si_units": "m/s", "si_scale": 0.002}
     (basin,) = plot_basin(starts).axes
     assert basin.get_xlabel() == "relative displacement (m)"
-    assert basin.get_ylabel() == "relative velocity (m/s)"
+    assert basin.get_ylabel() == "relative velocity (mm/s)"
     assert basin.get_xlim() == pytest.approx((-0.25 / 23, 0.5 + 0.25 / 23))
     (chart,) = plot_chart(results.rename(alpha="P_d", gamma="Omega")).axes
     assert (chart.get_xlabel(), chart.get_ylabel()) == ("$P_d$ (N)", r"$\Omega$ (rad/s)")
