@@ -1,8 +1,11 @@
 """A block of Python, run when the pages are built, and the matplotlib figure that it ends in."""
 
 import ast
+import contextlib
 import hashlib
 import os
+import re
+import tempfile
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -22,7 +25,10 @@ def _last_value(text: str) -> Any:
 
 
 class Drawn(SphinxDirective):
-    """Shows the code, then its figure; `alt` is the text for who does not see it."""
+    """Shows the code, then its figure; `alt` is the text for who does not see it.
+
+    The code runs in an empty folder, where the last TOML block of the page is `device.toml`.
+    """
 
     has_content = True
     option_spec: ClassVar[dict[str, Any]] = {"alt": directives.unchanged_required}
@@ -30,11 +36,16 @@ class Drawn(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """The code as a block, and the figure as an image."""
         text = "\n".join(self.content)
-        name = hashlib.sha256(text.encode()).hexdigest()[:16]
+        page = Path(self.env.doc2path(self.env.docname)).read_text(encoding="utf-8")
+        device = re.findall(r"^```toml\n(.*?)^```$", page, re.M | re.S)[-1:]
+        name = hashlib.sha256("".join([text, *device]).encode()).hexdigest()[:16]
         path = Path(self.env.app.doctreedir) / "drawn" / f"{name}.svg"
         if not path.exists():
             path.parent.mkdir(exist_ok=True)
-            _last_value(text).savefig(path)
+            with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+                for given in device:
+                    Path("device.toml").write_text(given, encoding="utf-8")
+                _last_value(text).savefig(path)
         code = nodes.literal_block(text, text, language="python")
         here = Path(self.env.doc2path(self.env.docname)).parent
         image = nodes.image(uri=os.path.relpath(path, here), alt=self.options["alt"])

@@ -27,6 +27,7 @@ SLOW = {
     "docs/howto/orbit.md",
     "docs/howto/own-scene.md",
     "docs/howto/sweep.md",
+    "docs/tutorials/prototype.md",
     "docs/tutorials/study.md",
 }
 """Pages that take more than a second. `make docs` runs them."""
