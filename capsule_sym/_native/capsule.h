@@ -123,9 +123,10 @@ typedef struct {
 
 #define CAPSULE_PERIODS ((int64_t)1 << 53) /* that a run may have, at most */
 
-/* The map at a parameter set: all finite, omega, gamma and f_b > 0, the others >= 0; otherwise it
-   gives CAPSULE_REFUSED, and so does what runs on it. A map that was made before, or is zero, may be
-   made anew; what does not change is kept. */
+/* The map at a parameter set. All are finite, those of CAPSULE_POSITIVE_PARAMETERS > 0, those of
+   CAPSULE_NOT_NEGATIVE_PARAMETERS >= 0, those of CAPSULE_SHARE_PARAMETERS < 1, and there is room
+   between two stops; otherwise it gives CAPSULE_REFUSED, and so does what runs on it. A map that was
+   made before, or is zero, may be made anew; what does not change is kept. */
 capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 
@@ -187,8 +188,8 @@ typedef struct {
 } capsule_workspace;
 
 /* Takes the runs among `count` rows to the end of period `periods`, as `capsule_run` does one;
-   fastest where neighbouring runs share omega, zeta, beta and gamma. CAPSULE_DONE says that each run
-   has its stop. */
+   fastest where neighbouring runs share CAPSULE_FLOW_PARAMETERS. CAPSULE_DONE says that each run has
+   its stop. */
 capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace);
 
 /* Finds the periodic motion that a run is in at the end of a period, from its states at the ends

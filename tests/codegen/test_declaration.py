@@ -21,7 +21,8 @@ ZETA: dict[str, Any] = {
     "slider": (0, 1, 0.1),
 }
 CAPSULE = home("capsule")
-TEXT = CAPSULE.read_text(encoding="utf-8")
+IN_FULL = Path(__file__).with_name("in_full.py")
+TEXT = IN_FULL.read_text(encoding="utf-8")
 
 FREE = 'model.region("NC", x_r < delta, stiffness=0)'
 HELD = 'model.region("C", x_r > delta, stiffness=beta)'
@@ -229,8 +230,41 @@ def declared(folder: Path, old: str, new: str) -> tuple[Path, int]:
     return path, text[: text.index(old)].count("\n") + 1
 
 
-def test_the_capsule_is_accepted() -> None:
-    assert [one.name for one in load(CAPSULE).parameters][-1] == "f_b"
+def test_a_capsule_of_shared_parts_is_that_in_full() -> None:
+    shared, full = load(CAPSULE), load(IN_FULL)
+    assert [one.name for one in shared.parameters][-1] == "f_b"
+    for name in ("parameters", "quantities", "units", "state_labels", "force", "mass_force"):
+        assert getattr(shared, name) == getattr(full, name), name
+
+
+SHARED = {
+    "a parameter that no part has": ("f_b=1.0", "f_a=1.0", "no part has a parameter f_a"),
+    "a quantity for a parameter": ("f_b=1.0", "mu=1.0", "no part has a parameter mu"),
+    "a quantity of another part": ("k2=75", "k_front=75", "no part has a quantity k_front"),
+    "a unit that no part has": (
+        "FRICTION, {",
+        '{"f_b": FRICTION["f_b"], "mu": FRICTION["mu"]}, {',
+        "no part has a unit friction_force",
+    ),
+    "a default out of its range": ("zeta=0.05", "zeta=-0.05", "zeta = -0.05 is not in [0, 10000]"),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "said"), SHARED.values(), ids=SHARED)
+def test_a_wrong_use_of_parts_is_refused_with_its_line(
+    old: str, new: str, said: str, tmp_path: Path
+) -> None:
+    text = CAPSULE.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    path = tmp_path / "model.py"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(BadDeclaration, match=r"model\.py:\d+: ") as refused:
+        load(path)
+    assert said in str(refused.value)
+    word = "model.device(" if "device" in said or "quantity" in said or "unit" in said else "system"
+    line = int(str(refused.value).split(":")[1])
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert word in "".join(lines[line - 2 : line])
 
 
 @pytest.mark.parametrize(("old", "new", "said"), WRONG.values(), ids=WRONG)

@@ -38,7 +38,7 @@ def lay(page: Page, directory) -> None:
     for device in page.blocks("toml"):
         (directory / "device.toml").write_text(device, encoding="utf-8")
     for declared in page.blocks("python"):
-        if "\nmodel = Model()\n" in declared:  # and the code generated for it
+        if "\nmodel = Model(" in declared:  # and the code generated for it
             (directory / "shuttle.py").write_text(declared, encoding="utf-8")
             generator = [sys.executable, "-m", "capsule_sym.codegen", "--scene", "shuttle.py"]
             subprocess.run(generator, cwd=directory, check=True)

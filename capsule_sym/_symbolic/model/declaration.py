@@ -15,6 +15,7 @@ import sys
 import traceback
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
@@ -33,6 +34,7 @@ from capsule_sym._symbolic.model.parts import (
     shown,
     unit_of,
 )
+from capsule_sym._symbolic.model.vocabulary import Part
 
 __all__ = [
     "SHIPPED",
@@ -50,14 +52,59 @@ __all__ = [
 SHIPPED = ("capsule", "slope", "prototype", "reaction", "reaction_pulse")
 """Scenes that ship, by the names of their files; the first is the paper's."""
 _RESERVED = ("alpha", "omega", "zeta", "gamma")
-_STATE = ("x_r", "v_r", "v_c")
+_STATE = {
+    "x_r": "relative displacement",
+    "v_r": "relative velocity",
+    "v_c": "capsule velocity",
+}
 _NEEDED = {"region": "state", "interaction": "region"} | dict.fromkeys(
     ("drift", "rest", "mass"), "interaction"
 )
 
 
 class Model(Declared):
-    """A model as it is declared; each word notes its line, and `check` refuses what is wrong."""
+    """A model as it is declared; each word notes its line, and `check` refuses what is wrong.
+
+    `device` and `system` take their facts from parts of `vocabulary`; those of a later part count.
+    """
+
+    def __init__(self, *parts: Part) -> None:
+        super().__init__()
+        self._facts: dict[str, dict[str, Any]] = {}
+        for part in parts:
+            for name, facts in part.items():
+                self._facts.setdefault(name, {}).update(facts)
+
+    def device(self, **values: float) -> None:
+        """Quantities of the parts with their values, and the units that these have."""
+        for name, value in values.items():
+            unit, facts = self._known(name, "measure")
+            facts["default" if facts.pop("optional", False) else "example"] = value
+            self.quantity(name, unit, **facts)
+        for name in UNITS:
+            relation, facts = self._known(name, "relation")
+            self.unit(name, relation=relation, **facts)
+
+    def system(self, **defaults: float) -> tuple[sp.Symbol, ...]:
+        """Parameters of the parts with their defaults, in this order.
+
+        Without a device their relations to it are documentation alone.
+        """
+        found = []
+        for name, default in defaults.items():
+            relation, facts = self._known(name, "si")
+            facts = {"definition": shown(relation)} | facts
+            si = relation if self.quantities else ""
+            found.append(self.parameter(name, default, si=si, **facts))
+        return tuple(found)
+
+    def _known(self, name: str, fact: str) -> tuple[Any, dict[str, Any]]:
+        """A fact of a name and its others; raises BadDeclaration if no part has it."""
+        others = dict(self._facts.get(name, {}))
+        if fact not in others:
+            kind = {"measure": "quantity", "relation": "unit", "si": "parameter"}[fact]
+            raise self.refusal(self._note(name), f"no part has a {kind} {name}")
+        return others.pop(fact), others
 
     def quantity(
         self,
@@ -135,13 +182,14 @@ class Model(Declared):
     def states(self, **labels: str) -> tuple[sp.Symbol, ...]:
         """The state: relative displacement and velocity of the mass, and the capsule's velocity."""
         self._note("state")
+        labels = labels or _STATE
         if missing := [n for n in _RESERVED if n not in [one.name for one in self.parameters]]:
             raise self.refusal(
                 "state",
                 f"no parameter {missing[0]}: amplitude, frequency, damping and mass ratio are "
                 f"named {', '.join(_RESERVED)}",
             )
-        if tuple(labels) != _STATE:
+        if tuple(labels) != tuple(_STATE):
             raise self.refusal(
                 "state", f"the state is {', '.join(_STATE)}, not {', '.join(labels)}"
             )
@@ -224,6 +272,8 @@ class Model(Declared):
     def _note(self, word: str) -> int:
         """The line of a word, after the word that it needs."""
         frame = sys._getframe(2)
+        while frame.f_back and frame.f_globals is globals():
+            frame = frame.f_back
         self._file = frame.f_code.co_filename
         self._line = self._lines[word] = frame.f_lineno
         needed = _NEEDED.get(word)
