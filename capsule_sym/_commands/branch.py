@@ -70,6 +70,7 @@ def branch(
     bifurcations.csv.
 
     Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
+    Ctrl-C ends it early too: what was followed is shown and written.
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.settings import check_points
@@ -88,14 +89,15 @@ def branch(
         beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"
         raise click.UsageError(f"give a range of what varies, such as --alpha 0.1:2{beside}")
     if restart is not None:
-        found = capsule_sym.continue_from(
-            *restart,
-            end,
-            parameter=parameter,
-            points=points,
-            ties=_ties(ties) or None,
-            max_seconds=limit.left,
-        )
+        with present.stoppable(limit, "Following"):
+            found = capsule_sym.continue_from(
+                *restart,
+                end,
+                parameter=parameter,
+                points=points,
+                ties=_ties(ties) or None,
+                max_seconds=limit.left,
+            )
     else:
         if parameter is None or begin is None:
             raise click.UsageError("--to needs --parameter and --from, or --restart in their place")
@@ -107,9 +109,10 @@ def branch(
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent where several parameters vary")
     for one in found:
-        found += capsule_sym.period_doubling_cascade(
-            one, cascade, points=points, max_seconds=limit.left
-        )
+        with present.stoppable(limit, "Following"):
+            found += capsule_sym.period_doubling_cascade(
+                one, cascade, points=points, max_seconds=limit.left
+            )
     present.result(
         lambda: _record(found, device),
         lambda: _print_branches(found),
@@ -120,7 +123,13 @@ def branch(
     events = [one for branch in found for one in branch.bifurcations]
     present.certificates(certify, events, limit)
     late = (one for one in found if one.status is capsule_sym.Ending.TIME_LIMIT)
-    tell_early_end(next(late, found[0]))
+    ended = next(late, found[0])
+    if limit.stopped:
+        if out is None or len(ended.points) < 2:
+            raise KeyboardInterrupt("--out keeps what is done, to go on from")
+        label, file = f"{ended.origin}/EP2".lstrip("/"), out / "branch.json"
+        raise KeyboardInterrupt(f"--restart {file} {label} --to {end:g} goes on from there")
+    tell_early_end(ended)
 
 
 def _record(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[str, Any]:
@@ -182,9 +191,10 @@ def followed(
     path.check(parameters, begin, end)
     placed = type(parameters)(*path.placed([*parameters.to_dict().values()], begin))
     start = checked(capsule_sym.solve_orbit(placed, state, max_seconds=limit.left))
-    return capsule_sym.continue_orbit(
-        start, parameter, end, points=points, ties=ties, max_seconds=limit.left
-    )
+    with present.stoppable(limit, "Following"):
+        return capsule_sym.continue_orbit(
+            start, parameter, end, points=points, ties=ties, max_seconds=limit.left
+        )
 
 
 def _print_branches(found: Sequence[capsule_sym.Branch]) -> None:

@@ -67,20 +67,25 @@ def curve(
     inside = _within(parameters, other, second, system.file is not None or at is not None)
     limit = Watch(max_seconds)
     found = followed(inside, name, *first, points, state, limit)
+    if limit.stopped:
+        raise KeyboardInterrupt
     chosen = _of_kind(kind, found, f"{other} = {getattr(inside, other):g}")
     if inside is not parameters:
         middle = f"{other} = {getattr(inside, other)!r}, the middle of its range"
         click.echo(f"bifurcations are sought at {middle}", err=True)
     both = first, second
-    curves = [
-        capsule_sym.continue_bifurcation(one, other, both, points=points, max_seconds=limit.left)
-        for one in chosen
-    ]
-    if leaving:
-        for whole in tuple(curves):
-            curves += capsule_sym.curves_from(
-                whole, both, points=points, known=curves, max_seconds=limit.left
+    with present.stoppable(limit, "Following"):
+        curves = [
+            capsule_sym.continue_bifurcation(
+                one, other, both, points=points, max_seconds=limit.left
             )
+            for one in chosen
+        ]
+        if leaving:
+            for whole in tuple(curves):
+                curves += capsule_sym.curves_from(
+                    whole, both, points=points, known=curves, max_seconds=limit.left
+                )
     present.result(
         lambda: _record(found, curves, device),
         lambda: _print_curves(curves, device),
@@ -100,6 +105,8 @@ def curve(
             f"a curve of {ended.type} ends ({ended.status.value}): {ended.message}", err=True
         )
     present.certificates(certify, [point for one in curves for point in one.points], limit)
+    if limit.stopped:
+        raise KeyboardInterrupt
     if lost or late:
         raise click.exceptions.Exit(3)
 

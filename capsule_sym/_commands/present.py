@@ -254,6 +254,32 @@ def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_I
         yield from tracked(items, text, total)
 
 
+@contextmanager
+def stoppable(limit: Watch, text: str) -> Iterator[None]:
+    """Shows what work says of itself; Ctrl-C ends it as the end of its time does, a second at once.
+
+    The limit is stopped then. The work has what is left of it for its own.
+    """
+    import signal
+
+    from capsule_sym._native.watch import TOLD, Watch
+
+    def stop(*_: object) -> None:
+        signal.signal(signal.SIGINT, before)
+        Watch.interrupted = True
+        limit.stop()
+
+    before = signal.signal(signal.SIGINT, stop)
+    with progress(text) as update:
+        told = TOLD.set(lambda said: update(description=f"{text} {said}"))
+        try:
+            yield
+        finally:
+            TOLD.reset(told)
+            Watch.interrupted = False
+            signal.signal(signal.SIGINT, before)
+
+
 def interrupted(file: Path | None) -> KeyboardInterrupt:
     """Ctrl-C that says what is kept: the work so far, where a file has it."""
     kept = f"{file} has what is done, and the same command goes on from there"

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from contextvars import ContextVar, Token
 from time import perf_counter
 from types import TracebackType
 
 import numpy as np
+
+_LONGEST = 1e9  # seconds, over which none is waited for
 
 
 class TimeUp(Exception):
@@ -29,6 +32,9 @@ class Watch:
     what is around it; where that is what ends it, the block is left, and what follows it is run.
     """
 
+    interrupted = False
+    """Whether all watches are over: so Ctrl-C ends work of which a command shows what is done."""
+
     def __init__(self, seconds: float = math.inf) -> None:
         self.deadline = perf_counter() + seconds
         self._outer: Token[Watch] | None = None
@@ -39,14 +45,19 @@ class Watch:
         self.flag[0] = 1
 
     @property
+    def stopped(self) -> bool:
+        """Whether `stop` was called."""
+        return bool(self.flag[0])
+
+    @property
     def over(self) -> bool:
         """Whether the time is over, or `stop` was called."""
-        return bool(self.flag[0]) or perf_counter() > self.deadline
+        return self.stopped or Watch.interrupted or perf_counter() > self.deadline
 
     @property
     def left(self) -> float:
-        """Seconds that are left, above 0, as the limit of a call that takes no watch."""
-        return 5e-324 if self.over else max(self.deadline - perf_counter(), 5e-324)
+        """Seconds that are left, above 0 and finite, as the limit of a call that takes no watch."""
+        return 5e-324 if self.over else min(max(self.deadline - perf_counter(), 5e-324), _LONGEST)
 
     def __enter__(self) -> Watch:
         around = present()
@@ -79,3 +90,7 @@ def check_time() -> None:
     watch = present()
     if watch.over:
         raise TimeUp(watch)
+
+
+TOLD: ContextVar[Callable[[str], object]] = ContextVar("told", default=lambda said: None)
+"""Takes what work that takes long says of itself."""

@@ -16,7 +16,7 @@ compute = ["itinerary"]
 alpha = { from = 0.01, to = 2.0, count = COUNT }
 gamma = { from = 1.0, to = 5.0, count = 9 }
 """
-NO_PROGRESS = {"run", "sweep-figure", "sweep-info", "branch", "curve", "diagram", "explore"}
+NO_PROGRESS = {"run", "sweep-figure", "sweep-info", "diagram", "explore"}
 NO_PROGRESS |= {"design", "optimise", "steer", "fit"}
 # What each command is called with, and what it shows when it is in the middle of that.
 MIDDLE = {
@@ -29,6 +29,11 @@ MIDDLE = {
         r"\d of 810,000 cells",
     ),
     "orbit": (["--starts", "100000"], "Searching"),
+    "branch": (["--alpha", "0.1:2", "--points", "3000"], r"Following [2-9]\d points, at"),
+    "curve": (
+        ["--alpha", "0.6:1.2", "--gamma", "3:5", "--bifurcation", "all", "--points", "3000"],
+        r"Following [2-9]\d points, at \S+, \S+",
+    ),
     "enclose": ([], "Enclosing"),
     "figure": (["fig6", "--out", "fig6.svg"], "Following the branch"),
     "report": ([], "Drawing fig2"),
@@ -95,6 +100,18 @@ def test_ctrl_c_in_the_middle_is_one_line(
     assert len(told) == 1
     assert re.search(r"error: interrupted[^\x1b]*$", told[0])
     assert found.written.rstrip("\r\n").endswith(told[0])
+
+
+def test_a_branch_that_ctrl_c_ends_is_kept_to_go_on_from(shown: Callable[..., Shown]) -> None:
+    arguments, middle = MIDDLE["branch"]
+    arguments = ["branch", *arguments, "--out", "kept"]
+    found = shown(*arguments, columns=200, colour=False, interrupt_at=middle)
+    assert found.status == 130
+    said = re.search(r"interrupted: (--restart .*) goes on from there", found.written)
+    assert said is not None
+    again = shown("branch", *said[1].split(), "--points", "2", columns=200, colour=False)
+    assert again.status == 0
+    assert any("from EP2" in line for line in again.lines)
 
 
 @terminals((200, False))

@@ -12,6 +12,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import TimeUp
+from capsule_sym._native.watch import TOLD
 from capsule_sym._orbits.continuation.families.arclength import (
     Solution,
     least_between,
@@ -375,8 +376,10 @@ class Run(ABC):
             self.first = begin()
             self.add(self.first)
             self.last = self.first
-            for _ in range(self.most - 1):
+            for count in range(1, self.most):
                 before = self.last
+                at = ", ".join(f"{value:.4g}" for value in self.problem.values(before.orbit))
+                TOLD.get()(f"{count} points, at {at}")
                 self.last, length = self._step(before, length)
                 if self.closes(before, self.last):
                     return Ending.RETURNED, self.problem.where(self.last.orbit)
