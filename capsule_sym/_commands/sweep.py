@@ -71,8 +71,9 @@ def sweep(
     An axis is also a list of values, or a random design: sample = { sobol = { alpha = [0, 2],
     gamma = [1, 5] }, count = 1024, seed = 1 }. Axes are parameters, x_r, v_r, v_c or phase;
     `[start]` holds what no axis changes of the start. `[device]`, in SI units, takes the place of
-    `[parameters]`; P_d, Omega, G, c and k2 may then be axes, or in a design. `compute` names any
-    of itinerary, progression, final, multipliers, energies, forces, lyapunov. Every chunk is
+    `[parameters]`; what is listed below as of the device may then be axes, or in a design. A line
+    such as scene = "prototype" names another capsule than the paper's. `compute` names any of
+    itinerary, progression, final, multipliers, energies, forces, lyapunov. Every chunk is
     written when it is finished: an interrupted sweep goes on with --resume. DIR/results.zarr opens
     with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)

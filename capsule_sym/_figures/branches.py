@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import offset_copy
 
-from capsule_sym._figures.layout import NARROW, add_key, add_words, axes_for
+from capsule_sym._figures.layout import NARROW, add_key, add_words, axes_for, label_row
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     SEAMLESS,
@@ -70,7 +70,7 @@ def plot_bifurcations(
         draw_runs(row, points, [_values(one, index) for one in points], _BY_STABILITY)
         values = [_values(one, index)[0] for one in found]
         draw_points(row, [one["value"] for one in found], values, "exact bifurcation points")
-        row.set_ylabel(label)
+        label_row(row, label)
     rows[2].set_xlabel(units.label(record["parameter"]))
     rows[2].set_xlim(*span(record))
     for row in rows:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 _PLACES = 24  # points across a chart at which a region's name is tried
 _SMALL, _TINY = 0.01, 0.001  # of a chart: a region of an itinerary that is named, or is not
+_OTHERS = "#dddddd"
 _REACH = 90.0  # points that a name may be away from a region that has no room for it
 
 
@@ -46,12 +47,13 @@ def plot_chart(
 ) -> Figure:
     """Itineraries over two axes, each region named by its fields, exact curves and points on top.
 
-    `results` is what `open_results` gives of a sweep or a refined chart over
-    two parameters. Regions are bounded by the `curves` of `capsule-sym curve --json`, and by cells
-    where these leave motions of several kinds together; what did not become periodic is white, as
-    the legend says. A
-    circle is a codimension-two point. A thin line is drawn at the `levels` of the second
-    parameter. Drawn into `axes` if they are given. Raises InvalidInput for results of another kind.
+    `results` is what `open_results` gives of a sweep or a refined chart over two parameters.
+    Regions are bounded by the `curves` of `capsule-sym curve --json`, and by cells where these
+    leave motions of several kinds together; what did not become periodic is white, as the legend
+    says. Where there are more itineraries than colours, the largest regions have numbers that the
+    legend explains, and the others are grey. A circle is a codimension-two point. A thin line is
+    drawn at the `levels` of the second parameter. Drawn into `axes` if they are given. Raises
+    InvalidInput for results of another kind.
     """
     plane, regions = by_cells(results, curves)
     return draw_regions(plane, regions, curves, levels=levels, width=width, axes=axes)
@@ -73,15 +75,18 @@ def draw_regions(
     axes.set(xlim=plane.x, ylim=plane.y)
     axes.set_xlabel(named(plane.first))
     axes.set_ylabel(named(plane.second))
-    _fill(axes, regions)
+    itineraries = by_area(plane, regions)
+    crowded = len(itineraries) > (2 if curves else 1) * len(REGIONS)
+    shown = itineraries[: len(REGIONS)] if crowded else itineraries
+    _fill(axes, regions, shown)
     for level in levels:
         axes.axhline(level, color="0.2", linewidth=0.5, linestyle=(0, (6, 4)))
     for curve in curves:
         _draw_curve(axes, curve, plane)
     if alone:
-        _legend(figure, axes, regions)
+        _legend(figure, axes, regions, shown if crowded else [], len(itineraries) - len(shown))
     names = Names(figure)
-    _name_regions(axes, plane, regions, names)
+    _name_regions(axes, plane, regions, names, shown, crowded)
     names.settle()
     return describe(figure, "Itineraries over two parameters", **plane._asdict())
 
@@ -96,14 +101,13 @@ def by_area(plane: Plane, regions: Sequence[Region]) -> list[str]:
     return sorted(areas, key=lambda one: -areas[one])
 
 
-def _fill(axes: Axes, regions: Sequence[Region]) -> None:
-    plane = Plane("", "", axes.get_xlim(), axes.get_ylim())
-    itineraries = by_area(plane, regions)
+def _fill(axes: Axes, regions: Sequence[Region], itineraries: Sequence[str]) -> None:
     for region in regions:
         if not region.itinerary:
             continue
-        rank = itineraries.index(region.itinerary)
-        colour = REGIONS[rank % len(REGIONS)]
+        known = region.itinerary in itineraries
+        rank = itineraries.index(region.itinerary) if known else 0
+        colour = REGIONS[rank % len(REGIONS)] if known else _OTHERS
         # A second round through the colours is striped.
         stripes: dict[str, Any] = (
             {"hatch": "/////", "edgecolor": readable(colour)} if rank >= len(REGIONS) else {}
@@ -118,15 +122,24 @@ def _fill(axes: Axes, regions: Sequence[Region]) -> None:
         axes.add_patch(PathPatch(path, **looks, **stripes))
 
 
-def _name_regions(axes: Axes, plane: Plane, regions: Sequence[Region], names: Names) -> None:
-    """The itinerary of each region where it has most room, or beside it where it has none."""
-    itineraries = by_area(plane, regions)
+def _name_regions(
+    axes: Axes,
+    plane: Plane,
+    regions: Sequence[Region],
+    names: Names,
+    itineraries: Sequence[str],
+    crowded: bool,
+) -> None:
+    """The itinerary of each region where it has most room, or beside it where it has none.
+
+    In a crowd its number, of regions that are not small.
+    """
     whole = float(np.ptp(plane.x) * np.ptp(plane.y))
     seen: set[str] = set()
     for region in sorted(regions, key=lambda one: -one.shape().area):
         # Of an itinerary the largest region is named, and what else is not small.
-        least = _SMALL if region.itinerary in seen else _TINY
-        if not region.itinerary or region.shape().area < least * whole:
+        least = _SMALL if crowded or region.itinerary in seen else _TINY
+        if region.itinerary not in itineraries or region.shape().area < least * whole:
             continue
         seen.add(region.itinerary)
         rank = itineraries.index(region.itinerary)
@@ -134,7 +147,7 @@ def _name_regions(axes: Axes, plane: Plane, regions: Sequence[Region], names: Na
         names.within(
             axes,
             _middles(plane, region),
-            region.itinerary,
+            str(rank + 1) if crowded else region.itinerary,
             _REACH,
             fill=colour,
             color=readable(colour),
@@ -173,9 +186,15 @@ def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
         draw_points(axes, x, y, "codimension-two point")
 
 
-def _legend(figure: Figure, axes: Axes, regions: Sequence[Region]) -> None:
+def _legend(
+    figure: Figure, axes: Axes, regions: Sequence[Region], numbered: Sequence[str], others: int
+) -> None:
     handles, labels = axes.get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
+    unique: dict[str, Any] = dict(zip(labels, handles, strict=True))
+    for place, itinerary in enumerate(numbered):
+        unique[itinerary] = Patch(color=REGIONS[place], label=f"{place + 1}  {itinerary}")
+    if others:
+        unique["others"] = Patch(color=_OTHERS, label=f"{others} other itineraries")
     if not all(region.itinerary for region in regions):
         unique[""] = Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC)
     add_key(figure, list(unique.values()), below=True)

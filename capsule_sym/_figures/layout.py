@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from itertools import product
@@ -26,6 +27,7 @@ NARROW = 5.0
 
 _RIM = 0.03  # inches that stay free beside a key, and between it and the panels
 _LETTER = 0.047  # inches of a letter of a key, on average
+_LABEL = 22  # letters that fit beside a row
 _SPARE = 3.0  # dots that stay free around a view
 _FITTED = 6  # times that a view in perspective is laid anew: its texts do not grow with it
 
@@ -33,6 +35,12 @@ _FITTED = 6  # times that a view in perspective is laid anew: its texts do not g
 def across(width: float, least: float, most: int) -> int:
     """How many panels, each of a least width in inches, lie side by side."""
     return max(1, min(most, int(width / least)))
+
+
+def label_row(axes: Any, text: str) -> None:
+    """The label upwards beside one of several rows: a long one has its unit or symbol below."""
+    shown = re.sub(r"\\[a-z]+|[${}_]", "", text)
+    axes.set_ylabel(re.sub(r" (?=[($])", "\n", text, count=1) if len(shown) > _LABEL else text)
 
 
 def add_key(

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from capsule_sym._figures.layout import across, add_key, axes_for, canvas
+from capsule_sym._figures.layout import across, add_key, axes_for, canvas, label_row
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     GREY,
@@ -233,7 +233,11 @@ def draw_lines(parameters: SceneParameters, axes: Axes, units: Units) -> None:
     found = (
         [(name, LOOKS[name], line) for name, line in lines(parameters, *view).items()]
         if isinstance(parameters, Parameters)
-        else [(name, _BORDERS[name], line) for name, line in borders(parameters, *view[1])]
+        else [
+            (name, _BORDERS[name], line)
+            for name, line in borders(parameters, *view[1])
+            if max(line[:, 0]) > view[0][0] and min(line[:, 0]) < view[0][1]
+        ]
     )
     for name, (style, colour), line in found:
         axes.plot(
@@ -374,8 +378,8 @@ def plot_margins(
         levels.append((force, way * getattr(parameters, name) * units.scale("peak_force")))
     for row, level in levels:
         row.axhline(level, color="0.35", linewidth=0.6, linestyle="--", zorder=1)
-    gap.set_ylabel(units.label("x_r", "" if len(places) > 1 else r"gap $x_r-\delta$"))
-    velocity.set_ylabel(units.label("v_c"))
+    label_row(gap, units.label("x_r", "" if len(places) > 1 else r"gap $x_r-\delta$"))
+    label_row(velocity, units.label("v_c"))
     own = parameters.scene is CAPSULE
     force.set_ylabel(units.label("peak_force", "force $P_3$, $P_4$" if own else "pull $Q$"))
     force.set_xlabel(units.label("time"))

@@ -75,7 +75,12 @@ WRONG = {
     "the second spring in both regions": (
         "stiffness=0)",
         "stiffness=beta)",
-        "no spring acts there: 0",
+        "with stiffness=0: no spring acts",
+    ),
+    "a gap of either sign": (
+        '"delta", 0.02, (0, 1e10),',
+        '"delta", 0.02, (-1, 1e10),',
+        "delta ranges from -1, but a gap is at least 0",
     ),
     "a stiffness that is not declared": (
         "stiffness=beta)",
@@ -95,7 +100,7 @@ WRONG = {
     "friction that is a number": (
         'model.drift("BD", v_c < 0, against=f_b)',
         'model.drift("BD", v_c < 0, against=1)',
-        "no way from S to FD or BD",
+        "1 is no parameter above 0",
     ),
     "a drive that reacts by a part of it": (
         "model.capsule(gamma, P)",

@@ -93,6 +93,23 @@ def test_regions_are_filled_and_named_inside(results: xr.Dataset) -> None:
     assert axes.get_ylabel() == r"mass ratio $\gamma$"
 
 
+def test_of_a_crowd_of_itineraries_the_largest_have_numbers_and_the_others_are_grey() -> None:
+    """12 columns, of 13 - k cells the k-th: 9 colours, each once, and 3 that are not told apart."""
+    order = np.repeat(np.arange(12), range(13, 1, -1))
+    flags = {"flag_values": range(1, 13), "flag_meanings": " ".join(f"F{k}" for k in range(1, 13))}
+    results = xr.Dataset(
+        {"itinerary": (("alpha", "gamma"), np.tile(order[:, None] + 1, 20), flags)},
+        coords={"alpha": np.linspace(0, 2, len(order)), "gamma": np.linspace(1, 3, 20)},
+    )
+    figure = plot_chart(results)
+    shown = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert shown == [*(f"{k}  F{k}" for k in range(1, 10)), "3 other itineraries"]
+    assert [text.get_text() for text in figure.axes[0].texts] == [str(k) for k in range(1, 10)]
+    colours = {patch.get_label(): patch.get_facecolor() for patch in figure.axes[0].patches}
+    assert len(set(colours.values())) == 10
+    assert colours["_F10"] == colours["_F11"] == colours["_F12"]
+
+
 def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
     figure = plot_chart(results, [CURVE], levels=(1.5,))
     lines = {line.get_label(): line for line in figure.axes[0].lines}

@@ -247,11 +247,15 @@ class Declared:
             said = "two regions beside one stop, x_r < delta first; three beside two stops"
             raise self.refusal(self.regions[-1].line, said)
         asked = ("x_r < delta", "x_r < delta_1, x_r > -delta_2")[len(others) - 1]
-        places = [p.symbol for p in self.parameters if not p.signed]
+        places = [p.symbol for p in self.parameters]
         x_r, ways = self.state[0], (1, -1)
         gaps = {way * x_r + excess(one) for way, one in zip(ways, first.where, strict=False)}
+        for one in self.parameters:
+            if one.symbol in gaps and one.signed:
+                said = f"{one.name} ranges from {one.low:g}, but a gap is at least 0"
+                raise self.refusal(f"parameter {one.name}", said)
         if first.stiffness != 0 or len(first.where) != len(others) or gaps - {*places}:
-            said = f"the first region is {asked}, with parameters >= 0, and no spring acts there: 0"
+            said = f"the first region is {asked}, of parameters, with stiffness=0: no spring acts"
             raise self.refusal(first.line, said)
         for inner, one in zip(first.where, others, strict=True):
             self._check_spring(one)
@@ -283,17 +287,20 @@ class Declared:
             raise self.refusal("rest", "drift forward, rest and drift backward, in this order")
         ahead, rest, back = self.modes
         pull = self.capsule_force
+        for one in (ahead, back):
+            if (bound := self.bounds[one.way]) not in [
+                p.symbol for p in self.parameters if p.positive
+            ]:
+                raise self.refusal(one.line, f"{bound} is no parameter above 0")
         reached = {sp.expand(ahead.friction + pull), sp.expand(back.friction + pull)}
         held = {sp.expand(-way * excess(r)) for way, r in zip((1, -1), rest.where, strict=False)}
         if held != reached or len(rest.where) != 2:
             raise self.refusal(
                 rest.line,
-                f"no way from {rest.name} to {ahead.name} or {back.name}: rest "
-                "ends where the force that moves the capsule meets the friction of a drift",
+                f"no way from {rest.name} to {ahead.name} or {back.name}: the force that moves the "
+                f"capsule at rest is < {self.bounds[1]} and > {-self.bounds[-1]}, as in drift",
             )
         for one, way in ((ahead, 1), (back, -1)):
-            if self.bounds[way] not in [p.symbol for p in self.parameters if p.positive]:
-                raise self.refusal(one.line, f"{self.bounds[way]} is no parameter above 0")
             if sp.expand(excess(one.where[0]) - way * self.state[2]) != 0:
                 raise self.refusal(
                     one.line, f"no way from {one.name} to {rest.name}: a drift ends where v_c is 0"

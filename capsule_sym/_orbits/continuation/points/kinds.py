@@ -116,7 +116,7 @@ def _met(guard: Guard | None, side: int, scene: Scene) -> str:
         behind = (guard is Guard.BACK) != (side == 2)
         return str(facts.LABELS[facts.STOPS[behind][0]])
     if guard is Guard.DRIFT:
-        return str(facts.LABELS[facts.STATE[2]])
+        return f"{facts.LABELS[facts.STATE[2]]} 0"
     way = 1 if guard is Guard.UPPER else -1
     alike = "" if len({*facts.BOUNDS.values()}) > 1 else (" forward" if way > 0 else " backward")
     return f"{facts.LABELS[facts.BOUNDS[way]]}{alike}"
