@@ -153,9 +153,7 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
         more = meant(number[1]) if number and not error.message.endswith("?") else ""
         return _complain(error.format_message() + more, 2)
     except click.NoSuchOption as error:
-        if elsewhere := _elsewhere(error.option_name):
-            return _complain(f"{error.message} {elsewhere}", 2)
-        return _complain(error.format_message(), 2)
+        return _complain(_elsewhere(error) or error.format_message(), 2)
     except click.ClickException as error:
         return _complain(error.format_message(), 2)
     except InvalidInput as error:
@@ -171,12 +169,22 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
     return 0
 
 
-def _elsewhere(flag: str) -> str:
-    """Which scenes have an option that the scene of the line has not; empty where none has."""
-    from capsule_sym._parameters import scenes_with
+def _elsewhere(error: click.NoSuchOption) -> str:
+    """What is said of an option that another scene has, or a device's file; empty of others."""
+    from capsule_sym._parameters import SHIPPED, scene
 
-    found = scenes_with([flag.removeprefix("--").replace("-", "_")])
-    return f"--scene {' or '.join(found)} has it." if found else ""
+    known = error.ctx.command.params if error.ctx else []
+    if not any(one.name == "file" for one in known):
+        return ""  # it takes no parameters
+    name, facts = (
+        error.option_name.lstrip("-").replace("-", "_"),
+        [scene(one).facts for one in SHIPPED],
+    )
+    if found := [one.SCENE for one in facts if name in one.PARAMETERS]:
+        return f"{error.message} --scene {' or '.join(found)} has it."
+    if any(name in one.DEVICE for one in facts):
+        return f"{error.message} It is a quantity of a device, and stands in the file of --params."
+    return ""
 
 
 def _complete(asked: str) -> int:

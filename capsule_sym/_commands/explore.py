@@ -15,7 +15,7 @@ from capsule_sym._files import write_whole
 _NAME = "capsule-sym-explorer.html"
 
 
-@command()
+@command(further=options.without_scene("shows all scenes on one page"))
 def explore(
     out: Path | None = options.out("Write the page here, and open nothing.", "FILE.html"),
     port: int | None = option(

@@ -139,7 +139,7 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
     dimensionless = {
         name: option(
             f"{facts.LABELS[name].capitalize()}.  [default: {default:g}]",
-            *dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}")),
+            *_flags(name),
             type=kind,
         )
         for name, default in facts.DEFAULTS.items()
@@ -161,12 +161,18 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
         name: option(
             f"{facts.DEVICE_LABELS[name].capitalize()}"
             f"{facts.DEVICE[name] and f' ({facts.DEVICE[name]})'}, of the device in --params.",
+            *_flags(name),
             type=_ValueOrRange(bool(counted), device=True),
             expose_value=False,
         )
         for name in (facts.DRIVEN if counted is not None else ())
     }
     return several(partial(System, scene), **dimensionless, file=file, scene=named, **driven)
+
+
+def _flags(name: str) -> tuple[str, ...]:
+    """The option of a parameter, with - and as it is named."""
+    return tuple(dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}")))
 
 
 def _paper() -> Scene:
@@ -217,18 +223,19 @@ def _named(given: str) -> Scene:
         raise InvalidInput("--scene", error.value, error.allowed) from error
 
 
-def _refuse_scene(context: click.Context, _: click.Parameter, given: str | None) -> None:
-    if given is not None and _named(given) is not _paper():
-        about = f"absent: {context.info_name} is about the capsule of the paper alone"
-        raise InvalidInput("--scene", given, about)
+def without_scene(said: str) -> tuple[click.Option, ...]:
+    """Further options of a command that takes no parameters, which refuse a scene and a file."""
+
+    def refuse(context: click.Context, option: click.Parameter, given: str | None) -> None:
+        if given is None or (option.name == "scene" and _named(given) is _paper()):
+            return
+        raise InvalidInput(option.opts[0], given, f"absent: {context.info_name} {said}")
+
+    looks: dict[str, Any] = {"hidden": True, "expose_value": False, "callback": refuse}
+    return tuple(click.Option([name], **looks) for name in ("--scene", "--params"))
 
 
-paper_alone = (
-    click.Option(
-        ["--scene"], hidden=True, expose_value=False, callback=_refuse_scene, metavar="NAME"
-    ),
-)
-"""The further option of a command that is about the paper, which refuses another scene."""
+paper_alone = without_scene("is about the capsule of the paper alone")
 
 
 class System:

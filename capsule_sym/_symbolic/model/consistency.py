@@ -250,10 +250,10 @@ class Declared:
         places = [p.symbol for p in self.parameters]
         x_r, ways = self.state[0], (1, -1)
         gaps = {way * x_r + excess(one) for way, one in zip(ways, first.where, strict=False)}
-        for one in self.parameters:
-            if one.symbol in gaps and one.signed:
-                said = f"{one.name} ranges from {one.low:g}, but a gap is at least 0"
-                raise self.refusal(f"parameter {one.name}", said)
+        for gap in self.parameters:
+            if gap.symbol in gaps and gap.signed:
+                said = f"{gap.name} ranges from {gap.low:g}, but a gap is at least 0"
+                raise self.refusal(f"parameter {gap.name}", said)
         if first.stiffness != 0 or len(first.where) != len(others) or gaps - {*places}:
             said = f"the first region is {asked}, of parameters, with stiffness=0: no spring acts"
             raise self.refusal(first.line, said)
@@ -287,11 +287,10 @@ class Declared:
             raise self.refusal("rest", "drift forward, rest and drift backward, in this order")
         ahead, rest, back = self.modes
         pull = self.capsule_force
+        positive = [p.symbol for p in self.parameters if p.positive]
         for one in (ahead, back):
-            if (bound := self.bounds[one.way]) not in [
-                p.symbol for p in self.parameters if p.positive
-            ]:
-                raise self.refusal(one.line, f"{bound} is no parameter above 0")
+            if self.bounds[one.way] not in positive:
+                raise self.refusal(one.line, f"{self.bounds[one.way]} is no parameter above 0")
         reached = {sp.expand(ahead.friction + pull), sp.expand(back.friction + pull)}
         held = {sp.expand(-way * excess(r)) for way, r in zip((1, -1), rest.where, strict=False)}
         if held != reached or len(rest.where) != 2:

@@ -1,0 +1,114 @@
+"""Every command in every scene, dimensionless and of a device: it works, or says why not."""
+
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+
+from capsule_sym import scenes
+from capsule_sym._cli import group
+from capsule_sym._figures.catalogue import FIGURES
+
+Command = Callable[..., CompletedProcess[str]]
+
+_LARGE = "M_m=0.5\nM_c=1.65\nk1=50\nk2=75\nc=0.5\nG=0.0017\nP_d=6\nOmega=8\nmu=0.2\n"
+DEVICES = {
+    "capsule": _LARGE,
+    "slope": f"{_LARGE}mu_back=0.25\n",
+    "reaction": _LARGE,
+    "reaction_pulse": f"{_LARGE}P_low=-2\nduty=0.5\n",
+    "prototype": "M_m=1.8e-3\nM_c=1.7e-3\nk1=62\nk_front=54e3\nk_back=28e3\nc=0.016\n"
+    "G_front=1.6e-3\nG_back=4e-4\nP_d=0.016\nP_low=0\nduty=0.4\nOmega=130\nmu=0.23\nmu_back=0.23\n",
+}
+SMALL = {"prototype": (0.016, 130.0)}
+"""Drive and frequency of the devices that are not as the others."""
+
+# What takes a scene and moves: X is what varies, over 2 % of its value, Y the frequency.
+RUNS = {
+    "run": "--periods 20",
+    "orbit": "",
+    "branch": "--X --points 2 --out branch",
+    "sweep": "--X:2 --Y:2 --compute itinerary,energies,forces --periods 200 --store chart",
+    "basin": "--x-r 0:0.1:2 --v-r 0:0.1:2 --periods 50 --store basin",
+    "optimise": "--maximise speed --over X --samples 1",
+    "steer": "--over X --samples 1",
+    "fit": "measured.csv --unknown x",
+}
+DRAWN = {
+    "design": "--over X --points 2",
+    "curve": "--XX --Y --bifurcation all --points 1 --max-seconds 5",
+    **{f"figure {name}": "--out a.png" for name, one in FIGURES.items() if one.general},
+}
+STORED = ("sweep-info chart", "sweep-figure chart --out a.png", "sweep-figure basin --out a.png")
+STORED += ("sweep-figure chart --as pareto --out a.png", "diagram branch/branch.json --out a.png")
+PAPERS = {name: "is about the capsule of the paper alone" for name in ("paper", "enclose", "bench")}
+PAPERS |= {"report": PAPERS["paper"], "explore": "shows all scenes on one page"}
+
+
+def test_every_command_is_here() -> None:
+    named = {name.split()[0] for name in (*RUNS, *DRAWN, *STORED, *PAPERS)}
+    assert named | {"verify"} == set(group.commands)  # which is about declarations, and has tests
+
+
+def lines(name: str, device: bool) -> dict[str, str]:
+    """Each command with a line of its own."""
+    facts = scenes.load(name).facts
+    drive, rate = SMALL.get(name, (6.0, 8.0)) if device else (1.6, facts.DEFAULTS["omega"])
+    x, y = ("P_d", "Omega") if device else ("alpha", "omega")
+    chosen = f"--params {name}.toml" if device else f"--scene {name}"
+
+    def written(options: str) -> str:
+        near, wide = f"{drive}:{1.02 * drive}", f"{0.45 * drive}:{drive}"
+        words = options.replace("--XX", f"--{x} {wide}").replace("--X", f"--{x} {near}")
+        words = words.replace("--Y", f"--{y} {rate}:{1.01 * rate}").replace("X", f"{x}={near}")
+        return words.replace("--unknown x", f"--unknown {x}")
+
+    every = {of: f"{of} {written(options)} {chosen}" for of, options in (RUNS | DRAWN).items()}
+    return every | {of: of for of in STORED}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for name, text in DEVICES.items():
+        (tmp_path / f"{name}.toml").write_text(f"scene = '{name}'\n{text}")
+    (tmp_path / "measured.csv").write_text("t,x_r\n0,0\n0.01,0.002\n0.02,0.004\n0.03,0.003\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", scenes.SHIPPED)
+@pytest.mark.parametrize(
+    ("device", "commands"),
+    [
+        (False, tuple(RUNS)),
+        pytest.param(True, tuple(RUNS), marks=pytest.mark.long),
+        pytest.param(False, ("branch", "sweep", "basin", *DRAWN, *STORED), marks=pytest.mark.long),
+        pytest.param(True, ("branch", "sweep", "basin", *DRAWN, *STORED), marks=pytest.mark.long),
+    ],
+)
+def test_a_command_works_in_every_scene(
+    name: str, device: bool, commands: tuple[str, ...], inside: Command, folder: Path
+) -> None:
+    every = lines(name, device)
+    for command in commands:
+        done = inside(*every[command].split(), cwd=folder)
+        assert done.returncode == 0, (every[command], done.stderr)
+
+
+@pytest.mark.parametrize("name", [one for one in scenes.SHIPPED if one != "capsule"])
+def test_what_is_of_the_paper_alone_says_so_in_one_line(
+    name: str, inside: Command, folder: Path
+) -> None:
+    chosen = ("--scene", name), ("--params", f"{name}.toml")
+    said = {**{one: f"absent: {one} {why}" for one, why in PAPERS.items()}}
+    said |= {
+        f"figure {one} --out a.png": "capsule, for a figure of the paper; of any scene are motion"
+        for one, entry in FIGURES.items()
+        if not entry.general
+    }
+    for line, why in said.items():
+        for words in chosen:
+            done = inside(*line.split(), *words, cwd=folder)
+            assert (done.returncode, done.stderr.count("\n")) == (2, 1), (line, words)
+            assert f"must be {why}" in done.stderr, (line, words)
