@@ -26,7 +26,8 @@ export class App {
     const { state, refused } = parse(location.hash);
     this.state = state;
     this.refused = refused;
-    this.theme = themeOf(matchMedia("(prefers-color-scheme: dark)").matches);
+    const kept = history.state as { dark?: boolean } | null;
+    this.theme = themeOf(kept?.dark ?? matchMedia("(prefers-color-scheme: dark)").matches);
     for (const begins of ["pointerdown", "focusin", "change"]) addEventListener(begins, () => this.gesture++, true);
   }
 
@@ -109,7 +110,9 @@ export class App {
     clearTimeout(this.writing);
     this.gesture++;
     if (sceneOf(fragment) !== SCENE) {
-      location.reload(); // a page is of one scene
+      // A page is of one scene. What is no part of the address goes on with its entry in the history.
+      history.replaceState({ dark: this.theme.dark }, "");
+      location.reload();
       return;
     }
     if (fragment.replace(/^#/, "") === format(this.state) && !this.refused) return;

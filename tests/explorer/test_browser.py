@@ -97,7 +97,9 @@ def test_the_motion_is_the_package_s(open_page):
 def test_the_motion_of_each_scene_is_the_package_s(open_page, name):
     own = scenes.load(name)
     tab = open_page()
+    tab.click("#theme")
     _anew(tab, lambda: tab.select_option("#scene", name))
+    assert tab.get_attribute("#theme", "aria-pressed") == "true"
     assert tab.evaluate("location.hash") == f"#scene={name}"
     assert tab.input_value("#scene") == name
     shown = tab.locator("#controls .control:visible .entry input").all()
@@ -120,6 +122,29 @@ def test_the_motion_of_each_scene_is_the_package_s(open_page, name):
     tab.go_back()
     _anew(tab, tab.go_back)
     assert tab.input_value("#scene") == "capsule"
+
+
+@pytest.mark.parametrize("name", scenes.SHIPPED)
+def test_what_a_scene_has_is_drawn(open_page, tmp_path, name):
+    facts = scenes.load(name).facts
+    tab = open_page(f"#scene={name}")
+    tab.click("#share-open")
+    drawn = {}
+    for picture in ("capsule", "phase", "space", "history"):
+        with tab.expect_download() as got:
+            tab.click(f"#save-{picture}-svg")
+        got.value.save_as(tmp_path / picture)
+        drawn[picture] = (tmp_path / picture).read_text()
+    for picture in ("phase", "space"):
+        surfaces = re.findall(r"> = (−?δ.?)</text>", drawn[picture])
+        assert surfaces == (["δ"] if len(facts.STOPS) == 1 else ["δ₁", "−δ₂"])
+    (line,) = re.findall(r'd="(M[^"]*)" fill="none" stroke="#52606f"', drawn["history"])
+    # Pulses are two levels and their edges, a cosine a line of many points.
+    heights = {point.split(" ")[1] for point in re.split("[ML]", line)[1:]}
+    assert (len(heights) == 2) == facts.PULSED
+    assert ("rotate" in drawn["capsule"]) == ("s" in facts.PARAMETERS)
+    arrows = re.findall(r'Z" fill="#52606f"', drawn["capsule"])
+    assert len(arrows) == (2 if facts.REACTS else 1)
 
 
 @pytest.mark.parametrize("name", scenes.SHIPPED)
