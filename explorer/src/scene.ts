@@ -74,6 +74,14 @@ export function driveAt(p: Record<Parameter, number>, share: number): number {
   return high && low && part ? p[share < p[part] ? high : low] : p.alpha * Math.cos(2 * Math.PI * share);
 }
 
+/** Which way drive and load drag the device without end, so that nothing is periodic; 0 where friction holds their mean. */
+export function dragged(p: Record<Parameter, number>): number {
+  const [high, low, part] = PULSES;
+  const mean = high && low && part ? p[part] * p[high] + (1 - p[part]) * p[low] : 0;
+  const force = (REACTS ? 0 : mean) - (MODEL.LOAD ? p[MODEL.LOAD] : 0);
+  return force > bound(p, 1) ? 1 : force < -bound(p, -1) ? -1 : 0;
+}
+
 /** The drive's largest size. */
 export const highest = (p: Record<Parameter, number>): number => Math.max(...[PULSES[0] ?? "alpha", PULSES[1] ?? "alpha"].map((name) => Math.abs(p[name as Parameter])));
 

@@ -70,7 +70,8 @@ export function conflict(state: State): string {
     const wrong = refusal(name, p[name]);
     if (wrong) return state.units === "device" ? `of this device ${wrong}` : wrong;
   }
-  if (!(stops(p).reduce((sum, { gap }) => sum + gap, 0) > 0) && stops(p).length > 1) return "the gaps of the two stops must have a sum above 0";
+  const gaps = stops(p).map(({ gap }) => gap);
+  if (gaps.length > 1 && !gaps.some((gap) => gap > 0)) return "one gap at least must be above 0: the stops overlap";
   const period = ((2 * Math.PI) / p.omega) * startScales(state).phase;
   if (!(state.phase < period)) return `τ₀ must be a time in [0, ${state.units === "device" ? "2π/Ω" : "2π/ω"}) = [0, ${period.toPrecision(6)})`;
   if (!(state.d_from < state.d_to)) return "the diagram's first value must be below its last";

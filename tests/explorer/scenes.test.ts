@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { fieldColour, themeOf } from "../../explorer/src/draw/colours.ts";
 import { CHOICES, DEFAULTS, RANGES } from "../../explorer/src/fields.ts";
 import { cyclicStart, digits, doubled, edgeOf, eventName, meaning, numbers, spelled } from "../../explorer/src/itinerary.ts";
-import { MODEL, MODES, PARAMETERS, SCENE, SCENES, bound, driveAt, edges, sceneOf, stops } from "../../explorer/src/scene.ts";
+import { MODEL, MODES, PARAMETERS, SCENE, SCENES, bound, driveAt, edges, dragged, sceneOf, stops } from "../../explorer/src/scene.ts";
 import { conflict, defaults, format, parse } from "../../explorer/src/state.ts";
 import { asCommand, asFile, asPython } from "../../explorer/src/ui/share.ts";
 import { fromFile } from "../../explorer/src/ui/files.ts";
@@ -26,6 +26,11 @@ test("the address holds the scene, and gives it back", () => {
   assert.deepEqual(parse(`#${format(state)}`), { state, refused: "" });
   assert.equal(format(defaults()), SCENE === SCENES[0] ? "" : `scene=${SCENE}`);
   assert.match(parse("#scene=nothing").refused, /scene=nothing: must be one of capsule, slope/);
+});
+
+test("stops that overlap are refused", () => {
+  const closed = MODEL.SPRINGS.map(([gap]) => `${gap}=0`).join("&");
+  assert.equal(parse(`#scene=${SCENE}&${closed}`).refused.includes("the stops overlap"), MODEL.SPRINGS.length > 1);
 });
 
 test("a file of the scene is taken, and one of another scene is not", () => {
@@ -78,6 +83,17 @@ test("the drive is high until its fall", () => {
   if (rise === undefined) return;
   assert.equal(driveAt(DEFAULTS, fall - 1e-9), DEFAULTS.alpha);
   assert.notEqual(driveAt(DEFAULTS, fall), DEFAULTS.alpha);
+});
+
+test("a mean force beyond friction drags the device", () => {
+  const p = { ...DEFAULTS };
+  assert.equal(dragged(p), 0);
+  const { LOAD, PULSES, REACTS } = MODEL;
+  if (LOAD) assert.deepEqual([dragged({ ...p, [LOAD]: -2 }), dragged({ ...p, [LOAD]: 2 })], [1, -1]);
+  const [high, , share] = PULSES;
+  if (!high || !share) return;
+  const beyond = bound(p, 1) / p[high] + 1e-3;
+  if (beyond < 1) assert.deepEqual([dragged({ ...p, [share]: beyond }), dragged({ ...p, [share]: beyond - 2e-3 })], REACTS ? [0, 0] : [1, 0]);
 });
 
 for (const dark of [false, true])

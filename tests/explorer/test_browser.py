@@ -5,21 +5,26 @@ import random
 import re
 import tomllib
 from contextlib import suppress
+from pathlib import Path
 from time import monotonic
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from capsule_sym import (
     Parameters,
     PhysicalParameters,
     continue_orbit,
     floquet_multipliers,
+    load_parameters,
     performance,
+    read_plan,
     scenes,
     simulate,
     solve_orbit,
 )
+from capsule_sym._cli import group
 
 from .conftest import AXE
 
@@ -311,6 +316,9 @@ def test_all_is_in_the_address(open_page):
         "#alpha=1.31&omega=0.91&zeta=0.03&periods=2&x_r=0.4",  # not yet periodic
         "#alpha=0.001",  # at rest
         "#units=device&P_d=4.5&v_r=0.1&phase=0.2",
+        "#scene=prototype&alpha=1.5&D=0.3&periods=300",
+        "#scene=slope&units=device&slope=0.05&periods=300",
+        "#scene=reaction_pulse&alpha_low=-0.5&x_r=0.4&periods=300",
     ],
 )
 def test_what_is_copied_runs(open_page, address):
@@ -323,6 +331,31 @@ def test_what_is_copied_runs(open_page, address):
     else:
         assert "Not periodic" in tab.inner_text("#verdict")
         assert names["trajectory"].success
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["#scene=prototype&s=-0.05&D=0.3", "#scene=slope&units=device&slope=0.05", "#scene=reaction"],
+)
+def test_what_is_copied_of_a_scene_is_taken(open_page, tmp_path, monkeypatch, address):
+    monkeypatch.chdir(tmp_path)
+    for view in ("motion", "chart&c_size=16", "diagram&d_count=5"):
+        tab = open_page(f"{address}&view={view}")
+        tab.click("#share-open")
+        text = tab.inner_text("#share-file")
+        if "motion" not in view:
+            scene = read_plan(tomllib.loads(text)).parameters.scene
+            assert address.startswith(f"#scene={scene.source}")
+            continue
+        Path("device.toml").write_text(text)
+        given = load_parameters("device.toml")
+        assert address.startswith(f"#scene={given.scene.source}")
+        command = tab.inner_text("#share-command").split()
+        assert CliRunner().invoke(group, [*command[1:], "--json"]).exit_code == 0
+        tab.get_by_role("button", name="Close").click()
+        tab.set_input_files("#file", "device.toml")
+        tab.wait_for_timeout(200)
+        assert not tab.locator("#file-error").is_visible()
 
 
 def test_commands_and_files_are_copied(open_page):

@@ -8,7 +8,7 @@ import type { Motion } from "../motion.ts";
 import { modulus } from "../multipliers.ts";
 import { TERMS, explained } from "./terms.ts";
 import type { Term } from "./terms.ts";
-import { MODES, OUTCOMES } from "../scene.ts";
+import { MODES, OUTCOMES, dragged } from "../scene.ts";
 
 const LISTED = 60; // segments in the table
 
@@ -23,6 +23,8 @@ const REASONS: Record<string, string> = {
 /** What kind of motion it is, in one sentence. */
 export function verdict(motion: Motion): string {
   if (motion.stop !== "done") return `${REASONS[motion.stop] ?? motion.stop}${motion.why ? ` (${motion.why})` : ""}: what is shown ends there.`;
+  const way = motion.periodNumber ? 0 : dragged(motion.parameters);
+  if (way) return `The mean force exceeds friction: it drags the device ${way > 0 ? "forward" : "backward"} without end.`;
   if (!motion.periodNumber) return "Not periodic after these periods: it may still settle, or be chaotic.";
   const period = motion.periodNumber === 1 ? "Period-1 motion" : `Period-${motion.periodNumber} motion`;
   const drift = Math.abs(motion.progression) < 1e-9 ? "without progression" : motion.progression > 0 ? "moving forward" : "moving backward";
