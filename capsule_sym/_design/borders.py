@@ -22,7 +22,7 @@ from capsule_sym._design.stationary import Border, Stationary, stationary
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import (
-    BEFORE_EDGE,
+    BEFORE_END,
     DURATION,
     EDGE,
     LANDING,
@@ -83,7 +83,7 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
         turning[BY_TIME] = 0.0
     angle = flow.total(turning[None])[0]
     turned = forms.numbers.cos_sin(flow.angle + forms.value("omega") * one.time)
-    if one.kind in (LANDING, EDGE, BEFORE_EDGE):
+    if one.kind in (LANDING, EDGE, BEFORE_END):
         own, guard = following if one.kind == EDGE else c, one.guard
         if one.kind == LANDING:
             # At rest the force is to be within the bound of the other drift, or is beyond it.
@@ -93,7 +93,7 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
         assert guard is not None
         x_r, v_r, _ = flow.end
         by = guard_by(own, guard, x_r - own.own_stop(), v_r, flow.end_by, turned, angle)
-        beyond = following.drift and one.kind != BEFORE_EDGE and guard is not Guard.DRIFT
+        beyond = following.drift and one.kind != BEFORE_END and guard is not Guard.DRIFT
         return -by if beyond else by
     (position, v_r, *_), rows = forms.run(flow.segment.field, c, flow.closed, one.time)
     rows = rows.copy()

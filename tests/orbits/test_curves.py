@@ -320,8 +320,8 @@ def test_a_resonance_is_where_a_second_multiplier_is_the_same(value: float, name
     assert tests[0] * tests[2] < 0
 
 
-def test_a_crossing_that_fails_lets_the_curve_end_where_it_was() -> None:
-    """The itinerary beyond is longer: its segments are not those of the last point."""
+def test_a_curve_goes_on_where_the_mass_grazes_beside_the_segment_whose_inequality_fails() -> None:
+    """Beyond that point, runs on both sides of the curve have the itineraries of both sides."""
     start = settled(
         alpha=1.3172520527091784,
         omega=0.34,
@@ -333,7 +333,12 @@ def test_a_crossing_that_fails_lets_the_curve_end_where_it_was() -> None:
     )
     (corner, *_) = continue_orbit(start, "f_b", 1.55).bifurcations
     curve = continue_bifurcation(corner, "zeta", ((1.2, 1.9), (0.05, 0.17)), points=10)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.CODIMENSION_TWO]
-    last = curve.codimension_two[-1]
-    assert last.types == ("boundary-intersection crossing", GRAZING)
-    assert last.values == pytest.approx(curve.points[-1].values, abs=5e-3)
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert (GRAZING, GRAZING) in [one.types for one in curve.codimension_two]
+    point = curve.points[-1]
+    f_b, zeta = point.values
+    beside = [
+        settled(**start.parameters.to_dict() | {"f_b": f_b + off, "zeta": zeta}).itinerary.cyclic
+        for off in (-2e-4, 2e-4)
+    ]
+    assert beside[0] == point.orbit.itinerary.cyclic != beside[1]

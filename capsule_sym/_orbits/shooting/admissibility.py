@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Sequence
 from itertools import groupby
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem, Vector
+from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
 from capsule_sym._orbits.shooting.extrema import extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -18,7 +18,9 @@ from capsule_sym._parameters import Scene
 from capsule_sym.generated.capsule.interface import Quantity
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
-EDGE, BEFORE_EDGE = "edge", "before edge"
+EDGE, BEFORE_END = "edge", "before end"
+KINKS = (Guard.EDGE, Guard.GAP, Guard.BACK)
+"""The guards beyond which other forces act."""
 _ROUNDINGS = 32  # in a duration, of the longest one
 _NEAR = 1e-5  # share of a segment within which a minimum is that at its end
 
@@ -30,8 +32,8 @@ class Inequality(NamedTuple):
     time `time` inside the segment; "landing": where the segment ends with v_c = 0, how far the
     force is within the friction bound if stick follows, or beyond it if the drift is reversed;
     "edge": where the segment ends with an edge at which the pull on the capsule jumps, how far
-    guard `guard` is from 0 there, or beyond it if the edge breaks rest; "before edge": how far it
-    is from 0 at rest just before, where it is least.
+    guard `guard` is from 0 there, or beyond it if the edge breaks rest; "before end": how far it
+    is from 0 at rest just before an edge or a stop, where it is least.
     """
 
     kind: str
@@ -79,8 +81,8 @@ def inequalities(
             continue
         if flow.segment.guard is Guard.DRIFT and after not in zero_segments:
             found.append(Inequality(LANDING, i, None, _landing(itinerary, flows, i), flow.h))
-        if flow.segment.guard is Guard.EDGE and after not in zero_segments:
-            found += _at_edge(itinerary, flows, i)
+        if flow.segment.guard in KINKS and after not in zero_segments:
+            found += _at_end(itinerary, flows, i)
         if alone and getattr(flow.c, stiffness) != 0:
             found += _gaps(numbers, itinerary, flow, i)
         for guard, time, value in minima(numbers, flow, _zeros(itinerary, i)):
@@ -91,58 +93,66 @@ def inequalities(
                 after in zero_segments and flow.h - time < near
             ):
                 continue
-            # A drift that sets off the wrong way fails by the landing before it.
+            # A drift that sets off the wrong way fails by the landing or edge before it.
             if guard is not Guard.DRIFT or not _reversed_wrongly(itinerary, flows, before):
                 found.append(Inequality(MINIMUM, i, guard, value, time))
     return found
 
 
-def _at_edge(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> Iterator[Inequality]:
-    """What has to hold at the edge that ends a segment.
+def _at_end(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> Iterator[Inequality]:
+    """What has to hold at the edge or the stop that ends a segment.
 
-    Where the drive does not react, the pull on a capsule at rest may be at an extremum there: its
-    rate jumps.
+    The pull on the capsule jumps at an edge if the drive reacts. Elsewhere its rate does: at rest
+    the pull may be at an extremum there.
     """
     flow, following = flows[i], flows[(i + 1) % len(flows)]
-    c, after = flow.c, following.c
-    if not itinerary.scene.facts.REACTS:
-        if not c.drift:
-            pull, (falls, rises) = c.pull(*_placed(c, flow.end)), edge_rates(itinerary, flows, i)
-            for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
-                if sign * falls < 0 < sign * rises:
-                    yield Inequality(BEFORE_EDGE, i, guard, c.friction_guard(sign, pull), flow.h)
-        return
-    if itinerary.mirrored and i == len(flows) - 1:
-        return  # its image is the segment's own start
+    c, after, sides = flow.c, following.c, ((Guard.UPPER, -1), (Guard.LOWER, 1))
     x_r, v_r, v_c = flow.end
+    pulled = c.pull(x_r, x_r - c.own_stop(), v_r, _turned(itinerary, flows, i)[0])
+    if not (flow.segment.guard is Guard.EDGE and itinerary.scene.facts.REACTS):
+        before, beyond = (0, 0) if c.drift else pull_rates(itinerary, flows, i)
+        for guard, sign in sides:
+            if sign * before < 0 < sign * beyond:
+                yield Inequality(BEFORE_END, i, guard, c.friction_guard(sign, pulled), flow.h)
+        return
+    image = _image(itinerary, flows, i)
     if c.drift:
-        rates = (one.margin_at(x_r, x_r - one.own_stop(), v_r) for one in (c, after))
-        falls, rises = (c.drift * rate for rate in rates)
-        if falls < 0 < rises:
+        margin = c.margin_at(x_r, x_r - c.own_stop(), v_r)
+        if c.drift * margin < 0 < c.drift * image * following.closed.margin:
             yield Inequality(EDGE, i, Guard.DRIFT, c.drift * v_c, flow.h)
         return
-    pulled, pull = c.pull(x_r, x_r - c.own_stop(), v_r), following.closed.margin + after.friction
-    for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
-        yield Inequality(BEFORE_EDGE, i, guard, c.friction_guard(sign, pulled), flow.h)
+    pull = image * (following.closed.margin + after.friction)
+    for guard, sign in sides:
+        yield Inequality(BEFORE_END, i, guard, c.friction_guard(sign, pulled), flow.h)
         within = after.friction_guard(sign, pull)
         if not after.drift:
             yield Inequality(EDGE, i, guard, within, flow.h)
-        elif after.drift == -sign:
+        elif image * after.drift == -sign:
             yield Inequality(EDGE, i, guard, -within, flow.h)
 
 
-def edge_rates(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> tuple[Number, Number]:
-    """Rates of the pull on the capsule before and after the edge that ends a segment."""
-    flow, following = flows[i], flows[(i + 1) % len(flows)]
-    turned = -1 if itinerary.mirrored and i == len(flows) - 1 else 1
-    (c, x), (d, y) = (flow.c, flow.end), (following.c, following.start)
-    before, after = c.v_rate(*_placed(c, x)), d.v_rate(*_placed(d, y))
-    return c.pull_rate(x[1], before), turned * d.pull_rate(y[1], after)
+def _image(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> int:
+    """-1 if the image of the first segment follows a segment, else 1."""
+    return -1 if itinerary.mirrored and i == len(flows) - 1 else 1
 
 
-def _placed(c: Any, state: Vector) -> tuple[Number, Number, Number]:
-    """x_r, gap and v_r of a state."""
-    return state[0], state[0] - c.own_stop(), state[1]
+def _turned(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> tuple[Number, Number]:
+    """Cosine and sine of the forcing angle where a segment ends."""
+    image, start = _image(itinerary, flows, i), flows[(i + 1) % len(flows)].closed
+    return image * start.cos_theta, image * start.sin_theta
+
+
+def pull_rates(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> tuple[Number, Number]:
+    """Rates of the pull on the capsule before and after the end of a segment."""
+    following, (cosine, sine) = flows[(i + 1) % len(flows)], _turned(itinerary, flows, i)
+    image, rates = _image(itinerary, flows, i), []
+    for c, (x_r, v_r, _), side in (
+        (flows[i].c, flows[i].end, 1),
+        (following.c, following.start, image),
+    ):
+        v_rate = c.v_rate(x_r, x_r - c.own_stop(), v_r, side * cosine)
+        rates.append(side * c.pull_rate(v_r, v_rate, side * sine))
+    return rates[0], rates[1]
 
 
 def _gaps(
@@ -183,7 +193,10 @@ def _zeros(itinerary: Itinerary, segment: int) -> dict[Guard, int]:
 
 
 def _reversed_wrongly(itinerary: Itinerary, flows: Sequence[SegmentFlow], before: int) -> bool:
-    return flows[before].segment.guard is Guard.DRIFT and _landing(itinerary, flows, before) <= 0
+    flow, after = flows[before], flows[(before + 1) % len(flows)]
+    if flow.segment.guard is Guard.EDGE:
+        return bool(flow.c.drift == 0 and after.c.drift * after.closed.margin <= 0)
+    return flow.segment.guard is Guard.DRIFT and _landing(itinerary, flows, before) <= 0
 
 
 def _landing(itinerary: Itinerary, flows: Sequence[SegmentFlow], segment: int) -> Number:

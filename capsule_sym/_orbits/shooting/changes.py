@@ -15,9 +15,10 @@ import numpy as np
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import (
-    BEFORE_EDGE,
+    BEFORE_END,
     DURATION,
     EDGE,
+    KINKS,
     LANDING,
     MINIMUM,
     Inequality,
@@ -26,7 +27,7 @@ from capsule_sym._orbits.shooting.equations import ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
 from capsule_sym._parameters import Scene
 
-_NO_DURATION = 1e-9  # of a segment beside one of duration 0
+NO_DURATION = 1e-9  # of a segment beside one of duration 0
 
 
 class Change(NamedTuple):
@@ -60,7 +61,7 @@ def insert_segment(
     """
     fields, i, zero = itinerary.fields, failed.segment, numbers.number(0)
     f, following = fields[i], itinerary.neighbour(i + 1)
-    if failed.kind in (LANDING, EDGE, BEFORE_EDGE):
+    if failed.kind in (LANDING, EDGE, BEFORE_END):
         between = _between(itinerary, system, failed, f, following)
         gone = len(between)
         longer = _itinerary((*fields[: i + 1], *between, *fields[i + 1 :]), itinerary)
@@ -218,24 +219,30 @@ def remove_segment(
 
 
 def zero_segments(itinerary: Itinerary, z: Vector, segment: int) -> tuple[int, ...]:
-    """The segment of duration 0, or two: a slip before an edge, and its rest beyond."""
+    """The segment of duration 0, or two: a slip before an edge or a stop, and its rest beyond."""
     first = _pair(itinerary, z, segment)
     return (segment,) if first is None else (first, (first + 1) % len(itinerary))
 
 
+def is_kink(itinerary: Itinerary, vanishing: tuple[int, ...]) -> bool:
+    """Whether two segments of duration 0 are a slip that begins without a jump of the pull."""
+    jumps = itinerary.scene.facts.REACTS and itinerary.segments[vanishing[0]].guard is Guard.EDGE
+    return len(vanishing) > 1 and not jumps
+
+
 def _pair(itinerary: Itinerary, z: Vector, segment: int) -> int | None:
-    """The first of two segments of no duration, a slip before an edge and its rest beyond it."""
+    """The first of two segments of no duration, a slip before an edge or a stop and its rest."""
     n, scene = len(itinerary), itinerary.scene
     for k in (segment, segment - 1):
         both = itinerary.segments[k], itinerary.segments[(k + 1) % n]
         way = drift(both[0].field, scene)
         if (
             n > 3
-            and both[0].guard is Guard.EDGE
+            and both[0].guard in KINKS
             and way
             and drift(itinerary.neighbour(k % n - 1), scene) != way
             and both[1].guard is Guard.DRIFT
-            and max(z[4 + k % n], z[4 + (k + 1) % n]) < _NO_DURATION
+            and max(z[4 + k % n], z[4 + (k + 1) % n]) < NO_DURATION
         ):
             return k % n
     return None
@@ -260,7 +267,7 @@ def _without_pair(
     kept = tuple(places[k] for k in turned.kept if k is not None)
     shorter = _itinerary((fields[0], *between, *fields[3:]), itinerary)
     guard = Guard.UPPER if ways[1] > 0 else Guard.LOWER
-    kind, guard = (EDGE, Guard.DRIFT) if ways[0] else (BEFORE_EDGE, guard)
+    kind, guard = (EDGE, Guard.DRIFT) if ways[0] else (BEFORE_END, guard)
     if lands:
         held = Inequality(DURATION, 1, None, numbers.number(0), z[4])
     else:

@@ -18,7 +18,7 @@ from capsule_sym._orbits.continuation.points.conditions import (
 )
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.shooting.admissibility import (
-    BEFORE_EDGE,
+    BEFORE_END,
     DURATION,
     EDGE,
     LANDING,
@@ -190,7 +190,7 @@ def _collapsed(family: Family, failed: Inequality, found: EventSolution) -> Orbi
     None where that itinerary has one segment.
     """
     z, segment = found.orbit.z, kinds.DURATIONS + failed.segment
-    if failed.kind in (LANDING, EDGE, BEFORE_EDGE):
+    if failed.kind in (LANDING, EDGE, BEFORE_END):
         more = len(z) - kinds.DURATIONS - len(family.itinerary)
         z = np.delete(z, range(segment + 1, segment + 1 + more))
     elif failed.kind == MINIMUM:

@@ -41,9 +41,17 @@ from capsule_sym._orbits.continuation.points.conditions import EXACT
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.continuation.points.kinds import DEGENERATE, FOLD
 from capsule_sym._orbits.continuation.points.normal_forms import doubled
-from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality, edge_rates
+from capsule_sym._orbits.shooting.admissibility import (
+    DURATION,
+    Inequality,
+    inequalities,
+    pull_rates,
+)
 from capsule_sym._orbits.shooting.changes import (
+    NO_DURATION,
     Change,
+    insert_segment,
+    is_kink,
     remove_segment,
     swap_segment,
     zero_segments,
@@ -201,8 +209,37 @@ class Continuation(Family):
     def cross(self, event: Event) -> Start | None:
         """Go on in the itinerary beyond an event, to a little further on; None if there is nothing.
 
+        Other events of the same orbit, as where forces on both ways are alike, are crossed with it.
         Raises Stop where the itineraries on the two sides do not share the condition.
         """
+        found, u = self._beyond(event)
+        for _ in range(len(self.itinerary) if self.zero_segment is None else 0):
+            also = None if found is None else self._also(self.orbit(u), found.state.held)
+            if also is None:
+                break
+            found, u = self._beyond(also)
+        return found
+
+    def _also(self, orbit: Orbit, held: Sequence[Inequality]) -> Event | None:
+        """Another event of an orbit, of an inequality that fails beyond the first."""
+        for failed in held:
+            if failed.value > 0:
+                continue
+            if failed.kind == DURATION:
+                if abs(orbit.durations[failed.segment]) < NO_DURATION:
+                    return vanishing(orbit, failed.segment)
+                continue
+            here = matching(inequalities(self.numbers, self.itinerary, orbit.system), failed)
+            if here is not None and abs(here.value) < NO_DURATION:
+                change, segment = insert_segment(
+                    self.numbers, self.itinerary, orbit.z, orbit.system, failed
+                )
+                with_it = replace(orbit, itinerary=change.itinerary, z=change.z)
+                return vanishing(with_it, segment)._replace(failed=failed)
+        return None
+
+    def _beyond(self, event: Event) -> tuple[Start | None, Vector]:
+        """The state beyond one segment's event, and the unknowns of the event's orbit there."""
         orbit, segment = event.solution.orbit, event.segment
         broken = self.itinerary.mirrored and not orbit.itinerary.mirrored
         if broken and (self.zero_segment is not None or self.critical):
@@ -217,12 +254,13 @@ class Continuation(Family):
             self.itinerary = other.itinerary
             orbit = replace(orbit, itinerary=other.itinerary, z=other.z)
         both, along = zero_segments(self.itinerary, orbit.z, segment), self.direction(segment)
-        kinked = len(both) > 1 and not self.itinerary.scene.facts.REACTS
+        kinked = is_kink(self.itinerary, both)
         if kinked:
             along = self.direction(both[0]) + _ratio(orbit, both[0]) * self.direction(both[1])
-        return self.neighbour(self.unknowns(orbit), along, kinked)
+        u = self.unknowns(orbit)
+        return self.neighbour(u, along, kinked), u
 
-    def _without(self, orbit: Orbit, segment: int) -> Start | None:
+    def _without(self, orbit: Orbit, segment: int) -> tuple[Start | None, Vector]:
         """Go on in the itinerary without a segment of duration 0, to its admissible side."""
         change, inequality = remove_segment(
             self.numbers, self.itinerary, orbit.z, orbit.system, segment
@@ -231,7 +269,7 @@ class Continuation(Family):
         self.itinerary = change.itinerary
         u = self.unknowns(replace(orbit, itinerary=change.itinerary, z=change.z))
         both = [self.neighbour(u, side) for side in self.directions(u)]
-        return max(both, key=lambda one: _margin(one, inequality))
+        return max(both, key=lambda one: _margin(one, inequality)), u
 
     def symmetric(self, state: State) -> State:
         """The state by the first half of its orbit, where that is its own mirror image."""
@@ -338,11 +376,11 @@ def doubled_starts(
 
 
 def _ratio(orbit: Orbit, first: int) -> float:
-    """Duration of a slip after an edge over that before, where both begin at 0.
+    """Duration of a slip after an edge or a stop over that before, where both begin at 0.
 
     The capsule's acceleration grows from 0 and falls again at the rates of the pull.
     """
-    grows, falls = map(float, edge_rates(orbit.itinerary, orbit.system.flows, first))
+    grows, falls = map(float, pull_rates(orbit.itinerary, orbit.system.flows, first))
     return (grows + math.copysign(math.sqrt(grows * (grows - falls)), grows)) / -falls
 
 

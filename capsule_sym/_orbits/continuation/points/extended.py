@@ -20,6 +20,7 @@ from capsule_sym._orbits.continuation.points.conditions import (
     noise,
 )
 from capsule_sym._orbits.continuation.points.kinds import DURATIONS
+from capsule_sym._orbits.shooting.admissibility import KINKS
 from capsule_sym._orbits.shooting.equations import (
     ROUNDINGS,
     Matrix,
@@ -134,14 +135,14 @@ class OrbitEquations:
 
     @property
     def _identities(self) -> list[int]:
-        """Equations that hold of themselves: a slip of no duration about an edge ends at rest."""
+        """Equations that hold of themselves: a slip of two segments of no duration ends at rest."""
         segments = self.itinerary.segments
         return [
             k
             for k in self.segments
             if segments[k].guard is Guard.DRIFT
             and (k - 1) % len(segments) in self.segments
-            and segments[k - 1].guard is Guard.EDGE
+            and segments[k - 1].guard in KINKS
         ]
 
     def row(self, orbit: Orbit, name: str) -> Vector:

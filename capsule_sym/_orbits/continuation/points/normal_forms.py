@@ -18,7 +18,12 @@ from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment, zero_segments
+from capsule_sym._orbits.shooting.changes import (
+    is_kink,
+    remove_segment,
+    swap_segment,
+    zero_segments,
+)
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import (
     STATES,
@@ -129,8 +134,8 @@ def _collision(
     order, power = 2 if kind in _TOUCHES else 1, _POWERS[kind]
     if Guard.DRIFT in _corner_guards(orbit.itinerary, segment):
         power = 3
-    if len(zero_segments(orbit.itinerary, orbit.z, segment)) > 1 and not orbit.scene.facts.REACTS:
-        raise ArithmeticError("a slip about an edge, whose two segments begin without a rate")
+    if is_kink(orbit.itinerary, zero_segments(orbit.itinerary, orbit.z, segment)):
+        raise ArithmeticError("a slip whose two segments begin without a rate")
     first, power, (x_r, v_r, v_c) = _discontinuity(
         numbers, whole_orbit(orbit), segment, kind, power
     )
