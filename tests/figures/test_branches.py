@@ -145,6 +145,20 @@ def test_losses_stack_to_the_work(branch) -> None:
     )
 
 
+@pytest.mark.parametrize("lift", [0.5, -0.5])
+def test_lift_lies_on_the_losses_or_below_zero(lift: float) -> None:
+    """What is lifted stands on the losses up to the work; what sinks gives the part below 0."""
+    points = [
+        {**one, "energy": {**one["energy"], "work": 3 * one["value"] + lift, "lift": lift}}
+        for one in SMALL["points"]
+    ]
+    upper = plot_energies({**SMALL, "points": points}).axes[0]
+    ends = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in upper.containers[2].patches]
+    losses = [3 * one["value"] for one in points]
+    below = losses if lift > 0 else [0.0] * len(points)
+    assert ends == [(pytest.approx(at), pytest.approx(at + lift)) for at in below]
+
+
 def test_a_column_of_itineraries_is_a_motions_word(settled) -> None:
     runs = [settled(alpha) for alpha in (1.2, 1.9, 0.7)]
     axes = Figure().subplots()

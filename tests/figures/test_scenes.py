@@ -8,11 +8,19 @@ import pytest
 from capsule_sym import InvalidInput, plot_margins, plot_motion, scenes, simulate
 from capsule_sym._cli import _status
 from capsule_sym._figures.device import Frame, draw_capsule
+from capsule_sym._figures.evolution import draw_itineraries
 from capsule_sym._figures.layout import new_figure
 from capsule_sym._figures.portraits import PULSE, borders, labels_of, stops_of
 from capsule_sym._figures.style import field_colour
 from capsule_sym._figures.units import Units, named
+from capsule_sym._records import in_si
+from capsule_sym._study.arcs import arcs
 
+DEVICE = {
+    **{"M_m": 1.8e-3, "M_c": 1.7e-3, "k1": 62, "k_front": 54e3, "k_back": 28e3, "c": 0.016},
+    **{"G_front": 1.6e-3, "G_back": 4e-4, "P_d": 0.016, "P_low": 0, "duty": 0.4, "Omega": 130},
+    **{"mu": 0.23, "mu_back": 0.23},
+}
 SLOPE, PULSED = scenes.slope, scenes.reaction_pulse
 
 
@@ -86,3 +94,28 @@ def test_figures_of_the_paper_are_refused_of_another_scene(
     assert (output.out, output.err.count("\n")) == ("", 1)
     assert output.err.startswith(told)
     assert not out.exists()
+
+
+def test_a_stiff_contact_is_drawn_as_a_curve() -> None:
+    """The mass turns at the stop in 1/30 of a period: no step of its velocity is a large part."""
+    run = simulate(scenes.prototype.Parameters(alpha=2.4, delta_1=1.5), periods=60)
+    touched = [arc for arc in arcs(run, 1) if arc.contact]
+    assert touched
+    for arc in touched:
+        assert np.ptp(arc.time) < 1 / 30
+        assert np.max(abs(np.diff(arc.v_r))) < 0.1 * np.ptp(arc.v_r)
+
+
+def test_the_legend_has_what_is_drawn_alone() -> None:
+    runs = [simulate(scenes.prototype.Parameters(alpha=a), periods=60) for a in (2.0, 2.01)]
+    drawn = {arc.field for run in runs for arc in arcs(run, 1)}
+    axes = new_figure(5, 3).subplots()
+    draw_itineraries(runs, axes)
+    assert {one.get_label() for one in axes.collections} == {f"F{field}" for field in drawn}
+    texts = {text.get_text() for key in plot_motion(runs[0]).legends for text in key.get_texts()}
+    assert "rest ends forward" in texts
+    assert "stop" not in texts  # it is beyond the view
+    device = Units(scenes.prototype.PhysicalParameters(**DEVICE), scenes.prototype)
+    assert device.label("D") == "duty cycle $D$"
+    row = in_si(device.device, {"D": 0.4})
+    assert row == {"duty": pytest.approx(0.4)}

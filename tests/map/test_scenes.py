@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import pickle
+import re
 import shutil
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -187,3 +189,18 @@ def test_both_gaps_are_known_after_an_edge_that_ends_a_long_segment() -> None:
     run = simulate(p, (4.3, 0.1, 0.0), phase=0.3, periods=1, max_segments=2)
     assert run.segments[0].target == "Σ28"
     assert run.segments[1].duration == pytest.approx(0.0335166, abs=1e-7)
+
+
+def test_a_copied_scene_is_told_from_the_one_that_ships(tmp_path: Path) -> None:
+    """Its folder stands in messages; without a core they say what compiles one."""
+    copied = tmp_path / "copy"
+    ignored = shutil.ignore_patterns("_core*", "__pycache__")
+    shutil.copytree(Path(scenes.slope.facts.__file__).parent, copied, ignore=ignored)
+    own = scenes.load(str(copied))
+    with pytest.raises(InvalidInput, match=r"must be of one scene, here slope$"):
+        simulate_many([own.Parameters()], scene="slope")
+    folder = re.escape(str(copied))
+    with pytest.raises(InvalidInput, match=f"must be of one scene, here slope in {folder}$"):
+        simulate_many([scenes.slope.Parameters()], scene=own)
+    with pytest.warns(RuntimeWarning, match=rf"codegen --scene FILE --out {folder} --core$"):
+        simulate(own.Parameters(), periods=1)
