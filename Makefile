@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial scenes bench first-calls bench-design battery mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-design battery mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -73,6 +73,10 @@ MOTIONS ?= 500
 STARTS ?= 100000
 scenes: $(READY)  ## judge RUNS random runs (1000), MOTIONS motions (500) and STARTS hard starts (100000) of each scene; resumes
 	$(BIN)/python -m tests.scenes.checks $(SCENES) --runs $(RUNS) --motions $(MOTIONS) --hard $(STARTS)
+
+CURVES ?= 20
+curves: $(READY)  ## judge CURVES random curves of bifurcations (20), their points and normal forms, of each scene
+	$(BIN)/python -m tests.scenes.bifurcations $(SCENES) --curves $(CURVES)
 
 bench: $(READY)  ## measure speed against error beside other tools, and what has to be reached
 	@$(call bring,peers)

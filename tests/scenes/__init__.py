@@ -116,7 +116,7 @@ class Integrator(NamedTuple):
         self,
         form: Form,
         starts: Iterable[Start],
-        periods: int = 4,
+        periods: float = 4,
         most: int = 10**6,
         checked: bool = True,
     ) -> list[Run]:

@@ -3,7 +3,8 @@
    follows whose own solution stays in its region. What 113 bits do not decide is told by the status.
 
    integrator STOPS PULSED EPS PERIODS MOST CHECKED: each line of stdin has the 13 numbers of `scene` in
-   order, x_r, v_r, v_c and the time in the period at the start; each line of stdout is a run as JSON, as
+   order, x_r, v_r, v_c and the time in the period at the start; a run ends at the end of a period, of PERIODS that
+   is no whole number within one; each line of stdout is a run as JSON, as
    `__init__.py` reads it. A number of many digits is a pair of doubles to be added up. A run has MOST
    segments at most. CHECKED is 1 for the balance of energy, and for `unit`: the errors of the final state
    (x_r, v_r, v_c, x_c) if each segment's end is rounded in units of its largest terms. */
@@ -255,7 +256,8 @@ int main(int argc, char **argv)
     if (argc != 7)
         return 2;
     stops = atoi(argv[1]), pulsed = atoi(argv[2]), reacts = atoi(argv[3]);
-    const long periods = atol(argv[4]), most = fmin(atof(argv[5]), ROOM);
+    const double periods = atof(argv[4]);
+    const long most = fmin(atof(argv[5]), ROOM);
     const int checked = atoi(argv[6]);
     double row[17];
     for (;;) {
@@ -275,14 +277,14 @@ int main(int argc, char **argv)
             segment *to = &run[count];
             const real edge = !pulsed ? 1e30 : (f.level ? period : p.D * period) - t;
             to->f = f;
-            status = leg(f, z, &t, (periods - turns) * period - t, edge, checked, to);
+            status = leg(f, z, &t, ((real)periods - turns) * period - t, edge, checked, to);
             if (status != DONE)
                 break;
             count++;
             const char event = to->event;
             t = event == 'D' ? p.D * period : t + to->duration;
             if (event == 'R' || event == 'E') {
-                turns = event == 'E' ? periods : turns + 1;
+                turns = event == 'E' ? (long)ceil(periods) : turns + 1;
                 t = 0;
             }
             while (t >= period)

@@ -31,22 +31,13 @@ def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
 def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...]:
     """The multipliers of an orbit without its segment of duration 0, sorted; empty if it needs it.
 
-    Of an orbit that is its own mirror image also without the image of the segment.
+    Of an orbit that is its own mirror image also without the image of the segment. The order of two
+    switches does not matter to them, unless one is an edge of the drive.
     """
-    if segment is None:
-        return sorted_multipliers(orbit)
-    half, its_segment = halved_at(orbit, segment) or (orbit, segment)
-    orbit, segment = half, segment if its_segment is None else its_segment
-    with backend("numpy", orbit.scene) as numbers:
-        itinerary, z = orbit.itinerary, orbit.z
-        if swap_segment(itinerary, z, segment, orbit.system) is not None:
-            return sorted_multipliers(whole_orbit(orbit))
-        try:
-            change, _ = remove_segment(numbers, itinerary, z, orbit.system, segment)
-        except InvalidInput:
-            return ()
-        short = orbit_at(numbers, orbit.values, change.itinerary, change.z)
-    return sorted_multipliers(whole_orbit(short))
+    itinerary, z, pulsed = orbit.itinerary, orbit.z, orbit.scene.facts.PULSED
+    same = segment is None or (not pulsed and swap_segment(itinerary, z, segment))
+    other = orbit if same else orbit_without(orbit, segment)
+    return () if other is None else sorted_multipliers(other)
 
 
 def orbit_without(orbit: Orbit, segment: int | None) -> Orbit | None:
@@ -56,12 +47,13 @@ def orbit_without(orbit: Orbit, segment: int | None) -> Orbit | None:
     half, its_segment = halved_at(orbit, segment) or (orbit, segment)
     orbit, segment = half, segment if its_segment is None else its_segment
     with backend("numpy", orbit.scene) as numbers:
-        change = swap_segment(orbit.itinerary, orbit.z, segment, orbit.system)
-        if change is None:
-            try:
-                change, _ = remove_segment(numbers, orbit.itinerary, orbit.z, orbit.system, segment)
-            except InvalidInput:
-                return None
+        itinerary, z, system = orbit.itinerary, orbit.z, orbit.system
+        try:
+            change = swap_segment(itinerary, z, segment, system)
+            if change is None:
+                change, _ = remove_segment(numbers, itinerary, z, system, segment)
+        except InvalidInput:
+            return None
         found = orbit_at(numbers, orbit.values, change.itinerary, change.z)
     return whole_orbit(found)
 

@@ -133,7 +133,9 @@ def _collision(
 ) -> NormalForm:
     order, power = 2 if kind in _TOUCHES else 1, _POWERS[kind]
     if Guard.DRIFT in _corner_guards(orbit.itinerary, segment):
-        power = 3
+        # What turns round where it lands does so the later, the longer the other spring acted.
+        ends = (orbit.itinerary.neighbour(k) for k in (segment - 1, segment + 1))
+        power = 3 if any(drift(field, orbit.scene) == 0 for field in ends) else 2
     if is_kink(orbit.itinerary, zero_segments(orbit.itinerary, orbit.z, segment)):
         raise ArithmeticError("a slip whose two segments begin without a rate")
     first, power, (x_r, v_r, v_c) = _discontinuity(

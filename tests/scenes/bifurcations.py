@@ -1,0 +1,529 @@
+"""Bifurcations of scenes beside the judge: `python -m tests.scenes.bifurcations SCENE ...`.
+
+Random branches and curves are found by the package. Of each bifurcation the judge, `integrator.c`,
+solves for the orbits beside it: fixed points of its own map, by Newton's method on differences of
+its own runs. What is compared is the itinerary on both sides, multipliers, what the normal form
+says of the parameter, and the term by which the maps of both sides differ.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from random import Random
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from capsule_sym import (
+    Bifurcation,
+    Curve,
+    CurvePoint,
+    InvalidInput,
+    continue_bifurcation,
+    continue_orbit,
+    performance,
+    scenes,
+    solve_orbit,
+)
+from capsule_sym._orbits.shooting.admissibility import _middle
+from tests.scenes import SCENES, Form, Integrator, Run, Start, integrator, random_start
+
+SMALL = 1e-12  # of differences for a Jacobian
+BESIDE = 1e-7  # of a parameter, to either side of a bifurcation
+NEAR = 1e-3  # in multipliers, of their limit from beside the bifurcation
+CLOSED = 1e-9  # before the last step of Newton's method
+EIGENVALUE = {"fold": 1, "symmetry breaking": 1, "period doubling": -1}
+STEP = 1e-6  # between starts at which a border's two sides are compared
+BEHIND = range(-1, -10, -1)  # nodes of a polynomial that continues one side's map to the other
+TERM, SMOOTH, GROWTH, SLOPE = 1e-2, 2e-2, 1e-2, 1e-4
+
+
+class Undecided(Exception):
+    """The judge does not decide."""
+
+
+class Section(NamedTuple):
+    """The judge's map over some periods from a share of one on, and its end if not there again."""
+
+    judge: Integrator
+    form: Form
+    share: float
+    periods: float
+
+    def runs(self, points: Sequence[tuple[dict[str, float], Any]]) -> list[Run]:
+        """Runs at parameters from states; raises Undecided where one does not come to its end."""
+        starts = [
+            Start(p, tuple(map(float, x)), self.share * 2 * math.pi / p["omega"]) for p, x in points
+        ]
+        found = self.judge.runs(self.form, starts, self.share + self.periods, checked=False)
+        if any(run.status != "done" for run in found):
+            raise Undecided("a run does not come to its end")
+        return found
+
+    def jacobian(self, p: dict[str, float], x: Any) -> tuple[Run, Any]:
+        """The run from a state, and the derivative of its end by the components that vary."""
+        units = SMALL * np.eye(3)[: 3 if x[2] else 2]
+        pairs = [(x + unit, x - unit) for unit in units]
+        run, *moved = self.runs([(p, x), *((p, one) for pair in pairs for one in pair)])
+        columns = [
+            [float(a - b) for a, b in zip(one.state[:3], two.state, strict=False)]
+            for one, two in zip(moved[::2], moved[1::2], strict=True)
+        ]
+        widths = [float((one - two)[k]) for k, (one, two) in enumerate(pairs)]
+        return run, np.array(columns).T / widths
+
+    def orbit(self, p: dict[str, float], x: Any) -> tuple[Any, Run, Any]:
+        """The fixed point near a state, its run, and the multipliers that are not 0 by rest."""
+        closed = False
+        for _ in range(12):
+            run, by = self.jacobian(p, x)
+            off = np.array([float(a - Fraction(b)) for a, b in zip(run.state[:3], x, strict=False)])
+            n = len(by.T)
+            if closed:
+                return x, run, np.linalg.eigvals(by[:n])
+            closed = bool(abs(off).max() < CLOSED * (1 + abs(x).max()))
+            x = np.array(x)
+            x[:n] -= np.linalg.solve(by[:n] - np.eye(n), off[:n])
+        raise Undecided("no orbit")
+
+
+def cycle(fields: Sequence[int]) -> tuple[int, ...]:
+    """The fields of a cycle, from the least rotation on."""
+    fields = tuple(fields)
+    return min(fields[k:] + fields[:k] for k in range(len(fields)))
+
+
+def polynomial(multipliers: Sequence[complex]) -> Any:
+    """The characteristic polynomial of multipliers; those that are not given are 0."""
+    return np.poly([*multipliers, 0, 0][:3]).real
+
+
+def passed(run: Run) -> tuple[int, ...]:
+    """The cycle of fields of an orbit that begins and ends within one segment."""
+    if len(run.fields) > 1 and run.fields[0] != run.fields[-1]:
+        raise Undecided("the run does not end where it begins")
+    return cycle(run.fields[:-1] or run.fields)
+
+
+def halves_alike(fields: Sequence[int]) -> bool:
+    """Whether a cycle of fields is one twice over."""
+    half = len(fields) // 2
+    return tuple(fields[:half]) == tuple(fields[half:])
+
+
+def durations(run: Run) -> Any:
+    """Durations of an orbit's segments, from that in which it begins."""
+    found = [float(one.duration) for one in run.segments]
+    return np.array([found[0] + found[-1], *found[1:-1]])
+
+
+def lagrange(nodes: Sequence[Fraction], at: Fraction) -> list[Fraction]:
+    """Weights of the values at some nodes in the polynomial's value elsewhere."""
+    return [
+        math.prod((at - b) / (a - b) for b in nodes if b != a)  # type: ignore[misc]
+        for a in nodes
+    ]
+
+
+@dataclass
+class Tally:
+    """Counts by what was judged and the type of the bifurcation."""
+
+    right: Counter[tuple[str, str]] = field(default_factory=Counter)
+    open: Counter[tuple[str, str]] = field(default_factory=Counter)
+    wrong: list[str] = field(default_factory=list)
+    reasons: Counter[str] = field(default_factory=Counter)
+
+    def judged(self, what: str, one: Any, kind: str, judge: Any) -> None:
+        """Count the verdict of a judgement, which raises AssertionError where it is wrong."""
+        try:
+            judge()
+            self.right[what, kind] += 1
+        except Undecided as reason:
+            self.open[what, kind] += 1
+            self.reasons[f"{what}, {kind}: {reason}"] += 1
+        except AssertionError as problem:
+            p = one.orbit.parameters.to_dict()
+            self.wrong.append(f"{what} of {kind}, segment {one.segment}: {problem} at {p}")
+
+
+class Judged:
+    """A bifurcation of a branch or a point of a curve, as the judge meets it."""
+
+    def __init__(self, judge: Integrator, one: Bifurcation | CurvePoint, kind: str) -> None:
+        self.one, self.orbit, self.kind, self.judge = one, one.orbit, kind, judge
+        self.form = SCENES[self.orbit.scene.name]
+        self.p = {k: float(v) for k, v in self.orbit.parameters.to_dict().items()}
+        flows = self.orbit.system.flows
+        self.first = max(range(len(flows)), key=lambda i: float(flows[i].h))
+        state, angle = _middle(self.orbit, flows[self.first])
+        self.x, number = np.array(state), self.orbit.itinerary.period_number
+        self.section = Section(judge, self.form, angle / math.tau, number)
+
+    def smooth(self) -> None:
+        """The orbit closes, and a multiplier is that of its type."""
+        run, by = self.section.jacobian(self.p, self.x)
+        off = max(abs(float(a) - b) for a, b in zip(run.state[:3], self.x, strict=True))
+        n = len(by.T)
+        found = np.linalg.eigvals(by[:n])
+        assert off < 1e-9 * (1 + abs(by).max()), f"open by {off:.1g}"
+        assert passed(run) == cycle(self.orbit.itinerary.fields), f"fields {run.fields}"
+        if self.kind in EIGENVALUE:
+            apart = min(abs(found - EIGENVALUE[self.kind]))
+        else:
+            apart = min(abs(abs(one) - 1) for one in found if one.imag)
+        assert apart < 1e-6, f"multipliers {found}"
+
+    def beside(self, name: str) -> list[tuple[tuple[int, ...], Any]]:
+        """The judge's orbits a little below and above in a parameter: fields, and stability.
+
+        That is the characteristic polynomial, its limit at the bifurcation: it changes by the
+        distance, or, where the segment grows like its root, by that.
+        """
+        found = []
+        for sign in (-1, 1):
+            ends = []
+            for size in (BESIDE, BESIDE / 4, BESIDE / 16):
+                p = self.p | {name: self.p[name] + sign * size * max(1.0, abs(self.p[name]))}
+                _, run, multipliers = self.section.orbit(p, self.x)
+                ends.append((passed(run), polynomial(multipliers)))
+            if len({fields for fields, _ in ends}) > 1:
+                raise Undecided("another border is near")
+            far, near, nearest = (one for _, one in ends)
+            found.append((ends[0][0], (far - 6 * near + 8 * nearest) / 3))
+        return found
+
+    def border(self, names: Sequence[str]) -> None:
+        """On one side is the itinerary with the segment, on the other that without it."""
+        one = self.one
+        self.one_event()
+        without = one.orbit_without
+        if without is None:
+            raise Undecided("there is nothing beyond")
+        expected = [cycle(o.itinerary.fields) for o in (self.orbit, without)]
+        both = one.multipliers, one.multipliers_without
+        problems = []
+        for name in names:
+            try:
+                found = self.beside(name)
+            except (Undecided, np.linalg.LinAlgError) as reason:
+                problems.append(f"{name}: {reason}")
+                continue
+            cycles = [fields for fields, _ in found]
+            if any(map(halves_alike, cycles)) and not any(map(halves_alike, expected)):
+                problems.append(f"{name}: an orbit of half the period is near")
+                continue
+            if cycles[0] == cycles[1]:
+                problems.append(f"{name}: both {'with' if cycles[0] == expected[0] else 'without'}")
+                if cycles[0] in expected:
+                    continue
+            order = 1 if cycles == expected else -1
+            assert cycles == expected[::order], f"fields {cycles}, not {expected}"
+            if isinstance(one, Bifurcation):
+                upwards = one.interval[0] < one.value
+                named = one.itinerary_before, one.itinerary_after
+                told = [itinerary and cycle(itinerary.fields) for itinerary in named]
+                told = told if upwards else told[::-1]
+                assert all(t in (None, c) for t, c in zip(told, cycles, strict=True)), (
+                    f"{told} is told, not {cycles}"
+                )
+            for (_, true), own in zip(found, both[::order], strict=True):
+                apart = abs(polynomial(own) - true).max() / (1 + abs(true).max())
+                assert apart < NEAR, f"multipliers {own}, not {np.roots(true)}"
+            return
+        raise Undecided("; ".join(problems))
+
+    def one_event(self) -> None:
+        """Raises Undecided where more than one switch is at a border, but for mirror images."""
+        zero = [i for i, flow in enumerate(self.orbit.system.flows) if abs(flow.h) < 1e-9]
+        n, fields = len(self.orbit.itinerary), self.orbit.itinerary.fields
+        if halves_alike(fields):
+            raise Undecided("the orbit has half the period")
+        pair = len(zero) == 2 and (zero[1] - zero[0]) % n in {1, n - 1}
+        if len(zero) > 1 and not pair and getattr(self.one, "symmetry", "") != "kept":
+            raise Undecided("two switches are at borders at once")
+
+    def derivatives(self, name: str) -> None:
+        """On each side velocity and durations change as the orbit of that side says."""
+        self.one_event()
+        told = {}
+        for orbit in (self.orbit, self.one.orbit_without):
+            if orbit is None:
+                raise Undecided("there is nothing beyond")
+            k = orbit.scene.facts.PARAMETERS.index(name)
+            rows = [*orbit.by_parameter[4:, k], performance(orbit).velocity.gradient[name]]
+            told[cycle(orbit.itinerary.fields)] = orbit, np.array(rows, dtype=float)
+        for sign in (1, -1):
+            apart = []
+            for step in (1e-6, 1e-7, 1e-8):
+                fields, begin, slope = self._slope(name, sign * step * max(1.0, abs(self.p[name])))
+                if fields not in told:
+                    raise Undecided("another itinerary is near")
+                orbit, rows = told[fields]
+                # The judge's first segment, in which nothing is at a border, is one of both orbits.
+                field = self.orbit.itinerary.fields[self.first]
+                lasting = (
+                    (abs(float(orbit.durations[i]) - begin), i)
+                    for i in range(len(orbit.itinerary))
+                    if orbit.itinerary.fields[i] == field
+                )
+                _, i = min(lasting)
+                expected = np.array([*np.roll(rows[:-1], -i), rows[-1]])
+                apart.append(abs(slope - expected).max() / (1 + abs(expected).max()))
+            del told[fields]
+            assert min(apart) < SLOPE, f"by {name}: {expected}, not {slope}, {apart}"
+
+    def _slope(self, name: str, step: float) -> tuple[tuple[int, ...], float, Any]:
+        """On one side the cycle, the first segment's duration, and slopes at the bifurcation."""
+        runs = []
+        for k in (1, 2, 3):
+            p = self.p | {name: self.p[name] + k * step}
+            _, run, _ = self.section.orbit(p, self.x)
+            period = 2 * math.pi / p["omega"] * self.section.periods
+            runs.append([*durations(run), float(run.state[3]) / period])
+        if len({len(one) for one in runs}) > 1:
+            raise Undecided("another itinerary is near")
+        one, two, three = np.array(runs)
+        return passed(run), float(one[0]), (-5 * one + 8 * two - 3 * three) / (2 * step)
+
+    def growth(self) -> None:
+        """The duration of the segment grows with the parameter as the normal form says."""
+        one, form = self.one, self.one.normal_form
+        self.one_event()
+        assert isinstance(one, Bifurcation)
+        if form is None:
+            raise Undecided("no normal form")
+        place = (one.segment - self.first) % len(self.orbit.itinerary)
+        found = []
+        for size in (2e-3, 2e-4, 2e-5, 4e-6):
+            if len(found) == 2 and abs(found[1] - found[0]) < GROWTH / 2:
+                break
+            found = []
+            for duration in (size, size / 2):
+                value = one.value + form.growth * duration**form.order
+                _, run, _ = self.section.orbit(self.p | {one.parameter: value}, self.x)
+                if passed(run) == cycle(self.orbit.itinerary.fields):
+                    found.append(float(run.segments[place].duration) / duration)
+        assert len(found) == 2, f"fields {run.fields} where the segment is said to be"
+        ratio = 2 * found[1] - found[0]
+        assert abs(ratio - 1) < GROWTH, f"durations {found} of what the normal form says"
+
+    def discontinuity(self) -> None:
+        """The map with the segment differs from that without by the normal form's term."""
+        one, form = self.one, self.one.normal_form
+        if form is None:
+            raise Undecided("no normal form")
+        flows, n, segment = self.orbit.system.flows, len(self.orbit.itinerary), one.segment
+        before, after = segment - 1, (segment + 1) % n
+        if min(float(flows[before].h), float(flows[after].h)) < 1e-3:
+            raise Undecided("another switch is near")
+        state, angle = _middle(self.orbit, flows[before])
+        omega, lag = self.p["omega"], min(float(flows[after].h) / 2, 0.05)
+        lasting = float(flows[before].h) / 2 + lag
+        local = Section(self.judge, self.form, angle / math.tau, lasting * omega / math.tau)
+        expected = expm(self.linear(self.orbit.itinerary.fields[after]) * lag) @ form.discontinuity
+        long = self.orbit.itinerary.fields[before], self.orbit.itinerary.fields[segment]
+        x = np.array(state)
+        for unit in (sign * one for one in np.eye(3)[: 3 if x[2] else 2] for sign in (1, -1)):
+            ahead, *behind = local.runs([(self.p, x + STEP * k * unit) for k in (1, *BEHIND)])
+            others = {run.fields for run in behind}
+            if ahead.fields[:2] == long and len(others) == 1 and ahead.fields not in others:
+                break
+        else:
+            raise Undecided("no direction leads to both sides")
+        shares, found = (Fraction(1, 2), Fraction(1, 4)), []
+        # What is added to a double is not exactly what is asked for.
+        k = int(abs(unit).argmax())
+        nodes = [Fraction((x + STEP * j * unit)[k]) - Fraction(x[k]) for j in BEHIND]
+        for share in shares:
+            there = x + STEP * float(share) * unit
+            (run,) = local.runs([(self.p, there)])
+            at, s = Fraction(there[k]) - Fraction(x[k]), float(run.segments[1].duration)
+            weights = lagrange(nodes, at)
+            off = [
+                float(
+                    run.state[i]
+                    - sum(w * one.state[i] for w, one in zip(weights, behind, strict=True))
+                )
+                for i in range(3)
+            ]
+            found.append((s, np.array(off) / s**form.power))
+        (s, term), (t, other) = found
+        term = (other * s - term * t) / (s - t)
+        apart = abs(term - expected).max() / abs(expected).max()
+        assert apart < TERM, f"the maps differ by {term}, not {expected}"
+
+    def amplitude(self) -> None:
+        """Beside a smooth bifurcation orbits are as far apart as the normal form says."""
+        one, form = self.one, self.one.normal_form
+        assert isinstance(one, Bifurcation)
+        if form is None:
+            raise Undecided("no normal form")
+        doubles = self.kind == "period doubling"
+        n = len(self.orbit.itinerary) * (1 + doubles)
+        section = self.section._replace(periods=self.section.periods * (1 + doubles))
+        _, by = self.section.jacobian(self.p, self.x)
+        values, vectors = np.linalg.eig(by[: len(by.T)])
+        along = np.zeros(3)
+        w = vectors[:, abs(values - EIGENVALUE[self.kind]).argmin()].real
+        along[: len(w)] = w / abs(w).max()
+
+        def apart(run: Run) -> Any:
+            if passed(run) != cycle(self.orbit.itinerary.fields * (1 + doubles)):
+                raise Undecided("another itinerary is near")
+            if self.kind == "fold":
+                return durations(run)
+            first, second = np.split(durations(run), 2)
+            return (first - second) / 2
+
+        ends = [section.runs([(self.p, self.x + k * SMALL * along)])[0] for k in (1, -1)]
+        if any(len(run.fields) != n + 1 for run in ends):
+            raise Undecided("another itinerary is near")
+        speed = float(np.linalg.norm(apart(ends[0]) - apart(ends[1]))) / (2 * SMALL)
+        middle = (apart(ends[0]) + apart(ends[1])) / 2
+        ratios = []
+        for size in (4e-3, 2e-3):
+            p = self.p | {one.parameter: one.value + form.growth * size**2}
+            both = []
+            for sign in (1, -1):
+                _, run, multipliers = section.orbit(p, self.x + sign * size / speed * along)
+                moved = float(np.linalg.norm(apart(run) - middle))
+                if moved < size / 4:
+                    raise Undecided("Newton's method leads to the orbit between")
+                nearest = float(abs(multipliers - 1).min())
+                grown = 2 * size if self.kind == "fold" else 4 * size**2
+                both.append((moved / size, nearest / grown / abs(form.coefficient)))
+            ratios.append(np.mean(both, axis=0))
+        limit = (4 * ratios[1] - ratios[0]) / 3
+        assert abs(limit - 1).max() < SMOOTH, f"amplitude and coefficient off: {ratios}"
+
+    def linear(self, number: int) -> Any:
+        """Matrix (3, 3) of the equations of motion of a field, by its number."""
+        p, contacts = self.p, 1 + self.form.stops
+        contact, way = (number - 1) // 3 % contacts, 1 - (number - 1) % 3
+        names = [name for name in ("beta", "beta_1", "beta_2") if name in p]
+        force = np.array([1 + (0, *(p[name] for name in names))[contact], 2 * p["zeta"], 0])
+        slip = force / p["gamma"] * abs(way)
+        return np.array([[0, 1, 0], -force - slip, slip])
+
+
+def judge_bifurcation(tally: Tally, judge: Integrator, one: Bifurcation) -> None:
+    """Judge a bifurcation of a branch, and its normal form."""
+    met = Judged(judge, one, one.type)
+    if one.segment is None:
+        tally.judged("point", one, one.type, met.smooth)
+        if one.type in EIGENVALUE:
+            tally.judged("normal form", one, one.type, met.amplitude)
+        return
+    tally.judged("point", one, one.type, lambda: met.border((one.parameter,)))
+    tally.judged("growth", one, one.type, met.growth)
+    tally.judged("term", one, one.type, met.discontinuity)
+    if one.type == "edge":
+        for name in ("D", "omega"):
+            tally.judged(f"slope by {name}", one, one.type, partial(met.derivatives, name))
+
+
+def judge_curve(tally: Tally, judge: Integrator, curve: Curve) -> None:
+    """Judge three points of a curve."""
+    count = len(curve.points)
+    for k in sorted({count // 6, count // 2, 5 * count // 6}):
+        point = curve.points[k]
+        met = Judged(judge, point, curve.type)
+        judged = met.smooth if point.segment is None else partial(met.border, curve.parameters)
+        tally.judged("curve point", point, curve.type, judged)
+
+
+def parameters_of(name: str, random: Random) -> dict[str, float]:
+    """Random parameters whose motions are neither too long nor too hard."""
+    given = random_start(SCENES[name], random).parameters
+    given["zeta"] = random.choice([0.02, 0.05, 0.2])
+    for key in ("beta", "beta_1", "beta_2"):
+        if key in given:
+            given[key] = random.choice([1.5, random.uniform(1, 20), 100.0])
+    if name == "prototype" and random.random() < 0.4:  # one whose motions have mirror images
+        given |= {"delta_2": given["delta_1"], "beta_2": given["beta_1"], "s": 0.0, "D": 0.5}
+        given |= {"alpha_low": -given["alpha"], "f_plus": 1.0, "f_minus": 1.0}
+    return given
+
+
+def random_branches(name: str, random: Random) -> Iterator[tuple[Any, str]]:
+    """Branches of random motions in a random parameter, with another one to follow curves in."""
+    scene, known = getattr(scenes, name), ("alpha", "omega", "zeta", "gamma", "D", "s", "alpha_low")
+    while True:
+        given = parameters_of(name, random)
+        orbit = solve_orbit(scene.Parameters(**given), max_seconds=5)
+        if not orbit.success or orbit.itinerary.period_number > 4:
+            continue
+        alike = given.get("alpha_low") == -given["alpha"] and given["D"] == 0.5
+        names = ["omega", "zeta", "gamma"] if alike else [one for one in known if one in given]
+        first, second = random.sample(names, 2)
+        to = given[first] * random.choice([0.7, 1.4])
+        if first in {"D", "s", "alpha_low"}:
+            to = given[first] + random.choice([-0.1, 0.1])
+        if not 0.02 < to < 0.98 and first == "D":
+            continue
+        yield continue_orbit(orbit, first, to, points=15, max_seconds=4), second
+
+
+def checked(name: str, judge: Integrator, curves: int, seed: int) -> Tally:
+    """Bifurcations and curves of random branches of a scene, judged."""
+    random, tally = Random(f"{seed} {name}"), Tally()
+    many, met = Counter[str](), Counter[str]()
+    for branch, second in random_branches(name, random):
+        for one in branch.bifurcations:
+            if max(many[one.type] * 5, met[one.type] * 3) > curves:
+                continue
+            met[one.type] += 1
+            if sum(many.values()) >= curves or not one.success:
+                continue
+            judge_bifurcation(tally, judge, one)
+            p = one.orbit.parameters
+            low, high = (sorted((0.9 * v, 1.1 * v)) for v in (one.value, p.to_dict()[second]))
+            try:
+                curve = continue_bifurcation(
+                    one, second, (tuple(low), tuple(high)), points=6, max_seconds=5
+                )
+            except InvalidInput:
+                continue
+            if len(curve.points) > 2:
+                many[one.type] += 1
+                judge_curve(tally, judge, curve)
+        if sum(many.values()) >= curves:
+            return tally
+    raise AssertionError("there is always another branch")
+
+
+def main() -> int:
+    """Judge bifurcations of scenes, and print a table."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("scenes", nargs="+")
+    parser.add_argument("--curves", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0)
+    given, wrong = parser.parse_args(), 0
+    with tempfile.TemporaryDirectory() as folder:
+        judge = integrator(Path(folder))
+        for name in given.scenes:
+            tally = checked(name, judge, given.curves, given.seed)
+            wrong += len(tally.wrong)
+            for key in sorted({*tally.right, *tally.open}):
+                counts = f"{tally.right[key]} right, {tally.open[key]} not decided"
+                print(f"{name:15} {key[0]:12} {key[1]:32} {counts}")
+            for problem in tally.wrong:
+                print(f"{name} WRONG: {problem}", flush=True)
+            for reason, count in tally.reasons.most_common(8):
+                print(f"{name} not decided, {count}: {reason}")
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

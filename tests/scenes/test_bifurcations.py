@@ -1,0 +1,96 @@
+"""Bifurcations, their normal forms and curves in scenes beside the judge."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+
+import pytest
+
+from capsule_sym import Bifurcation, continue_orbit, scenes, solve_orbit
+from tests.scenes import Integrator, integrator
+from tests.scenes.bifurcations import Judged, Tally, Undecided, checked, judge_bifurcation
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+
+# What turns round where its drive's level falls: the map is piecewise linear there.
+TURNING = {
+    **{"alpha": 1.9554827325355435, "alpha_low": -0.09574323627587988, "D": 0.8768046827525245},
+    **{"omega": 1.0875150390795385, "delta": 0.02, "zeta": 0.02, "beta": 15.554798665527118},
+    **{"gamma": 1.5, "f_b": 1.0},
+}
+
+
+@pytest.fixture(scope="module")
+def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
+    return integrator(tmp_path_factory.mktemp("integrator"))
+
+
+@pytest.fixture(scope="module")
+def turning() -> Bifurcation:
+    orbit = solve_orbit(scenes.reaction_pulse.Parameters(**TURNING))
+    (edge, *_) = continue_orbit(orbit, "gamma", 1.47, points=10).bifurcations
+    return edge
+
+
+def test_an_edge_at_which_the_capsule_turns_round_has_multipliers_of_two_sides(
+    judge: Integrator, turning: Bifurcation
+) -> None:
+    tally = Tally()
+    judge_bifurcation(tally, judge, turning)
+    assert not tally.wrong
+    assert not tally.open
+    assert turning.type == "edge"
+    form = turning.normal_form
+    assert form is not None
+    assert (form.order, form.power, form.exponent) == (1, 1, 1)
+    assert abs(turning.multipliers[1] - turning.multipliers_without[1]) > 1e-3
+
+
+def mutants(one: Bifurcation) -> Iterator[tuple[str, Bifurcation]]:
+    """The same with sides exchanged, or a normal form of another, and what has to notice it."""
+    sides = {"itinerary_before": one.itinerary_after, "itinerary_after": one.itinerary_before}
+    yield "border", replace(one, **sides)
+    form = one.normal_form
+    assert form is not None
+    same = replace(one)
+    same.__dict__["multipliers_without"] = one.multipliers
+    yield "border", same
+    other = {"discontinuity": tuple(1.02 * term for term in form.discontinuity or ())}
+    for judged, changed in (
+        ("growth", {"growth": 1.02 * form.growth}),
+        ("discontinuity", {"power": 2}),
+        ("discontinuity", other),
+    ):
+        mutant = replace(one)
+        mutant.__dict__["normal_form"] = form._replace(**changed)
+        yield judged, mutant
+
+
+def test_the_judge_notices_what_is_wrong(judge: Integrator, turning: Bifurcation) -> None:
+    for name, mutant in mutants(turning):
+        met = Judged(judge, mutant, "edge")
+        judged = partial(met.border, ("gamma",)) if name == "border" else getattr(met, name)
+        with pytest.raises(AssertionError):
+            judged()
+    moved = Judged(judge, turning, "edge")
+    moved.p = moved.p | {"gamma": turning.value + 1e-6}
+    with pytest.raises((AssertionError, Undecided)):
+        moved.border(("gamma",))
+
+
+@pytest.mark.parametrize("scene", ["prototype"])
+def test_a_few_curves_are_the_judge_s(judge: Integrator, scene: str) -> None:
+    tally = checked(scene, judge, 2, 1)
+    assert not tally.wrong
+    assert tally.right.total() > 4 * tally.open.total()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scene", ["slope", "prototype", "reaction", "reaction_pulse"])
+def test_random_curves_are_the_judge_s(judge: Integrator, scene: str) -> None:
+    tally = checked(scene, judge, 20, 0)
+    assert not tally.wrong
+    assert tally.right.total() > 4 * tally.open.total()
