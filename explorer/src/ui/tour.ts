@@ -10,7 +10,7 @@ interface Stop {
 
 const STOPS: readonly Stop[] = [
   { at: "capsule-box", title: "A capsule that moves itself", text: "Inside the capsule a mass swings on a spring, driven by a periodic force. After a gap it meets a stop. Below, dry friction holds the capsule or lets it slide: so it creeps forward, or backward." },
-  { at: "parameters", title: "Parameters", text: "The motion depends on a few numbers without units, or on a device in SI units. Move a slider: the motion is computed anew at once. The ? beside a name explains it." },
+  { at: "parameters", title: "Parameters", text: "The motion depends on a few numbers without units, or on a device in SI units. The scene above them is the kind of capsule: another drive, two stops, a slope. Move a slider: the motion is computed anew at once. The ? beside a name explains it." },
   { at: "itinerary-box", title: "Exact, segment by segment", text: `Between switches the equations are linear, and their solutions are known in closed form. The fields F1 to F${MODES.length} follow each other; the list is the itinerary, and each switch is proved to be the first.` },
   { at: "map-box", title: "The global map", text: "The same in the paper's notation: local maps from one switching plane to the next, composed from right to left." },
   { at: "phase", title: "Portraits", text: "One period of the motion in its phase plane and in its state space, each segment in its field's colour. The state space turns by dragging, or by the arrow keys." },

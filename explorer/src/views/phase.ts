@@ -3,6 +3,7 @@ import { POINT } from "../core.ts";
 import { withUnit } from "../device.ts";
 import type { Unit } from "../device.ts";
 import { fieldColour } from "../draw/colours.ts";
+import { edgeOf } from "../itinerary.ts";
 import { stops } from "../scene.ts";
 import { FONT, UNIT, extent, frame, maths, padded } from "../draw/axes.ts";
 import type { Frame } from "../draw/axes.ts";
@@ -57,8 +58,10 @@ function drawSegments(motion: Motion, xs: readonly number[], ys: readonly number
   pen.lineCap = "butt";
   pen.lineWidth = 1.25 * UNIT;
   pen.strokeStyle = theme.ink;
-  pen.fillStyle = theme.paper;
-  eachSegment(motion, (_, from) => {
+  let before = 0;
+  eachSegment(motion, (field, from) => {
+    pen.fillStyle = from && edgeOf(before, field) ? theme.ink : theme.paper;
+    before = field;
     if (from === 0) return;
     pen.beginPath();
     pen.arc(area.x(xs[from] ?? 0), area.y(ys[from] ?? 0), 3 * UNIT, 0, 2 * Math.PI);
