@@ -41,11 +41,15 @@ def wrapped(text: str, mark: str = "", comment: str = "") -> str:
     return "\n".join(lines) + "\n"
 
 
+_INLINE = re.compile("⟨([^⟨⟩¦]*)(?:¦([^⟨⟩]*))?⟩")
+
+
 def _kept(text: str) -> str:
     """A template without what the model does not have.
 
     Lines after `@harmonic` are for a drive that changes within a segment, those after `@pulsed` for
-    one that is constant in each; both up to the next of these marks, or `@end`.
+    one that is constant in each; both up to the next of these marks, or `@end`. Within a line
+    `⟨...⟩` is for the former alone, and `⟨...¦...⟩` has a text for each.
     """
     left_out = "@harmonic" if PULSED else "@pulsed"
     kept, leaving = [], False
@@ -53,7 +57,8 @@ def _kept(text: str) -> str:
         if line.strip() in ("@harmonic", "@pulsed", "@end"):
             leaving = line.strip() == left_out
         elif not leaving:
-            kept.append(line)
+            chosen = _INLINE.sub(lambda one: (one[2] or "") if PULSED else one[1], line)
+            kept += [chosen] if chosen.strip() or not line.strip() else []
     return "".join(kept)
 
 

@@ -116,6 +116,7 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
     else:
         assert program in {
             "./example",
+            "./prototype",
             "cc",
             "cmake",
             "eval",
