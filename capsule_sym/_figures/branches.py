@@ -71,7 +71,7 @@ def plot_bifurcations(
         values = [_values(one, index)[0] for one in found]
         draw_points(row, [one["value"] for one in found], values, "exact bifurcation points")
         label_row(row, label)
-    rows[2].set_xlabel(units.label(record["parameter"]))
+    rows[2].set_xlabel(axis_label(record, units))
     rows[2].set_xlim(*span(record))
     for row in rows:
         mark_bifurcations(record, row)
@@ -91,6 +91,12 @@ def shared(record: Record) -> dict[str, Any]:
 def units_of(record: Record, device: SceneDevice | None) -> Units:
     """Units of a branch; raises InvalidInput where its orbits are those of another device."""
     return Units.of_known(device, shared(record)["parameters"], scene_in(record) or CAPSULE)
+
+
+def axis_label(record: Record, units: Units) -> str:
+    """What varies along a branch, and how one ends that does not get where it was to get."""
+    label, status = units.label(record["parameter"]), record.get("status", "reached")
+    return label if status == "reached" else f"{label}; the branch ends early: {status}"
 
 
 def span(record: Record) -> tuple[float, float]:
@@ -263,7 +269,7 @@ def plot_energies(
     with np.errstate(invalid="ignore"):
         lower.plot(values, friction / work, color=FRICTION)
     lower.set_ylabel("share of friction")
-    lower.set_xlabel(units.label(record["parameter"]))
+    lower.set_xlabel(axis_label(record, units))
     lower.set_xlim(*span(record))
     for row in (upper, lower):
         mark_bifurcations(record, row)

@@ -11,7 +11,13 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Patch
 
-from capsule_sym._figures.branches import Record, in_units, name_bifurcations, units_of
+from capsule_sym._figures.branches import (
+    Record,
+    axis_label,
+    in_units,
+    name_bifurcations,
+    units_of,
+)
 from capsule_sym._figures.layout import NARROW, add_key, axes_for, canvas, fit_view
 from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
@@ -105,6 +111,7 @@ def plot_itineraries(
         Units.of_motion(device, motion.parameters)
     record = in_units(record, units)
     draw_itineraries(motions, axes, colours, units)
+    axes.set_xlabel(axis_label(record, units))
     for one in record["bifurcations"]:
         axes.axvline(one["value"], color="white", linewidth=0.6)
     if alone:

@@ -229,6 +229,16 @@ def test_a_branch_may_be_one_orbit(draw) -> None:
     assert low < 1.0 < high
 
 
+@pytest.mark.parametrize("draw", [plot_bifurcations, plot_energies])
+def test_a_branch_that_ends_early_says_so_in_its_figures(draw) -> None:
+    labels = [
+        draw({**SMALL, **status}, width=3.35).axes[-1].get_xlabel()
+        for status in ({}, {"status": "reached"}, {"status": "turned-back"})
+    ]
+    assert labels[0] == labels[1]
+    assert labels[2] == f"{labels[0]}; the branch ends early: turned-back"
+
+
 def test_long_numbers_along_a_narrow_diagram_stay_apart() -> None:
     ends = ((0.005, 0.0012), (0.0072, 0.0034))
     points = [point(at, True, [[x, x, 0.0]], x) for at, x in ends]
