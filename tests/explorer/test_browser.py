@@ -152,22 +152,30 @@ def test_what_a_scene_has_is_drawn(open_page, tmp_path, name):
     assert len(arrows) == (2 if facts.REACTS else 1)
 
 
+EVENTS = {
+    "capsule": (0.5, 0.95),
+    "slope": (1.3, 1.6),
+    "prototype": (1.8, 2.2),
+    "reaction": (0.8, 1.3),
+    "reaction_pulse": (0.95, 1.02),
+}
+
+
 @pytest.mark.parametrize("name", scenes.SHIPPED)
 def test_bifurcations_of_each_scene_are_the_package_s(open_page, name):
+    low, high = EVENTS[name]
     own = scenes.load(name)
-    value = own.facts.DEFAULTS["alpha"]
-    ends = 0.9 * value, value
-    orbit = solve_orbit(own.Parameters(alpha=ends[0]))
-    known = continue_orbit(orbit, "alpha", ends[1]).bifurcations
-    tab = open_page(
-        f"#scene={name}&view=diagram&d_from={ends[0]}&d_to={ends[1]}&d_count=30&d_way=up"
-    )
+    orbit = solve_orbit(own.Parameters(alpha=low))
+    known = continue_orbit(orbit, "alpha", high).bifurcations
+    assert len(known) > 1
+    tab = open_page(f"#scene={name}&view=diagram&d_from={low}&d_to={high}&d_count=30&d_way=up")
     _until(tab, "/Points in/.test(document.getElementById('diagram-status').textContent)")
     rows = tab.locator("#marks tr").all_inner_texts()
     assert len(rows) == len(known)
     for row, one in zip(rows, known, strict=True):
         assert float(re.search(r"= ([\d.]+)", row)[1]) == pytest.approx(one.value, abs=2e-12)
-        assert one.type in row
+        line = "" if one.type == "edge" else f" on {one.line.partition('^')[0]}"
+        assert f"{one.type}{line}" in row
 
 
 def test_presets_say_what_the_paper_prints(open_page):
