@@ -229,6 +229,37 @@ def test_a_slip_about_an_edge_begins_where_the_pull_on_the_capsule_is_greatest_t
     assert bound == pytest.approx(again, abs=1e-10)
 
 
+TOGETHER = [
+    # Both drifts last as long, so that both slips meet an edge at once.
+    ({"alpha": 1, "alpha_low": 0, "D": 0.5, "omega": 1.5, "delta": 1, "zeta": 0.5, "beta": 5,
+      "gamma": 3, "f_b": 1.15}, "f_b", 1.18),
+    # The half of a motion that is its own mirror image ends at an edge that breaks rest.
+    ({"alpha": 0.5, "alpha_low": -0.5, "D": 0.5, "omega": 1.365, "delta": 1, "zeta": 0.1,
+      "beta": 5, "gamma": 2, "f_b": 1}, "omega", 1.37),
+    # The pull has a kink where the mass leaves the stop, and is least there.
+    ({"alpha": 1, "alpha_low": -0.695, "D": 0.5, "omega": 0.7, "delta": 0.02, "zeta": 0.1,
+      "beta": 15, "gamma": 1, "f_b": 1}, "alpha_low", -0.694),
+    # The edge takes the pull from one bound right to the other.
+    ({"alpha": 2, "D": 0.598, "omega": 0.6}, "D", 0.6),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("values", "parameter", "to"), TOGETHER)
+def test_events_that_happen_together_are_crossed_as_one(
+    values: dict[str, float], parameter: str, to: float
+) -> None:
+    p = scenes.reaction_pulse.Parameters(**values)
+    found = continue_orbit(solve_orbit(p), parameter, to, points=5)
+    assert found.success, found.message
+    (event,) = found.bifurcations
+    ends = solve_orbit(p), solve_orbit(p.replace(**{parameter: to}))
+    assert event.itinerary_after is not None
+    sides = event.itinerary_before.cyclic, event.itinerary_after.cyclic
+    assert sides == tuple(one.itinerary.cyclic for one in ends)
+    expected = bisected(p, parameter, (values[parameter], to))
+    assert event.value == pytest.approx(expected, abs=1e-9)
+
+
 def test_at_an_edge_each_side_has_derivatives_of_its_own() -> None:
     """Differences of orbits on one side alone, a parabola through three of them."""
     found = branch("reaction_pulse", "alpha", 0.5)
