@@ -223,9 +223,9 @@ def _print_branches(found: Sequence[capsule_sym.Branch]) -> None:
             for point in one.points[:: max(1, len(one.points) // 20)]
         )
         present.table(columns, rows)
-        console.print()
-        _print_bifurcations(one.bifurcations)
+        console.print("" if one.bifurcations else "\nno bifurcations")
         if one.bifurcations:
+            _print_bifurcations(one.bifurcations)
             console.print()
             _print_normal_forms(one.bifurcations)
 

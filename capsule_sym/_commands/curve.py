@@ -185,7 +185,8 @@ def _print_curves(curves: Sequence[capsule_sym.Curve], device: options.Device) -
             continue
         begin, end = one.points[0], one.points[-1]
         origin = f", from {one.origin}" if one.origin else ""
-        console.print(f"{number}  {one.type}: {len(one.points)} points{origin}")
+        met = f" {begin.line}" * (one.type == "edge")
+        console.print(f"{number}  {one.type}{met}: {len(one.points)} points{origin}")
         for itinerary, point in (("from", begin), ("to", end)):
             named = [*zip(one.parameters, point.values, strict=True)]
             named = [*named, *in_si(device, dict(named)).items()]

@@ -317,7 +317,7 @@ def _print_optimum(found: capsule_sym.Optimum) -> None:
         rows += [
             ("largest multiplier", f"{found.multiplier:.6g}"),
             ("next change", f"{near.inequality}: {near.distance:.3g} of the bounds away"),
-            *((f"by {name}", f"{slope:.6g}") for name, slope in found.slopes.items()),
+            *((f"by {name}", f"{slope + 0.0:.6g}") for name, slope in found.slopes.items()),
             ("residual", f"{found.residual:.1e}"),
         ]
     present.grid(rows)
