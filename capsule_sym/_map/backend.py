@@ -153,14 +153,14 @@ def _is_compiled(scene: Scene) -> bool:
     searched = import_module(scene.package).__path__
     warnings.warn(
         f"no compiled core in {' or '.join(searched)}: the NumPy backend runs, slower by far; "
-        f"to have the core, {_how_compiled(scene)}",
+        f"to have the core, {how_compiled(scene)}",
         RuntimeWarning,
         stacklevel=4,
     )
     return False
 
 
-def _how_compiled(scene: Scene) -> str:
+def how_compiled(scene: Scene) -> str:
     """What compiles the core of a scene."""
     if scene.source in SHIPPED:
         return "install capsule-sym where there is a C compiler"
