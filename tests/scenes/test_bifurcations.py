@@ -9,9 +9,16 @@ from functools import partial
 
 import pytest
 
-from capsule_sym import Bifurcation, continue_orbit, scenes, solve_orbit
+from capsule_sym import Bifurcation, continue_bifurcation, continue_orbit, scenes, solve_orbit
 from tests.scenes import Integrator, integrator
-from tests.scenes.bifurcations import Judged, Tally, Undecided, checked, judge_bifurcation
+from tests.scenes.bifurcations import (
+    Judged,
+    Tally,
+    Undecided,
+    checked,
+    judge_bifurcation,
+    judge_curve,
+)
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
@@ -94,3 +101,20 @@ def test_random_curves_are_the_judge_s(judge: Integrator, scene: str) -> None:
     tally = checked(scene, judge, 20, 0)
     assert not tally.wrong
     assert tally.right.total() > 4 * tally.open.total()
+
+
+def test_where_a_symmetry_breaks_the_judge_finds_both_orbits_and_the_curve(
+    judge: Integrator,
+) -> None:
+    alike = {"delta_1": 0.5, "delta_2": 0.5, "beta_1": 3, "beta_2": 3, "gamma": 2, "omega": 0.9}
+    given = {**alike, "zeta": 0.05, "D": 0.5, "s": 0, "f_plus": 1, "f_minus": 1}
+    orbit = solve_orbit(scenes.prototype.Parameters(**given, alpha=0.95, alpha_low=-0.95))
+    (breaking,) = continue_orbit(orbit, "zeta", 0.045, points=8).bifurcations
+    assert breaking.type == "symmetry breaking"
+    tally = Tally()
+    judge_bifurcation(tally, judge, breaking)
+    ranges = ((breaking.value - 1e-3, breaking.value + 1e-3), (1.98, 2.02))
+    judge_curve(tally, judge, continue_bifurcation(breaking, "gamma", ranges, points=3))
+    assert not tally.wrong
+    assert not tally.open
+    assert tally.right.total() == 5
