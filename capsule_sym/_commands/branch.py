@@ -14,6 +14,8 @@ from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from capsule_sym._native import Watch
 
 
@@ -78,16 +80,10 @@ def branch(
     for name in (*system.names, *options.ranges(), "begin", "state"):
         options.check_beside(name, never=("restart",))
     device, limit = None, Watch(max_seconds)
-    for name, (low, high, *_) in options.ranges().items():
-        if parameter is not None or begin is not None or end is not None:
-            raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
-        parameter, begin, end = name, low, high
+    parameter, begin, end = _range(parameter, begin, end, restart)
     if parameter is not None and parameter in system.of.facts.PARAMETERS:
         options.check_beside(parameter, never=("begin",))
     check_points(points)
-    if end is None:
-        beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"
-        raise click.UsageError(f"give a range of what varies, such as --alpha 0.1:2{beside}")
     if restart is not None:
         with present.stoppable(limit, "Following"):
             found = capsule_sym.continue_from(
@@ -125,11 +121,30 @@ def branch(
     late = (one for one in found if one.status is capsule_sym.Ending.TIME_LIMIT)
     ended = next(late, found[0])
     if limit.stopped:
-        if out is None or len(ended.points) < 2:
-            raise KeyboardInterrupt("--out keeps what is done, to go on from")
-        label, file = f"{ended.origin}/EP2".lstrip("/"), out / "branch.json"
-        raise KeyboardInterrupt(f"--restart {file} {label} --to {end:g} goes on from there")
+        raise KeyboardInterrupt(_goes_on(ended, out, end))
     tell_early_end(ended)
+
+
+def _range(
+    parameter: str | None, begin: float | None, end: float | None, restart: object
+) -> tuple[str | None, float | None, float]:
+    """What varies, from where to where, by its own option or by those that name it."""
+    for name, (low, high, *_) in options.ranges().items():
+        if parameter is not None or begin is not None or end is not None:
+            raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
+        parameter, begin, end = name, low, high
+    if end is None:
+        beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"
+        raise click.UsageError(f"give a range of what varies, such as --alpha 0.1:2{beside}")
+    return parameter, begin, end
+
+
+def _goes_on(ended: capsule_sym.Branch, out: Path | None, end: float) -> str:
+    """How to go on with a branch that Ctrl-C ended."""
+    if out is None or len(ended.points) < 2:
+        return "--out keeps what is done, to go on from"
+    label, file = f"{ended.origin}/EP2".lstrip("/"), out / "branch.json"
+    return f"--restart {file} {label} --to {end:g} goes on from there"
 
 
 def _record(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[str, Any]:

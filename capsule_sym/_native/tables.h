@@ -295,11 +295,9 @@ static void forms_make(const bases *b, const real (*x)[RESPONSES], const real (*
     }
 }
 
-static void table_make(const bases *b, const capsule_constants *field, const segment *c, table *t)
+/* How far expansions reach, and what sizes of a motion an energy bounds. */
+static void scales_make(const capsule_constants *field, const segment *c, const segment_sizes *z, table *t)
 {
-    segment_sizes room;
-    const segment_sizes *z = sizes_of(c, &room);
-    memset(t, 0, sizeof *t);
     t->root_K = sqrt(z->K);
     t->force_per_energy = near_to(force_per_energy(c, num(t->root_K))) * (1.0 + 4.0 * UNIT);
     t->x_per_energy = (1.0 + 4.0 * UNIT) / t->root_K;
@@ -312,6 +310,14 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     t->per_reach = over(num(1.0), num(t->reach));
     for (int l = 0; l < LEVELS; l++)
         t->level[l] = ldexp(1.0, -l);
+}
+
+static void table_make(const bases *b, const capsule_constants *field, const segment *c, table *t)
+{
+    segment_sizes room;
+    const segment_sizes *z = sizes_of(c, &room);
+    memset(t, 0, sizeof *t);
+    scales_make(field, c, z, t);
     const int drift = field->drift != 0.0;
     relation to_second = relation_of(c, z, t->reach, drift);
     for (int n = 1; n <= TERMS + 1; n++) {
