@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-design battery mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-scenes bench-design battery mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -81,10 +81,14 @@ curves: $(READY)  ## judge CURVES random curves of bifurcations (20), their poin
 bench: $(READY)  ## measure speed against error beside other tools, and what has to be reached
 	@$(call bring,peers)
 	$(BIN)/python -m benchmarks bench --out results/bench
+	$(BIN)/python -m benchmarks scenes --out results/bench
 
 first-calls: $(READY)  ## measure what a person calls first, whole processes among it
 	@$(call bring,peers)
 	$(BIN)/python -m benchmarks first-calls --out results/bench
+
+bench-scenes: $(READY)  ## measure the speed of each scene beside the capsule's
+	$(BIN)/python -m benchmarks scenes --out results/bench
 
 bench-design: $(READY)  ## measure what the design of a device asks for
 	@$(call bring,peers)

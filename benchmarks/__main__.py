@@ -19,6 +19,7 @@ for _name, _module, _text in (
     ("verify", "benchmarks.reached", "Prove the theory, and show what is reached of the goals."),
     ("bench", "benchmarks.speed.commands", "Measure speed against error, and the goals."),
     ("first-calls", "benchmarks.speed.commands", "Measure what a person calls first."),
+    ("scenes", "benchmarks.speed.commands", "Measure the speed of each scene."),
     ("bench-design", "benchmarks.speed.commands", "Measure what the design of a device asks for."),
 ):
     group.add(_name, _module, _text)

@@ -1,4 +1,4 @@
-"""`bench`, `first-calls` and `bench-design`: figures beside what they ought to be."""
+"""`bench`, `first-calls`, `scenes` and `bench-design`: figures beside what they ought to be."""
 
 from __future__ import annotations
 
@@ -67,6 +67,28 @@ def first_calls(
 
 
 @command()
+def scenes(
+    rounds: int = options.count("Rounds through all scenes.", 9, 1),
+    quick: bool = QUICK,
+    out: Path | None = options.out("Write scenes.json to this directory."),
+    as_json: bool = options.as_json,
+) -> None:
+    """Measure microseconds a switch of each scene, and their ratio to the capsule's.
+
+    Of runs from rest over 100 periods: 200 parameter sets about the default ones, and 200 random
+    ones, one by one and by one call.
+    """
+    from benchmarks.speed.scenes import GOAL, how, speeds
+
+    found = list(speeds(quick, rounds))
+    rows = [one._asdict() for one in found]
+    _keep("scenes", rows, out, as_json, measured=how(rounds), goal=f"{GOAL:g}")
+    if not as_json:
+        show_table(f"Microseconds a switch: {how(rounds)}", _SCENES, found)
+        click.echo(f"Goal: {GOAL:g} times the capsule's at most, one by one.")
+
+
+@command()
 def bench_design(
     repeats: int = REPEATS,
     quick: bool = QUICK,
@@ -121,6 +143,15 @@ _GOALS = {
     "reached": "{0.value:.3g}",
     "goal": "{0.relation} {0.goal:g}",
     "met": "{0.met}",
+}
+_SCENES = {
+    "scene": "{0.scene}",
+    "runs": "{0.runs}",
+    "switches a period": "{0.switches:.2f}",
+    "one by one": "{0.alone:.3f}",
+    "ratio": "{0.ratio:.2f}",
+    "side by side": "{0.many:.3f}",
+    "of that the ratio": "{0.many_ratio:.2f}",
 }
 _FIRST_CALLS = {
     "what": "{0.what}",

@@ -126,7 +126,9 @@ typedef struct {
 /* The map at a parameter set. All are finite, those of CAPSULE_POSITIVE_PARAMETERS > 0, those of
    CAPSULE_NOT_NEGATIVE_PARAMETERS >= 0, those of CAPSULE_SHARE_PARAMETERS < 1, and there is room
    between two stops; otherwise it gives CAPSULE_REFUSED, and so does what runs on it. A map that was
-   made before, or is zero, may be made anew; what does not change is kept. */
+   made before, or is zero, may be made anew; what does not change is kept. A share so near to 0 or 1 that
+   a pulse or a pause is shorter than the rounding of an angle (1e-300, say) is taken, but runs that
+   begin to slip there come back with CAPSULE_OPEN. */
 capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 

@@ -47,9 +47,10 @@ static void bases_make(bases *b)
 
 /* Lowers the degree of the responses' polynomials sum a[n] s^n from `from` to `to` with the least error, by
    multiples of s^3 times Chebyshev polynomials: adds to `change`, `speed` and `bend` by how much at
-   most, over s^3, their values and their derivatives change. */
-static void economize(const bases *b, real (*a)[RESPONSES], int from, int to, double *change, double *speed,
-                      double *bend)
+   most, over s^3, their values and their derivatives change. With `by_rate` it is the derivatives that
+   change least: by multiples of the integrals of s^2 times these polynomials, which are at most s^3/3. */
+static void economize(const bases *b, real (*a)[RESPONSES], int from, int to, int by_rate, double *change,
+                      double *speed, double *bend)
 {
     for (int k = from - 3; k > to - 3; k--) {
         double part[RESPONSES], sizes = 0.0;
@@ -57,13 +58,21 @@ static void economize(const bases *b, real (*a)[RESPONSES], int from, int to, do
             sizes += fabs(b->chebyshev[k][i]);
         for (int m = 0; m < RESPONSES; m++) {
             part[m] = near_to(a[k + 3][m]) / b->chebyshev[k][k];
+            if (by_rate) {
+                part[m] *= k + 3;
+                change[m] += (0.3334 + 4.0 * UNIT * sizes) * fabs(part[m]);
+                speed[m] += (1.0001 + 4.0 * UNIT * sizes) * fabs(part[m]);
+                bend[m] += 1.0001 * fabs(part[m]) * (2 + 2 * k * k);
+                continue;
+            }
             change[m] += (1.0001 + 4.0 * UNIT * sizes) * fabs(part[m]);
             speed[m] += 1.0001 * fabs(part[m]) * (3 + 2 * k * k);
             bend[m] += 1.0001 * fabs(part[m]) * (6 + 12 * k * k + 4 * k * k * k * k);
         }
         for (int i = 0; i <= k; i++)
             for (int m = 0; m < RESPONSES; m++)
-                a[i + 3][m] = sub(a[i + 3][m], num(part[m] * b->chebyshev[k][i]));
+                a[i + 3][m] = sub(a[i + 3][m], num(part[m] * (by_rate ? b->chebyshev[k][i] / (i + 3)
+                                                                      : b->chebyshev[k][i])));
     }
 }
 
@@ -362,9 +371,9 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     }
     wholes_make(field, c, (const real(*)[RESPONSES])x, &to_second, t);
     double change[RESPONSES] = {0}, speed[RESPONSES] = {0}, bend[RESPONSES] = {0}, tail[RESPONSES] = {0}, unused[2][RESPONSES] = {{0}};
-    economize(b, x, FULL, TERMS, change, speed, bend);
+    economize(b, x, FULL, TERMS, CAPSULE_REACTION, change, speed, bend); /* v_c is by v_r there */
 #if CAPSULE_REACTION
-    economize(b, to_second.reaction, FULL, TERMS, to_second.reaction_left, unused[0], unused[1]);
+    economize(b, to_second.reaction, FULL, TERMS, 0, to_second.reaction_left, unused[0], unused[1]);
     for (int n = 1; n <= TERMS; n++)
         for (int k = 0; k < 2; k++)
             t->reaction[k][n - 1] = to_second.reaction[n][k + 2];
@@ -402,12 +411,12 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         for (int n = 1; n <= TERMS; n++)
             t->x[k][n - 1] = x[n][k];
     }
-    economize(b, x, TERMS, DEGREE, tail, unused[0], unused[1]);
+    economize(b, x, TERMS, DEGREE, 0, tail, unused[0], unused[1]);
     for (int k = 0; k < RESPONSES; k++) {
         t->limit[k][X_TAIL] += tail[k];
         tail[k] = 0.0;
     }
-    economize(b, second, TERMS + to_second.behind, DEGREE, tail, unused[0], unused[1]);
+    economize(b, second, TERMS + to_second.behind, DEGREE, 0, tail, unused[0], unused[1]);
     for (int k = 0; k < RESPONSES; k++)
         t->limit[k][SECOND_TAIL] += tail[k];
     forms_make(b, (const real(*)[RESPONSES])x, (const real(*)[RESPONSES])second, t);

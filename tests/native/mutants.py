@@ -66,7 +66,7 @@ TERMS: tuple[Term, ...] = (
     _term("Newton's end by curvature", "UNIT * size_of(near_to(fall))", "1e-6 * size_of(near_to(fall))", {"moving": ALL}),
     _term("rounding over steepness", "(rounding + rounding) / steepness", "0.0*rounding", {"creeping": DOUBLES, "displaced": WIDE}),
     _term("a rival guard", "gt(near_to(value), near_zero)", "gt(near_to(value), all(-1e300))", {"corner": ALL}),
-    _term("a rival within its bounds", "3.0 * g->rounding + off", "g->rounding", {"hidden": ("1",)}),
+    _term("a rival within its bounds", "begun * (3.0 * g->rounding + off) +\n                            3.0 * g->tail * (until * until * until)", "begun * g->rounding + g->tail * (until * until * until)", {"hidden": ("1",)}),
     _term("a rival within the error of the time", "error * most", "0.0 * most", {"slow corner": ALL}),
     _term("which way after a switch", "le(size_of(within), 16.0 * UNIT * (terms + friction_bounds(b)))", "none", {"stopped": DOUBLES}),
     _term("what is lost below the normal range", "#define UNDERFLOW 1e-290", "0.0", {"tiny": DOUBLES, "tiny, 106 bits": WIDE}),

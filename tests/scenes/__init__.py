@@ -162,6 +162,21 @@ def random_starts(form: Form, count: int, seed: int = 30) -> list[Start]:
     return [random_start(form, r) for _ in range(count)]
 
 
+FLOW = ("omega", "zeta", "gamma", "beta", "beta_1", "beta_2")
+"""Parameters of the linear flows, which runs share that go side by side."""
+
+
+def grouped(starts: Sequence[Start], many: int) -> list[Start]:
+    """The same starts, so many after the other with the linear flows of the first of these."""
+    found = []
+    for i, start in enumerate(starts):
+        first = starts[i - i % many].parameters
+        shared = {name: first[name] for name in FLOW if name in first}
+        phase = 0.999 * start.phase * start.parameters["omega"] / shared["omega"]
+        found.append(Start({**start.parameters, **shared}, start.state, phase))
+    return found
+
+
 def typical_starts(form: Form, count: int) -> list[Start]:
     """Runs of one parameter set from random states, to be timed."""
     typical = {

@@ -25,7 +25,8 @@ def _start(
 
 def cases(form: Form) -> Iterator[HardStart]:
     """Cases by name, with their distance from degenerate, infinite for none."""
-    for name, start in (*_plain(form), *(_drive(form) if form.pulsed else ())):
+    drive = _drive(form) if form.pulsed else _momentum(form) if form.reacts else ()
+    for name, start in (*_plain(form), *drive):
         yield HardStart(name, math.inf, start)
     for contact in range(form.stops + 1):
         for way in (-1, 0, 1):
@@ -59,6 +60,19 @@ def _plain(form: Form) -> Iterator[tuple[str, Start]]:
     for omega in (1e-3, 1.0, math.sqrt(1.5), 2.0, 1e3):
         yield "resonance, slow and fast drive", _start(form, (0.3, 0.4, 0.5), omega=omega, zeta=0.0)
     yield "no drive", _start(form, (0.3, 0.4, 0.5), alpha=0.0, alpha_low=0.0)
+
+
+_LATE = {
+    **{"alpha": 2.5690680253186993, "omega": 4.968637311923812, "zeta": 0.01067593670579402},
+    **{"gamma": 20.58988684047667, "delta": 0.08042827041060885, "beta": 26.844088107909606},
+}
+
+
+def _momentum(form: Form) -> Iterator[tuple[str, Start]]:
+    """v_c vanishes late on the first expansion, where it follows from v_r by momentum."""
+    state = (0.12525556609188354, 0.752842463625753, -0.05984500776465882)
+    if form.stops == 1:
+        yield "landing late on an expansion", _start(form, state, 0.7281818707513663, **_LATE)
 
 
 def _drive(form: Form) -> Iterator[tuple[str, Start]]:
@@ -137,7 +151,7 @@ def _at_edges(form: Form, level: int, contact: int, way: int) -> Iterator[HardSt
     for off in _signed():
         for surface in _surfaces(f):
             side = out if surface >= 0 else -out
-            crossing = (surface + off, 0.6 * side, 0.7 * way)
+            crossing = (surface + off, 0.63 * side, 0.7 * way)  # no friction bound is met too
             yield from _met(f, start, "edge at a switch", crossing, t, off)
             yield from _met(f, start, "edge at a tangency", (surface + off, 0.0, 0.7 * way), t, off)
         if way:

@@ -1,11 +1,13 @@
 /* Runs by the C library of any scene. Each line of stdin has parameters in their order, a state and a time
    in the period; each line of stdout is the run's stop, then
 
-   library alone PRECISION PERIODS MOST: what stayed open, the final state, and for each segment its field,
-   plane and duration. A run has MOST segments at most.
+   library alone PRECISION PERIODS MOST: what stayed open, the final state with x_c, and for each segment its
+   field, plane and duration. A run has MOST segments at most.
    library lanes LANES PERIODS: field, plane and duration of its first switch, found in one of LANES lanes
    among runs from displaced states, and whether it was left to the code for one run.
-   library many LANES PERIODS: the final state, of all lines side by side.
+   library many LANES PERIODS: the final state with x_c, of all lines side by side.
+   library switches LANES PERIODS: field, plane and angle of each switch, of all lines side by side from one
+   switch to the next.
    library motion LONGEST PERIODS: after so many periods the period number, 0 if the run does not repeat
    itself within LONGEST periods, and what becomes of the orbit that is looked for: its status, its
    state, and that of the run.
@@ -24,7 +26,7 @@ __extension__ typedef __float128 wide;
 typedef long double wide;
 #endif
 #define SAME 1e-9 /* share of the state by which a motion repeats itself */
-enum { PERIODS = 2048, ROOM = 65536, MOST = 4096, STATE = CAPSULE_STATE_COUNT };
+enum { PERIODS = 2048, ROOM = 65536, MOST = 4096, SWITCHES = 2048, STATE = CAPSULE_STATE_COUNT };
 static capsule_map map;
 static capsule_workspace workspace;
 static capsule_segment segments[ROOM];
@@ -58,7 +60,7 @@ static void alone(int precision, long periods, size_t most)
     capsule_state state = begun(0, 0, 0);
     const capsule_request request = {.segments = segments, .room = most, .precision = precision};
     const capsule_stop stop = capsule_run(&map, &state, periods, &request, &written, &open);
-    printf("%d %d %.17g %.17g %.17g", stop, open, state.x_r, state.v_r, state.v_c);
+    printf("%d %d %.17g %.17g %.17g %.17g", stop, open, state.x_r, state.v_r, state.v_c, state.position);
     for (size_t i = 0; i < written; i++)
         printf(" %d %d %.17g", segments[i].field, segments[i].target, segments[i].duration);
     printf("\n");
@@ -86,8 +88,8 @@ static void in_lanes(int lanes, long periods, int own)
            end->plane != 0);
 }
 
-/* All lines together; with `timed` how long they take, and their switches. */
-static void many(int lanes, long periods, int timed)
+/* Reads all lines, and the runs' starts. */
+static int read_all(void)
 {
     int count = 0;
     for (; count < MOST && read(count); count++) {
@@ -95,17 +97,64 @@ static void many(int lanes, long periods, int timed)
             exit(4);
         states[count] = begun(count, 0, 0);
     }
-    const capsule_batch batch = {
-        .stride = 1, .parameters = parameters, .states = states, .stops = stops, .lanes = lanes};
+    return count;
+}
+
+/* Runs that go on from switch to switch until all of them have ended. */
+static void switches(int lanes, long periods)
+{
+    static capsule_event first[MOST], passed[MOST][SWITCHES];
+    static capsule_state turned[MOST];
+    static int row[MOST], number[MOST], ended[MOST];
+    const int count = read_all();
+    static capsule_parameters all[MOST];
+    memcpy(all, parameters, sizeof all);
+    memcpy(turned, states, sizeof turned);
+    for (int going = count; going;) {
+        int held = 0;
+        for (int i = 0; i < count; i++)
+            if (!number[i] || ended[i] == CAPSULE_FULL)
+                parameters[held] = all[i], states[held] = turned[i], row[held++] = i;
+        memset(first, 0, sizeof first);
+        const capsule_batch batch = {.stride = 1, .parameters = parameters, .states = states,
+                                     .stops = stops, .position = 1, .lanes = lanes, .first = first};
+        if (capsule_run_many(&batch, (size_t)held, periods, &workspace) != CAPSULE_DONE)
+            exit(3);
+        going = 0;
+        for (int k = 0; k < held; k++) {
+            const int i = row[k];
+            turned[i] = states[k], ended[i] = stops[k];
+            if (number[i] == SWITCHES)
+                exit(5);
+            passed[i][number[i]++] = first[k];
+            going += stops[k] == CAPSULE_FULL;
+        }
+    }
+    for (int i = 0; i < count; i++) {
+        const capsule_state *s = &turned[i];
+        printf("%d -1 %.17g %.17g %.17g %.17g", ended[i], s->x_r, s->v_r, s->v_c, s->position);
+        for (int k = 0; k < number[i] && passed[i][k].field; k++)
+            printf(" %d %d %.17g", passed[i][k].field, passed[i][k].plane, passed[i][k].angle);
+        printf("\n");
+    }
+}
+
+/* All lines together; with `timed` how long they take, and their switches. */
+static void many(int lanes, long periods, int timed)
+{
+    const int count = read_all();
+    const capsule_batch batch = {.stride = 1, .parameters = parameters, .states = states,
+                                 .stops = stops, .lanes = lanes, .position = !timed};
     const clock_t begin = clock();
     if (capsule_run_many(&batch, (size_t)count, periods, &workspace) != CAPSULE_DONE)
         exit(3);
     const clock_t end = clock();
-    long switches = 0;
+    long passed = 0;
     double seconds = 0;
     for (int i = 0; i < count; i++) {
         if (!timed) {
-            printf("%d %.17g %.17g %.17g\n", stops[i], states[i].x_r, states[i].v_r, states[i].v_c);
+            const capsule_state *s = &states[i];
+            printf("%d %.17g %.17g %.17g %.17g\n", stops[i], s->x_r, s->v_r, s->v_c, s->position);
             continue;
         }
         size_t written;
@@ -116,11 +165,11 @@ static void many(int lanes, long periods, int timed)
         const clock_t one = clock();
         capsule_run(&map, &state, periods, &request, &written, &open);
         seconds += (double)(clock() - one);
-        switches += (long)written;
+        passed += (long)written;
     }
     if (timed)
         printf("%.9g %.9g %ld\n", (double)(end - begin) / CLOCKS_PER_SEC, seconds / CLOCKS_PER_SEC,
-               switches);
+               passed);
 }
 
 /* The periodic motion that a run comes to, and its orbit. */
@@ -141,6 +190,8 @@ static void settled(int longest, long periods)
             size = fmax(size, fabs(end[i]));
         }
         number = off < SAME * size ? k : 0;
+        if (off < 1e3 * SAME * size) /* else a shorter motion that is hardly reached looks like a longer one */
+            break;
     }
     capsule_orbit orbit = {.status = -1};
     const capsule_orbit_request asked = {.segments = segments, .room = ROOM};
@@ -158,6 +209,10 @@ int main(int argc, char **argv)
         return 2;
     const int number = atoi(argv[2]);
     const long periods = atol(argv[3]);
+    if (!strcmp(argv[1], "switches")) {
+        switches(number, periods);
+        return 0;
+    }
     if (!strcmp(argv[1], "many") || !strcmp(argv[1], "time")) {
         many(number, periods, argv[1][0] == 't');
         return 0;

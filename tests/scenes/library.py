@@ -5,7 +5,7 @@ from __future__ import annotations
 import runpy
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -20,11 +20,16 @@ FORMS = {
     "pulsed": Form(pulsed=True, biased=True),
     "two_stops": Form(stops=2),
     "reacting": SCENES["reaction"],
+    "reacting_pulsed": SCENES["reaction_pulse"],
 }
 """Scenes that ship, and declarations of tests."""
 
 STOPS = ("done", "full", "open", "stopped", "refused")
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-DCAPSULE_ANY_WIDTH=1", "-Wno-psabi")
+FLAGS = (
+    *("-std=c99", "-O2", "-ffp-contract=off", "-DCAPSULE_ANY_WIDTH=1"),
+    *("-Wall", "-Wextra", "-Werror", "-Wno-psabi"),
+)
+SANITIZED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
 class Switched(NamedTuple):
@@ -36,12 +41,16 @@ class Switched(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A run by the library: why it came back, its final state, and its segments."""
+    """A run by the library: why it came back, its final state with x_c, and its segments.
+
+    `outcome` is a capsule_outcome: what stayed open.
+    """
 
     stop: str
     state: tuple[float, ...]
     segments: tuple[Switched, ...]
     alone: bool = True
+    outcome: int = -1
 
     @property
     def fields(self) -> tuple[int, ...]:
@@ -59,25 +68,26 @@ class Motion(NamedTuple):
 
 
 class Library(NamedTuple):
-    """A compiled driver, with the scene's parameters in their order."""
+    """A compiled driver, with the scene's parameters in their order, and the compiler's flags."""
 
     form: Form
     parameters: tuple[str, ...]
     program: Path
+    flags: tuple[str, ...] = ()
 
     def runs(
         self, starts: Sequence[Start], periods: int = 4, most: int = 10**6, precision: int = 0
     ) -> list[Found]:
         """A run from each start; precision is 0 as needed, 1 for doubles, 2 for double-doubles."""
-        found = []
-        for line in self._printed(starts, "alone", precision, periods, most):
-            numbers = line[5:]
-            segments = (
-                Switched(int(field), int(plane), float(duration))
-                for field, plane, duration in zip(*(numbers[i::3] for i in range(3)), strict=True)
-            )
-            found.append(Found(STOPS[int(line[0])], tuple(map(float, line[2:5])), tuple(segments)))
-        return found
+        return [_found(line) for line in self._printed(starts, "alone", precision, periods, most)]
+
+    def switches(self, starts: Sequence[Start], lanes: int, periods: int = 4) -> list[Found]:
+        """Runs side by side from switch to switch, with the angle of each as its duration."""
+        return [
+            _found(line)
+            for block in batched(starts)
+            for line in self._printed(block, "switches", lanes, periods)
+        ]
 
     def in_lanes(self, starts: Sequence[Start], lanes: int, periods: int = 2) -> list[Found]:
         """The first switch from each start, found side by side with others."""
@@ -125,13 +135,40 @@ class Library(NamedTuple):
         return fields + 4 * (segment.event == "B") + ways + 1
 
     def _printed(self, starts: Sequence[Start], *words: object) -> list[list[str]]:
-        rows = (
-            [*(s.parameters[name] for name in self.parameters), *s.state, s.phase] for s in starts
-        )
-        text = "".join(" ".join(map(repr, map(float, row))) + "\n" for row in rows)
-        command = [str(self.program), *map(str, words)]
-        done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)
-        return [line.split() for line in done.stdout.splitlines()]
+        return printed(self.program, ([*self.row(s), s.phase] for s in starts), *words)
+
+    def row(self, start: Start) -> list[float]:
+        """Parameters and state of a start."""
+        return [*(start.parameters[name] for name in self.parameters), *start.state]
+
+    def linked(self, source: Path) -> Path:
+        """Another program, linked with the library."""
+        made = self.program.with_name(source.stem)
+        objects = [file for file in made.parent.glob("*.o") if file.stem != self.program.stem]
+        command = ["cc", *self.flags, source, *sorted(objects), "-lm", "-o", made]
+        subprocess.run(command, check=True)
+        return made
+
+
+def printed(program: Path, rows: Iterable[Sequence[float]], *words: object) -> list[list[str]]:
+    """What a program prints of rows of numbers."""
+    text = "".join(" ".join(map(repr, map(float, row))) + "\n" for row in rows)
+    command = [str(program), *map(str, words)]
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return [line.split() for line in done.stdout.splitlines()]
+
+
+def _found(line: list[str]) -> Found:
+    if len(line) == 1:  # refused
+        return Found(STOPS[int(line[0])], (), ())
+    stop, outcome, *rest = line
+    segments = (
+        Switched(int(field), int(plane), float(duration))
+        for field, plane, duration in zip(*(rest[i::3] for i in (4, 5, 6)), strict=True)
+    )
+    state = tuple(map(float, rest[:4]))
+    return Found(STOPS[int(stop)], state, tuple(segments), outcome=int(outcome))
 
 
 def batched(starts: Sequence[Start], most: int = 4096) -> Iterator[Sequence[Start]]:
@@ -152,15 +189,15 @@ def generated(scene: str, folder: Path) -> Path:
     return folder
 
 
-def library(scene: str, folder: Path, *flags: str) -> Library:
-    """The library of a scene, compiled in a folder."""
+def library(scene: str, folder: Path, *flags: str, source: Path = LIBRARY) -> Library:
+    """The library of a scene, compiled in a folder, from these sources."""
     code = generated(scene, folder / "generated")
-    paths = [f"-I{LIBRARY}", f"-I{code / 'c'}"]
-    sources = [*LIBRARY.glob("*.c"), code / "c" / "capsule_kernels.c", HERE / "library.c"]
+    flags = (*FLAGS, *flags, f"-I{source}", f"-I{code / 'c'}")
+    sources = [*source.glob("*.c"), code / "c" / "capsule_kernels.c", HERE / "library.c"]
 
     def compiled(source: Path) -> Path:
         made = folder / f"{source.stem}.o"
-        command = ["cc", "-c", *FLAGS, *flags, *paths, source, "-o", made]
+        command = ["cc", "-c", *flags, source, "-o", made]
         subprocess.run(command, check=True)
         return made
 
@@ -168,4 +205,4 @@ def library(scene: str, folder: Path, *flags: str) -> Library:
         objects = list(pool.map(compiled, sources))
     subprocess.run(["cc", *flags, *objects, "-lm", "-o", folder / "library"], check=True)
     parameters = runpy.run_path(str(code / "facts.py"))["PARAMETERS"]
-    return Library(FORMS[scene], parameters, folder / "library")
+    return Library(FORMS[scene], parameters, folder / "library", flags)

@@ -41,12 +41,12 @@ BEHIND = (
     _term("remainder of the drive's cosine", "r.reaction_left[2] = 1.0001 * left", "0.0", "late bound, 106 bits"),
     _term("remainder of the drive's sine", "r.reaction_left[3] = 1.0001 * left / z->omega", "0.0", "late bound, 106 bits"),
     # What doubles leave out of the drive's series is less than the form's tail.
-    _term("terms of the drive left out", "economize(b, to_second.reaction, FULL, TERMS, to_second.reaction_left, unused[0], unused[1])", "economize(b, to_second.reaction, FULL, TERMS, unused[0], unused[0], unused[1])", "late bound"),
+    _term("terms of the drive left out", "economize(b, to_second.reaction, FULL, TERMS, 0, to_second.reaction_left, unused[0], unused[1])", "economize(b, to_second.reaction, FULL, TERMS, 0, unused[0], unused[0], unused[1])", "late bound"),
     # Beside 20 units and more of each term.
     _term("units of the coefficient behind", "(units[n + 1] - units[n] + 2) * UNIT", "0.0", "from a bound"),
     # As for the friction bounds (tests/native/mutants.py).
     _term("distance of the stops", "stops_apart(b) > apart", "1", "from stop to stop"),
     # An isolation allows for means of 50 halvings, far more than it takes.
-    _term("isolation before an edge", "3.0 * g->rounding + off", "3.0 * g->rounding", "levelling"),
+    _term("isolation before an edge", "g->off", "all(0.0)", "levelling"),
 )  # fmt: skip
 """Terms that no start shows, as others stand before them."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Sequence
 
 import pytest
 
-from tests.scenes import UNIT, Integrator, Start, integrator
+from tests.scenes import SCENES, UNIT, Integrator, Start, integrator
+from tests.scenes.cases import cases
 from tests.scenes.checks import adversarial, hard_cases, random_runs
 from tests.scenes.library import Library, library
 
@@ -16,7 +18,20 @@ pytestmark = [
     pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here"),
 ]
 
-SHIPPED = ("capsule", "slope")
+
+NAMED = {
+    *("contact of stiffness 900", "graze", "sliding tangency", "corner", "no drive"),
+    *("undamped, critical and stiff", "resonance, slow and fast drive"),
+}
+BIASED = {"bounds that differ by 100", "slip down a slope without rest"}
+STOPS = {"stops next to each other"}
+PULSED = {
+    *("D near 0 and 1", "low level as high", "start on an edge"),
+    *("edge at a switch", "edge at a tangency", "edge at rest"),
+}
+MOMENTUM = {"landing late on an expansion"}
+"""Hard cases of every scene, and of those with a slope, two stops, pulses, or a
+cosine that reacts."""
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +39,7 @@ def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
     return integrator(tmp_path_factory.mktemp("integrator"))
 
 
-@pytest.fixture(scope="module", params=SHIPPED)
+@pytest.fixture(scope="module", params=SCENES)
 def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Library:
     return library(request.param, tmp_path_factory.mktemp(request.param))
 
@@ -74,7 +89,28 @@ def test_a_changed_library_is_noticed(
 
 
 def test_hard_cases_by_name_are_the_judge_s(scene: Library, judge: Integrator) -> None:
-    tally = hard_cases(judge, scene)
+    tally, form = hard_cases(judge, scene), scene.form
     assert not tally.wrong
     assert tally.undecided == 0
-    assert {"contact of stiffness 900", "graze", "sliding tangency", "corner"} <= tally.kinds.keys()
+    named = NAMED | (BIASED if form.biased else set()) | (STOPS if form.stops == 2 else set())
+    driven = PULSED if form.pulsed else MOMENTUM if form.reacts else set()
+    assert set(tally.kinds) == named | driven
+
+
+def test_contacts_of_stiffness_900_are_shorter_than_a_hundredth_of_a_period(
+    scene: Library, judge: Integrator
+) -> None:
+    starts = [one.start for one in cases(scene.form) if one.kind == "contact of stiffness 900"]
+    assert len(starts) == 2 * scene.form.stops
+    for start, run in zip(starts, judge.runs(scene.form, starts), strict=True):
+        period = 2 * math.pi / start.parameters["omega"]
+        contacts = [s for s in run.segments if (s.field - 1) // 3 % (1 + scene.form.stops)]
+        assert min(float(s.duration) for s in contacts) < period / 100
+
+
+@pytest.mark.parametrize("scene", ["slope", "prototype"], indirect=True)
+def test_a_shell_that_cannot_rest_on_its_slope_is_refused(scene: Library) -> None:
+    """Beyond the slope on which it slips for ever, its own weight is above its friction."""
+    (steep, *_) = (c.start for c in cases(scene.form) if c.kind == "slip down a slope without rest")
+    beyond = [steep._replace(parameters={**steep.parameters, "f_minus": f}) for f in (0.0, -0.2)]
+    assert [run.stop for run in scene.runs([steep, *beyond])] == ["done", "refused", "refused"]

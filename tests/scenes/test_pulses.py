@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from tests.native import LIBRARY
-from tests.scenes import Form, Integrator, Run, Start, integrator, random_starts
-from tests.scenes.compiled import SANITIZED, Scene, scene
+from tests.scenes import Form, Integrator, Run, Start, grouped, integrator, random_starts
+from tests.scenes.library import SANITIZED, Library, library, printed
 
 pytestmark = [
     pytest.mark.long,
@@ -20,20 +20,15 @@ pytestmark = [
 ]
 
 FORM = Form(pulsed=True, biased=True)
-NAMES = (
-    *("alpha", "alpha_low", "omega", "D", "delta", "zeta", "beta", "gamma"),
-    *("s", "f_plus", "f_minus"),
-)
 PERIODS = 4
 ORBITS = Path(__file__).parents[1] / "secondmodel" / "orbits.c"
 DOUBLE, WIDE = 1, 2
-OPEN, CORNER = 2, 2  # a capsule_stop, a capsule_outcome
+CORNER = 2  # a capsule_outcome
 
 
 @pytest.fixture(scope="module")
-def pulsed(tmp_path_factory: pytest.TempPathFactory) -> Scene:
-    folder = tmp_path_factory.mktemp("pulsed")
-    return scene(folder, "pulsed", NAMES, *SANITIZED, "-DCAPSULE_ANY_WIDTH=1")
+def pulsed(tmp_path_factory: pytest.TempPathFactory) -> Library:
+    return library("pulsed", tmp_path_factory.mktemp("pulsed"), *SANITIZED)
 
 
 @pytest.fixture(scope="module")
@@ -44,10 +39,9 @@ def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
 def varied(count: int) -> list[Start]:
     """Random starts, fifty after the other of one linear flow; of every other one the pulses are
     very short or long, or of levels that are equal or opposite."""
-    r, starts = random.Random(30), random_starts(FORM, count)
+    r, starts = random.Random(30), grouped(random_starts(FORM, count), 50)
     for i, start in enumerate(starts):
         given = start.parameters
-        given |= {name: starts[i - i % 50].parameters[name] for name in ("zeta", "beta", "gamma")}
         if i % 2:
             short = r.choice([1e-6, 10 ** r.uniform(-6, -1)])
             given["D"] = r.choice([short, 1 - short])
@@ -67,13 +61,13 @@ def judged(judge: Integrator) -> tuple[list[Start], list[Run]]:
     ("precision", "lanes", "most"), [(0, 0, 10), (2, 0, 2), (0, 4, 10), (0, 8, 10)]
 )
 def test_runs_are_those_of_the_integrator(
-    precision: int, lanes: int, most: float, pulsed: Scene, judged: tuple[list[Start], list[Run]]
+    precision: int, lanes: int, most: float, pulsed: Library, judged: tuple[list[Start], list[Run]]
 ) -> None:
     """Every field passed, edges among their ends, and final states to a few roundings."""
     starts, runs = judged
-    ends = pulsed.runs(starts, PERIODS, precision, lanes)
+    ends = pulsed.many(starts, lanes) if lanes else pulsed.runs(starts, precision=precision)
     for end, run in zip(ends, runs, strict=True):
-        assert end.stop == 0
+        assert end.stop == "done"
         assert lanes or end.fields == run.fields
         assert run.off(end.state) < most
 
@@ -94,20 +88,20 @@ def beside_edges(judge: Integrator, count: int) -> list[Start]:
     return found
 
 
-def test_edges_beside_switches_are_in_their_order(pulsed: Scene, judge: Integrator) -> None:
+def test_edges_beside_switches_are_in_their_order(pulsed: Library, judge: Integrator) -> None:
     """What doubles decide is right, they leave corners open, and 106 bits decide these.
 
     A few stay open, where the edge comes within a rounding after a slip has begun.
     """
     starts = beside_edges(judge, 200)
     runs = judge.runs(FORM, starts, 1, checked=False)
-    alone, wide = pulsed.runs(starts, 1, DOUBLE), pulsed.runs(starts, 1, WIDE)
+    alone, wide = (pulsed.runs(starts, 1, precision=digits) for digits in (DOUBLE, WIDE))
     for one, other, run in zip(alone, wide, runs, strict=True):
         assert run.status == "done"
-        assert one.stop == OPEN or one.fields == run.fields
-        assert other.stop == OPEN or other.fields == run.fields
-    assert sum(one.open == CORNER for one in alone) > len(starts) / 2
-    assert sum(one.stop == OPEN for one in wide) < len(starts) / 50
+        assert one.stop == "open" or one.fields == run.fields
+        assert other.stop == "open" or other.fields == run.fields
+    assert sum(one.outcome == CORNER for one in alone if one.stop == "open") > len(starts) / 2
+    assert sum(one.stop == "open" for one in wide) < len(starts) / 50
 
 
 _GRAZE = {
@@ -135,11 +129,11 @@ left for 1.5e-7, and a capsule that stops 2.8e-4 before it moves on."""
 
 
 def test_a_switch_shortly_before_an_edge_is_not_passed_over(
-    pulsed: Scene, judge: Integrator
+    pulsed: Library, judge: Integrator
 ) -> None:
     runs = judge.runs(FORM, DIPS, 1, checked=False)
-    for end, run in zip(pulsed.runs(DIPS, 1, DOUBLE), runs, strict=True):
-        assert end.stop == OPEN or end.fields == run.fields
+    for end, run in zip(pulsed.runs(DIPS, 1, precision=DOUBLE), runs, strict=True):
+        assert end.stop == "open" or end.fields == run.fields
 
 
 TERMS = {
@@ -157,22 +151,22 @@ TERMS = {
 
 @pytest.mark.parametrize("name", TERMS)
 def test_a_term_left_out_is_noticed(
-    name: str, pulsed: Scene, judge: Integrator, tmp_path: Path
+    name: str, pulsed: Library, judge: Integrator, tmp_path: Path
 ) -> None:
     """Doubles then decide some of these runs wrongly."""
     old, new = TERMS[name]
-    source = tmp_path / "library"
+    source = tmp_path / "weaker"
     shutil.copytree(LIBRARY, source)
     text = (source / "step.h").read_text(encoding="utf-8")
     assert text.count(old) == 1
     (source / "step.h").write_text(text.replace(old, new), encoding="utf-8")
-    shutil.copytree(pulsed.folder / "generated", tmp_path / "generated")
-    changed = scene(tmp_path, "pulsed", NAMES, "-O1", "-w", library=source)
+    shutil.copytree(pulsed.program.with_name("generated"), tmp_path / "generated")
+    changed = library("pulsed", tmp_path, "-O1", "-w", source=source)
     starts = [*beside_edges(judge, 400), *DIPS]
     runs = judge.runs(FORM, starts, 1, checked=False)
-    ends = changed.runs(starts, 1, DOUBLE)
+    ends = changed.runs(starts, 1, precision=DOUBLE)
     assert any(
-        end.stop == 0 and end.fields != run.fields for end, run in zip(ends, runs, strict=True)
+        end.stop == "done" and end.fields != run.fields for end, run in zip(ends, runs, strict=True)
     )
 
 
@@ -180,7 +174,7 @@ STEP = 2.0**-16
 
 
 def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
-    pulsed: Scene, judge: Integrator
+    pulsed: Library, judge: Integrator
 ) -> None:
     """Derivatives by share, levels and frequency among them, against differences of fourth order.
 
@@ -188,8 +182,9 @@ def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
     """
     starts = [s for s in random_starts(FORM, 200, 7) if s.parameters["zeta"] > 0]
     rows = [pulsed.row(start) for start in starts]
-    m, compared = len(NAMES), 0
-    for row, (fit, *texts) in zip(rows, pulsed.lines(ORBITS, rows, 1), strict=True):
+    names, orbits = pulsed.parameters, printed(pulsed.linked(ORBITS), rows, 1)
+    m, compared = len(names), 0
+    for row, (fit, *texts) in zip(rows, orbits, strict=True):
         if not int(fit):
             continue
         places = np.cumsum([3, 9, 3 * m, 1, m])
@@ -197,9 +192,9 @@ def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
         at = np.array([*row[:m], *state])
         steps = [k * STEP * e for e in np.eye(len(at)) for k in (-2, -1, 1, 2)]
         beside = [at, *(at + step for step in steps)]
-        if any(not 0 < one[NAMES.index("D")] < 1 for one in beside):
+        if any(not 0 < one[names.index("D")] < 1 for one in beside):
             continue
-        starts = [Start(dict(zip(NAMES, p, strict=False)), tuple(p[m:])) for p in beside]
+        starts = [Start(dict(zip(names, p, strict=False)), tuple(p[m:])) for p in beside]
         runs = judge.runs(FORM, starts, 1, checked=False)
         if len({run.fields for run in runs}) > 1:
             continue

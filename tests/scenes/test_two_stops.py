@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import random
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.native import LIBRARY, ROOT
-from tests.scenes import Form, Integrator, Run, Start, integrator, random_starts
+from tests.scenes import Form, Integrator, Run, Start, grouped, integrator, random_starts
+from tests.scenes.library import SANITIZED, Library, library, printed
 
-HERE = Path(__file__).parent
+ORBITS = Path(__file__).parents[1] / "secondmodel" / "orbits.c"
 FORM = Form(stops=2)
 ORDER = ("alpha", "omega", "delta_1", "delta_2", "zeta", "beta_1", "beta_2", "gamma", "f_b")
-FLOW = ("omega", "zeta", "beta_1", "beta_2", "gamma")
 PERIODS = 4
 WITHIN = 10
 """Units of a run's rounding errors, of which states are off by a few."""
-WARNED = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
-SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 pytestmark = [
     pytest.mark.long,
@@ -35,10 +30,9 @@ def starts(count: int) -> list[Start]:
 
     Of twenty each linear flows are the same, so that they run side by side.
     """
-    r, found, drawn = random.Random(2), list[Start](), random_starts(FORM, count)
-    for k, start in enumerate(drawn):
-        flow = {name: drawn[k - k % 20].parameters[name] for name in FLOW}
-        given = {**start.parameters, **flow}
+    r, found = random.Random(2), list[Start]()
+    for k, start in enumerate(grouped(random_starts(FORM, count), 20)):
+        given = dict(start.parameters)
         x_r, v_r, v_c = start.state
         if k % 6 == 1:
             given["delta_1"], given["delta_2"] = 0.01, r.choice([0.01, 0.0])
@@ -49,8 +43,7 @@ def starts(count: int) -> list[Start]:
         if k % 5 == 2:
             x_r = -given["delta_2"]
         if given["delta_1"] + given["delta_2"] > 0:
-            phase = start.phase * start.parameters["omega"] / given["omega"]
-            found.append(Start(given, (x_r, v_r, v_c), phase))
+            found.append(Start(given, (x_r, v_r, v_c), start.phase))
     return found
 
 
@@ -60,29 +53,9 @@ def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
 
 
 @pytest.fixture(scope="module")
-def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The C library of the scene with a driver, under sanitizers."""
-    folder = tmp_path_factory.mktemp("two_stops")
-    command = [sys.executable, "-m", "capsule_sym.codegen", "--scene", HERE / "two_stops.py"]
-    subprocess.run([*command, "--out", folder], cwd=ROOT, check=True, capture_output=True)
-    sources = [*LIBRARY.glob("*.c"), folder / "c" / "capsule_kernels.c", HERE / "driver.c"]
-    flags = ["-O1", *WARNED, *SANITIZED, f"-I{LIBRARY}", f"-I{folder / 'c'}"]
-    subprocess.run(["cc", *flags, *sources, "-lm", "-o", folder / "driver"], check=True)
-    return folder / "driver"
-
-
-def printed(driver: Path, given: list[Start], *options: int) -> list[list[str]]:
-    rows = ([*(s.parameters[name] for name in ORDER), *s.state, s.phase] for s in given)
-    text = "".join(" ".join(map(repr, map(float, row))) + "\n" for row in rows)
-    done = subprocess.run(
-        [driver, *map(str, (PERIODS, *options))],
-        input=text,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return [line.split() for line in done.stdout.splitlines()]
+def stops(tmp_path_factory: pytest.TempPathFactory) -> Library:
+    """The C library of the scene, under sanitizers."""
+    return library("two_stops", tmp_path_factory.mktemp("two_stops"), *SANITIZED)
 
 
 @pytest.fixture(scope="module")
@@ -98,28 +71,28 @@ def judged(judge: Integrator) -> tuple[list[Start], list[Run]]:
 
 @pytest.mark.parametrize("precision", [0, 1, 2])
 def test_runs_alone_are_those_of_the_integrator(
-    precision: int, driver: Path, judged: tuple[list[Start], list[Run]]
+    precision: int, stops: Library, judged: tuple[list[Start], list[Run]]
 ) -> None:
     given, expected = judged
     open_ = 0
-    for line, run in zip(printed(driver, given, precision), expected, strict=True):
-        if line[0] == "2" and precision == 1:  # doubles alone leave some open
+    for found, run in zip(stops.runs(given, PERIODS, precision=precision), expected, strict=True):
+        if found.stop == "open" and precision == 1:  # doubles alone leave some open
             open_ += 1
             continue
-        assert line[0] == "0"
-        assert tuple(int(one.split(":")[0]) for one in line[5:-1]) == run.fields
-        assert run.off(tuple(map(float, line[1:4]))) < WITHIN
+        assert found.stop == "done"
+        assert found.fields == run.fields
+        assert run.off(found.state[:3]) < WITHIN
     assert open_ < 0.02 * len(given)
 
 
 @pytest.mark.parametrize("lanes", [4, 8])
 def test_runs_side_by_side_are_those_of_the_integrator(
-    lanes: int, driver: Path, judged: tuple[list[Start], list[Run]]
+    lanes: int, stops: Library, judged: tuple[list[Start], list[Run]]
 ) -> None:
     given, expected = judged
-    for line, run in zip(printed(driver, given, 0, lanes), expected, strict=True):
-        assert line[0] == "0"
-        assert run.off(tuple(map(float, line[1:4]))) < WITHIN
+    for found, run in zip(stops.many(given, lanes, PERIODS), expected, strict=True):
+        assert found.stop == "done"
+        assert run.off(found.state[:3]) < WITHIN
 
 
 STEP = 1e-4
@@ -145,25 +118,19 @@ def by_differences(judge: Integrator, row: list[float]) -> tuple[np.ndarray, np.
     return ends[0], slopes
 
 
-def test_orbits_and_monodromy_are_those_of_the_integrator(driver: Path, judge: Integrator) -> None:
+def test_orbits_and_monodromy_are_those_of_the_integrator(
+    stops: Library, judge: Integrator
+) -> None:
     """Of orbits that meet either stop, with the itinerary's equations solved to rounding."""
-    folder, m = driver.parent, len(ORDER)
-    sources = [*LIBRARY.glob("*.c"), folder / "c" / "capsule_kernels.c"]
-    paths = [f"-I{LIBRARY}", f"-I{folder / 'c'}"]
-    program = ROOT / "tests" / "secondmodel" / "orbits.c"
-    command = ["cc", "-O1", *WARNED, *paths, program, *sources, "-lm", "-o", folder / "orbits"]
-    subprocess.run(command, check=True)
+    m, orbits = len(ORDER), stops.linked(ORBITS)
+    assert stops.parameters == ORDER
     r, rows = random.Random(5), []
     for _ in range(60):
         drawn = (r.uniform(1, 2.5), r.uniform(0.6, 1.6), r.uniform(0.1, 0.6), r.uniform(0.1, 0.6))
         rest = (r.choice([0.05, 0.2]), r.uniform(1, 8), r.uniform(1, 8), r.uniform(0.5, 4), 0.5)
         rows.append([*drawn, *rest, 0.1, 0.0, 0.0])
-    text = "".join(" ".join(map(repr, row)) + "\n" for row in rows)
-    done = subprocess.run([folder / "orbits", "1"], input=text, capture_output=True, text=True)
-    assert done.returncode == 0
     compared = 0
-    for row, line in zip(rows, done.stdout.splitlines(), strict=True):
-        fit, *texts = line.split()
+    for row, (fit, *texts) in zip(rows, printed(orbits, rows, 1), strict=True):
         if not int(fit):
             continue
         numbers = np.array(texts, float)
