@@ -169,21 +169,17 @@ def _middles(plane: Plane, region: Region) -> Array:
 
 def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
     colour, style = CURVES.get(curve["type"], OTHER_CURVE)
-    points = curve["points"]
     # On a white rim, so that it is seen on dark regions as well.
     axes.plot(
-        [point[plane.first] for point in points],
-        [point[plane.second] for point in points],
+        *np.reshape(plane.of(curve["points"]), (-1, 2)).T,
         linestyle=style,
         color=colour,
         linewidth=1.2,
         label=curve["type"],
         path_effects=[Stroke(linewidth=2.6, foreground="white"), Stroke()],
     )
-    found = curve["codimension_two"]
-    x, y = ([one[name] for one in found] for name in (plane.first, plane.second))
-    if found:
-        draw_points(axes, x, y, "codimension-two point")
+    if found := plane.of(curve["codimension_two"]):
+        draw_points(axes, [x for x, _ in found], [y for _, y in found], "codimension-two point")
 
 
 def _legend(

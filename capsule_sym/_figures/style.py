@@ -61,6 +61,7 @@ def labels_of(scene: Scene) -> dict[str, str]:
         "time": r"time $\omega\tau/2\pi$ (periods)",
         "velocity": r"average velocity $\langle v_c\rangle$",
         "progression": "progression per period",
+        "phase": "phase",
     }
 
 

@@ -52,6 +52,21 @@ class Plane(NamedTuple):
     x: Limits
     y: Limits
 
+    def of(self, records: Sequence[Mapping[str, Any]]) -> list[tuple[float, float]]:
+        """The places of a curve's points, of which a device's parameters are in their "si".
+
+        Raises InvalidInput for a curve over other parameters.
+        """
+        found = []
+        for record in records:
+            si = {name.partition(" [")[0]: value for name, value in record.get("si", {}).items()}
+            known = {**si, **record}
+            if not {self.first, self.second} <= known.keys():
+                allowed = f"of {self.first} and {self.second}, the parameters of the results"
+                raise InvalidInput("curve", list(record)[:2], allowed)
+            found.append((known[self.first], known[self.second]))
+        return found
+
     def unit(self, points: Any) -> Array:
         """Points (n, 2) of the plane as points of the unit square."""
         low, size = self._frame()
@@ -84,12 +99,12 @@ def patches(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
     square = box(0.0, 0.0, 1.0, 1.0)
     lines = [square.exterior]
     for curve in curves:
-        points = plane.unit([(p[plane.first], p[plane.second]) for p in curve["points"]])
+        points = plane.unit(plane.of(curve["points"]))
         if len(points) < 2:
             continue
         line = LineString(points)
-        ends = [(p[plane.first], p[plane.second]) for p in curve["codimension_two"]]
-        lines.append(LineString(_through(line, plane.unit(ends))))
+        ends = plane.unit(plane.of(curve["codimension_two"]))
+        lines.append(LineString(_through(line, ends)))
     cut = polygonize([unary_union(lines, grid_size=_GRID)])
     return [patch for patch in cut.geoms if patch.area > _LEAST and square.covers(patch.centroid)]
 

@@ -95,6 +95,42 @@ def test_curves_that_the_command_wrote_are_drawn(
     assert (curve["type"], curve["points"]) == ("adding-sliding", whole["curves"][0]["points"])
 
 
+@pytest.mark.parametrize("order", [("Omega", "duty"), ("duty", "Omega")])
+def test_curves_of_a_device_bound_a_chart_in_its_units(order: tuple[str, str], tmp_path) -> None:
+    from capsule_sym import Axis, Sweep, open_results, plot_chart, run_sweep, scenes
+
+    known = {"M_m": 0.0018, "M_c": 0.0017, "k1": 62, "k_front": 54000, "k_back": 28000, "c": 0.016}
+    known |= {"G_front": 0.0016, "G_back": 0.0004, "P_d": 0.016, "P_low": 0, "mu": 0.23}
+    device = scenes.prototype.PhysicalParameters(**known, mu_back=0.23, duty=0.4, Omega=130)
+    ranges = {"Omega": (100.0, 200.0), "duty": (0.2, 0.5)}
+    axes = tuple(Axis.of_device(device, name, np.linspace(*ranges[name], 3)) for name in order)
+    run_sweep(Sweep(axes, device=device), tmp_path / "grid")
+    unit = device.natural_frequency
+    ends = [{"omega": o / unit, "D": d, "si": {"Omega [rad/s]": o, "duty": d}}
+            for o, d in ((100.0, 0.3), (150.0, 0.35), (200.0, 0.4))]  # fmt: skip
+    curve = {"type": "edge", "points": [ends[0], ends[2]], "codimension_two": [ends[1]]}
+    with open_results(tmp_path / "grid") as results:
+        figure = plot_chart(results, [curve])
+        line, point = figure.axes[0].lines
+        expected = {"Omega": [100.0, 200.0], "duty": [0.3, 0.4]}
+        assert [list(line.get_xdata()), list(line.get_ydata())] == [expected[o] for o in order]
+        middle = {"Omega": [150.0], "duty": [0.35]}
+        assert [list(point.get_xdata()), list(point.get_ydata())] == [middle[o] for o in order]
+        other = {"type": "edge", "points": [{"alpha": 1.0, "omega": 2.0}], "codimension_two": []}
+        with pytest.raises(InvalidInput, match=r"curve = \['alpha', 'omega'\]: must be of "):
+            plot_chart(results, [other])
+
+
+def test_the_phase_of_a_dimensionless_start_has_no_unit(tmp_path: Path) -> None:
+    from capsule_sym import Axis, Sweep, open_results, plot_basin, run_basin
+
+    starts = Axis.linear("x_r", -1.0, 1.0, 2), Axis.linear("phase", 0.0, 6.0, 2)
+    compute = ("itinerary", "progression", "final")
+    run_basin(Sweep(starts, Parameters(), compute=compute), tmp_path / "basin")
+    with open_results(tmp_path / "basin") as results:
+        assert plot_basin(results).axes[0].get_ylabel() == "phase"
+
+
 def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
     line = ["sweep-figure", str(stores / "basin"), "--out", "x.png", "--json"]
     done = run_here(*line, cwd=tmp_path)
