@@ -240,7 +240,8 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             if task.total is None:
                 return Text("starting")
             done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
-            return Text(f"{done}, {task.speed or 0:,.0f} a second")
+            # Before a second chunk there is no rate.
+            return Text(f"{done}, {task.speed:,.0f} a second" if task.speed else done)
 
     with present.make_progress(Cells(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
         task = bar.add_task("", total=None)

@@ -161,3 +161,18 @@ def test_ctrl_c_does_not_cut_the_drawing_of_bars_in_two(when: int) -> None:
     assert found.status == 0, found.written
     assert found.lines == ["interrupted"]
     assert found.cursor
+
+
+def test_a_sweep_tells_its_rate_once_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    from capsule_sym._commands import present, sweep
+
+    make, bars = present.make_progress, []
+    monkeypatch.setattr(
+        present, "make_progress", lambda *columns: bars.append(make(*columns)) or bars[-1]
+    )
+    with sweep._progress() as show:
+        show(0, 100)
+        show(50, 100)
+        (bar,) = bars
+        said = [column(bar.tasks[0]) for column in bar.columns]
+    assert "50 of 100 cells" in map(str, said)
