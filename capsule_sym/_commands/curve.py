@@ -18,10 +18,11 @@ from capsule_sym._errors import InvalidInput
 def curve(
     system: options.System = options.ranged_parameters(),
     kind: str = option(
-        "Bifurcations with this in their type, such as grazing-sliding; all for all.",
+        "Bifurcations with this in their type, such as grazing-sliding, or the one that `branch` "
+        "labels so, such as GR1; all for all.",
         "--bifurcation",
         required=True,
-        metavar="TYPE",
+        metavar="TYPE|LABEL",
     ),
     at: float | None = option("Value of the second parameter at which bifurcations are sought."),
     points: int = options.count("Steps to a range, least.", 50),
@@ -112,15 +113,16 @@ def curve(
 
 
 def _of_kind(kind: str, found: capsule_sym.Branch, where: str) -> list[capsule_sym.Bifurcation]:
-    """The bifurcations of a branch with this in their type; raises InvalidInput for none."""
-    chosen = [one for one in found.bifurcations if kind == "all" or kind in one.type]
+    """The bifurcations of a branch with this label, or in their type; InvalidInput for none."""
+    chosen = [one for one in found.bifurcations if kind in ("all", one.label) or kind in one.type]
     if not found.bifurcations or (not chosen and found.status is capsule_sym.Ending.TIME_LIMIT):
         tell_early_end(found)
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
         low, high = (point.value for point in (found.points[0], found.points[-1]))
         over = f"{found.parameter} from {low:g} to {high:g} at {where}"
-        allowed = f"in the type of one on the branch over {over}, which has {types or 'none'}"
+        beside = f"on the branch over {over}, which has {types or 'none'}"
+        allowed = f"in the type or the label of one {beside}"
         raise InvalidInput("bifurcation", kind, allowed)
     return chosen
 

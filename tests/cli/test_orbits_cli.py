@@ -153,6 +153,18 @@ def test_a_curve_of_events_that_happen_in_pairs_is_followed(capsys) -> None:
     assert (min(gammas), max(gammas)) == (1.0, 5.0)
 
 
+def test_the_curve_of_one_labelled_bifurcation_is_followed(capsys) -> None:
+    line = ("curve", "--alpha", "0.3:1.1", "--gamma", "3.2:3.4", "--points", "1", "--json")
+    wholes = []
+    for kind in ("adding-sliding", "AS1"):
+        status, out, err = call(capsys, *line, "--bifurcation", kind)
+        assert (status, err) == (0, "")
+        wholes.append(json.loads(out)["curves"])
+    by_type, by_label = wholes
+    assert len(by_type) > 1
+    assert by_label == by_type[:1]
+
+
 def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
     # On the way down segments are taken out of the itinerary, which is then begun elsewhere.
     settings = ("--alpha", "1.53")
@@ -195,8 +207,8 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
         ),
         (
             (*("curve", "--alpha", "0.9:1", "--gamma", "3:4", "--bifurcation", "fold"),),
-            "bifurcation = 'fold': must be in the type of one on the branch over alpha from 0.9 to "
-            "1 at gamma = 3.3, which has ['adding-sliding']",
+            "bifurcation = 'fold': must be in the type or the label of one on the branch over "
+            "alpha from 0.9 to 1 at gamma = 3.3, which has ['adding-sliding']",
         ),
         (
             (
