@@ -9,7 +9,13 @@
 
 #define TWO_STOPS (CAPSULE_STOP_COUNT == 2)
 
-#define MOST_SUMMED 4 /* expansions whose roundings may add up to a switch */
+/* Expansions whose roundings may add up to a switch: more where tables are economized by rates, whose v_r
+   is off by less. */
+#if CAPSULE_REACTION
+#define MOST_SUMMED 6
+#else
+#define MOST_SUMMED 4
+#endif
 
 /* How many powers of s the second guard's coefficients are behind those of x_r: v_c is the integral of P,
    which has x_r and v_r. If the drive reacts, v_c has v_r alone, by momentum. */
