@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import shutil
+from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,6 +36,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
 from capsule_sym._orbits.continuation.points.bifurcation import refined
 from capsule_sym._orbits.shooting import extrema
+from capsule_sym._orbits.shooting.admissibility import inequalities
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import _by_kernels, of_core, shooting
@@ -249,15 +252,50 @@ def test_events_that_happen_together_are_crossed_as_one(
     values: dict[str, float], parameter: str, to: float
 ) -> None:
     p = scenes.reaction_pulse.Parameters(**values)
-    found = continue_orbit(solve_orbit(p), parameter, to, points=5)
-    assert found.success, found.message
-    (event,) = found.bifurcations
     ends = solve_orbit(p), solve_orbit(p.replace(**{parameter: to}))
-    assert event.itinerary_after is not None
-    sides = event.itinerary_before.cyclic, event.itinerary_after.cyclic
-    assert sides == tuple(one.itinerary.cyclic for one in ends)
     expected = bisected(p, parameter, (values[parameter], to))
-    assert event.value == pytest.approx(expected, abs=1e-9)
+    for begin, end in (ends, ends[::-1]):
+        found = continue_orbit(begin, parameter, end.value(parameter), points=5)
+        assert found.success, found.message
+        (event,) = found.bifurcations
+        assert event.itinerary_after is not None
+        sides = event.itinerary_before.cyclic, event.itinerary_after.cyclic
+        assert sides == (begin.itinerary.cyclic, end.itinerary.cyclic)
+        assert event.value == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("values", "at_end"),
+    [
+        (TOGETHER[1][0], {("edge", Guard.UPPER), ("edge", Guard.LOWER)}),
+        ({"alpha": 3.4, "alpha_low": -3.4, "D": 0.5, "omega": 0.7, "delta": 9, "zeta": 0.4,
+          "beta": 5, "gamma": 2, "f_b": 1}, {("edge", Guard.DRIFT)}),
+    ],
+)  # fmt: skip
+def test_a_half_begun_anywhere_has_the_inequalities_of_the_whole_motion(
+    values: dict[str, float], at_end: set[tuple[str, Guard]]
+) -> None:
+    """Those of the gap aside, each comes twice in the whole motion, also where the half ends."""
+    orbit = solve_orbit(scenes.reaction_pulse.Parameters(**values))
+    n, met = len(orbit.itinerary) // 2, set[tuple[str, Guard | None]]()
+    with backend("numpy", orbit.scene) as numbers:
+
+        def of(itinerary: Itinerary, z: Any) -> list[float]:
+            system = shooting(numbers, orbit.values, itinerary, z)
+            found = inequalities(numbers, itinerary, system)
+            met.update((one.kind, one.guard) for one in found if one.segment == n - 1)
+            return sorted(float(one.value) for one in found if one.guard is not Guard.GAP)
+
+        expected = of(orbit.itinerary, orbit.z)
+        met.clear()
+        for k in range(2 * n):
+            turned = rotated(numbers, orbit.itinerary, orbit.z, orbit.system, k)
+            segments = turned.itinerary.segments[:n]
+            half = of(
+                replace(turned.itinerary, segments=segments, mirrored=True), turned.z[: 4 + n]
+            )
+            assert sorted(2 * half) == pytest.approx(expected, abs=1e-11)
+    assert at_end <= met
 
 
 def test_at_an_edge_each_side_has_derivatives_of_its_own() -> None:
