@@ -16,7 +16,7 @@ from __future__ import annotations
 from capsule_sym._map.quasistatic import load_of
 from capsule_sym._parameters import SceneParameters
 
-_ROUNDINGS = 2.0**-48  # share of a bound by which rounding alone may exceed it
+_ROUNDINGS = 2.0**-48  # share of the terms by which rounding alone may exceed a bound
 
 
 def dragged(parameters: SceneParameters) -> str:
@@ -26,9 +26,10 @@ def dragged(parameters: SceneParameters) -> str:
     levels = [scene.kernels.constants(fields[level], *values) for level in sorted(fields)]
     share = levels[0].high_share() if scene.facts.PULSED else 1.0
     shares = (share, 1.0 - share)
-    force = sum(part * load_of(c) for part, c in zip(shares, levels, strict=False))
-    bound = levels[0].friction_at(1 if force > 0 else -1)
-    if abs(force) <= abs(bound) * (1 + _ROUNDINGS):
+    terms = [part * load_of(c) for part, c in zip(shares, levels, strict=False)]
+    force, bound = sum(terms), levels[0].friction_at(1 if sum(terms) > 0 else -1)
+    size = abs(bound) + abs(levels[0].load_force()) + sum(map(abs, terms))
+    if abs(force) - abs(bound) <= _ROUNDINGS * size:
         return ""
     return (
         f"the mean force of drive and load, {force:.6g}, exceeds friction, {abs(bound):.6g}, "

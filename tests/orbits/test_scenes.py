@@ -565,6 +565,15 @@ def test_where_the_mean_force_exceeds_friction_the_device_is_dragged(
     assert way * excess > 0
 
 
+def test_a_mean_force_at_the_bound_drags_nothing_however_large_its_terms() -> None:
+    """.76 x 33.1 - .24 x 104.775 + .14 is .15, but for the roundings of what cancels."""
+    p = scenes.prototype.Parameters(
+        D=0.76, alpha=33.1, alpha_low=-104.775, s=-0.14, f_plus=0.15, f_minus=1
+    )
+    assert dragged(p) == ""
+    assert "forward" in dragged(p.replace(f_plus=0.15 - 1e-11))
+
+
 def test_a_drive_that_reacts_drags_nothing() -> None:
     """Its force on both bodies together is 0, whatever its mean."""
     assert dragged(scenes.reaction_pulse.Parameters(alpha=9, alpha_low=8, D=0.9)) == ""
