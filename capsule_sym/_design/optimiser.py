@@ -15,11 +15,14 @@ from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, o
 from capsule_sym._design.program import Place, Program
 from capsule_sym._design.stationary import Stationary, rough, stationary
 from capsule_sym._design.survey import Survey, Surveyor
+from capsule_sym._map.dragging import mean_force
 from capsule_sym._native import check_time
+from capsule_sym._parameters import SceneDevice
 
 _WORSE = 1e-5  # units of the objective: a search rests a little beyond its limits
 _AGAIN = 4  # searches that go on from the best place, where others left it
 _REACH = 0.1  # of the bounds, of the first of them
+_BESIDE = 0.99  # of friction: a mean force that nearly drags the device
 _SHORTER = 0.2  # the next one's, where it finds nothing better
 Vector = NDArray[np.float64]
 
@@ -80,10 +83,10 @@ class Optimiser:
             if found is not None and self.as_good(found, places[0]):
                 return found
         found = self.rough(places[0])
+        message = found.message
         if not self.confirmed(places[0]):
             message = "the best motion that was found is not one that the starts lead to"
-            found = replace(found, message=message)
-        return found
+        return replace(found, message=message + _beside_dragging(found))
 
     def from_place(self, u: Vector) -> Optimum | None:
         """The optimum that is next to a place; None where there is none."""
@@ -184,3 +187,14 @@ class Optimiser:
         """Whether the starts do lead to these motions."""
         settled = self.program.settled(place.u)
         return settled is not None and all(map(agrees, place.motions, settled))
+
+
+def _beside_dragging(found: Optimum) -> str:
+    """That the mean force at a result nearly drags the device, in words; else nothing."""
+    system = found.system
+    own = system.dimensionless() if isinstance(system, SceneDevice) else system
+    force, bound, _ = mean_force(own)
+    if abs(force) < _BESIDE * bound:
+        return ""
+    said = f"the mean force of drive and load, {force:.9g}, nearly reaches friction, {bound:.9g}"
+    return f"; there {said}"

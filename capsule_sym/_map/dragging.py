@@ -21,17 +21,23 @@ _ROUNDINGS = 2.0**-48  # share of the terms by which rounding alone may exceed a
 
 def dragged(parameters: SceneParameters) -> str:
     """How the device is dragged, in words; empty where the mean force is within the bounds."""
+    force, bound, roundings = mean_force(parameters)
+    if abs(force) - bound <= roundings:
+        return ""
+    return (
+        f"the mean force of drive and load, {force:.6g}, exceeds friction, {bound:.6g}, "
+        f"so that it drags the device {'forward' if force > 0 else 'backward'} without end"
+    )
+
+
+def mean_force(parameters: SceneParameters) -> tuple[float, float, float]:
+    """Mean force of drive and load, the size of the friction bound against it, and roundings."""
     scene, values = parameters.scene, parameters.to_dict().values()
     fields = {level: field for field, level in scene.facts.LEVELS.items()}
     levels = [scene.kernels.constants(fields[level], *values) for level in sorted(fields)]
     share = levels[0].high_share() if scene.facts.PULSED else 1.0
     shares = (share, 1.0 - share)
     terms = [part * load_of(c) for part, c in zip(shares, levels, strict=False)]
-    force, bound = sum(terms), levels[0].friction_at(1 if sum(terms) > 0 else -1)
-    size = abs(bound) + abs(levels[0].load_force()) + sum(map(abs, terms))
-    if abs(force) - abs(bound) <= _ROUNDINGS * size:
-        return ""
-    return (
-        f"the mean force of drive and load, {force:.6g}, exceeds friction, {abs(bound):.6g}, "
-        f"so that it drags the device {'forward' if force > 0 else 'backward'} without end"
-    )
+    force, bound = sum(terms), abs(levels[0].friction_at(1 if sum(terms) > 0 else -1))
+    size = bound + abs(levels[0].load_force()) + sum(map(abs, terms))
+    return force, bound, _ROUNDINGS * size

@@ -152,3 +152,12 @@ def test_an_optimum_to_which_the_start_does_not_lead_says_so() -> None:
     assert motion is not None
     from_rest = device.displacement(motion.progression) * found.system.Omega / (2 * np.pi)
     assert from_rest < 0.1 * found.value
+
+
+def test_a_search_that_ends_where_the_drive_drags_the_device_says_so() -> None:
+    """The velocity grows with the mean force, alpha D, up to friction, 1: there is no best."""
+    bounds = {"D": (0.2, 0.9)}
+    found = optimise("velocity", bounds, scenes.prototype.Parameters(alpha=2), samples=16)
+    assert (found.status, 2 * found.system.D > 0.99) == ("not-converged", True)
+    assert "; there the mean force of drive and load, 0.99" in found.message
+    assert found.message.endswith("nearly reaches friction, 1")
