@@ -178,7 +178,7 @@ def checked_rows(rows: NDArray[np.float64], scene: Scene = CAPSULE) -> NDArray[n
     within = (rows >= low) & (rows <= high)
     if not _all(within):
         i, k = np.argwhere(~within)[0].tolist()
-        allowed = f"in [{low[k]:g}, {high[k]:g}] for a run"
+        allowed = f"in [{low[k]:.10g}, {high[k]:.10g}] for a run"
         raise InvalidInput(names[k], float(rows[i, k]), allowed)
     return rows
 

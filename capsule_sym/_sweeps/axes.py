@@ -216,4 +216,4 @@ def _ends(
 
 
 def _within(low: float, high: float) -> str:
-    return f"a number in [{low:g}, {high:g}] for a run"
+    return f"a number in [{low:.10g}, {high:.10g}] for a run"

@@ -15,6 +15,7 @@ from capsule_sym import (
     run_basin,
     run_sweep,
     scenes,
+    simulate_many,
     solve_orbit,
 )
 from capsule_sym._sweeps import itineraries
@@ -120,3 +121,13 @@ def test_basins_of_a_slope_have_closed_attractors(tmp_path: Path) -> None:
     _, found = run_basin(Sweep(axes, SLOPE.Parameters(alpha=0.8)), tmp_path / "store")
     assert sum(one.share for one in found.attractors) == pytest.approx(1.0)
     assert all(one.residual < 1e-10 and one.multiplier < 1 for one in found.attractors)
+
+
+def test_a_duty_cycle_of_a_whole_period_is_refused_by_its_range_with_all_digits() -> None:
+    allowed = r"D = 1\.0: must be (a number )?in \[1e-09, 0\.999999999\] for a run"
+    with pytest.raises(InvalidInput, match=allowed):
+        Axis.linear("D", 0.5, 1.0, 2, scenes.prototype)
+    rows = np.array([list(scenes.prototype.Parameters().to_dict().values())])
+    rows[0, scenes.prototype.facts.PARAMETERS.index("D")] = 1.0
+    with pytest.raises(InvalidInput, match=allowed):
+        simulate_many(rows, scene=scenes.prototype)
