@@ -27,6 +27,7 @@ from capsule_sym._symbolic.model.symbols import (
     f_b,
     force,
     gamma,
+    omega,
     v_c,
     v_r,
     x_r,
@@ -120,3 +121,13 @@ def test_products_of_unknowns_are_not_guessed() -> None:
         consistent([x_r * v_r > 0, x_r * v_c > 0, v_c * v_r < 0])
     with pytest.raises(Undecided):
         consistent([sp.Gt(x_r, 1)])  # the unit of force is free
+
+
+def test_coefficients_of_unknown_sign_are_decided_where_numbers_or_factors_do() -> None:
+    # omega**2 - 1 has either sign, so that nothing can be solved for the force
+    either = sp.Ge(f_b + force * (1 - omega**2), 0)
+    less, more = sp.Gt(f_b - force * omega**2, 0), sp.Ge(force * omega**2 - f_b, 0)
+    assert consistent([either, less])
+    assert not consistent([either, less, more])
+    assert not consistent([either, sp.Gt((1 + beta) * less.gts, 0), sp.Ge(omega * more.gts, 0)])
+    assert consistent([either, sp.Ge((1 + beta) * -more.gts, 0), sp.Ge(omega * more.gts, 0)])

@@ -19,7 +19,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
-from itertools import product
+from itertools import combinations, product
 from typing import Any, Literal, TypeAlias
 
 import sympy as sp
@@ -275,12 +275,24 @@ def _order(constraints: list[Constraint], symbols: list[sp.Symbol]) -> sp.Symbol
         if all(c.kind != "==" and c.slope_sign(symbol) for c in involved):
             costs.append((len(involved), index))
     if not costs:
+        if any(_opposed(*pair) for pair in combinations(constraints, 2)):
+            raise Contradiction
         raise Undecided(constraints)
     return symbols[min(costs)[1]]
 
 
+def _opposed(one: Constraint, other: Constraint) -> bool:
+    """Whether two constraints have polynomials of opposite signs, though neither sign is known."""
+    common = one.polynomial.gcd(other.polynomial)
+    try:
+        signs = {_sign(each.polynomial.exquo(common)) for each in (one, other)}
+    except Undecided:
+        return False
+    return signs == {1, -1} and ">" in (one.kind, other.kind)
+
+
 class Contradiction(Exception):
-    """A constraint without variables that does not hold."""
+    """Constraints that no values of the variables satisfy."""
 
 
 def _settled(constraints: Iterable[Constraint]) -> list[Constraint]:

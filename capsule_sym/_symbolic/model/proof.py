@@ -61,6 +61,10 @@ def _satisfiable(constraints: list[Constraint]) -> bool:
         unsettled = without(constraints, VARIABLES)
     except Contradiction:
         return False
+    except Undecided:
+        if any(_satisfiable(tried) for tried in _with_numbers(constraints)):
+            return True
+        raise
     unknown = sorted({s for c in unsettled for s in c.polynomial.as_expr().free_symbols}, key=str)
     samples = (dict(zip(unknown, values, strict=True)) for values in _trials(len(unknown)))
     if any(all(constraint.at(sample).holds() for constraint in unsettled) for sample in samples):
@@ -72,6 +76,15 @@ def _satisfiable(constraints: list[Constraint]) -> bool:
     system = [((sp.Poly(c.polynomial.as_expr(), symbol), one), c.kind) for c in unsettled]
     positive = ((sp.Poly(symbol, symbol), one), ">")
     return bool(solve_rational_inequalities([[positive, *system]]) != sp.S.EmptySet)
+
+
+def _with_numbers(constraints: list[Constraint]) -> Iterator[list[Constraint]]:
+    """The constraints with numbers for the parameters in their coefficients, by several trials."""
+    symbols = {s for c in constraints for s in c.polynomial.as_expr().free_symbols}
+    names = sorted(symbols - {*VARIABLES}, key=str)
+    for values in _trials(len(names)) if names else ():
+        numbers = dict(zip(names, values, strict=True))
+        yield [constraint.at(numbers) for constraint in constraints]
 
 
 def _trials(count: int) -> Iterator[tuple[Fraction, ...]]:
