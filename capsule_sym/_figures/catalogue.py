@@ -67,13 +67,18 @@ class Study:
         """The steady motions from rest at excitation amplitudes."""
         return self.store.motions([self.at(alpha) for alpha in alphas])
 
+    @property
+    def last(self) -> float:
+        """The largest excitation amplitude: that of the case study, or the system's own."""
+        return max(_END, self.system.alpha)
+
     def branch(self) -> Any:
-        """The branch in alpha over the whole case study."""
-        return self.store.branch(self.at(_BEGIN), "alpha", _BEGIN, _END)
+        """The branch in alpha over the whole case study, and further to the system's own."""
+        return self.store.branch(self.at(_BEGIN), "alpha", _BEGIN, self.last)
 
     def evenly(self, count: int) -> list[float]:
         """Excitation amplitudes from the first to the last, evenly spaced."""
-        return [_BEGIN + (_END - _BEGIN) * i / (count - 1) for i in range(count)]
+        return [_BEGIN + (self.last - _BEGIN) * i / (count - 1) for i in range(count)]
 
 
 def _switching(study: Study, which: int) -> Figure:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -218,6 +219,12 @@ WRONG = {
         '"mu", "", (1e-9, 1e6), -0.2',
         "mu = -0.2 is not in",
     ),
+    "a name of two modes": ('model.drift("BD", ', 'model.drift("FD", ', "FD is the name of two"),
+    "a weight without a bias": (
+        "model.capsule(gamma, P)",
+        "model.capsule(gamma, P, weight=gamma)",
+        "the weight is 0, by the bias on the mass, not gamma",
+    ),
     "a mode left out": (
         'model.drift("BD", v_c < 0, against=f_b)\n',
         "\n",
@@ -285,6 +292,16 @@ def test_a_wrong_declaration_is_refused_with_its_line(
     place, number, _ = text.split(":", 2)
     assert place == str(path)
     assert abs(int(number) - line) <= 1
+
+
+def test_stops_that_meet_by_the_defaults_are_refused(tmp_path: Path) -> None:
+    text = CAPSULE.with_name("prototype.py").read_text(encoding="utf-8")
+    path = tmp_path / "model.py"
+    for name in ("delta_1", "delta_2"):
+        text = re.sub(rf"\b{name}=[0-9.]+", f"{name}=0.0", text)
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(BadDeclaration, match="no room is between -delta_2 and delta_1"):
+        load(path)
 
 
 def test_a_device_without_one_of_its_units_is_refused(tmp_path: Path) -> None:

@@ -145,8 +145,16 @@ class Declared:
                 raise self.refusal(1, f"nothing is said of the {word}")
         self._check_equations()
         self._check_ways()
+        self._check_room()
         if self.quantities or self.units:
             self._check_device()
+
+    def _check_room(self) -> None:
+        """By the defaults two stops lie apart."""
+        defaults = {one.symbol: one.default for one in self.parameters}
+        if len(self.stops) == 2 and (self.stops[0] - self.stops[1]).subs(defaults) <= 0:
+            said = f"by the defaults no room is between {self.stops[1]} and {self.stops[0]}"
+            raise self.refusal("state", said)
 
     def _check_device(self) -> None:
         """A device has all units, and each parameter its relation to it; none is in vain."""
@@ -203,8 +211,10 @@ class Declared:
                 "the capsule is moved by the interaction force and friction, and where the drive "
                 f"reacts on it by all of that, -{self.drive_force}",
             )
-        if self.weight.free_symbols & held:
-            raise self.refusal("capsule", f"the weight {self.weight} is no constant")
+        lift = sp.expand(-self.symbol("gamma") * self.load)
+        if self.weight != 0 and sp.expand(self.weight) != lift:
+            said = f"the weight is {lift}, by the bias on the mass, not {self.weight}"
+            raise self.refusal("capsule", said)
         if self.inertia != self.symbol("gamma"):
             raise self.refusal("capsule", f"the mass ratio is gamma, not {self.inertia}")
 

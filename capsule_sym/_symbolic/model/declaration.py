@@ -282,9 +282,12 @@ class Model(Declared):
         return self._line
 
     def _check_name(self, name: str, line: int, kind: str) -> None:
-        """Raises BadDeclaration unless C, Python and MATLAB can have the name."""
+        """Raises BadDeclaration unless C, Python and MATLAB can have the name, and it is new."""
         if said := problem(name, kind):
             raise self.refusal(line, said)
+        taken = [one.name for one in self.regions] + [one.name for one in self.modes]
+        if kind == "mode" and name in taken:
+            raise self.refusal(line, f"{name} is the name of two regions or modes")
 
     def _check_fact(
         self,
@@ -300,9 +303,9 @@ class Model(Declared):
         if not all(map(math.isfinite, (value, *between, *slider))):
             raise self.refusal(line, f"{name} has a number that is not finite")
         if not all(isinstance(one, str) and one for one in texts):
-            raise self.refusal(line, f"label, definition or meaning of {name} is empty")
+            raise self.refusal(line, f"label, about or definition of {name} is empty")
         if not low <= value <= high:
-            raise self.refusal(line, f"{name} = {value:g} is not in [{low:g}, {high:g}]")
+            raise self.refusal(line, f"{name} = {value:.12g} is not in [{low:.12g}, {high:.12g}]")
 
     def _expression(self, value: object) -> sp.Expr:
         """A value of this line as an exact expression in what is declared."""

@@ -42,7 +42,7 @@ class Ending(StrEnum):
     TIME_LIMIT = "time-limit"
 
 
-OUT_OF_TIME = Ending.TIME_LIMIT, "the time was over"
+OUT_OF_TIME = Ending.TIME_LIMIT, "the time was over, or the work was interrupted"
 
 
 class Stop(Exception):
