@@ -29,6 +29,7 @@ from capsule_sym import (
     search_orbits,
     solve_itinerary,
     solve_orbit,
+    whole_orbit,
 )
 from capsule_sym._map.backend import backend
 from capsule_sym._map.dragging import dragged
@@ -40,7 +41,7 @@ from capsule_sym._orbits.shooting.admissibility import inequalities
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import _by_kernels, of_core, shooting
-from capsule_sym._orbits.shooting.symmetry import symmetric, whole_orbit
+from capsule_sym._orbits.shooting.symmetry import symmetric
 from capsule_sym.scenes import Scene
 from tests.scenes import SCENES, Integrator, Start, integrator
 
