@@ -29,10 +29,10 @@ MIDDLE = {
         r"\d of 810,000 cells",
     ),
     "orbit": (["--starts", "100000"], "Searching"),
-    "branch": (["--alpha", "0.1:2", "--points", "3000"], r"Following [2-9]\d points, at"),
+    "branch": (["--alpha", "0.1:2", "--points", "3000"], r"Following \d{2,} points, at"),
     "curve": (
         ["--alpha", "0.6:1.2", "--gamma", "3:5", "--bifurcation", "all", "--points", "3000"],
-        r"Following [2-9]\d points, at \S+, \S+",
+        r"Following \d{2,} points, at \S+, \S+",
     ),
     "enclose": ([], "Enclosing"),
     "figure": (["fig6", "--out", "fig6.svg"], "Following the branch"),

@@ -79,7 +79,7 @@ def test_a_term_gone_from_the_model_changes_every_target(tmp_path: Path) -> None
     assert text.count(term) == 1
     model.write_text(text.replace(term, term.replace("2 * zeta", "3 * zeta / 2")), encoding="utf-8")
     # Without `site`, which would import the package from where it is installed editable.
-    command = [sys.executable, "-S", "-m", "capsule_sym.codegen", "--check"]
+    command = [sys.executable, "-S", "-m", "capsule_sym.codegen", "--check", "--scene", "capsule"]
     packages = {**os.environ, "PYTHONPATH": sysconfig.get_path("purelib")}
     done = subprocess.run(
         command, cwd=tmp_path, env=packages, capture_output=True, text=True, check=False

@@ -60,7 +60,7 @@ MUTANTS = {
         "contact_gradient(c, peak->gap, gradient);",
         "force_gradient(c, peak->gap, peak->v_r, gradient);",
     ),
-    "a force's sign": ("peak->gap, peak->v_r) < 0.0)", "peak->gap, peak->v_r) < -1e9)"),
+    "a force's sign": ("peak->v_r) : peak->gap) < 0.0)", "peak->v_r) : peak->gap) < -1e9)"),
 }
 
 QUICK = ("times of switches that stay", "a period that stays", "8 nodes too far")
