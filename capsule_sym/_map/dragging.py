@@ -38,6 +38,7 @@ def mean_force(parameters: SceneParameters) -> tuple[float, float, float]:
     share = levels[0].high_share() if scene.facts.PULSED else 1.0
     shares = (share, 1.0 - share)
     terms = [part * load_of(c) for part, c in zip(shares, levels, strict=False)]
-    force, bound = sum(terms), abs(levels[0].friction_at(1 if sum(terms) > 0 else -1))
+    force = sum(terms)
+    bound = abs(levels[0].friction_at(1 if force > 0 else -1))
     size = bound + abs(levels[0].load_force()) + sum(map(abs, terms))
     return force, bound, _ROUNDINGS * size

@@ -218,8 +218,8 @@ class Itinerary:
 
     def turns(self, index: int) -> int:
         """Rises of the drive before a segment, each of which begins a turn of the forcing angle."""
-        rising = (one.guard is Guard.EDGE and level(one.field, self.scene) for one in self.segments)
-        return sum(list(rising)[:index])
+        before = (one for one in self.segments[:index] if one.guard is Guard.EDGE)
+        return sum(level(one.field, self.scene) for one in before)
 
     def stop(self, index: int) -> int:
         """The stop at which a segment of an index from -1 ends: 1 in front, 2 behind, 0 at none."""
