@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +30,7 @@ from capsule_sym._design.quantities import (
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time
 from capsule_sym._parameters import SceneParameters, names_of
+from capsule_sym._systems import factors_of
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -69,17 +69,7 @@ def scenarios_of(
         if len(state) != 3 or not all(map(real, state)):
             raise InvalidInput("starts", one, "states (x_r, v_r, v_c) of finite numbers")
         states.append((float(state[0]), float(state[1]), float(state[2])))
-    tolerances = {} if tolerances is None else tolerances
-    if not isinstance(tolerances, Mapping):
-        raise InvalidInput("tolerances", tolerances, "a share for each of some parameters")
-    for name, by in tolerances.items():
-        if name not in names_of(system):
-            raise InvalidInput("tolerances", name, f"of {', '.join(names_of(system))}")
-        if not (real(by) and 0 < by < 1):
-            raise InvalidInput(f"tolerance of {name}", by, "a share between 0 and 1")
-    ends = product(*((1 - by, 1 + by) for by in tolerances.values()))
-    factors: list[dict[str, float]] = [{}] if tolerances else []
-    factors += [dict(zip(tolerances, one, strict=True)) for one in ends]
+    factors = factors_of(tolerances, system)
     return tuple(Scenario(state, one) for state in states for one in factors)
 
 

@@ -9,26 +9,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields, is_dataclass
-from enum import Enum
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
-from capsule_sym._parameters import (
-    Scene,
-    SceneDevice,
-    SceneParameters,
-    names_of,
-)
+from capsule_sym._parameters import Scene, SceneDevice, SceneParameters, names_of
+from capsule_sym._systems import System as System
+from capsule_sym._systems import dimensionless as dimensionless
+from capsule_sym._systems import real as real
+from capsule_sym._systems import record as record
+from capsule_sym._systems import values_of as values_of
 from capsule_sym._units import METRIC_UNITS, UNITS, mean_power
 
-System = SceneParameters | SceneDevice
 Function = Callable[[Mapping[str, Slope]], Slope]
 
 _POSITIVE = 1e-12  # least value of what is above 0 where a search has no bound
@@ -48,48 +44,12 @@ def allowed(system: System, name: str) -> tuple[float, float]:
     return low, facts.RANGES["D"][1] if tied == "D" else math.inf
 
 
-def real(value: object) -> bool:
-    """Whether a value is a finite real number, of Python or of NumPy."""
-    return is_real(value) and math.isfinite(value)
-
-
-def values_of(system: System) -> dict[str, float]:
-    """The parameters of a system with their values."""
-    return {name: getattr(system, name) for name in names_of(system)}
-
-
-def record(result: object, names: str) -> dict[str, Any]:
-    """Attributes of a result by names with spaces between, as numbers, texts, lists and dicts."""
-    return {name: _plain(getattr(result, name)) for name in names.split()}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, SceneParameters | SceneDevice):
-        return values_of(value)
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, Enum):
-        return str(value)
-    if is_dataclass(value):
-        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
-    if hasattr(value, "_asdict"):
-        return value._asdict()
-    if isinstance(value, Mapping):
-        return {name: _plain(one) for name, one in value.items()}
-    return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
-
-
 def varied(scene: Scene, values: Mapping[str, float], by: Sequence[str]) -> Any:
     """Values by name with derivatives (k,) by k of them, as a device's with all of its units."""
     rows, none = dict(zip(by, np.eye(len(by)), strict=True)), np.zeros(len(by))
     return scene.values(
         **{name: Slope(value, rows.get(name, none)) for name, value in values.items()}
     )
-
-
-def dimensionless(system: System) -> SceneParameters:
-    """The dimensionless parameters of a system."""
-    return system if isinstance(system, SceneParameters) else system.dimensionless()
 
 
 @lru_cache(maxsize=16)

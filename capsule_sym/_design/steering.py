@@ -30,6 +30,7 @@ from capsule_sym._orbits.continuation.settings import check_points
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneParameters
+from capsule_sym._systems import drives
 
 _WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
 _SHARE = "share"  # what varies along a stretch, from 0 to 1
@@ -171,7 +172,7 @@ def steer(
     system = system_of(base)
     bounds = usual_drive(system) if over is None else over
     check_points(points)
-    allowed = _drives(system)
+    allowed = drives(system)
     for name in bounds if isinstance(bounds, Mapping) else ():
         if name not in allowed:
             raise InvalidInput("over", name, f"of {' and '.join(allowed)}")
@@ -197,22 +198,10 @@ def steer(
     return _steered(forward.result, backward.result, ways, done)
 
 
-def _drives(system: System) -> dict[str, float]:
-    """What a drive may vary, amplitude and frequency first, each with its unit (SI)."""
-    facts = system.scene.facts
-    names = ("alpha", "omega", *(name for name in ("alpha_low", "D") if facts.PULSED))
-    if isinstance(system, SceneParameters):
-        return dict.fromkeys(names, 1.0)
-    units = dict.fromkeys(names, system.friction_force)
-    units |= {"omega": system.natural_frequency, "D": 1.0}
-    tied = {parameter: name for name, (parameter, _) in facts.DRIVEN.items()}
-    return {tied[name]: units[name] for name in names if name in tied}
-
-
 def usual_drive(system: System) -> dict[str, tuple[float, float]]:
     """The bounds of a drive unless others are given."""
     shares = (0.1, 2.0), (0.5, 1.5)
-    named = zip(_drives(system).items(), shares, strict=False)
+    named = zip(drives(system).items(), shares, strict=False)
     return {name: (low * unit, high * unit) for (name, unit), (low, high) in named}
 
 

@@ -1,0 +1,81 @@
+"""A system: parameters of a scene, or of a device in SI units, and what a design varies of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import is_real
+from capsule_sym._parameters import SceneDevice, SceneParameters, names_of
+
+System = SceneParameters | SceneDevice
+
+
+def dimensionless(system: System) -> SceneParameters:
+    """The dimensionless parameters of a system."""
+    return system if isinstance(system, SceneParameters) else system.dimensionless()
+
+
+def real(value: object) -> bool:
+    """Whether a value is a finite real number, of Python or of NumPy."""
+    return is_real(value) and math.isfinite(value)
+
+
+def values_of(system: System) -> dict[str, float]:
+    """The parameters of a system with their values."""
+    return {name: getattr(system, name) for name in names_of(system)}
+
+
+def record(result: object, names: str) -> dict[str, Any]:
+    """Attributes of a result by names with spaces between, as numbers, texts, lists and dicts."""
+    return {name: _plain(getattr(result, name)) for name in names.split()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, SceneParameters | SceneDevice):
+        return values_of(value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Enum):
+        return str(value)
+    if is_dataclass(value):
+        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+    if hasattr(value, "_asdict"):
+        return value._asdict()
+    if isinstance(value, Mapping):
+        return {name: _plain(one) for name, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+def drives(system: System) -> dict[str, float]:
+    """What a drive may vary, amplitude and frequency first, each with its unit (SI)."""
+    facts = system.scene.facts
+    names = ("alpha", "omega", *(name for name in ("alpha_low", "D") if facts.PULSED))
+    if isinstance(system, SceneParameters):
+        return dict.fromkeys(names, 1.0)
+    units = dict.fromkeys(names, system.friction_force)
+    units |= {"omega": system.natural_frequency, "D": 1.0}
+    tied = {parameter: name for name, (parameter, _) in facts.DRIVEN.items()}
+    return {tied[name]: units[name] for name in names if name in tied}
+
+
+def factors_of(tolerances: Mapping[str, float] | None, system: System) -> list[dict[str, float]]:
+    """Factors of parameters by name: none, and all ends of the tolerances; raises InvalidInput."""
+    tolerances = {} if tolerances is None else tolerances
+    if not isinstance(tolerances, Mapping):
+        raise InvalidInput("tolerances", tolerances, "a share for each of some parameters")
+    for name, by in tolerances.items():
+        if name not in names_of(system):
+            raise InvalidInput("tolerances", name, f"of {', '.join(names_of(system))}")
+        if not (real(by) and 0 < by < 1):
+            raise InvalidInput(f"tolerance of {name}", by, "a share between 0 and 1")
+    ends = product(*((1 - by, 1 + by) for by in tolerances.values()))
+    factors = [dict(zip(tolerances, one, strict=True)) for one in ends]
+    return [{}, *factors] if tolerances else factors
