@@ -1,0 +1,1 @@
+"""Coexisting attractors: what starts lead to, how safe a motion is, how to switch between two."""
