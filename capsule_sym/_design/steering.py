@@ -25,7 +25,7 @@ from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
-from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
+from capsule_sym._orbits.continuation.branches.continuing import continue_straight
 from capsule_sym._orbits.continuation.settings import check_points
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -33,7 +33,6 @@ from capsule_sym._parameters import SceneParameters
 from capsule_sym._systems import drives
 
 _WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
-_SHARE = "share"  # what varies along a stretch, from 0 to 1
 Vector = NDArray[np.float64]
 Drive = dict[str, float]
 
@@ -217,9 +216,8 @@ class _Way:
         """Follows the orbits along the way between two optima, as far as they are stable."""
         orbit, system = forward.orbits[0], forward.system
         for target in filter(None, (self.corner, backward.over)):
-            branch = _stretch(
-                orbit, dimensionless(system.replace(**dict[str, Any](target))), points
-            )
+            there = dimensionless(system.replace(**dict[str, Any](target)))
+            branch = continue_straight(orbit, there, points=points)
             check_time()
             if branch is None:  # the corner is where the stretch begins
                 continue
@@ -283,20 +281,6 @@ def _corners(
             name: low + share * (high - low)
             for name, share, (low, high) in zip(forward.over, shares, bounds.values(), strict=True)
         }
-
-
-def _stretch(orbit: Orbit, target: SceneParameters, points: int) -> Branch | None:
-    """The branch along a straight line of parameters from an orbit's."""
-    begin = orbit.parameters.to_dict()
-    ends = {
-        name: (begin[name], value)
-        for name, value in target.to_dict().items()
-        if value != begin[name]
-    }
-    if not ends:
-        return None
-    ties = {name: f"{a!r} + {b - a!r}*{_SHARE}" for name, (a, b) in ends.items()}
-    return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties)
 
 
 def _broken(branch: Branch) -> tuple[SceneParameters, str] | None:

@@ -27,6 +27,8 @@ from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import SceneParameters
 
+_SHARE = "share"  # what varies along a straight line, from 0 to 1
+
 
 def continue_orbit(
     orbit: Orbit,
@@ -56,6 +58,22 @@ def continue_orbit(
             # It says itself that the time was over.
             found = BranchRun(continuation, points).go(u, np.eye(len(u))[-1])
     return found
+
+
+def continue_straight(
+    orbit: Orbit, parameters: SceneParameters, *, points: int = 100
+) -> Branch | None:
+    """The branch along a straight line to other parameters; None where they are the orbit's own."""
+    begin = orbit.parameters.to_dict()
+    ends = {
+        name: (begin[name], value)
+        for name, value in parameters.to_dict().items()
+        if value != begin[name]
+    }
+    if not ends:
+        return None
+    ties = {name: f"{a!r} + {b - a!r}*{_SHARE}" for name, (a, b) in ends.items()}
+    return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties)
 
 
 def continue_both_ways(
