@@ -14,7 +14,8 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from capsule_sym._attractors.destinations import NONE, Destinations, stroboscopic
+from capsule_sym._attractors.destinations import NONE, Destinations
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._parameters import SceneParameters
 

@@ -1,0 +1,297 @@
+"""Runs of many starts, at many parameter sets at once, until each has settled on a closed orbit.
+
+A run has arrived at an orbit once it is within a neighbourhood that the map carries into itself.
+Orbits that are not known are closed by Newton's method from ends of runs that nearly repeat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._attractors.neighbourhoods import (
+    NEUTRAL,
+    NONE,
+    Neighbourhoods,
+    Vector,
+    neighbourhoods,
+    run_rows,
+    stroboscopic,
+)
+from capsule_sym._map.many import spread
+from capsule_sym._map.steady import LONGEST
+from capsule_sym._native import check_time, core_of
+from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._orbits.shooting.search import orbit_at
+from capsule_sym._parameters import Scene
+
+_FIRST = 2 * LONGEST  # excitation periods before the first look
+_REPEATED = 1e-12  # change of a run, in units of its size, at which it is at rest on an orbit
+_ROUNDING = 1e-11  # the same that rounding may leave
+_SETTLED = 1e-9  # the same where its periods are over
+_NEARLY = 1e-3  # the same at which it may be near to an orbit
+_NEAR = 1e-2  # distance, in these units, of an orbit from the end that it is closed from
+_SAME = 1e-8  # the same of two orbits that are one
+_FAILURES = 20  # ends of one parameter set from which no new orbit closes, before it is given up
+
+
+class Cycle(NamedTuple):
+    """A stable closed orbit: its states at phase 0, (period_number, 3), and largest multiplier."""
+
+    states: Vector
+    multiplier: float
+
+    def distance(self, states: Vector) -> Vector:
+        """Distance of each state, (n, 3), from the nearest one of the orbit, (n,)."""
+        apart = np.full(len(states), np.inf)
+        for state in self.states:
+            np.minimum(apart, abs(states - state).max(axis=1), out=apart)
+        return apart
+
+    def same(self, other: Cycle) -> bool:
+        """Whether both are one orbit."""
+        scale = _SAME * (1 + abs(self.states).max())
+        alike = self.states.shape == other.states.shape
+        return alike and bool(self.distance(other.states).max() <= scale)
+
+
+class Arrivals(NamedTuple):
+    """Where n runs came to."""
+
+    numbers: NDArray[np.int16]
+    """Number of each run's attractor, NONE for another one or for none."""
+    repeats: NDArray[np.bool_]
+    """Whether a run without attractor repeats itself: it is on one that is not among the known."""
+    states: Vector
+    """States at phase 0 where the runs ended, (n, 3)."""
+    periods: NDArray[np.int64]
+    """Excitation periods that each was followed."""
+
+
+class Settling:
+    """Parameter sets, `rows` (m, k), and the closed orbits that are known of each, `cycles`."""
+
+    def __init__(self, rows: Vector, scene: Scene, threads: int = 1) -> None:
+        self.rows, self.scene, self.threads = rows, scene, threads
+        self.cycles: list[list[Cycle]] = [[] for _ in rows]
+        nothing = Neighbourhoods(np.empty((0, 3)), np.empty((0, 3, 3)))
+        self.near: list[Neighbourhoods] = [nothing for _ in rows]
+        self._owners = [np.empty(0, int) for _ in rows]
+
+    def add(self, found: Sequence[tuple[int, Cycle]]) -> None:
+        """Add orbits, each with the row of its parameters."""
+        if not found:
+            return
+        counts = [len(cycle.states) for _, cycle in found]
+        at = np.repeat([row for row, _ in found], counts)
+        states = np.concatenate([cycle.states for _, cycle in found])
+        near = neighbourhoods(
+            self.rows[at], states, np.repeat(counts, counts), self.scene, self.threads
+        )
+        for (row, cycle), last in zip(found, np.cumsum(counts).tolist(), strict=True):
+            these = slice(last - len(cycle.states), last)
+            joined = (
+                np.concatenate([old, new[these]])
+                for old, new in zip(self.near[row], near, strict=True)
+            )
+            self.near[row] = Neighbourhoods(*joined)
+            number = [len(self.cycles[row])] * len(cycle.states)
+            self._owners[row] = np.append(self._owners[row], number)
+            self.cycles[row].append(cycle)
+
+    def number(self, row: int, cycle: Cycle) -> int:
+        """Number of an orbit among those of a row, NONE if it is not known."""
+        known = (k for k, one in enumerate(self.cycles[row]) if one.same(cycle))
+        return next(known, NONE)
+
+    def inside(self, groups: NDArray[np.intp], states: Vector) -> NDArray[np.int16]:
+        """Number of the orbit in whose neighbourhood each state is, at its row, (n,)."""
+        numbers = np.full(len(states), NONE, np.int16)
+        for row in np.unique(groups).tolist():
+            here = np.flatnonzero(groups == row)
+            inside = self.near[row].contain(states[here])
+            arrived = inside != NONE
+            numbers[here[arrived]] = self._owners[row][inside[arrived]]
+        return numbers
+
+    def follow(
+        self,
+        groups: NDArray[np.intp],
+        states: ArrayLike,
+        phases: ArrayLike,
+        periods: int,
+        *,
+        find: bool = True,
+        report: Callable[[int], object] | None = None,
+    ) -> Arrivals:
+        """Where the runs of n starts come to within so many excitation periods.
+
+        `groups`, (n,), is the row of each one's parameters. With `find` orbits that are not known
+        are closed and added. `report` is told how many have arrived. Where the present watch is
+        over, the runs are as far as they came.
+        """
+        ends = np.array(np.broadcast_to(np.asarray(states, dtype=float), (len(groups), 3)))
+        times = spread("phases", phases, (len(groups),))
+        numbers = np.full(len(ends), NONE, np.int16)
+        found = Arrivals(numbers, np.zeros(len(ends), bool), ends, np.zeros(len(ends), np.int64))
+        left, done, length = np.arange(len(ends)), 0, min(_FIRST, periods)
+        while left.size and length > 1:
+            check_time()
+            # Of the last periods all states are kept, to see whether the run repeats itself.
+            short = min(LONGEST, length - 1)
+            left, marks = self._marks(groups, ends, times, left, length - short, short)
+            ends[left], times[left] = marks[:, -1], 0.0
+            done += length
+            found.periods[left] = done
+            change, guess = _changes(marks)
+            at_rest = change <= (_REPEATED if done < periods else _SETTLED)
+            numbers[left] = self.inside(groups[left], ends[left])
+            if find:
+                for settled, these in ((False, ~at_rest & (change <= _NEARLY)), (True, at_rest)):
+                    some = left[these]
+                    numbers[some] = self.identify(groups[some], ends[some], guess[these], settled)
+                numbers[left] = np.where(
+                    numbers[left] == NONE, self.inside(groups[left], ends[left]), numbers[left]
+                )
+            open_ = numbers[left] == NONE
+            found.repeats[left] = open_ & at_rest
+            left = left[open_ & ~at_rest]
+            length = min(2 * length, periods - done)
+            if report is not None:
+                report(len(ends) - left.size)
+        return found
+
+    def identify(
+        self,
+        groups: NDArray[np.intp],
+        ends: Vector,
+        periods: NDArray[Any],
+        settled: bool = True,
+    ) -> NDArray[np.int16]:
+        """Numbers of the orbits that ends of runs, (n, 3), are on; orbits not known are closed.
+
+        The runs repeat themselves after so many `periods`, (n,), not at all where it is 0. Of all
+        ends that are in no neighbourhood of an orbit, that farthest from the orbits known so far is
+        closed next. If that leads to the orbit nearest to it, so do the ends that are nearer to
+        that orbit still, where the runs have `settled`; else only those in a neighbourhood are
+        numbered. Ends from which no stable orbit closes have the number NONE.
+        """
+        numbers = self.inside(groups, ends)
+        left = np.flatnonzero((numbers == NONE) & (periods > 0))
+        failures = np.zeros(len(self.rows), int)
+        while left.size:
+            check_time()
+            apart, nearest = self._nearest(groups[left], ends[left], periods[left])
+            order = np.lexsort((apart, groups[left]))
+            sorted_groups = groups[left[order]]
+            picks = order[np.append(sorted_groups[1:] != sorted_groups[:-1], True)]
+            chosen, keep, new = left[picks], np.ones(left.size, bool), []
+            keep[picks] = False
+            closed = self.closed(groups[chosen], ends[chosen], periods[chosen])
+            for pick, cell, cycle in zip(picks.tolist(), chosen.tolist(), closed, strict=True):
+                row = int(groups[cell])
+                known = NONE if cycle is None else self.number(row, cycle)
+                if cycle is not None and known == NONE:
+                    known = len(self.cycles[row])
+                    new.append((row, cycle))
+                elif cycle is None or not settled:
+                    failures[row] += 1
+                if known != NONE and settled:
+                    numbers[cell] = known
+                    if nearest[pick] == known:
+                        nearer = (groups[left] == row) & (nearest == known)
+                        nearer &= apart <= apart[pick]
+                        numbers[left[nearer]] = known
+                        keep &= ~nearer
+            self.add(new)
+            left = left[keep & (failures[groups[left]] < _FAILURES)]
+            if new:
+                here = left[np.isin(groups[left], [row for row, _ in new])]
+                numbers[here] = self.inside(groups[here], ends[here])
+                left = left[numbers[left] == NONE]
+        return numbers
+
+    def closed(
+        self, groups: NDArray[np.intp], states: Vector, periods: NDArray[Any]
+    ) -> list[Cycle | None]:
+        """The stable orbits that Newton's method leads to from states at phase 0, None for none."""
+        rows, count = self.rows[groups], len(states)
+        found, multipliers = states.copy(), np.full(count, np.nan)
+        scales = 1 + abs(states).max(axis=1)
+        if core_of(self.scene) is not None:
+            many = performance_many(
+                rows, states, periods, energies=False, forces=False, scene=self.scene
+            )
+            found = many.states
+            # "Changed" are those of fewer periods too: the marks below decide.
+            multipliers = abs(many.multipliers[:, 0])
+        else:
+            for i in range(count):
+                parameters = self.scene.Parameters(*rows[i].tolist())
+                orbit = orbit_at(parameters, states[i].tolist(), int(periods[i]))
+                if orbit is not None:
+                    found[i] = stroboscopic(orbit)[0]
+                    multipliers[i] = abs(orbit.multipliers[0])
+        far = abs(found - states).max(axis=1) / scales
+        good = np.flatnonzero((multipliers < 1 - NEUTRAL) & (far <= _NEAR))
+        cycles: list[Cycle | None] = [None] * count
+        for number in np.unique(periods[good]).tolist():
+            these = good[periods[good] == number]
+            given = rows[these], found[these], 0.0, number, self.scene, self.threads
+            marks = run_rows(*given, keep="stroboscopic")
+            for i in np.flatnonzero(marks.success).tolist():
+                at = int(these[i])
+                cycles[at] = _once(marks[i], number, float(multipliers[at]), scales[at])
+        return cycles
+
+    def _marks(
+        self,
+        groups: NDArray[np.intp],
+        ends: Vector,
+        times: Vector,
+        left: NDArray[np.intp],
+        ahead: int,
+        short: int,
+    ) -> tuple[NDArray[np.intp], Vector]:
+        """The runs that go on, and their states at the last marks, (n, short + 1, 3)."""
+        of = self.scene, self.threads
+        run = run_rows(self.rows[groups[left]], ends[left], times[left], ahead, *of)
+        left, begin = left[run.success], run.states[run.success]
+        run = run_rows(self.rows[groups[left]], begin, 0.0, short, *of, keep="stroboscopic")
+        marks = run.kept[np.repeat(run.success, np.diff(run.offsets))]
+        return left[run.success], marks.reshape(-1, short + 1, 3)
+
+    def _nearest(
+        self, groups: NDArray[np.intp], ends: Vector, periods: NDArray[Any]
+    ) -> tuple[Vector, NDArray[np.intp]]:
+        """Distance and number of the nearest orbit over such periods, inf where there is none."""
+        apart, nearest = np.full(len(ends), np.inf), np.full(len(ends), NONE)
+        for row in np.unique(groups).tolist():
+            here = np.flatnonzero(groups == row)
+            for number, cycle in enumerate(self.cycles[row]):
+                some = here[periods[here] % len(cycle.states) == 0]
+                distance = cycle.distance(ends[some])
+                nearer = distance < apart[some]
+                apart[some[nearer]], nearest[some[nearer]] = distance[nearer], number
+        return apart, nearest
+
+
+def _changes(marks: Vector) -> tuple[Vector, NDArray[np.intp]]:
+    """Least change of runs over some periods, in units of their size, and the periods; (n,)."""
+    change = abs(marks[:, -2::-1] - marks[:, -1:]).max(axis=2)
+    change /= 1 + abs(marks).max(axis=(1, 2))[:, None]
+    least = change.min(axis=1)
+    # Of a run at rest rounding decides after how many of its turns it is nearest.
+    guess = 1 + (change <= np.maximum(2 * least, _ROUNDING)[:, None]).argmax(axis=1)
+    return least, guess
+
+
+def _once(marks: Vector, number: int, multiplier: float, scale: float) -> Cycle | None:
+    """An orbit by its marks over so many periods, or a part of them that it repeats."""
+    for part in range(1, number + 1):
+        if not number % part and abs(marks[part] - marks[0]).max() <= _SAME * scale:
+            return Cycle(marks[:part].copy(), multiplier ** (part / number))
+    return None
