@@ -11,7 +11,7 @@ import os
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import import_module
 from os import PathLike
 from types import ModuleType, SimpleNamespace
@@ -239,7 +239,12 @@ def _made(source: str, kind: str, values: tuple[float, ...]) -> Any:
 
 def names_of(parameters: Any) -> tuple[str, ...]:
     """Names of parameters, dimensionless or of a device, from a set of them or its type."""
-    return tuple(field.name for field in fields(parameters))
+    return _names_of(parameters if isinstance(parameters, type) else type(parameters))
+
+
+@cache
+def _names_of(kind: Any) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
 
 
 class SceneParameters(_Frozen):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
@@ -182,7 +183,7 @@ class Itinerary:
         """The cycle as it is written, wherever this itinerary begins."""
         return " ".join(self.whole.cyclic.names)
 
-    @property
+    @cached_property
     def fields(self) -> tuple[int, ...]:
         """Numbers of the fields, such as (5, 2)."""
         return tuple(segment.field for segment in self.segments)
@@ -223,8 +224,8 @@ class Itinerary:
 
     def stop(self, index: int) -> int:
         """The stop at which a segment of an index from -1 ends: 1 in front, 2 behind, 0 at none."""
-        both = (contact(self.neighbour(k), self.scene) for k in (index, index + 1))
-        first, second = both
+        fields = self.scene.facts.FIELDS
+        first, second = fields[self.neighbour(index)][0], fields[self.neighbour(index + 1)][0]
         return 0 if first == second else first or second
 
     @property
