@@ -1,6 +1,11 @@
 """The public names, for type checkers and editors; `__init__.py` imports them on first use."""
 
 from capsule_sym import scenes as scenes
+from capsule_sym._attractors.attractors import Attractor as Attractor
+from capsule_sym._attractors.attractors import Attractors as Attractors
+from capsule_sym._attractors.attractors import attractors as attractors
+from capsule_sym._attractors.destinations import Arrivals as Arrivals
+from capsule_sym._attractors.destinations import Destinations as Destinations
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
 from capsule_sym._design.fit import fit as fit

@@ -73,4 +73,4 @@ class Destinations:
         check_count("periods", periods, 2)
         starts = np.atleast_2d(np.asarray(states, dtype=float))
         groups = np.zeros(len(starts), np.intp)
-        return self._settling.follow(groups, starts, phases, periods, find=False)
+        return self._settling.follow(groups, Arrivals.begun(starts), phases, periods, find=False)

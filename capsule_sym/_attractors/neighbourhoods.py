@@ -140,9 +140,10 @@ def _monodromies(rows: Vector, centres: Vector, periods: NDArray[Any], scene: Sc
     return found
 
 
-def stroboscopic(orbit: Orbit) -> Vector:
-    """States of an orbit at phase 0, shape (period_number, 3)."""
+def stroboscopic(orbit: Orbit, phase: float = 0.0) -> Vector:
+    """States of an orbit at a phase, shape (period_number, 3)."""
     trajectory = orbit.trajectory()
     period, (first, end) = orbit.parameters.period, trajectory.span
-    times = np.arange(orbit.itinerary.period_number) * period + (period if first > 0 else 0.0)
+    times = phase + np.arange(orbit.itinerary.period_number) * period
+    times += np.where(times < first, end - first, 0.0)
     return trajectory(np.clip(times, first, end))

@@ -70,6 +70,13 @@ class Arrivals(NamedTuple):
     periods: NDArray[np.int64]
     """Excitation periods that each was followed."""
 
+    @classmethod
+    def begun(cls, states: Vector) -> Arrivals:
+        """Runs that are still at their starts, (n, 3)."""
+        n = len(states)
+        numbers = np.full(n, NONE, np.int16)
+        return cls(numbers, np.zeros(n, bool), states.copy(), np.zeros(n, np.int64))
+
 
 class Settling:
     """Parameter sets, `rows` (m, k), and the closed orbits that are known of each, `cycles`."""
@@ -120,23 +127,21 @@ class Settling:
     def follow(
         self,
         groups: NDArray[np.intp],
-        states: ArrayLike,
+        runs: Arrivals,
         phases: ArrayLike,
         periods: int,
         *,
         find: bool = True,
         report: Callable[[int], object] | None = None,
     ) -> Arrivals:
-        """Where the runs of n starts come to within so many excitation periods.
+        """Take n runs on until they have arrived, for at most so many excitation periods.
 
-        `groups`, (n,), is the row of each one's parameters. With `find` orbits that are not known
-        are closed and added. `report` is told how many have arrived. Where the present watch is
-        over, the runs are as far as they came.
+        `groups`, (n,), is the row of each one's parameters, `phases` are those at which they begin.
+        With `find` orbits that are not known are closed and added. `report` is told how many have
+        arrived. Raises TimeUp where the present watch is over; the runs are as far as they came.
         """
-        ends = np.array(np.broadcast_to(np.asarray(states, dtype=float), (len(groups), 3)))
-        times = spread("phases", phases, (len(groups),))
-        numbers = np.full(len(ends), NONE, np.int16)
-        found = Arrivals(numbers, np.zeros(len(ends), bool), ends, np.zeros(len(ends), np.int64))
+        found, (numbers, _, ends, _) = runs, runs
+        times = spread("phases", phases, (len(ends),)).copy()
         left, done, length = np.arange(len(ends)), 0, min(_FIRST, periods)
         while left.size and length > 1:
             check_time()

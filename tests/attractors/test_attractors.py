@@ -1,0 +1,110 @@
+"""All attractors of a box: against single runs, by symmetry, and in fractions."""
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput, Parameters, attractors, scenes, simulate
+from capsule_sym._attractors.attractors import interval
+from capsule_sym._attractors.neighbourhoods import NONE
+from tests.attractors.test_destinations import BISTABLE, SMALL
+
+CHAOTIC = Parameters(alpha=1.88, omega=0.32, delta=0.03, zeta=0.05, beta=17.57, gamma=7.47)
+# Drive, stops and friction are alike both ways.
+BROKEN = scenes.prototype.Parameters().replace(
+    alpha=1.61,
+    alpha_low=-1.61,
+    D=0.5,
+    omega=1.386,
+    delta_1=0.985,
+    delta_2=0.985,
+    zeta=0.01,
+    beta_1=192.0,
+    beta_2=192.0,
+    gamma=1.97,
+)
+BOX = {"x_r": (-2.0, 2.0), "v_r": (-2.0, 2.0)}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "least"),
+    [(BISTABLE, 2), (SMALL, 2), (scenes.prototype.Parameters(), 1), (scenes.slope.Parameters(), 1)],
+    ids=("bistable", "small", "prototype", "slope"),
+)
+def test_every_start_has_the_attractor_that_its_run_stays_on(parameters, least):
+    found = attractors(parameters, BOX | {"v_c": (-1.0, 1.0), "phase": (0.0, 1.0)}, count=60)
+    assert len(found.attractors) >= least
+    for one in found.attractors:
+        assert one.orbit.success
+        assert one.multiplier < 1
+        assert one.count == (found.numbers == found.attractors.index(one)).sum()
+    for i in range(0, 60, 6):
+        run = simulate(parameters, found.states[i], found.phases[i], 2000)
+        last = np.array(run.final[1], dtype=float)
+        apart = [abs(one.states - last).max(axis=1).min() for one in found.attractors]
+        nearest = int(np.argmin(apart))
+        assert found.numbers[i] == (nearest if apart[nearest] < 1e-8 else NONE)
+
+
+def test_the_two_motions_of_the_basins_page_are_found():
+    found = attractors(BISTABLE, BOX)
+    assert found.success
+    assert found.message == "400 starts lead to 2 attractors"
+    itineraries = [one.itinerary for one in found.attractors]
+    assert itineraries == ["F5 F4 F1 F4 F1 F3 F2 F3 F6 F4 F1 F2 F3 F6", "F4 F1 F4 F1 F3 F6 F3 F6"]
+    # Of 40,000 starts on a grid 0.5806 lead to the first.
+    low, high = found.attractors[0].interval
+    assert low < 0.5806 < high
+    assert found.columns["fraction"].sum() == 1.0
+
+
+def test_mirror_images_name_each_other():
+    """Between two stops alike the symmetry breaks: two orbits, each the other's image."""
+    found = attractors(BROKEN, {"x_r": (-3.0, 3.0), "v_r": (-3.0, 3.0)}, count=60)
+    assert [one.mirror for one in found.attractors] == [1, 0]
+    one, other = (one.states for one in found.attractors)
+    run = simulate(BROKEN, one[0], periods=1, keep=[BROKEN.period / 2])
+    (half,) = np.array(run.states)[:, :3]
+    np.testing.assert_allclose(-half, other[0], atol=1e-9)
+    alone = attractors(Parameters(beta=0.0, alpha=1.5, delta=0.1), BOX, count=5)
+    assert [one.mirror for one in alone.attractors] == [0]
+
+
+def test_chaos_is_counted_as_unsettled():
+    found = attractors(CHAOTIC, BOX, count=20, periods=300)
+    assert not found.success
+    assert found.unsettled == 20
+    assert "20 have not settled within 300 excitation periods" in found.message
+
+
+def test_the_interval_of_a_fraction_is_that_of_clopper_and_pearson():
+    # Of no event in n trials the interval ends at 1 - (0.05/2)^(1/n).
+    assert interval(0, 20) == pytest.approx((0.0, 1 - 0.025 ** (1 / 20)), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("starts", "how", "named"),
+    [
+        ({"x_r": 1.0}, {}, "extent"),
+        ({"x_r": (1.0, 1.0)}, {}, "extent"),
+        ({"y": (0.0, 1.0)}, {}, "x_r, v_r, v_c, phase"),
+        ({"x_r": (1.0, 0.0)}, {}, r"\(low, high\)"),
+        ({"x_r": (0.0, float("nan"))}, {}, r"\(low, high\)"),
+        ({"x_r": "0:1"}, {}, r"\(low, high\)"),
+        (BOX, {"count": 0}, "count"),
+        (BOX, {"periods": 1}, "periods"),
+        (BOX, {"threads": 0}, "threads"),
+        (BOX, {"max_seconds": 0.0}, "max_seconds"),
+        ([[0.0, 1.0]], {}, "starts"),
+        ([], {}, "starts"),
+        (BOX | {"phase": (0.0, 100.0)}, {}, "phases"),
+    ],
+)
+def test_bad_input_is_refused(starts, how, named):
+    with pytest.raises(InvalidInput, match=named):
+        attractors(Parameters(), starts, **how)
+
+
+def test_the_end_of_the_time_gives_what_is_found():
+    found = attractors(BISTABLE, BOX, count=50, max_seconds=1e-9)
+    assert found.status == "time-limit"
+    assert found.unsettled == 50
