@@ -16,6 +16,7 @@ from capsule_sym._design.optimum import Optimum as Optimum
 from capsule_sym._design.optimum import OptimumStatus as OptimumStatus
 from capsule_sym._design.optimum import Tightest as Tightest
 from capsule_sym._design.pareto import Front as Front
+from capsule_sym._design.pareto import FrontPart as FrontPart
 from capsule_sym._design.pareto import pareto as pareto
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.sensitivities import sensitivities as sensitivities

@@ -89,9 +89,12 @@ class Optimiser:
         return replace(found, message=message + _beside_dragging(found))
 
     def from_place(self, u: Vector) -> Optimum | None:
-        """The optimum that is next to a place; None where there is none."""
-        places = self.go(self.program, u)
-        self.found = self.ended(places) if places and not places[0].beyond else None
+        """The optimum, or the best place, next to a place; None where none is within the limits."""
+        inside = [place for place in self.go(self.program, u) if not place.beyond]
+        self.found = self.ended(inside) if inside else None
+        if self.found is None:
+            known = next((place for place in inside if self.confirmed(place)), None)
+            self.found = None if known is None else self.rough(known)
         return self.found and self.result
 
     def nowhere(self, moving: bool) -> Optimum:

@@ -1,7 +1,9 @@
 """The best trade-offs between two metrics: none of them is better in one and as good in the other.
 
-The second metric is held below one bound after another while the first is optimised, each time from
-the optimum before: the multiplier of the bound is the slope of the front.
+Cells of a survey show about where the front is. A point of it is the best of one metric with the
+other held within a bound, searched from the cells that promise most. A bound that does not hold its
+optimum is in a gap of the front: from both sides of it the gap is closed in, and no more is asked
+for there.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,21 +24,43 @@ from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, Limit, System, function_of, record
-from capsule_sym._design.survey import Survey
+from capsule_sym._design.survey import Survey, overview, spread
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._native import Watch
+from capsule_sym._native import Watch, check_time
 
-_BETTER = 1e-9  # share of the first metric by which one point counts as better than another
+_CELLS = 4  # times those of a survey, with both metrics
+_CHILDREN = 2  # times as many around the front that these show, each time
+_REACHES = (0.1, 0.03, 0.01)  # of the bounds, from a cell to those around it, time after time
+_NEARER = (0.03, 0.01, 0.003)  # the same, from the points that were found
+_AROUND = 16  # cells around each point, each time
+_FAR = 0.1  # of the bounds, between neighbouring points that may be on different branches
+_LAYERS = 3  # fronts, each of what the ones before leave, that have cells around them
+_SAME = 1e-6  # of a metric's range on the front, by which points differ
+_APART = 0.05  # of the bounds, between starts of searches with one bound
+_PROMISING = 0.03  # of the ranges, by which a start is worse than the best one at most
+_STARTS = 3  # with one bound
+_LEFT = "another branch is better from there on"
+_TAKEN = "better than the branch before from there on"
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+
+class FrontPart(NamedTuple):
+    """A connected part of a front: its first and last point, and why it begins and ends there."""
+
+    first: int
+    last: int
+    begins: str
+    ends: str
 
 
 @dataclass(frozen=True, eq=False)
 class Front(Labelled):
     """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
 
-    The first is the optimum of the second metric: its residual is of that one's conditions, and it
-    has no multipliers and slopes of the first metric.
+    Those of least cost have no multipliers and slopes of the first metric: the residual is that of
+    the cost's conditions.
 
     In SI units where the system is a device, else dimensionless.
     """
@@ -48,10 +73,12 @@ class Front(Labelled):
     costs: Vector
     """The second metric, of the worst scenario, shape (n,)."""
     slopes: Vector
-    """What the first metric gains by for each unit more of the second, shape (n,); nan at both
-    ends, which no bound on the second metric holds."""
+    """What the first metric gains by for each unit more of the second, shape (n,); nan where no
+    bound holds the point, as at the ends of parts."""
+    parts: tuple[FrontPart, ...]
+    """The parts of the front. Between them no place is better in both metrics than an end."""
     success: bool
-    """Whether both ends were found, and a point for every bound between them."""
+    """Whether both ends were found, and every point is an optimum."""
     status: OptimumStatus
     """How it ended."""
     message: str
@@ -69,14 +96,16 @@ class Front(Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The points as columns: both metrics, variables, slope of the front, itinerary, status."""
+        """The points as columns: metrics, variables, slope, number of the part, and the rest."""
         first, second = self.metrics
         names = list(self.points[0].over) if self.points else []
+        lengths = [part.last - part.first + 1 for part in self.parts]
         return {
             first: self.values,
             second: self.costs,
             **{name: np.array([point.over[name] for point in self.points]) for name in names},
             "slope": self.slopes,
+            "part": np.repeat(np.arange(1, len(lengths) + 1), lengths),
             "residual": np.array([point.residual for point in self.points]),
             "itinerary": np.array([" ".join(point.itinerary) for point in self.points], np.str_),
             "status": np.array([str(point.status) for point in self.points], np.str_),
@@ -96,7 +125,7 @@ class Front(Labelled):
         """The results by name, of numbers, texts and lists."""
         pairs = zip(self.points, self.costs.tolist(), strict=True)
         points = [point.to_dict() | {"cost": cost} for point, cost in pairs]
-        told = record(self, "metrics maximised success status message")
+        told = record(self, "metrics maximised success status message parts")
         return told | {"points": points, "statistics": self.statistics}
 
 
@@ -120,11 +149,10 @@ def pareto(
 ) -> Front:
     """The Pareto front of a metric that is to be great, or small, against one that is to be small.
 
-    Between its two ends, the optima of either metric, `against` is held below bounds that are
-    evenly apart, `points` in all, and `metric` is optimised. All else is as in `optimise`,
-    the units too. Where
-    neighbouring motions are worse both ways a bound has no point of its own: the front jumps.
-    After `max_seconds` the front has the points that were found.
+    `points` lie about evenly along it, between its two ends, the optima of either metric. Where
+    neighbouring motions are worse both ways the front has a gap: its `parts` say where they begin
+    and end, and why. All else is as in `optimise`, the units too. After `max_seconds` the front
+    has the points that were found.
 
     Raises InvalidInput as `optimise` does.
     """
@@ -141,153 +169,354 @@ def pareto(
 
 
 class _Point(NamedTuple):
-    """An optimum, the second metric of its worst scenario, and the slope of the front there."""
+    """An optimum, both of its metrics as they are to be small, and the slope of the front there."""
 
     optimum: Optimum
-    cost: float
-    slope: float = math.nan
+    both: tuple[float, float]
+    slope: float
+    held: str
+    """What holds it but the bound on the other metric."""
+
+    @property
+    def cost(self) -> float:
+        """The second metric."""
+        return self.both[1]
+
+
+class _Gap(NamedTuple):
+    """A gap: the last point of a part and the first of the next, and why they are."""
+
+    last: _Point
+    first: _Point
+    ends: str
+    begins: str
 
 
 class _Fronts:
     def __init__(self, program: Program, cost: Function, points: int) -> None:
         self.program, self.cost, self.count = program, cost, points
-        self.names = program.name, self.costs.name
-        self.first, self.second = Optimiser(program), Optimiser(self.costs)
-        self.bounds = np.empty(0)
-        self.ends: tuple[_Point, _Point] | None = None
-        self.found: list[list[_Point]] = []
-        """The points at each bound, the lowest first, from either end."""
+        self.optimisers = Optimiser(program), Optimiser(replace(program, function=cost, sign=1))
+        self.ends: tuple[_Point, ...] = ()
+        self.found: list[_Point] = []
+        self.gaps: list[_Gap] = []
+        self.missed = 0
+        """Bounds with which no optimum was found."""
+        self.u, self.both = np.empty((0, len(program.names))), np.empty((0, 2))
+        """Cells with both metrics as they are to be small, and the points that were found."""
+        self.ranges = np.ones(2)
         self.done = False
 
     def run(self, survey: Survey) -> None:
-        """The ends, and the points between them from either end."""
-        self.first.run(survey)
-        self.second.run(survey)
-        best, least = self.first.result, self.second.result
-        self.program = self.first.program  # in the units that its survey found
-        if all(self.whole(end) for end in (best, least)):
-            begin = self.point(best)
-            self.ends = self.as_end(least), begin
-            self.bounds = np.linspace(least.value, begin.cost, self.count)[1:-1]
-            self.found = [[] for _ in self.bounds]
-            if begin.cost > least.value:
-                # At the least cost itself the bound leaves no room, and the cost has no slope at
-                # its own optimum: the way back begins at the point next to it.
-                self.sweep(range(len(self.bounds))[::-1], begin)
-                known = next((i for i, points in enumerate(self.found) if points), None)
-                if known is not None:
-                    self.sweep(range(known + 1, len(self.bounds)), self.found[known][0])
+        """The ends, the cells between them, and the points."""
+        for one in self.optimisers:
+            one.run(survey)
+        best, least = (one.result for one in self.optimisers)
+        if all(map(self.whole, (best, least))):
+            self.ends = self.point(least, 1), self.point(best, 0)
+            first, last = (np.array(end.both) for end in self.ends)
+            if last[1] > first[1] and last[0] < first[0]:
+                self.ranges = abs(last - first)
+                draw = np.random.default_rng(survey.seed)
+                self.look_around(survey, draw)
+                self.fill(*self.ends, self.count - 2)
+                self.mend(draw)
+                self.part()
         self.done = True
 
-    @property
-    def result(self) -> Front:
-        """The front with the points that were found."""
-        best, least = self.first.result, self.second.result
-        if self.ends is None:
-            if not self.done:
-                ends = [self.point(best)] if self.whole(best) else []
-                message = "the time is over: ends are missing"
-                return self.front(ends, OptimumStatus.TIME_LIMIT, message)
-            end = least if self.whole(best) else best
-            return self.front([], end.status, end.message)
-        cheapest, begin = self.ends
-        if not begin.cost > cheapest.cost:
-            return self.front([begin], OptimumStatus.OPTIMAL, "one point is best in both metrics")
-        sign = self.program.sign
-        chosen = [
-            min(points, key=lambda point: sign * point.optimum.value)
-            for points in self.found
-            if points
-        ]
-        kept = self.undominated([cheapest, *chosen, begin])
-        told = f"{len(kept)} points"
-        if not self.done:
-            message = f"the time is over: {told} of {self.count} were found"
-            return self.front(kept, OptimumStatus.TIME_LIMIT, message)
-        if len(kept) < self.count or not all(point.optimum.success for point in kept):
-            told += f" of {self.count}: the others are worse in both metrics, or not found"
-        both = best.success and least.success
-        return self.front(
-            kept, OptimumStatus.OPTIMAL if both else OptimumStatus.NOT_CONVERGED, told
+    def programs(self, column: int) -> Program:
+        """What has the first metric, or the second, as what is to be least, in units."""
+        return self.optimisers[column].program
+
+    def look_around(self, survey: Survey, draw: np.random.Generator) -> None:
+        """Run cells within the bounds, and ever nearer to the best trade-offs of them."""
+        for end in self.ends:
+            self.add(end)
+        self.look(spread(len(self.program.names), _CELLS * survey.samples, survey.seed))
+        for reach in _REACHES:
+            self.look_near(self.u[self.edge()], reach, draw, _CHILDREN * survey.samples)
+
+    def look_near(self, u: Matrix, reach: float, draw: np.random.Generator, count: int) -> None:
+        """Run cells around places, at most as far from them as `reach`."""
+        near = u[np.arange(count) % len(u)]
+        self.look(np.clip(near + reach * draw.uniform(-1, 1, near.shape), 0.0, 1.0))
+
+    def look(self, u: Matrix) -> None:
+        """Run cells, and keep those that are within the limits."""
+        limits = *self.program.limits, Limit("", self.cost, 0.0, -1)
+        found = overview(replace(self.program, limits=limits), u, self.program.scenarios)
+        check_time()
+        both = np.column_stack([found.worst, -found.slacks[:, -1]])
+        good = np.isfinite(both).all(axis=1)
+        good &= found.slacks[:, :-1].min(axis=1, initial=np.inf) >= 0
+        self.u, self.both = np.vstack([self.u, u[good]]), np.vstack([self.both, both[good]])
+
+    def edge(self) -> NDArray[np.intp]:
+        """Cells than which few are better in both metrics: some fronts, one behind another."""
+        left, chosen = np.lexsort(self.both.T), list[NDArray[np.intp]]()
+        for _ in range(_LAYERS):
+            before = np.minimum.accumulate(np.append(np.inf, self.both[left, 0]))[:-1]
+            front = self.both[left, 0] < before
+            chosen, left = [*chosen, left[front]], left[~front]
+        return np.concatenate(chosen)
+
+    def add(self, point: _Point) -> None:
+        """Keep a point, also as a start of other ones."""
+        self.found.append(point)
+        self.u = np.vstack([self.u, self.program.u_of(point.optimum.system)])
+        self.both = np.vstack([self.both, point.both])
+
+    def fill(self, low: _Point, high: _Point, count: int) -> None:
+        """Find about `count` points between two, evenly along the front, none in its gaps."""
+        if count < 1 or self.near(low, high):
+            return
+        ways = (np.array(high.both) - low.both) / self.ranges
+        # The more a metric changes the better its bound says which point is meant.
+        column = int(ways[1] > -ways[0])
+        share = (count + 1) // 2 / (count + 1)
+        if column == 0:
+            share = 1 - share if count % 2 == 0 else share
+        bound = low.both[column] + share * (high.both[column] - low.both[column])
+        self.program.tell(f"point {len(self.found) + 1} of {self.count}")
+        point = self.best(1 - column, bound)
+        if point is None:
+            self.missed += 1
+            return
+        first = last = point
+        slack = bound - point.both[column] > _SAME * self.ranges[column]
+        if slack and point.optimum.success:
+            # In a gap: a little better than at its one end there is the other one.
+            wanted = point.both[1 - column] - _SAME * self.ranges[1 - column]
+            other = self.best(column, wanted)
+            if other is None:
+                self.missed += 1
+                return
+            first, last = (point, other) if column else (other, point)
+        first = low if self.near(low, first) else first
+        last = high if self.near(high, last) else last
+        new = {id(one): one for one in (first, last) if one is not low and one is not high}
+        if not new and first is last:
+            self.missed += 1  # the search comes back to an end
+            return
+        for one in new.values():
+            self.add(one)
+        if first is not last:
+            self.gaps.append(_Gap(first, last, self.told(first, 0), self.told(last, 1)))
+        lengths = self.length(low, first), self.length(last, high)
+        count -= len(new)
+        before = round(count * lengths[0] / (sum(lengths) or 1.0))
+        self.fill(low, first, before)
+        self.fill(last, high, count - before)
+
+    def told(self, point: _Point, column: int) -> str:
+        """Why a part ends, or begins, at the best point of a metric."""
+        if not math.isnan(point.slope):
+            return _TAKEN if column else _LEFT
+        greatest = "greatest" if self.program.sign * (1 - 2 * column) < 0 else "least"
+        return f"{self.names[column]} is {greatest}: {point.held}"
+
+    def mend(self, draw: np.random.Generator) -> None:
+        """Better the points that cells around them beat."""
+        for reach in _NEARER:
+            kept = self.undominated([*self.ends, *self.found])
+            places = np.array([self.program.u_of(point.optimum.system) for point in kept])
+            self.look_near(places, reach, draw, _AROUND * len(places))
+            for point in kept:
+                cheaper = np.flatnonzero(self.both[:, 1] <= point.both[1])
+                best = cheaper[np.argmin(self.both[cheaper, 0])]
+                if self.both[best, 0] < point.both[0] - _SAME * self.ranges[0]:
+                    self.mended(point, self.u[best])
+
+    def mended(self, point: _Point, u: Vector) -> None:
+        """Put the point next to a better place beside another one, or in its place in a gap."""
+        first = any(gap.first is point for gap in self.gaps)
+        better = self.search(int(first), point.both[1 - first], u)
+        if better is not None and better.both[first] < point.both[first]:
+            self.add(better)
+            self.gaps = [
+                gap._replace(
+                    last=better if gap.last is point else gap.last,
+                    first=better if gap.first is point else gap.first,
+                )
+                for gap in self.gaps
+            ]
+
+    def part(self) -> None:
+        """Tell where neighbouring points are on different branches."""
+        kept = self.undominated([*self.ends, *self.found])
+        for i, (one, other) in enumerate(pairwise(kept)):
+            here, there = (self.program.u_of(point.optimum.system) for point in (one, other))
+            if abs(here - there).max() < _FAR or self.gap_after(kept, i) is not None:
+                continue
+            reached = self.search(0, other.both[1], here)
+            if (
+                reached is None
+                or abs(self.program.u_of(reached.optimum.system) - there).max() > _FAR / 2
+            ):
+                self.gaps.append(_Gap(one, other, _LEFT, _TAKEN))
+
+    def length(self, low: _Point, high: _Point) -> float:
+        """Of the front between two points, in ranges of its metrics: that of each step of it."""
+        return float(np.sum(abs(np.array(high.both) - low.both) / self.ranges))
+
+    def near(self, one: _Point, other: _Point) -> bool:
+        """Whether two points are one."""
+        return self.length(one, other) < 3 * _SAME
+
+    def best(self, column: int, bound: float) -> _Point | None:
+        """The best of a metric with the other at most at a bound, both as they are to be small."""
+        found = [self.search(column, bound, u) for u in self.starts(column, bound)]
+        whole = [point for point in found if point is not None]
+        return min(whole, key=lambda point: point.both[column], default=None)
+
+    def search(self, column: int, bound: float, u: Vector) -> _Point | None:
+        """The same next to a place."""
+        program, sign = self.programs(column), self.program.sign
+        if column == 0:
+            held = Limit(f"{self.names[1]} <= {bound:.6g}", self.cost, bound, -1)
+        else:
+            text = f"{self.names[0]} {'>=' if sign < 0 else '<='} {sign * bound:.6g}"
+            held = Limit(text, self.program.function, sign * bound, -sign)
+        program = replace(
+            program,
+            progress=None,
+            limits=(*program.limits, held),
+            limit_units=(*program.limit_units, float(self.ranges[1 - column])),
         )
+        optimum = Optimiser(program).from_place(u)
+        if optimum is None or not self.whole(optimum):
+            return None
+        return self.point(optimum, column, len(self.program.limits))
 
-    def as_end(self, least: Optimum) -> _Point:
-        """The optimum of the cost, told as a point of the front.
+    def starts(self, column: int, bound: float) -> list[Vector]:
+        """Where to search the best of a metric with the other within a bound."""
+        within = np.flatnonzero(self.both[:, 1 - column] <= bound)
+        worse = self.both[within, column] / self.ranges[column]
+        chosen: list[Vector] = []
+        for i in np.argsort(worse, kind="stable").tolist():
+            if len(chosen) == _STARTS or worse[i] > worse.min() + _PROMISING:
+                break
+            u = self.u[within[i]]
+            if all(abs(u - one).max() > _APART for one in chosen):
+                chosen.append(u)
+        return chosen
 
-        What holds it there is the cost's: the first metric has no multipliers and no slopes.
-        """
-        unheld = [replace(one, multiplier=math.nan) for one in least.constraints]
-        optimum = replace(
-            least,
-            metric=self.names[0],
-            maximised=self.program.sign < 0,
-            value=self.program.sign * self.worst(least, self.program),
-            constraints=tuple(unheld),
-            bounds=dict.fromkeys(least.bounds, math.nan),
-            slopes={},
-        )
-        return _Point(optimum, least.value)
-
-    def point(self, optimum: Optimum, slope: float = math.nan) -> _Point:
-        """An optimum with what it costs."""
-        return _Point(optimum, self.worst(optimum, self.costs), slope)
-
-    @property
-    def costs(self) -> Program:
-        """The second metric as what is to be least."""
-        return replace(self.program, function=self.cost, sign=1)
-
-    def worst(self, optimum: Optimum, program: Program) -> float:
-        """A program's function, by its sign, in the worst of the scenarios of an optimum."""
-        motions = tuple(Motion(one.parameters, None, orbit=one) for one in optimum.orbits)
-        plain = replace(program, unit=1.0, limits=(), limit_units=(), margin=None)
-        return plain.at(program.u_of(optimum.system), motions).worst
-
-    def sweep(self, places: Sequence[int], begin: _Point) -> None:
-        """Add the optimum at each of some bounds, each from the one before."""
-        last, before = begin.optimum, len(self.program.limits)
-        for k, i in enumerate(places, 1):
-            bound = float(self.bounds[i])
-            self.program.tell(f"point {k} of {len(places)}")
-            limit = Limit(f"{self.names[1]} <= {bound:.6g}", self.cost, bound, -1)
-            program = replace(
-                self.program,
-                progress=None,
-                limits=(*self.program.limits, limit),
-                limit_units=(*self.program.limit_units, abs(bound) or 1.0),
+    def point(self, optimum: Optimum, column: int, before: int | None = None) -> _Point:
+        """An optimum of a metric as a point of the front; `before` limits precede its bound."""
+        both = self.worst(optimum, 0), self.worst(optimum, 1)
+        slope, reason = math.nan, _reason(optimum, before)
+        if before is not None:
+            # All scenarios have this bound: it is let out for all of them.
+            count = before + 1 + (self.program.margin is not None)
+            gained = sum(one.multiplier for one in optimum.constraints[before::count])
+            slope = (1 / gained if column else gained) if gained else math.nan
+        if column:
+            # At the same cost, what lowers the cost otherwise gains by the slope.
+            held = [replace(one, multiplier=one.multiplier * slope) for one in optimum.constraints]
+            sign = self.program.sign
+            optimum = replace(
+                optimum,
+                metric=self.names[0],
+                maximised=sign < 0,
+                value=sign * both[0],
+                constraints=tuple(held),
+                bounds={name: by * slope for name, by in optimum.bounds.items()},
+                slopes={}
+                if math.isnan(slope)
+                else {name: sign * by * slope for name, by in optimum.slopes.items()},
             )
-            place = self.program.u_of(last.system)
-            point = Optimiser(program).from_place(place)
-            if point is not None and self.whole(point):
-                # All scenarios have this bound: it is let out for all of them.
-                held = point.constraints[before :: len(program.texts)]
-                slope = sum(one.multiplier for one in held)
-                self.found[i].append(self.point(point, slope))
-                last = point
+        return _Point(optimum, both, slope, reason)
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Both metrics in words."""
+        first, second = (one.program.name for one in self.optimisers)
+        return first, second
+
+    def worst(self, optimum: Optimum, column: int) -> float:
+        """A metric as it is to be small, in the worst of the scenarios of an optimum."""
+        motions = tuple(Motion(one.parameters, None, orbit=one) for one in optimum.orbits)
+        plain = replace(self.programs(column), unit=1.0, limits=(), limit_units=(), margin=None)
+        return plain.at(plain.u_of(optimum.system), motions).worst
 
     def whole(self, point: Optimum) -> bool:
         """Whether a point has the orbits of all scenarios, and is within the limits."""
         infeasible = point.status is OptimumStatus.INFEASIBLE
         return len(point.orbits) == len(self.program.scenarios) and not infeasible
 
+    @property
+    def result(self) -> Front:
+        """The front with the points that were found."""
+        best, least = (one.result for one in self.optimisers)
+        if not self.ends:
+            if not self.done:
+                ends = [self.point(best, 0)] if self.whole(best) else []
+                message = "the time is over: ends are missing"
+                return self.front(ends, OptimumStatus.TIME_LIMIT, message)
+            end = least if self.whole(best) else best
+            return self.front([], end.status, end.message)
+        kept = self.undominated([*self.ends, *self.found])
+        if len(kept) == 1:
+            return self.front(kept, OptimumStatus.OPTIMAL, "one point is best in both metrics")
+        told = f"{len(kept)} points"
+        if not self.done:
+            message = f"the time is over: {told} of {self.count} were found"
+            return self.front(kept, OptimumStatus.TIME_LIMIT, message)
+        parts = len(self.parts(kept))
+        if parts > 1:
+            told += f" in {parts} parts"
+        rough = sum(not point.optimum.success for point in kept)
+        lacks = [f"{rough} of them are not proved optima"] if rough else []
+        lacks += [f"{self.missed} were not found"] if self.missed else []
+        if lacks:
+            message = f"{told}: {' and '.join(lacks)}"
+            return self.front(kept, OptimumStatus.NOT_CONVERGED, message)
+        return self.front(kept, OptimumStatus.OPTIMAL, told)
+
     def undominated(self, points: Sequence[_Point]) -> list[_Point]:
         """The points than which no other is better in one metric and as good in the other."""
-        sign, kept = self.program.sign, list[_Point]()
-        better = _BETTER * self.program.unit
-        for point in sorted(points, key=lambda point: point.cost):
-            value = sign * point.optimum.value
-            if not kept or value < sign * kept[-1].optimum.value - better:
+        kept = list[_Point]()
+        for point in sorted(points, key=lambda point: point.both[::-1]):
+            if not kept or point.both[0] < kept[-1].both[0] - _SAME * self.ranges[0]:
                 kept.append(point)
         return kept
 
+    def gap_after(self, points: Sequence[_Point], i: int) -> _Gap | None:
+        """The gap between a point and the next one, if there is one."""
+        for gap in self.gaps:
+            if gap.last is points[i] or gap.first is points[i + 1]:
+                return gap
+        return None
+
+    def parts(self, points: Sequence[_Point]) -> tuple[FrontPart, ...]:
+        """The parts of a front that has these points."""
+        parts, first, begins = list[FrontPart](), 0, f"the least {self.names[1]}"
+        for i in range(len(points) - 1):
+            if (gap := self.gap_after(points, i)) is not None:
+                parts.append(FrontPart(first, i, begins, gap.ends))
+                first, begins = i + 1, gap.begins
+        greatest = "greatest" if self.program.sign < 0 else "least"
+        ends = f"the {greatest} {self.names[0]}"
+        return (*parts, FrontPart(first, len(points) - 1, begins, ends)) if points else ()
+
     def front(self, points: Sequence[_Point], status: OptimumStatus, message: str) -> Front:
+        """The result that has these points."""
         return Front(
             metrics=self.names,
             maximised=self.program.sign < 0,
             points=tuple(point.optimum for point in points),
             costs=np.array([point.cost for point in points]),
             slopes=np.array([point.slope for point in points]),
+            parts=self.parts(points),
             success=bool(points) and status is OptimumStatus.OPTIMAL,
             status=status,
             message=message,
         )
+
+
+def _reason(optimum: Optimum, before: int | None) -> str:
+    """What holds an optimum but a bound on the other metric, which `before` constraints precede."""
+    told = [f"{name} at its bound" for name, by in optimum.bounds.items() if by > 0]
+    told += [one.text for one in optimum.constraints[:before] if one.active]
+    if optimum.border is not None:
+        told.append("the itinerary changes")
+    return " and ".join(told) or "a smooth optimum"

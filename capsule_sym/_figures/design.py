@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,13 +34,19 @@ def _label(name: str, system: Any) -> str:
 
 @figure_style()
 def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
-    """A Pareto front: the first metric over the second, a dot for each optimum.
+    """A Pareto front: the first metric over the second, a dot for each optimum, a line a part.
 
     `front` is what `pareto` gives. Drawn into `axes` if they are given.
     """
     system = front.points[0].system if front.points else None
     figure, axes = axes_for(axes, width, 0.6 * width)
-    axes.plot(front.costs, front.values, "-", color=STABLE)
+    for part in front.parts:
+        along = slice(part.first, part.last + 1)
+        axes.plot(front.costs[along], front.values[along], "-", color=STABLE)
+    # Between parts no more of the metric is to be had, until the next one begins.
+    for one, other in pairwise(front.parts):
+        costs, values = front.costs[[one.last, other.first]], front.values[[one.last, other.first]]
+        axes.plot(costs, values, ":", color="0.6", drawstyle="steps-post", linewidth=0.8)
     kinds = {
         "optimal": ("o", STABLE, "optimum"),
         "optimal-at-border": ("s", UNSTABLE, "optimum at the border of two itineraries"),

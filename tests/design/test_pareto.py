@@ -5,7 +5,17 @@ import json
 import numpy as np
 import pytest
 
-from capsule_sym import Front, InvalidInput, Parameters, pareto, performance, solve_orbit
+from capsule_sym import (
+    Front,
+    InvalidInput,
+    Parameters,
+    pareto,
+    performance,
+    performance_many,
+    scenes,
+    simulate_many,
+    solve_orbit,
+)
 from capsule_sym._design import evaluation
 
 BOUNDS = {"alpha": (0.3, 2.0), "omega": (0.6, 1.2)}
@@ -59,6 +69,54 @@ def test_a_front_is_a_table_and_a_record(front: Front) -> None:
     assert len(frame) == len(front.points)
     assert json.loads(json.dumps(front.to_dict()))["status"] == "optimal"
     assert repr(front).startswith("<Front of speed against cost_of_transport")
+
+
+def drawn(base, over: dict, count: int) -> np.ndarray:
+    """Speeds and costs of transport (n, 2) of random cells from rest, by the core alone."""
+    facts, draw = base.scene.facts, np.random.default_rng(12)
+    rows = np.tile([*base.to_dict().values()], (count, 1))
+    for name, ends in over.items():
+        rows[:, facts.PARAMETERS.index(name)] = draw.uniform(*ends, size=count)
+    rows = rows[np.argsort(rows[:, facts.PARAMETERS.index("omega")])]
+    ended = simulate_many(rows, periods=150, scene=base.scene)
+    found = performance_many(rows, ended.states, scene=base.scene)
+    along, work = found["progression"], found["work"]
+    still = abs(found.multipliers[:, 0]) < 1
+    good = found.closed & still & (abs(found.states - ended.states).max(axis=1) < 1e-3)
+    bounds = [rows[:, facts.PARAMETERS.index(facts.BOUNDS[way])] for way in (1, -1)]
+    with np.errstate(divide="ignore"):
+        costs = work / (abs(along) * np.where(along > 0, *bounds))
+    return np.column_stack([abs(found["velocity"]), costs])[good & (abs(along) > 1e-9)]
+
+
+@pytest.mark.parametrize(
+    ("scene", "count"),
+    [
+        ("slope", 3000),
+        pytest.param("slope", 100_000, marks=pytest.mark.long),
+        pytest.param("prototype", 100_000, marks=pytest.mark.long),
+    ],
+)
+def test_a_front_in_parts_has_all_of_its_points_and_no_cell_beats_one(scene, count) -> None:
+    base = getattr(scenes, scene).Parameters()
+    over = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
+    found = pareto("speed", "cost_of_transport", over, base, points=20)
+    assert len(found.parts) == 3
+    assert len(found.points) == 20
+    speeds, costs = drawn(base, over, count).T
+    ranges = np.ptp(found.values), np.ptp(found.costs)
+    for value, cost in zip(found.values, found.costs, strict=True):
+        assert speeds[costs <= cost].max(initial=0.0) < value * (1 + 1e-6)
+    steps = np.diff(found.values) / ranges[0] + np.diff(found.costs) / ranges[1]
+    gaps = [part.last for part in found.parts[:-1]]
+    assert [part.first for part in found.parts[1:]] == [last + 1 for last in gaps]
+    assert np.delete(steps, gaps).max() < 0.25  # evenly: no hole but the gaps
+    for last in gaps:
+        # Neighbouring ends are on different motions: no small step joins them.
+        one, other = (np.array([*found.points[i].over.values()]) for i in (last, last + 1))
+        assert max(abs(one - other) / np.ptp([*over.values()], axis=1)) > 0.1
+    assert "part" in found.columns
+    assert all(part.begins and part.ends for part in found.parts)
 
 
 def test_one_point_may_be_best_in_both() -> None:
