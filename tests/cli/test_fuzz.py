@@ -72,6 +72,11 @@ def test_twenty_command_lines(folder: Path, line: list[str]) -> None:
     check(folder, line)
 
 
+def test_another_declaration_is_refused_after_the_theory_of_the_paper(folder: Path) -> None:
+    check(folder, ["verify", "--only", "erratum"])
+    check(folder, ["verify", "--scene", "sweep.toml"])
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(_PARTS))
 @settings(max_examples=-(-_COUNT // _PARTS), **_ANYHOW)
