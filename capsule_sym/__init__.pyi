@@ -4,6 +4,10 @@ from capsule_sym import scenes as scenes
 from capsule_sym._attractors.attractors import Attractor as Attractor
 from capsule_sym._attractors.attractors import Attractors as Attractors
 from capsule_sym._attractors.attractors import attractors as attractors
+from capsule_sym._attractors.branches import AttractorBranch as AttractorBranch
+from capsule_sym._attractors.branches import Change as Change
+from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAttractors
+from capsule_sym._attractors.continuing import continue_attractors as continue_attractors
 from capsule_sym._attractors.destinations import Arrivals as Arrivals
 from capsule_sym._attractors.destinations import Destinations as Destinations
 from capsule_sym._design.fit import Fit as Fit

@@ -1,0 +1,210 @@
+"""Results of attractors along a parameter: branches, births and deaths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._attractors.attractors import closed_orbit, shown_itinerary
+from capsule_sym._attractors.neighbourhoods import Vector
+from capsule_sym._attractors.settling import Cycle
+from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.steady import shown_progression
+from capsule_sym._native import core_of
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
+from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import Scene, SceneParameters
+
+
+class Change(NamedTuple):
+    """Birth or death of an attractor: between which values, and the bifurcation of its branch.
+
+    `value` is nan and `bifurcation` None where none was located; `message` says why.
+    """
+
+    value: float
+    type: str
+    interval: tuple[float, float]
+    bifurcation: Bifurcation | None
+    message: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """The change as plain values."""
+        found = self.bifurcation
+        about = {} if found is None else {"line": found.line, "uncertainty": found.uncertainty}
+        value = None if math.isnan(self.value) else self.value
+        told = {"value": value, "type": self.type, "interval": list(self.interval)}
+        return {**told, **about, "message": self.message}
+
+
+@dataclass(frozen=True, eq=False)
+class AttractorBranch:
+    """One attractor along the parameter, at neighbouring values; dimensionless.
+
+    `birth` is None where it exists at the first value already, `death` where it does at the last.
+    """
+
+    number: int
+    path: ParameterPath
+    base: SceneParameters
+    values: Vector
+    """Values of the parameter, shape (k,)."""
+    counts: NDArray[np.int64]
+    """Starts that lead to it, shape (k,)."""
+    fractions: Vector
+    """The same as fractions, shape (k,)."""
+    intervals: Vector
+    """Ends of the intervals of these, at 95 %, by Clopper and Pearson, shape (k, 2)."""
+    cycles: tuple[Cycle, ...]
+    """States at phase 0 and largest multiplier, for each value."""
+    birth: Change | None
+    death: Change | None
+
+    def orbit(self, i: int) -> Orbit:
+        """The closed orbit at value i; raises InvalidInput where its equations are not solved."""
+        found = closed_orbit(placed_at(self.path, self.base, self.values[i]), self.cycles[i])
+        if found is None:
+            raise InvalidInput("i", i, "a value at which the orbit's equations are solved")
+        return found
+
+    @cached_property
+    def shown(self) -> list[tuple[str, float]]:
+        """Itinerary and progression at each value."""
+        scene, periods = self.base.scene, [len(cycle.states) for cycle in self.cycles]
+        if core_of(scene) is not None:
+            rows = np.array([row_at(self.path, self.base, value) for value in self.values])
+            states = np.array([cycle.states[0] for cycle in self.cycles])
+            many = performance_many(rows, states, periods, forces=False, scene=scene)
+            if many.closed.all():
+                each = enumerate(many["progression"].tolist())
+                return [(" ".join(many.itinerary(i)), one) for i, one in each]
+        orbits = [self.orbit(i) for i in range(len(self.values))]
+        return [(shown_itinerary(one), shown_progression(one.motion)) for one in orbits]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The branch as plain values."""
+        return {
+            "number": self.number,
+            "values": self.values.tolist(),
+            "counts": self.counts.tolist(),
+            "fractions": self.fractions.tolist(),
+            "intervals": self.intervals.tolist(),
+            "period_numbers": [len(cycle.states) for cycle in self.cycles],
+            "itineraries": [text for text, _ in self.shown],
+            "progressions": [progression for _, progression in self.shown],
+            "largest_multipliers": [cycle.multiplier for cycle in self.cycles],
+            "birth": None if self.birth is None else self.birth.to_dict(),
+            "death": None if self.death is None else self.death.to_dict(),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class ContinuedAttractors(Labelled):
+    """Attractors along a parameter, in the order of their first values; dimensionless.
+
+    `unsettled` counts at each value the starts that have not settled on a closed orbit.
+    """
+
+    name: str
+    values: Vector
+    """Values of the parameter, ascending, shape (m,)."""
+    starts: int
+    """Starts at each value."""
+    branches: tuple[AttractorBranch, ...]
+    unsettled: NDArray[np.int64]
+    """Starts that have not settled, shape (m,)."""
+    periods: int
+    """Excitation periods after which a run counts as not settled."""
+    status: Status
+    base: SceneParameters
+    dimension = "point"
+
+    @property
+    def success(self) -> bool:
+        """Whether all was run, and each birth and death located."""
+        return self.status is Status.FINISHED and all(one.bifurcation for one in self.changes)
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """All births and deaths."""
+        both = chain.from_iterable((one.birth, one.death) for one in self.branches)
+        return tuple(one for one in both if one is not None)
+
+    @property
+    def message(self) -> str:
+        """What was found, in words."""
+        located = sum(one.bifurcation is not None for one in self.changes)
+        text = (
+            f"{len(self.branches)} attractors at {len(self.values)} values of {self.name}, "
+            f"{located} of {len(self.changes)} births and deaths at a located bifurcation"
+        )
+        if late := int(self.unsettled.sum()):
+            text += f"; {late} of {self.starts * len(self.values)} runs have not settled"
+        return text if self.status is Status.FINISHED else f"{text}; the time was over before"
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the parameters."""
+        return self.base.scene
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """A row for each value of each attractor."""
+        each = self.branches
+        shown = [row for one in each for row in one.shown]
+        ends = np.concatenate([np.empty((0, 2)), *(one.intervals for one in each)])
+        cycles = [cycle for one in each for cycle in one.cycles]
+        numbers = [one.number for one in each for _ in one.values]
+        return {
+            self.name: np.concatenate([np.empty(0), *(one.values for one in each)]),
+            "attractor": np.array(numbers, dtype=int),
+            "count": np.concatenate([np.empty(0, int), *(one.counts for one in each)]),
+            "fraction": np.concatenate([np.empty(0), *(one.fractions for one in each)]),
+            "fraction_low": ends[:, 0],
+            "fraction_high": ends[:, 1],
+            "period_number": np.array([len(cycle.states) for cycle in cycles], dtype=int),
+            "progression": np.array([progression for _, progression in shown]),
+            "largest_multiplier": np.array([cycle.multiplier for cycle in cycles]),
+            "itinerary": np.array([text for text, _ in shown], dtype=np.str_),
+        }
+
+    def attributes(self) -> dict[str, Any]:
+        """Starts at each value, and the status."""
+        return {"starts": self.starts, "status": str(self.status)}
+
+    def to_dict(self) -> dict[str, Any]:
+        """All as plain values."""
+        return {
+            "success": self.success,
+            "status": str(self.status),
+            "message": self.message,
+            "parameter": self.name,
+            "parameters": self.base.to_dict(),
+            "values": self.values.tolist(),
+            "starts": self.starts,
+            "periods": self.periods,
+            "unsettled": self.unsettled.tolist(),
+            "attractors": [one.to_dict() for one in self.branches],
+        }
+
+    def __repr__(self) -> str:
+        return f"<ContinuedAttractors: {self.message}>"
+
+
+def row_at(path: ParameterPath, base: SceneParameters, value: float) -> list[float]:
+    """All parameters where what varies has this value."""
+    return [float(one) for one in path.placed([*base.to_dict().values()], float(value))]
+
+
+def placed_at(path: ParameterPath, base: SceneParameters, value: float) -> SceneParameters:
+    """The parameters where what varies has this value."""
+    return base.scene.Parameters(*row_at(path, base, value))

@@ -1,0 +1,300 @@
+"""Attractors followed along a parameter, with the fractions of starts that lead to each.
+
+The starts run at all values at once. An attractor at one value is the same as one at the next if
+the closed orbit continues from one to the other and back, through changes of its itinerary. Where
+it does not, its branch is followed exactly between the two values, to the bifurcation at which the
+attractor is born or dies. Where it does, and no start leads to it, its fraction is 0 there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._attractors.attractors import (
+    Starts,
+    checked_starts,
+    closed_orbit,
+    interval,
+)
+from capsule_sym._attractors.branches import (
+    AttractorBranch,
+    Change,
+    ContinuedAttractors,
+    placed_at,
+    row_at,
+)
+from capsule_sym._attractors.neighbourhoods import NONE, Vector, stroboscopic
+from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
+from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._native import Watch, check_time, core_of, present
+from capsule_sym._orbits.continuation.branches.branch import Branch
+from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
+from capsule_sym._orbits.continuation.families.states import Ending
+from capsule_sym._orbits.continuation.parameter_paths import (
+    Function,
+    ParameterPath,
+    parameter_path,
+)
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
+from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._parameters import SceneParameters
+
+_POINTS = 5  # steps of a branch between two values, at least
+_MOST_RUNS = 10**7
+_Cell = tuple[int, int]  # index of a value, number of an orbit there
+
+
+def continue_attractors(
+    parameters: SceneParameters,
+    name: str,
+    values: ArrayLike,
+    starts: Starts,
+    *,
+    count: int = 400,
+    phases: ArrayLike = 0.0,
+    ties: Mapping[str, Function | str] | None = None,
+    periods: int = 1024,
+    threads: int = 1,
+    max_seconds: float = math.inf,
+    progress: Callable[[int, int], object] | None = None,
+) -> ContinuedAttractors:
+    """The attractors at several values of a parameter, each followed from value to value.
+
+    `values` of the parameter `name` ascend, two or more; other parameters may vary with it by
+    `ties`, as in `continue_orbit`. `starts`, `count`, `phases` and `periods` are as in
+    `attractors`, the same at all values. Where an attractor appears or disappears between two
+    values, its branch is followed exactly from one to the other: `birth` and `death` have the
+    bifurcation at which it becomes stable or stops to be so, or ends. All is dimensionless.
+    `progress` is told how many of how many runs have settled. After `max_seconds` what is found so
+    far is given. Raises InvalidInput for a value that is not allowed.
+    """
+    path, grid = _checked(parameters, name, values, ties)
+    check_count("periods", periods, 2)
+    check_count("threads", threads)
+    states, times = checked_starts(starts, count, phases, parameters)
+    if len(states) * len(grid) > _MOST_RUNS:
+        raise InvalidInput("values", len(grid), f"at most {_MOST_RUNS // len(states)} values")
+    rows = np.array([row_at(path, parameters, value) for value in grid])
+    following = _Following(parameters, path, grid, Settling(rows, parameters.scene, threads))
+    groups = np.repeat(np.arange(len(grid)), len(states))
+    runs = Arrivals.begun(np.tile(states, (len(grid), 1)))
+    status = Status.TIME_LIMIT
+    with Watch(checked_seconds(max_seconds)):
+        following.settling.follow(
+            groups,
+            runs,
+            np.tile(times, len(grid)),
+            periods,
+            report=None if progress is None else lambda done: progress(done, len(groups)),
+        )
+        following.link()
+        left = np.flatnonzero(runs.numbers == NONE)
+        runs.numbers[left] = following.settling.inside(groups[left], runs.states[left])
+        status = Status.FINISHED
+    numbers = runs.numbers.reshape(len(grid), -1)
+    return ContinuedAttractors(
+        name,
+        grid,
+        len(states),
+        following.branches(numbers),
+        (numbers == NONE).sum(axis=1),
+        periods,
+        status,
+        parameters,
+    )
+
+
+def _checked(
+    parameters: SceneParameters,
+    name: str,
+    values: ArrayLike,
+    ties: Mapping[str, Function | str] | None,
+) -> tuple[ParameterPath, Vector]:
+    path = parameter_path(name, ties, parameters.scene)
+    try:
+        grid = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        grid = np.empty(0)
+    if grid.ndim != 1 or len(grid) < 2 or not np.all(np.diff(grid) > 0):
+        raise InvalidInput("values", values, "two or more numbers, ascending")
+    path.check(parameters, grid[0], grid[-1])
+    return path, grid
+
+
+class _Following:
+    """The orbits at all values, and which of neighbouring values are one attractor."""
+
+    def __init__(
+        self, base: SceneParameters, path: ParameterPath, values: Vector, settling: Settling
+    ) -> None:
+        self.base, self.path, self.values, self.settling = base, path, values, settling
+        # By the side, 1 or -1: the orbit at the next value, or why there is none.
+        self.next: dict[int, dict[_Cell, _Cell]] = {1: {}, -1: {}}
+        self.ends: dict[int, dict[_Cell, Change]] = {1: {}, -1: {}}
+
+    def link(self) -> None:
+        """Follow every orbit to the next values on both sides, or to a bifurcation before."""
+        while True:
+            pending = {side: self._pending(side) for side in (1, -1)}
+            if not any(pending.values()):
+                return
+            for side, cells in pending.items():
+                self._carry(cells, side)
+                for cell in cells:
+                    if cell not in self.next[side]:
+                        self._follow(cell, side)
+
+    def branches(self, numbers: NDArray[np.int16]) -> tuple[AttractorBranch, ...]:
+        """The attractors, of the numbers, (m, n), of the orbits to which starts lead."""
+        found = list[AttractorBranch]()
+        counts = [
+            np.bincount(row[row >= 0], minlength=len(cycles)).tolist()
+            for row, cycles in zip(numbers, self.settling.cycles, strict=True)
+        ]
+        heads = [cell for cell in self._cells() if cell not in self.next[-1]]
+        for head in sorted(heads, key=lambda cell: (cell[0], -counts[cell[0]][cell[1]])):
+            cells = [head]
+            while (after := self.next[1].get(cells[-1])) is not None:
+                cells.append(after)
+            number = np.array([counts[i][k] for i, k in cells])
+            total = numbers.shape[1]
+            found.append(
+                AttractorBranch(
+                    len(found),
+                    self.path,
+                    self.base,
+                    self.values[[i for i, _ in cells]],
+                    number,
+                    number / total,
+                    np.array([interval(one, total) for one in number.tolist()]),
+                    tuple(self.settling.cycles[i][k] for i, k in cells),
+                    self._end(head, -1),
+                    self._end(cells[-1], 1),
+                )
+            )
+        return tuple(found)
+
+    def _cells(self) -> list[_Cell]:
+        every = enumerate(self.settling.cycles)
+        return [(i, k) for i, cycles in every for k in range(len(cycles))]
+
+    def _pending(self, side: int) -> list[_Cell]:
+        last = len(self.values) - 1 if side > 0 else 0
+        known = self.next[side].keys() | self.ends[side].keys()
+        return [cell for cell in self._cells() if cell[0] != last and cell not in known]
+
+    def _end(self, cell: _Cell, side: int) -> Change | None:
+        if cell[0] == (len(self.values) - 1 if side > 0 else 0):
+            return None
+        return self.ends[side].get(cell) or Change(
+            math.nan, "not sought", self._between(cell, side), None, "the time was over before"
+        )
+
+    def _between(self, cell: _Cell, side: int) -> tuple[float, float]:
+        here, there = sorted((cell[0], cell[0] + side))
+        return float(self.values[here]), float(self.values[there])
+
+    def _carry(self, cells: Sequence[_Cell], side: int) -> None:
+        """Link orbits that a step along their tangent, and one back, lead to each other."""
+        if not cells:
+            return
+        there = self._carried(cells, [self._cycle(cell) for cell in cells], side)
+        found = [(cell, cycle) for cell, cycle in zip(cells, there, strict=True) if cycle]
+        if not found:
+            return
+        beyond = [(i + side, k) for (i, k), _ in found]
+        back = self._carried(beyond, [cycle for _, cycle in found], -side)
+        for (cell, cycle), returned in zip(found, back, strict=True):
+            own = self._cycle(cell)
+            if returned is not None and own.same(returned):
+                self._join(cell, cycle, side)
+
+    def _cycle(self, cell: _Cell) -> Cycle:
+        return self.settling.cycles[cell[0]][cell[1]]
+
+    def _carried(
+        self, cells: Sequence[_Cell], cycles: Sequence[Cycle], side: int
+    ) -> list[Cycle | None]:
+        """The orbits at the next value to which orbits lead, of as many periods."""
+        rows, scene = self.settling.rows, self.settling.scene
+        here = np.array([i for i, _ in cells])
+        states = np.array([cycle.states[0] for cycle in cycles])
+        periods = np.array([len(cycle.states) for cycle in cycles])
+        if core_of(scene) is not None:
+            given = rows[here], states, periods
+            many = performance_many(*given, energies=False, forces=False, scene=scene)
+            moved = rows[here + side] - rows[here]
+            guess = states + (many.by_parameter @ moved[:, :, None])[:, :, 0]
+            states = np.where(np.isfinite(guess).all(axis=1)[:, None], guess, states)
+        found = self.settling.closed(here + side, states, periods)
+        return [
+            one if one is not None and len(one.states) == count else None
+            for one, count in zip(found, periods.tolist(), strict=True)
+        ]
+
+    def _join(self, cell: _Cell, cycle: Cycle, side: int) -> None:
+        """Make an orbit at the next value the same attractor as one here."""
+        row = cell[0] + side
+        number = self.settling.number(row, cycle)
+        if number == NONE:
+            number = len(self.settling.cycles[row])
+            self.settling.add([(row, cycle)])
+        other = (row, number)
+        if other not in self.next[-side]:
+            self.next[side][cell], self.next[-side][other] = other, cell
+            self.ends[-side].pop(other, None)
+
+    def _follow(self, cell: _Cell, side: int) -> None:
+        """Follow a branch exactly from an orbit to the next value, or to where it is lost."""
+        check_time()
+        i, ends = cell[0], self._between(cell, side)
+        orbit = closed_orbit(placed_at(self.path, self.base, self.values[i]), self._cycle(cell))
+        if orbit is None:
+            why = "the orbit's equations are not solved"
+            self.ends[side][cell] = Change(math.nan, "not located", ends, None, why)
+            return
+        branch = continue_orbit(
+            orbit,
+            self.path.name,
+            float(self.values[i + side]),
+            points=_POINTS,
+            ties=dict(self.path.ties) or None,
+            max_seconds=present().left,
+        )
+        check_time()
+        if (lost := loss(branch)) is not None:
+            self.ends[side][cell] = Change(lost.value, lost.type, ends, lost, _passed(lost))
+            return
+        if branch.status is Ending.REACHED:
+            last = branch.points[-1].orbit
+            state = stroboscopic(last)[0]
+            closed = self.settling.closed(
+                np.array([i + side]), state[None], np.array([last.itinerary.period_number])
+            )[0]
+            if closed is not None:
+                self._join(cell, closed, side)
+        if cell not in self.next[side]:
+            why = f"the branch ends ({branch.status}): {branch.message}"
+            self.ends[side][cell] = Change(math.nan, "not located", ends, None, why)
+
+
+def loss(branch: Branch) -> Bifurcation | None:
+    """The first bifurcation on a branch beyond which its orbits are not stable, or there are none.
+
+    None where all of the branch is stable, or it ends without one.
+    """
+    for one in branch.bifurcations:
+        after = one.multipliers_after
+        if not after or abs(after[0]) >= 1:
+            return one
+    return None
+
+
+def _passed(one: Bifurcation) -> str:
+    """The itineraries on both sides of a bifurcation, in words."""
+    return f"{one.itinerary_before} → {one.itinerary_after or 'none'}"

@@ -1,0 +1,99 @@
+"""Attractors along a parameter: births and deaths are where runs of the map begin to behave so."""
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput, Parameters, attractors, continue_attractors, simulate
+from tests.attractors.test_attractors import BOX
+from tests.attractors.test_destinations import BISTABLE
+
+ALPHAS = np.linspace(1.95, 2.2, 6)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return continue_attractors(BISTABLE, "alpha", ALPHAS, BOX, count=60, periods=2048)
+
+
+def repeats(alpha, state, periods=3000):
+    """After how many periods a single run, settled from a state, repeats itself."""
+    run = simulate(BISTABLE.replace(alpha=alpha), state, periods=periods, keep="stroboscopic")
+    marks = np.array(run.stroboscopic, dtype=float)
+    change = abs(marks[-5:-1] - marks[-1]).max(axis=1)[::-1]
+    return 1 + int(np.argmax(change < 1e-4)), marks[-1]
+
+
+def test_a_doubling_is_where_runs_begin_to_repeat_after_two_periods(found):
+    (doubled,) = (one for one in found.branches if one.death and one.death.value > 2.1)
+    (single,) = (one for one in found.branches if one.birth and one.birth.value > 2.1)
+    assert doubled.death.type == single.birth.type == "period doubling"
+    assert doubled.death.value == pytest.approx(single.birth.value, abs=1e-10)
+    assert [len(doubled.cycles[-1].states), len(single.cycles[0].states)] == [2, 1]
+    at = single.birth.value
+    assert repeats(at - 2e-3, doubled.cycles[-1].states[0])[0] == 2
+    assert repeats(at + 2e-3, single.cycles[0].states[0])[0] == 1
+
+
+def test_a_fold_is_where_runs_leave_an_orbit_that_is_no_more(found):
+    (one,) = (one for one in found.branches if one.death and one.death.type == "fold")
+    state = one.cycles[-1].states[0]
+    for alpha in np.linspace(one.values[-1], one.death.value - 1e-4, 12):
+        number, end = repeats(alpha, state)
+        assert number == 2
+        assert abs(end - state).max() < 0.1 or abs(end - one.cycles[-1].states[1]).max() < 0.1
+        state = end
+    _, end = repeats(one.death.value + 1e-4, state)
+    assert abs(end - state).max() > 0.1
+
+
+def test_fractions_are_those_of_each_value_alone(found):
+    assert found.status == "finished"
+    for i in (0, 5):
+        alone = attractors(BISTABLE.replace(alpha=ALPHAS[i]), BOX, count=60, periods=2048)
+        here = found.columns["alpha"] == ALPHAS[i]
+        counts = sorted(one.count for one in alone.attractors)
+        assert sorted(n for n in found.columns["count"][here].tolist() if n) == counts
+        low = sorted(one.interval for one in alone.attractors)[0][0]
+        assert low in found.columns["fraction_low"]
+    total = np.zeros(6, int)
+    np.add.at(total, np.searchsorted(ALPHAS, found.columns["alpha"]), found.columns["count"])
+    assert (total + found.unsettled == 60).all()
+
+
+def test_an_attractor_to_which_no_start_leads_stays_the_same_one():
+    few = continue_attractors(
+        BISTABLE, "alpha", np.linspace(1.8, 1.95, 6), BOX, count=9, periods=2048
+    )
+    (small,) = (one for one in few.branches if len(one.cycles[0].states) == 2 and not one.birth)
+    assert small.counts.min() == 0
+    assert small.counts.max() > 0
+    assert len(small.values) == 6
+    assert small.fractions[small.counts == 0].max() == 0
+    orbit = small.orbit(3)
+    assert orbit.success
+    assert orbit.parameters.alpha == small.values[3]
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "how", "named"),
+    [
+        ("alpha", [1.0], {}, "values"),
+        ("alpha", [1.0, 1.0], {}, "values"),
+        ("alpha", [2.0, 1.0], {}, "values"),
+        ("alpha", ["a", "b"], {}, "values"),
+        ("alpha", [-1.0, 1.0], {}, "alpha"),
+        ("beth", [1.0, 2.0], {}, "parameter"),
+        ("alpha", [1.0, 2.0], {"count": 0}, "count"),
+        ("alpha", [1.0, 2.0], {"periods": 0}, "periods"),
+    ],
+)
+def test_bad_input_is_refused(name, values, how, named):
+    with pytest.raises(InvalidInput, match=named):
+        continue_attractors(Parameters(), name, values, BOX, **how)
+
+
+def test_the_end_of_the_time_gives_what_is_found():
+    late = continue_attractors(BISTABLE, "alpha", ALPHAS, BOX, count=20, max_seconds=1e-9)
+    assert late.status == "time-limit"
+    assert late.unsettled.tolist() == [20] * 6
+    assert not late.success
