@@ -10,8 +10,10 @@ from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAtt
 from capsule_sym._attractors.continuing import continue_attractors as continue_attractors
 from capsule_sym._attractors.destinations import Arrivals as Arrivals
 from capsule_sym._attractors.destinations import Destinations as Destinations
+from capsule_sym._design.bootstrap import Bootstrap as Bootstrap
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
+from capsule_sym._design.fit import FittedRun as FittedRun
 from capsule_sym._design.fit import fit as fit
 from capsule_sym._design.measured import read_measured as read_measured
 from capsule_sym._design.optimise import optimise as optimise
@@ -22,6 +24,10 @@ from capsule_sym._design.optimum import Tightest as Tightest
 from capsule_sym._design.pareto import Front as Front
 from capsule_sym._design.pareto import FrontPart as FrontPart
 from capsule_sym._design.pareto import pareto as pareto
+from capsule_sym._design.rig import Rig as Rig
+from capsule_sym._design.rig import RigRun as RigRun
+from capsule_sym._design.rig import fit_rig as fit_rig
+from capsule_sym._design.rig import read_rig as read_rig
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.sensitivities import sensitivities as sensitivities
 from capsule_sym._design.steering import Break as Break

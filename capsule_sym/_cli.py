@@ -99,7 +99,7 @@ for _name, _module, _text in (
     ("design", "design", "Study the drives of one device."),
     ("optimise", "optimise", "Find the best parameters for a metric."),
     ("steer", "optimise", "Find the best drives both ways, and a path."),
-    ("fit", "optimise", "Find parameters from measured series."),
+    ("fit", "fit", "Find parameters from measured series."),
     ("figure", "figures", "Draw a figure of the case study."),
     ("diagram", "figures", "Draw branches of orbits, labelled."),
     ("sweep-figure", "figures", "Draw the results of a sweep or a basin."),

@@ -1,4 +1,4 @@
-"""The commands `optimise`, `steer` and `fit`."""
+"""The commands `optimise` and `steer`, and how they and `fit` report."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import argument, command, option, several
-from capsule_sym._design.counts import POINTS, SAMPLES, SEED, STARTS
+from capsule_sym._commands.signature import command, option, several
+from capsule_sym._design.counts import POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -124,8 +124,8 @@ def optimise(
             show = partial(_print_front, front)
     if found.status is capsule_sym.OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(how["subject_to"]), f"possible: {found.message}")
-    _report(found, "optimum" if against is None else "front", show, out, as_json)
-    _end(found)
+    report(found, "optimum" if against is None else "front", show, out, as_json)
+    end(found)
 
 
 @command()
@@ -147,69 +147,9 @@ def steer(
     parameters, device = system.load()
     with telling("Steering") as progress:
         found = capsule_sym.steer(device or parameters, over or None, progress=progress, **how)
-    _report(found, "steering", lambda: print_steering(found), out, as_json)
+    report(found, "steering", lambda: print_steering(found), out, as_json)
     if found.status in ("no-optimum", "time-limit"):
-        _end(found)
-
-
-@command()
-def fit(
-    data: Path = argument(type=click.Path(path_type=Path, dir_okay=False), metavar="DATA"),
-    system: options.System = options.parameters(),
-    unknown: tuple[Any, ...] = option(
-        "What is fitted, with bounds if it has any: a parameter, x_r, v_r, v_c, phase or x_c. "
-        "Any number.",
-        type=NamedRange(bare=True),
-        multiple=True,
-    ),
-    how: dict[str, Any] = several(
-        state=options.state(
-            "State at the first time, or the first guess of what is unknown of it."
-        ),
-        phase=option("Phase of the forcing there.  [default: 0]", type=float, default=0.0),
-        loss=option(
-            "How residuals count; all but linear let outliers count less.",
-            type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
-            default="linear",
-            show_default=True,
-        ),
-        starts=options.count("Try so many other guesses.", 0, *STARTS),
-        seed=options.count("Decides the guesses of --starts.", 0, *SEED),
-        max_seconds=options.max_seconds(),
-    ),
-    intervals: bool = option("Profile intervals of 95 %, by fits anew."),
-    out: Path | None = options.out("Write the JSON here, the residuals as CSV, and their picture."),
-    as_json: bool = options.as_json,
-) -> None:
-    """Find parameters, start and phase from measured series, by least squares.
-
-    DATA is a CSV or Parquet file with times t and one or more of the columns x_m, x_c, x_r, v_m,
-    v_c, v_r, an empty cell for a gap. With a device, columns and results are in SI units.
-
-    Exits with 3 where the fit does not come to rest, or the measurements leave something open.
-    """
-    from capsule_sym._map.checks import checked_seconds
-    from capsule_sym._native import Watch
-
-    parameters, device = system.load()
-    if not unknown:
-        raise click.UsageError("give --unknown, once for each that is fitted")
-    options.check_beside("seed", needs=("starts",))
-    how["bounds"] = {name: ends for name, ends in unknown if ends is not None}
-    with telling("Fitting") as progress:
-        watch = Watch(checked_seconds(how["max_seconds"]))
-        names = tuple(name for name, _ in unknown)
-        measured, which = capsule_sym.read_measured(data), device or parameters
-        found = capsule_sym.fit(measured, which, names, progress=progress, **how)
-        ranges = {}
-        for name in found.values if intervals else ():
-            progress(f"interval of {name}")
-            ranges[name] = found.interval(name, max_seconds=watch.left)
-    extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
-    _report(found, "fit", lambda: _print_fit(found, ranges), out, as_json, extra)
-    if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
-        present.fail("time-limit: the time is over: intervals are missing")
-    _end(found)
+        end(found)
 
 
 def finite(record: Any) -> Any:
@@ -223,7 +163,7 @@ def finite(record: Any) -> Any:
     return record
 
 
-def _report(
+def report(
     found: Any,
     name: str,
     show: Callable[[], None],
@@ -259,7 +199,7 @@ def drawing(name: str, found: Any) -> Callable[[], Figure]:
     return lambda: getattr(capsule_sym, draw)(found)
 
 
-def _end(found: Any) -> None:
+def end(found: Any) -> None:
     """Exit with 3, and the reason, where there is no result."""
     if not found.success:
         present.fail(f"{found.status.value}: {found.message}")
@@ -368,28 +308,3 @@ def print_steering(found: capsule_sym.Steering) -> None:
     for broken in found.breaks:
         way = f"by {drive(broken.by)}" if broken.by else "straight"
         console.print(f"  broken {way}: at {drive(broken.at)}, {broken.why}")
-
-
-def _print_fit(found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
-    units = units_of(found.system)
-    rows = (
-        (
-            name,
-            f"{value:.9g} {units.get(name, '')}".rstrip(),
-            f"{found.standard_errors[name]:.2g}",
-            *([f"{ranges[name][0]:.6g} to {ranges[name][1]:.6g}"] if ranges else []),
-        )
-        for name, value in found.values.items()
-    )
-    present.table(("unknown", "value", "error", *(["95 %"] if ranges else [])), rows, gap=2)
-    console = present.make_console()
-    console.print(f"{found.status.value}: {found.message}")
-    console.print(f"noise {found.noise:.3g} of a column's spread, {found.evaluations} runs")
-    for one in found.open_combinations:
-        mixed = "  ".join(f"{name} {by:+.2f}" for name, by in one.items())
-        console.print(f"left open, by relative changes: {mixed}")
-    if found.border:
-        console.print(
-            f"within the error of {found.border} the itinerary changes: errors are not to be "
-            "trusted there"
-        )

@@ -12,3 +12,5 @@ STEPS = 1, 100_000
 """Runs with derivatives that one guess of a fit takes at most."""
 SEED = 0, 10**12
 """Choice of cells, or of guesses."""
+BOOTSTRAP = 0, 100_000
+"""Fits to resampled residuals."""

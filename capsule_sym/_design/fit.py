@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
+from capsule_sym._design.bootstrap import Bootstrap, bootstrapped, correlation
+from capsule_sym._design.counts import BOOTSTRAP, FOLLOW, SEED, STARTS, STEPS
+from capsule_sym._design.covariance import Errors, errors_of
+from capsule_sym._design.guesses import best_of, drawn, limits_of
 from capsule_sym._design.least_squares import LOSSES, Least, Profile, least
 from capsule_sym._design.measured import measured
-from capsule_sym._design.quantities import System, allowed, record, values_of
-from capsule_sym._design.residuals import OF_START, Problem
+from capsule_sym._design.problem import Problem
+from capsule_sym._design.quantities import System, real, record, values_of
+from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds
-from capsule_sym._map.labelled import package
-from capsule_sym._native import TimeUp, Watch, check_time
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._native import Watch, check_time
+from capsule_sym._parameters import names_of
 
-_LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
-_PART = 0.1  # of a combination, from which an unknown is open with it
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
@@ -43,20 +43,35 @@ class FitStatus(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
-    """Result of a fit.
+class FittedRun:
+    """One of the runs that were fitted; dimensionless, or in SI units where it is a device's."""
 
-    Values are dimensionless, or in SI units where the system that was fitted is a device. Standard
-    errors and intervals hold for independent errors of the measurements, where the model is nearly
-    linear over them.
-    """
-
+    name: str
+    """Its name; empty for the one run of `fit`."""
     system: System
-    """The parameters, those that were known among them."""
+    """The parameters of this run."""
     state: tuple[float, float, float]
     """(x_r, v_r, v_c) at the first time."""
     phase: float
     """Phase of the forcing there."""
+    slip: float
+    """True time passes 1 + slip times as fast as the measured one."""
+    series: dict[str, tuple[float, float, float]]
+    """Scale, offset and drift of each series, by name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Result of a fit.
+
+    Values are dimensionless, or in SI units where the system that was fitted is a device. Standard
+    errors and intervals hold for independent errors of the measurements, alike within a series,
+    where the model is nearly linear over them; `autocorrelation` tells if errors are independent,
+    and `bootstrap` has the uncertainty where they are not.
+    """
+
+    runs: tuple[FittedRun, ...]
+    """The runs."""
     values: dict[str, float]
     """The fitted values, by name."""
     standard_errors: dict[str, float]
@@ -70,7 +85,9 @@ class Fit:
     evaluations: int
     """Runs with derivatives that it took."""
     noise: float
-    """Standard deviation of the residuals, in units of each column's `scales`."""
+    """Standard deviation of the residuals, in units of each series' `scales`."""
+    autocorrelation: float
+    """Correlation of a residual with the next of its series, as the loss counts both."""
     singular_values: Vector
     """Of the Jacobian by the relative changes of what was unknown, largest first."""
     open_combinations: tuple[dict[str, float], ...]
@@ -83,6 +100,10 @@ class Fit:
     """Lowest and highest values allowed for what was unknown, each of shape (k,)."""
     found: Least
     """End of the least squares."""
+    growth: Vector
+    """The sum's growth where a value is a standard error off, the others fitted anew, (k,)."""
+    bootstrap: Bootstrap | None
+    """Fits anew to resampled residuals, if they were asked for."""
 
     @property
     def success(self) -> bool:
@@ -90,8 +111,23 @@ class Fit:
         return self.status is FitStatus.CONVERGED
 
     @property
+    def system(self) -> System:
+        """The parameters of the first run, those that were known among them."""
+        return self.runs[0].system
+
+    @property
+    def state(self) -> tuple[float, float, float]:
+        """(x_r, v_r, v_c) at the first time of the first run."""
+        return self.runs[0].state
+
+    @property
+    def phase(self) -> float:
+        """Phase of the forcing there."""
+        return self.runs[0].phase
+
+    @property
     def residuals(self) -> Vector:
-        """Model less measurement over `scales`, shape (n,), in the order of time."""
+        """Model less measurement over `scales`, shape (n,), of each run in the order of time."""
         return self.found.residuals
 
     @property
@@ -118,20 +154,33 @@ class Fit:
 
     def to_dict(self) -> dict[str, Any]:
         """The results by name, of numbers, texts and lists."""
-        return (
-            record(self, "success status message evaluations values standard_errors covariance")
-            | {"parameters": values_of(self.system)}
-            | record(self, "state phase noise singular_values open_combinations border")
-        )
+        found = record(
+            self, "success status message evaluations values standard_errors covariance"
+        ) | {"parameters": values_of(self.system)}
+        names = "noise autocorrelation singular_values open_combinations border"
+        found |= record(self, f"state phase {names}")
+        if self.runs[0].name:
+            found["runs"] = [
+                record(one, "name state phase slip series") | {"parameters": values_of(one.system)}
+                for one in self.runs
+            ]
+        return found | ({"bootstrap": self.bootstrap.to_dict()} if self.bootstrap else {})
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The n measurements in time, shape (n,): time, column, value, and residual over noise."""
-        data = self.problem.data
-        return {
-            "t": data.times,
-            "column": np.array([data.names[place] for place in data.column.tolist()], np.str_),
-            "value": data.values,
+        """The n measurements, shape (n,): time, column, value, and residual over noise.
+
+        With the name of the run before these where runs have names.
+        """
+        every = [one.data for one in self.problem.recorded]
+        named = [np.array(one.names, np.str_)[one.column] for one in every]
+        runs = [
+            np.full(len(one.values), run.name) for one, run in zip(every, self.runs, strict=True)
+        ]
+        return ({"run": np.concatenate(runs)} if self.runs[0].name else {}) | {
+            "t": np.concatenate([one.times for one in every]),
+            "column": np.concatenate(named),
+            "value": self.problem.values,
             "residual": self.residuals / (self.noise or 1.0),
         }
 
@@ -140,11 +189,10 @@ class Fit:
     ) -> tuple[float, float]:
         """Profile interval of an unknown: where the others, fitted anew, still fit.
 
-        The sum of squares, as the loss counts them, grows there by `deviations` squared times the
-        noise's variance; of a robust loss that is the variance of its influence over its mean
-        slope, which outliers hardly change. Where it does not grow so far within the bounds of the
-        fit, the bound is the end. An end that is not found within `max_seconds` is nan. Raises
-        InvalidInput for another name.
+        The sum of squares, as the loss counts them, grows there by `deviations` squared times what
+        it grows by where the value is a standard error off (`growth`). Where it does not grow so
+        far within the bounds of the fit, the bound is the end. An end that is not found within
+        `max_seconds` is nan. Raises InvalidInput for another name.
         """
         if name not in self.values:
             raise InvalidInput("name", name, f"one of {', '.join(self.values)}")
@@ -152,7 +200,7 @@ class Fit:
         k = list(self.values).index(name)
         with Watch(checked_seconds(max_seconds)):
             for i, sign in enumerate((-1, 1)):
-                profile = Profile(self.problem, self.found, self.limits, k, self.noise)
+                profile = Profile(self.problem, self.found, self.limits, k, self.growth[k])
                 far = sign * deviations
                 ends[i] = profile.end(far, far * self.standard_errors[name])
         return ends[0], ends[1]
@@ -171,6 +219,7 @@ def fit(
     follow: int = 4,
     seed: int = 0,
     steps: int = 200,
+    bootstrap: int = 0,
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
@@ -184,117 +233,78 @@ def fit(
     in SI units where `system` is PhysicalParameters. Each column's residuals count in units of its
     standard deviation; `loss` is one of SciPy's. `starts` draws so many other guesses, within
     `bounds` or else between half and twice the guess, and the best `follow` are followed; `seed`
-    makes them others. `steps` is how many runs with derivatives each may take. After `max_seconds`
-    the result has the best values that were tried. `progress` is called with what is done, in
+    makes them others. `steps` is how many runs with derivatives each may take. `bootstrap` is how
+    many fits to resampled residuals follow, for `Fit.bootstrap`. After `max_seconds` the result has
+    the best values that were tried. `progress` is called with what is done, in
     words.
 
     Raises InvalidInput for columns, names, bounds or values that are not allowed.
     """
+    own = names_of(system)
+    for name in unknown:
+        if name not in own and name not in OF_START:
+            raise InvalidInput("unknown", name, f"one of {', '.join((*own, *OF_START))}")
+    if not unknown or len(set(unknown)) < len(unknown):
+        raise InvalidInput("unknown", ", ".join(unknown), "one or more different names")
+    given = dict(zip(STATE, checked_state(state), strict=True)) | {PHASE: phase}
+    run = Recorded(measured(data), system, tuple(unknown), given)
+    problem = Problem([run], unknown, progress)
+    limits = limits_of(problem, bounds or {})
+    return fitted(problem, limits, loss, starts, follow, seed, steps, bootstrap, max_seconds)
+
+
+def checked_state(state: Sequence[float]) -> tuple[float, ...]:
+    """A start's state; raises InvalidInput unless it is three finite numbers."""
+    if len(state) != 3 or not all(map(real, state)):
+        raise InvalidInput("state", state, "three finite numbers")
+    return tuple(state)
+
+
+def fitted(
+    problem: Problem,
+    limits: tuple[Vector, Vector],
+    loss: str,
+    starts: int,
+    follow: int,
+    seed: int,
+    steps: int,
+    bootstrap: int,
+    max_seconds: float,
+) -> Fit:
+    """The fit of a problem; arguments are those of `fit`, checked here."""
     if loss not in LOSSES:
         raise InvalidInput("loss", loss, f"one of {', '.join(LOSSES)}")
     check_count("starts", starts, *STARTS)
     check_count("follow", follow, *FOLLOW)
     check_count("seed", seed, *SEED)
     check_count("steps", steps, *STEPS)
-    problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase, progress)
-    limits = _limits(problem, bounds or {})
-    found, errors, border = list[Least](), None, None
+    check_count("bootstrap", bootstrap, *BOOTSTRAP)
+    found, errors, border, again = list[Least](), None, None, None
+    guesses = [problem.guess]
     with Watch(checked_seconds(max_seconds)):
-        guesses = [problem.guess, *_drawn(problem, *limits, starts, seed)]
-        if starts:
-            guesses = _best(problem, guesses)[:follow]
+        guesses += drawn(problem, limits, starts, seed)
+        guesses = best_of(problem, guesses)[:follow]
         for k, guess in enumerate(guesses, 1):
             problem.doing = f"start {k} of {len(guesses)}"
             found.append(least(problem, guess, limits, loss, steps))
             check_time()
         best = min(found, key=lambda one: one.cost)
-        errors = _errors(problem, best)
+        errors = errors_of(problem, best)
         border = _border(problem, best.x, errors.standard, *limits)
+        if bootstrap:
+            again = bootstrapped(problem, best, limits, bootstrap, seed, steps)
     best = min(found, key=lambda one: one.cost)
-    return _result(problem, best, errors or _errors(problem, best), limits, border)
-
-
-def _best(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
-    """The guesses by their cost, as far as there is time to look at them, the best first."""
-    costs = list[float]()
-    with suppress(TimeUp):
-        for k, guess in enumerate(guesses, 1):
-            problem.doing = f"guess {k} of {len(guesses)}"
-            costs.append(problem.cost(guess))
-    order = np.argsort(costs, kind="stable").tolist() or [0]
-    return [guesses[i] for i in order]
-
-
-def _limits(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
-    """Lowest and highest values of the unknown."""
-    for name in bounds:
-        if name not in problem.unknown:
-            raise InvalidInput("bounds", name, f"one of {', '.join(problem.unknown)}")
-    low, high = np.full((2, len(problem.unknown)), np.inf) * [[-1], [1]]
-    for k, name in enumerate(problem.unknown):
-        if name not in OF_START:
-            low[k], high[k] = allowed(problem.system, name)
-        if name in bounds:
-            first, last = bounds[name]
-            if not low[k] <= first < last <= high[k]:
-                told = f"two numbers that ascend, from {low[k]:g} "
-                told += "on" if high[k] == np.inf else f"to {high[k]:g}"
-                raise InvalidInput(f"bounds of {name}", (first, last), told)
-            low[k], high[k] = first, last
-        if not low[k] <= problem.guess[k] <= high[k]:
-            raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} at first")
-    return low, high
-
-
-def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -> list[Vector]:
-    """Guesses between the bounds, or where there are none between half and twice the guess."""
-    if not count:
-        return []
-    Sobol = package("scipy.stats.qmc", "design").Sobol
-    guess, bounded, above = problem.guess, np.isfinite(high), np.isfinite(low)
-    size = np.where(guess == 0.0, 1.0, np.abs(guess))
-    first = np.select([bounded, above], [low, size / 2], guess - size)
-    last = np.select([bounded, above], [high, 2 * size], guess + size)
-    if "phase" in problem.unknown and not np.isfinite(high[problem.unknown.index("phase")]):
-        k, system = problem.unknown.index("phase"), problem.system
-        first[k] = 0.0
-        last[k] = system.period if isinstance(system, SceneParameters) else math.tau / system.rate
-    draws = Sobol(len(first), seed=seed).random_base2(max(0, int(count - 1).bit_length()))[:count]
-    return list(first + draws * (last - first))
-
-
-class _Errors(NamedTuple):
-    """What a fit leaves uncertain: noise, covariance (k, k), standard errors (k,)."""
-
-    noise: float
-    covariance: Matrix
-    standard: Vector
-    singular: Vector
-    """Singular values of the Jacobian by relative changes, (k,)."""
-    lost: tuple[dict[str, float], ...]
-    """Relative changes that the measurements cannot tell from none."""
-
-
-def _errors(problem: Problem, found: Least) -> _Errors:
-    """Errors of the values that fit best, to first order."""
-    noise = found.loss.spread(found.residuals, len(found.x))
-    size = np.where(found.x == 0.0, 1.0, np.abs(found.x))
-    _, singular, directions = np.linalg.svd(found.jac * size, full_matrices=False)
-    kept = singular > _LOST * singular[0]
-    inverse = directions[kept].T / singular[kept]
-    covariance = noise**2 * (inverse @ inverse.T) * np.outer(size, size)
-    standard = np.sqrt(np.diag(covariance))
-    standard[np.any(np.abs(directions[~kept]) > _PART, axis=0)] = math.inf
-    lost = [dict(zip(problem.unknown, row.tolist(), strict=True)) for row in directions[~kept]]
-    return _Errors(noise, covariance, standard, singular, tuple(lost))
+    errors = errors or errors_of(problem, best)
+    return _result(problem, best, errors, limits, border, again)
 
 
 def _result(
     problem: Problem,
     found: Least,
-    errors: _Errors,
+    errors: Errors,
     limits: tuple[Vector, Vector],
     border: str | None,
+    bootstrap: Bootstrap | None,
 ) -> Fit:
     """Result of the least squares that fit best; without a border the time was over."""
     values = found.x
@@ -305,15 +315,15 @@ def _result(
         status, message = FitStatus.TIME_LIMIT, "the time is over: these are the best values so far"
     elif errors.lost:
         status, message = FitStatus.NOT_IDENTIFIABLE, "the measurements leave a combination open"
+    elif bootstrap and not bootstrap.success:
+        status, message = FitStatus.TIME_LIMIT, "the time is over: the bootstrap has fewer fits"
     elif bound.any():
         names = [name for name, at in zip(problem.unknown, bound, strict=True) if at]
         message += f", with {', '.join(names)} at a bound"
     problem.progress = None
-    now = problem.now(values)
+    pairs = zip(problem.recorded, problem.places, strict=True)
     return Fit(
-        system=problem.system_at(values),
-        state=(now["x_r"], now["v_r"], now["v_c"]),
-        phase=now["phase"],
+        runs=tuple(_run(run, values[places]) for run, places in pairs),
         values=dict(zip(problem.unknown, values.tolist(), strict=True)),
         standard_errors=dict(zip(problem.unknown, errors.standard.tolist(), strict=True)),
         covariance=errors.covariance,
@@ -321,23 +331,41 @@ def _result(
         message=message,
         evaluations=problem.evaluations,
         noise=errors.noise,
+        autocorrelation=correlation(found.loss.influence(found.residuals)[0], problem.groups),
         singular_values=errors.singular,
         open_combinations=errors.lost,
         border=border or "",
         problem=problem,
         limits=limits,
         found=found,
+        growth=errors.growth,
+        bootstrap=bootstrap,
+    )
+
+
+def _run(run: Recorded, values: Vector) -> FittedRun:
+    """What was found of a run."""
+    now = run.now(values)
+    series = {
+        one: (now[run.scale_of(one)], now[f"offset_{one}"], now[f"drift_{one}"])
+        for one in run.data.names
+    }
+    x_r, v_r, v_c = (now[one] for one in STATE)
+    return FittedRun(
+        run.name, run.system_at(values), (x_r, v_r, v_c), now[PHASE], now["slip"], series
     )
 
 
 def _border(problem: Problem, values: Vector, errors: Vector, low: Vector, high: Vector) -> str:
     """Which value, a standard error off, has another itinerary."""
     problem.doing = "itineraries beside it"
-    itinerary = problem.itinerary(values)
     for i, name in enumerate(problem.unknown):
+        if problem.linear[i]:
+            continue
+        itinerary = problem.itinerary(values, i)
         for sign in (-1.0, 1.0):
             moved = values.copy()
             moved[i] += sign * errors[i] if math.isfinite(errors[i]) else 0.0
-            if low[i] <= moved[i] <= high[i] and problem.itinerary(moved) != itinerary:
+            if low[i] <= moved[i] <= high[i] and problem.itinerary(moved, i) != itinerary:
                 return name
     return ""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.residuals import Problem
+from capsule_sym._design.problem import Problem
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 
@@ -62,26 +62,25 @@ class Loss:
         return float(self.scale**2 * LOSSES[self.name]((residuals / self.scale) ** 2).loss.sum())
 
     def spread(self, residuals: Vector, unknown: int = 0) -> float:
-        """Standard deviation of the residuals; by their median where some may be far off."""
-        if self.name != "linear":
-            return float(1.4826 * np.median(np.abs(residuals)))
-        return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
+        """Standard deviation of the residuals' bulk, left by a fit of so many unknown.
 
-    def variance(self, residuals: Vector, noise: float) -> float:
-        """By how much the sum grows where a value is a standard error off.
-
-        That of an M-estimator: the mean square of the influence over its mean slope (Huber, Robust
-        Statistics, 1981, section 6.3).
+        By the median where some may be far off, and that of the largest, since as many residuals as
+        are unknown could be 0 (Street, Carroll and Ruppert, Am. Stat. 42, 152, 1988).
         """
         if self.name == "linear":
-            return noise**2
+            return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
+        largest = np.sort(np.abs(residuals))[max(0, unknown - 1) :]
+        return float(1.4826 * np.median(largest))
+
+    def influence(self, residuals: Vector) -> tuple[Vector, Vector]:
+        """Half the derivative of each term of `sum` by its residual, and the derivative of that."""
         z = (residuals / self.scale) ** 2
         _, first, second = LOSSES[self.name](z)
-        return float(np.mean((residuals * first) ** 2) / np.mean(first + 2 * z * second))
+        return residuals * first, first + 2 * z * second
 
 
 class Least(NamedTuple):
-    """End of the least squares, with the loss's weights in the Jacobian where it is a minimum."""
+    """End of the least squares."""
 
     x: Vector
     cost: float
@@ -99,26 +98,26 @@ def least(
     """The least squares from a guess, as far as there is time."""
     guess = np.clip(guess, *limits)
     if loss == "linear":
-        return _solved(problem, guess, limits, Loss(loss), steps)
-    found = _solved(problem, guess, limits, Loss(*_FIRST), steps)
+        return solved(problem, guess, limits, Loss(loss), steps)
+    found = solved(problem, guess, limits, Loss(*_FIRST), steps)
     for _ in range(2):
-        own = Loss(loss, 2.0 * found.loss.spread(found.residuals) + 1e-300)
-        again = _solved(problem, found.x, limits, own, steps)
+        own = Loss(loss, 2.0 * found.loss.spread(found.residuals, len(guess)) + 1e-300)
+        again = solved(problem, found.x, limits, own, steps)
         found = again if math.isfinite(again.cost) else found
     return found
 
 
-def _solved(
+def solved(
     problem: Problem, start: Vector, limits: tuple[Vector, Vector], loss: Loss, steps: int
 ) -> Least:
     """The least squares of one loss; where the time is over the best of the values tried."""
-    count = len(problem.data.values)
+    count = len(problem.values)
     nothing = np.full(count, np.nan), np.zeros((count, len(start)))
     best = Least(start, math.inf, *nothing, False, "", loss)
 
     def residuals(values: Vector) -> Vector:
         nonlocal best
-        found, jacobian, _ = problem.at(values)
+        found, jacobian = problem.at(values)
         cost = loss.sum(found) / 2
         if cost < best.cost:
             best = Least(values.copy(), cost, found, jacobian, False, "", loss)
@@ -140,19 +139,20 @@ def _solved(
         )
     except TimeUp:
         return best
-    success = bool(found.success) and problem.at(found.x)[2] != "open"
-    message = str(found.message)
-    return Least(found.x, float(found.cost), found.fun, found.jac, success, message, loss)
+    success, message = bool(found.success) and problem.complete(found.x), str(found.message)
+    jacobian = problem.jacobian(found.x)
+    return Least(found.x, float(found.cost), found.fun, jacobian, success, message, loss)
 
 
 class Profile:
     """The least squares with one unknown held, from the fit on: its growth, and where it ends."""
 
     def __init__(
-        self, problem: Problem, found: Least, limits: tuple[Vector, Vector], k: int, noise: float
+        self, problem: Problem, found: Least, limits: tuple[Vector, Vector], k: int, variance: float
     ) -> None:
+        """`variance` is the sum's growth where the unknown is a standard error off."""
         self.problem, self.found, self.limits, self.k = problem, found, limits, k
-        self.variance = found.loss.variance(found.residuals, noise)
+        self.variance = variance
         self.others = np.arange(len(found.x)) != k
         self.guess = found.x[self.others]
 

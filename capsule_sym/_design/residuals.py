@@ -1,10 +1,9 @@
-"""Residuals of a model at measured time series, and their exact Jacobian through every switch."""
+"""Model of a recorded run at its measured times, and its exact Jacobian through every switch."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -17,12 +16,14 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._native import check_time
 from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.shooting.itinerary import drift
 from capsule_sym._parameters import SceneDevice, names_of
 
 OF_START = (*START, "x_c")
-_PHASE, _X_C = START.index("phase"), OF_START.index("x_c")
+STATE, PHASE = START[:-1], START[-1]
+_PHASE, _X_C = START.index(PHASE), OF_START.index("x_c")
 _BLOCK = 2**15  # times whose derivatives, all 48 of each, are in memory at once
-_LOST = 1e3  # residual of a motion that does not reach the last of the times
+_STILL = 1e-5  # velocity of a capsule that ends within its square
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
@@ -48,66 +49,50 @@ class _Run(NamedTuple):
         return " ".join(f"F{field}" for field in self.trajectory.records["field"].tolist())
 
 
-@dataclass
-class Problem:
-    """Residuals and their Jacobian at values of the unknown."""
+class Recorded:
+    """Measured series of one run, and the model of them at values of the unknown.
 
-    data: Measured
-    system: System
-    unknown: tuple[str, ...]
-    state: tuple[float, ...]
-    phase: float
-    progress: Callable[[str], object] | None = None
-    doing: str = ""
-    """What is done, in words."""
+    A series is its scale times the model's quantity, plus an offset, plus a drift times the time
+    since the first of the times; the true time passes 1 + slip times as fast as the measured one.
+    """
 
-    def __post_init__(self) -> None:
-        own = names_of(self.system)
-        for name in self.unknown:
-            if name not in own and name not in OF_START:
-                raise InvalidInput("unknown", name, f"one of {', '.join((*own, *OF_START))}")
-        if not self.unknown or len(set(self.unknown)) < len(self.unknown):
-            raise InvalidInput("unknown", ", ".join(self.unknown), "one or more different names")
-        if len(self.state) != 3 or not all(map(real, self.state)):
-            raise InvalidInput("state", self.state, "three finite numbers")
-        if not real(self.phase):
-            raise InvalidInput("phase", self.phase, "a finite number")
-        if len(self.unknown) >= len(self.data.values):
-            raise InvalidInput("data", f"{len(self.data.values)} values", "more than are unknown")
-        known = dict(zip(OF_START, (*self.state, self.phase, 0.0), strict=True))
-        self.base = {name: getattr(self.system, name) for name in own} | known
-        self.guess = np.array([float(self.base[name]) for name in self.unknown])
-        data, column = self.data, self.data.column
-        scales = [data.values[column == k].std() for k in range(len(data.names))]
-        self.scales = np.array(scales)[column]
-        self.rows = np.array([OF_STATE[name] for name in data.names])[column]
-        self.speeds = np.array([name.startswith("v") for name in data.names])[column]
+    def __init__(
+        self,
+        data: Measured,
+        system: System,
+        unknown: tuple[str, ...],
+        given: Mapping[str, float],
+        name: str = "",
+        sought: tuple[str, ...] = (),
+    ) -> None:
+        """`given` has what differs from the values of `observed` among the known and the guess.
+
+        `sought` are those of phase and state that are unknown and have no guess.
+        """
+        self.data, self.system, self.unknown, self.name = data, system, unknown, name
+        self.sought = sought
+        own = {one: getattr(system, one) for one in names_of(system)}
+        self.base: dict[str, float] = own | observed(data.names) | dict(given)
+        for one, value in self.base.items():
+            if not real(value):
+                raise InvalidInput(one, value, "a finite number")
+        self.guess = np.array([float(self.base[one]) for one in unknown])
+        column = data.column
+        self.rows = np.array([OF_STATE[one] for one in data.names])[column]
+        self.speeds = np.array([one.startswith("v") for one in data.names])[column]
         self.different, self.which = np.unique(data.times - data.begin, return_inverse=True)
-        self.evaluations = 0
-        self._last: tuple[bytes, Vector, Matrix, str] | None = None
+        self.elapsed = self.different[self.which]
+        self._scaled = [self.scale_of(series) for series in data.names]
 
-    def residuals(self, values: Vector) -> Vector:
-        """Residuals (n,)."""
-        return self.at(values)[0]
+    @property
+    def linear(self) -> tuple[bool, ...]:
+        """Which of the unknown the series are linear in, their others held."""
+        return tuple(of_series(one) for one in self.unknown)
 
-    def jacobian(self, values: Vector) -> Matrix:
-        """Their Jacobian (n, k)."""
-        return self.at(values)[1]
-
-    def cost(self, values: Vector) -> float:
-        """Half the sum of the residuals' squares."""
-        return float(np.sum(self._at(values, slopes=False)[0] ** 2) / 2)
-
-    def itinerary(self, values: Vector) -> str:
-        """The run's itinerary."""
-        return self._run(values).itinerary
-
-    def at(self, values: Vector) -> tuple[Vector, Matrix, str]:
-        """Residuals (n,), their Jacobian (n, k), and the run's itinerary."""
-        key = values.tobytes()
-        if self._last is None or self._last[0] != key:
-            self._last = (key, *self._at(values))
-        return self._last[1:]
+    def scale_of(self, series: str) -> str:
+        """Name of the scale of a series: its own where it has one."""
+        own = f"scale_{series}"
+        return own if own in self.base or own in self.unknown else "scale"
 
     def now(self, values: Vector) -> dict[str, float]:
         """All values by name, with these of the unknown."""
@@ -118,11 +103,23 @@ class Problem:
         now = self.now(values)
         return type(self.system)(**{name: now[name] for name in names_of(self.system)})
 
+    def itinerary(self, values: Vector) -> str:
+        """The run's itinerary."""
+        return self._run(values).itinerary
+
+    def rests(self, values: Vector) -> bool:
+        """Whether the capsule rests at the first time, but for a velocity that ends at once."""
+        still = values.copy()
+        still[self.unknown.index("v_c")] = 0.0
+        run, at = self._run(values), STATE.index("v_c")
+        if run.trajectory is None or abs(run.start[at]) > _STILL:
+            return False
+        first = self._run(still).trajectory
+        scene = self.system.scene
+        return first is not None and not drift(int(first.records["field"][0]), scene)
+
     def _run(self, values: Vector) -> _Run:
         """The motion at these values."""
-        self.evaluations += 1
-        if self.progress is not None:
-            self.progress(f"{self.doing}, {self.evaluations} runs")
         now, system = self.now(values), self.system_at(values)
         p, units = dimensionless(system), np.ones(len(OF_START))
         if isinstance(system, SceneDevice):
@@ -131,46 +128,63 @@ class Problem:
         phase = float(start[_PHASE])
         reduced = phase % p.period
         reduced = 0.0 if reduced >= p.period else reduced
-        times = reduced + self.different / units[_PHASE]
+        times = reduced + self.different * ((1.0 + now["slip"]) / units[_PHASE])
         periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
         run = simulate(p, tuple(start[:_PHASE].tolist()), reduced, periods)
         lost = not run.success or times[-1] > run.span[1]
         return _Run(None if lost else run, times, start, units, (phase - reduced) / p.omega)
 
-    def _at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:
-        """The same as `at`, anew, block by block of the times; without slopes no Jacobian."""
-        run, count = self._run(values), len(self.data.values)
-        residuals, jacobian = np.full(count, _LOST), np.zeros((slopes * count, len(values)))
-        for first in range(0, len(self.different) if run.trajectory else 0, _BLOCK):
+    def at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:
+        """The model (n,), its Jacobian (n, k), and the run's itinerary.
+
+        Without slopes the Jacobian has the linear unknown alone. The model is nan for a motion that
+        does not reach the last of the times.
+        """
+        run, now, count = self._run(values), self.now(values), len(self.data.values)
+        found, jacobian = np.full(count, np.nan), np.zeros((count, len(values)))
+        if run.trajectory is None:
+            return found, jacobian, run.itinerary
+        scales = np.array([now[one] for one in self._scaled])[self.data.column]
+        rate = 1.0 + now["slip"]
+        for first in range(0, len(self.different), _BLOCK):
             check_time()
-            assert run.trajectory is not None
             rows = slice(*np.searchsorted(self.which, (first, first + _BLOCK)))
             which, times = self.which[rows] - first, run.times[first : first + _BLOCK]
-            unit = np.where(self.speeds[rows], run.units[1], run.units[0])
-            found = sensitivities(run.trajectory, times) if slopes else None
-            states = run.trajectory(times, position=True) if found is None else found.states
+            unit = np.where(self.speeds[rows], run.units[1] * rate, run.units[0])
+            moved = sensitivities(run.trajectory, times) if slopes else None
+            states = run.trajectory(times, position=True) if moved is None else moved.states
             states = states + run.start[_X_C] * np.eye(4)[3]
             model = np.sum(self.rows[rows] * states[which], axis=1)
-            residuals[rows] = (unit * model - self.data.values[rows]) / self.scales[rows]
-            if found is None:
+            found[rows] = unit * model
+            if moved is None:
                 continue
             chain, position, by_length, by_rate = self._chain(values, run)
             # After a tangential switch there are none.
-            moved = np.where(np.isfinite(found.slopes), found.slopes, 0.0) @ chain
-            elapsed = self.different[first : first + _BLOCK] / run.units[_PHASE]
-            moved += found.rates[..., None] * (elapsed[:, None, None] * by_rate)
-            moved[:, 3] += position
-            by = np.einsum("nk,nkj->nj", self.rows[rows], moved[which])
-            by += model[:, None] * (by_length + self.speeds[rows, None] * by_rate)
-            jacobian[rows] = by * (unit / self.scales[rows])[:, None]
-        return residuals, jacobian, run.itinerary
+            by = np.where(np.isfinite(moved.slopes), moved.slopes, 0.0) @ chain
+            elapsed = self.different[first : first + _BLOCK] * (rate / run.units[_PHASE])
+            by += moved.rates[..., None] * (elapsed[:, None, None] * by_rate)
+            by[:, 3] += position
+            each = np.einsum("nk,nkj->nj", self.rows[rows], by[which])
+            each += model[:, None] * (by_length + self.speeds[rows, None] * by_rate)
+            jacobian[rows] += each * (unit * scales[rows])[:, None]
+        for k, one in enumerate(self.unknown):
+            kind = one.partition("_")[0]
+            for place, series in enumerate(self.data.names):
+                if one in (self._scaled[place], f"offset_{series}", f"drift_{series}"):
+                    of = self.data.column == place
+                    column = {"scale": found, "drift": self.elapsed}.get(kind, np.ones(count))
+                    jacobian[of, k] = column[of]
+        added = [(now[f"offset_{one}"], now[f"drift_{one}"]) for one in self.data.names]
+        offsets, drifts = np.array(added)[self.data.column].T
+        return scales * found + offsets + drifts * self.elapsed, jacobian, run.itinerary
 
     def _chain(self, values: Vector, run: _Run) -> tuple[Matrix, Vector, Vector, Vector]:
         """Derivatives of start and parameters by the unknown (n, k), and of others, each (k,).
 
         Others are x_c at the start, and the logarithms of the units of length and of rate.
         """
-        now = varied(self.system.scene, self.now(values), self.unknown)
+        moving = {one: v for one, v in self.now(values).items() if not of_series(one)}
+        now = varied(self.system.scene, moving, self.unknown)
         own, none = vars(now), np.zeros(len(values))
         columns = columns_of(self.system.scene)
         units = dict.fromkeys(OF_START, Slope(1.0, none))
@@ -182,4 +196,17 @@ class Problem:
         # The phase was taken less whole periods, which depend on omega.
         chain[_PHASE] += run.whole * chain[columns.index("omega")]
         by_length, by_time = (units[name].slope / units[name].value for name in ("x_c", "phase"))
-        return chain, own["x_c"].slope, by_length, -by_time
+        by_slip = now.slip.slope / (1.0 + now.slip.value)
+        return chain, own["x_c"].slope, by_length, by_slip - by_time
+
+
+def observed(series: tuple[str, ...]) -> dict[str, float]:
+    """Values beside the parameters where nothing else is known, by name."""
+    added = {f"{kind}_{one}": 0.0 for kind in ("offset", "drift") for one in series}
+    return dict.fromkeys(OF_START, 0.0) | {"slip": 0.0, "scale": 1.0} | added
+
+
+def of_series(name: str) -> bool:
+    """Whether a name is that of an offset, a drift or a scale."""
+    kind, _, series = name.partition("_")
+    return kind == "scale" or (kind in ("offset", "drift") and series in OF_STATE)

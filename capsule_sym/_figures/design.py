@@ -98,22 +98,28 @@ def plot_steering(
 def plot_residuals(
     fit: Fit, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
-    """The residuals of a fit over time, a row for each measured column.
+    """The residuals of a fit over time: a row for each measured column, a column for each run.
 
     They are in units of the noise; bands show one and two of it. Drawn into `figure`, a figure or
     a part of one, if it is given.
     """
-    data, system = fit.problem.data, fit.system
+    every = [one.data for one in fit.problem.recorded]
+    names = list(dict.fromkeys(name for data in every for name in data.names))
     noise = fit.noise or 1.0
-    height = max(1.5, 0.2 * width) * len(data.names) + 0.4
+    height = max(1.5, 0.2 * width) * len(names) + 0.4
     page = canvas(figure, width, height, layout="constrained")
-    rows = page.subplots(len(data.names), sharex=True, squeeze=False)[:, 0]
-    for place, (row, name) in enumerate(zip(rows, data.names, strict=True)):
-        chosen = data.column == place
-        row.axhspan(-2, 2, color="0.93", linewidth=0)
-        row.axhspan(-1, 1, color="0.86", linewidth=0)
-        row.plot(data.times[chosen], fit.residuals[chosen] / noise, ".", color=SERIES[place])
-        row.set_ylabel(f"{name}, residual over noise")
-    unit = "s" if isinstance(system, SceneDevice) else "dimensionless"
-    rows[-1].set_xlabel(f"time ({unit})")
+    panels = page.subplots(len(names), len(every), sharex="col", sharey="row", squeeze=False)
+    unit = "s" if isinstance(fit.system, SceneDevice) else "dimensionless"
+    for k, (data, rows) in enumerate(zip(every, fit.problem.rows, strict=True)):
+        for place, name in enumerate(names):
+            panel, own = panels[place, k], fit.residuals[rows] / noise
+            panel.axhspan(-2, 2, color="0.93", linewidth=0)
+            panel.axhspan(-1, 1, color="0.86", linewidth=0)
+            if name in data.names:
+                chosen = data.column == data.names.index(name)
+                panel.plot(data.times[chosen], own[chosen], ".", color=SERIES[place])
+            if k == 0:
+                panel.set_ylabel(f"{name}, residual over noise")
+        panels[0, k].set_title(fit.runs[k].name)
+        panels[-1, k].set_xlabel(f"time ({unit})")
     return describe(page, "Residuals of a fit", status=str(fit.status))

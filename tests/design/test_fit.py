@@ -22,8 +22,9 @@ from capsule_sym import (
 )
 from capsule_sym._design import fit as fit_module
 from capsule_sym._design.measured import measured
+from capsule_sym._design.problem import Problem
 from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
-from capsule_sym._design.residuals import Problem
+from capsule_sym._design.residuals import Recorded
 from capsule_sym._parameters import names_of
 from tests.design.clock import LIMIT, Clock
 from tests.sampling import many, sampled
@@ -55,6 +56,11 @@ def physical(device=DEVICE_TRUE, **options):
         data[name] = data[name] * (device.velocity(1.0) if name.startswith("v") else scale)
     state = (device.displacement(START[0]), device.velocity(START[1]), device.velocity(START[2]))
     return data, state, device.time(PHASE)
+
+
+def problem_of(data, system, unknown, state, phase):
+    given = dict(zip(("x_r", "v_r", "v_c"), state, strict=True)) | {"phase": phase}
+    return Problem([Recorded(measured(data), system, unknown, given)], unknown)
 
 
 def test_units_change_as_differences_say() -> None:
@@ -128,7 +134,7 @@ def test_the_jacobian_is_that_of_the_residuals(si) -> None:
         )
     for name in data:
         data[name][0] = data[name][0] if name == "t" else math.nan
-    problem = Problem(measured(data), system, unknown, state, phase)
+    problem = problem_of(data, system, unknown, state, phase)
     at = problem.guess
     jacobian = problem.at(at)[1]
     for k, name in enumerate(unknown):
@@ -441,7 +447,7 @@ def test_a_fit_that_is_out_of_time_has_the_best_that_was_tried(monkeypatch, run,
     tried = run > 1
     assert np.isfinite(found.residuals).all() == tried
     if tried:
-        problem = Problem(measured(data), guess, ("alpha", "beta"), START, PHASE)
+        problem = problem_of(data, guess, ("alpha", "beta"), START, PHASE)
         values = np.array(list(found.values.values()))
         assert np.array_equal(problem.residuals(values), found.residuals)
         assert problem.cost(values) < problem.cost(problem.guess)
@@ -451,13 +457,13 @@ def test_a_fit_that_is_out_of_time_has_the_best_that_was_tried(monkeypatch, run,
 
 
 def test_the_time_in_which_guesses_are_drawn_counts(monkeypatch) -> None:
-    clock, drawn = Clock(monkeypatch, "drawn"), fit_module._drawn
+    clock, drawn = Clock(monkeypatch, "drawn"), fit_module.drawn
 
     def slowly(*arguments):
         clock.progress("drawn")
         return drawn(*arguments)
 
-    monkeypatch.setattr(fit_module, "_drawn", slowly)
+    monkeypatch.setattr(fit_module, "drawn", slowly)
     limited = {"max_seconds": LIMIT, "starts": 8}
     found = fit(series(count=60), TRUE, ("alpha",), state=START, phase=PHASE, **limited)
     assert found.status == "time-limit"

@@ -1,0 +1,131 @@
+"""The command `fit`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+import capsule_sym
+from capsule_sym._commands import options, present
+from capsule_sym._commands.optimise import NamedRange, end, report, telling, units_of
+from capsule_sym._commands.signature import argument, command, option, several
+from capsule_sym._design.counts import BOOTSTRAP, SEED, STARTS
+
+_CORRELATED = 0.2  # of successive residuals, from which errors are told to be too small
+
+
+@command()
+def fit(
+    data: Path = argument(type=click.Path(path_type=Path, dir_okay=False), metavar="DATA"),
+    system: options.System = options.parameters(),
+    unknown: tuple[Any, ...] = option(
+        "What is fitted, with bounds if it has any: a parameter, x_r, v_r, v_c, phase or x_c. "
+        "Any number.",
+        type=NamedRange(bare=True),
+        multiple=True,
+    ),
+    how: dict[str, Any] = several(
+        state=options.state(
+            "State at the first time, or the first guess of what is unknown of it."
+        ),
+        phase=option("Phase of the forcing there.  [default: 0]", type=float, default=0.0),
+        loss=option(
+            "How residuals count; all but linear let outliers count less.",
+            type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
+            default="linear",
+            show_default=True,
+        ),
+        starts=options.count("Try so many other guesses.", 0, *STARTS),
+        seed=options.count("Decides the guesses of --starts.", 0, *SEED),
+        max_seconds=options.max_seconds(),
+    ),
+    bootstrap: int = options.count("Fit so many resampled series too.", 0, *BOOTSTRAP),
+    intervals: bool = option("Profile intervals of 95 %, by fits anew."),
+    out: Path | None = options.out("Write the JSON here, the residuals as CSV, and their picture."),
+    as_json: bool = options.as_json,
+) -> None:
+    """Find parameters, start and phase from measured series, by least squares.
+
+    DATA is a CSV or Parquet file with times t and one or more of the columns x_m, x_c, x_r, v_m,
+    v_c, v_r, an empty cell for a gap; or a TOML file of a rig, with the files of several runs in a
+    camera's units, their drives, and what is unknown. With a device, times and results are in SI
+    units.
+
+    Exits with 3 where the fit does not come to rest, or the measurements leave something open.
+    """
+    from capsule_sym._map.checks import checked_seconds
+    from capsule_sym._native import Watch
+
+    parameters, device = system.load()
+    which = device or parameters
+    rig = data.suffix == ".toml"
+    for name in ("unknown", "state", "phase") if rig else ():
+        if options.is_given(name):
+            raise click.UsageError(f"--{name} is for one run: of a rig it stands in {data}")
+    if not (unknown or rig):
+        raise click.UsageError("give --unknown, once for each that is fitted")
+    options.check_beside("seed", needs=("starts", "bootstrap"))
+    with telling("Fitting") as progress:
+        watch = Watch(checked_seconds(how["max_seconds"]))
+        if rig:
+            how = {name: how[name] for name in how if name not in ("state", "phase")}
+            found = capsule_sym.fit_rig(
+                capsule_sym.read_rig(data), which, bootstrap=bootstrap, progress=progress, **how
+            )
+        else:
+            how["bounds"] = {name: ends for name, ends in unknown if ends is not None}
+            found = capsule_sym.fit(
+                capsule_sym.read_measured(data),
+                which,
+                tuple(name for name, _ in unknown),
+                bootstrap=bootstrap,
+                progress=progress,
+                **how,
+            )
+        ranges = {}
+        for name in found.values if intervals else ():
+            progress(f"interval of {name}")
+            ranges[name] = found.interval(name, max_seconds=watch.left)
+    extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
+    report(found, "fit", lambda: _print_fit(found, ranges), out, as_json, extra)
+    if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
+        present.fail("time-limit: the time is over: intervals are missing")
+    end(found)
+
+
+def _print_fit(found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
+    units = units_of(found.system)
+    again = found.bootstrap.standard_errors if found.bootstrap else {}
+    rows = (
+        (
+            name,
+            f"{value:.9g} {units.get(name.rpartition('.')[2], '')}".rstrip(),
+            f"{found.standard_errors[name]:.2g}",
+            *([f"{again[name]:.2g}"] if again else []),
+            *([f"{ranges[name][0]:.6g} to {ranges[name][1]:.6g}"] if ranges else []),
+        )
+        for name, value in found.values.items()
+    )
+    heads = ["unknown", "value", "error", *["bootstrap"] * bool(again), *["95 %"] * bool(ranges)]
+    present.table(heads, rows, gap=2)
+    console = present.make_console()
+    console.print(f"{found.status.value}: {found.message}")
+    console.print(f"noise {found.noise:.3g} of a column's spread, {found.evaluations} runs")
+    if found.autocorrelation > _CORRELATED:
+        console.print(
+            f"successive residuals are correlated by {found.autocorrelation:.2f}: errors are too "
+            "small, ask for --bootstrap"
+        )
+    for one in found.open_combinations:
+        named = {name: by for name, by in one.items() if abs(by) >= 0.005}
+        mixed = "  ".join(f"{name} {by:+.2f}" for name, by in named.items())
+        console.print(f"left open, by relative changes: {mixed}")
+    if found.border:
+        console.print(
+            f"within the error of {found.border} the itinerary changes: errors are not to be "
+            "trusted there"
+        )

@@ -1,0 +1,161 @@
+"""Block bootstrap: fits to resampled residuals, begun where the fit ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.least_squares import Least, solved
+from capsule_sym._design.problem import Problem
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import is_real
+from capsule_sym._native import TimeUp, check_time
+
+Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Bootstrap:
+    """Values of fits to resampled residuals, in the units of the fit's values.
+
+    Residuals are drawn in blocks of successive times, all series of a run together, and put on the
+    model that was fitted. Errors may be correlated over times shorter than a block and between
+    series; that they are alike all along a run is assumed.
+    """
+
+    names: tuple[str, ...]
+    """Names of the fitted values."""
+    values: Matrix
+    """Values of the fits that converged, shape (m, k)."""
+    asked: int
+    """How many fits were asked for."""
+    failed: int
+    """How many of them did not converge."""
+    block: int
+    """Length of a block of the run whose blocks are longest."""
+
+    @property
+    def success(self) -> bool:
+        """Whether there was time for all fits."""
+        return len(self.values) + self.failed == self.asked
+
+    @property
+    def standard_errors(self) -> dict[str, float]:
+        """Standard deviations of the values by name."""
+        return dict(zip(self.names, np.std(self.values, axis=0, ddof=1).tolist(), strict=True))
+
+    def interval(self, name: str, level: float = 0.95) -> tuple[float, float]:
+        """Interval of a value between percentiles, with this probability between them.
+
+        Raises InvalidInput for another name, and for a level that is not between 0 and 1.
+        """
+        if name not in self.names:
+            raise InvalidInput("name", name, f"one of {', '.join(self.names)}")
+        if not is_real(level) or not 0 < level < 1:
+            raise InvalidInput("level", level, "between 0 and 1")
+        column = self.values[:, self.names.index(name)]
+        low, high = np.quantile(column, [(1 - level) / 2, (1 + level) / 2]).tolist()
+        return low, high
+
+    def to_dict(self) -> dict[str, Any]:
+        """Counts, standard errors and 95 % intervals by name."""
+        return {
+            "fits": len(self.values),
+            "failed": self.failed,
+            "block": self.block,
+            "standard_errors": self.standard_errors,
+            "intervals": {name: list(self.interval(name)) for name in self.names},
+        }
+
+
+def bootstrapped(
+    problem: Problem,
+    found: Least,
+    limits: tuple[Vector, Vector],
+    count: int,
+    seed: int,
+    steps: int,
+) -> Bootstrap:
+    """So many fits to resampled residuals, or those that there is time for."""
+    draw = np.random.default_rng(seed)
+    blocks = list(_blocks(problem, found))
+    # Residuals are smaller than errors by what the unknown take up.
+    larger = math.sqrt(len(found.residuals) / (len(found.residuals) - len(found.x)))
+    model = problem.values + found.residuals * problem.scales
+    values, failed = list[Vector](), 0
+    with suppress(TimeUp):
+        for k in range(1, count + 1):
+            check_time()
+            problem.doing = f"bootstrap {k} of {count}"
+            errors = np.concatenate([one.drawn(draw) for one in blocks])
+            again = problem.measuring(model - larger * errors * problem.scales)
+            fit = solved(again, found.x, limits, found.loss, steps)
+            problem.evaluations = again.evaluations
+            check_time()
+            if fit.success:
+                values.append(fit.x)
+            else:
+                failed += 1
+    longest = max(one.length for one in blocks)
+    table = np.reshape(values, (-1, len(found.x)))
+    return Bootstrap(problem.unknown, table, count, failed, longest)
+
+
+class _Blocks:
+    """Residuals of a run as a table of times and series, drawn in blocks of times."""
+
+    def __init__(
+        self,
+        residuals: Vector,
+        which: NDArray[np.int64],
+        column: NDArray[np.int64],
+        r: float,
+    ) -> None:
+        self.which, self.column = which, column
+        times, series = which.max() + 1, column.max() + 1
+        self.table = np.full((times, series), np.nan)
+        self.table[which, column] = residuals
+        for one in self.table.T:  # a gap has the residual of the nearest time
+            there = np.flatnonzero(np.isfinite(one))
+            middle = 0.5 * (there[1:] + there[:-1])
+            one[:] = one[there[np.searchsorted(middle, np.arange(times))]]
+        r = min(abs(r), 0.99)
+        # Of least mean square error for errors that are autoregressive (Carlstein, Ann. Stat. 14,
+        # 1171, 1986).
+        length = (2 * r / (1 - r**2)) ** (2 / 3) * times ** (1 / 3)
+        self.length = int(np.clip(math.ceil(length), 1, max(1, times // 4)))
+
+    def drawn(self, draw: np.random.Generator) -> Vector:
+        """Resampled residuals (n,)."""
+        times = len(self.table)
+        begins = draw.integers(times, size=math.ceil(times / self.length))
+        rows = (begins[:, None] + np.arange(self.length)).ravel()[:times] % times
+        found: Vector = self.table[rows][self.which, self.column]
+        return found
+
+
+def _blocks(problem: Problem, found: Least) -> Iterator[_Blocks]:
+    """The residuals of each run, less what the loss takes for their middle."""
+    influence, _ = found.loss.influence(found.residuals)
+    nothing = found.residuals == 0.0
+    weights = np.where(nothing, 1.0, influence / np.where(nothing, 1.0, found.residuals))
+    total = np.bincount(problem.groups, weights * found.residuals)
+    centred = found.residuals - (total / np.bincount(problem.groups, weights))[problem.groups]
+    for run, rows in zip(problem.recorded, problem.rows, strict=True):
+        r = correlation(influence[rows], run.data.column)
+        yield _Blocks(centred[rows], run.which, run.data.column, r)
+
+
+def correlation(residuals: Vector, groups: NDArray[np.int64]) -> float:
+    """Correlation of residuals with the next ones of their series, of which are `groups`."""
+    order = np.argsort(groups, kind="stable")
+    along = np.diff(groups[order]) == 0
+    ordered = residuals[order]
+    return float((ordered[1:] * ordered[:-1])[along].sum() / (residuals @ residuals or 1.0))

@@ -1,0 +1,156 @@
+"""Places at which a fit begins: linear unknown solved for, phases and starts scanned, draws."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.problem import Problem
+from capsule_sym._design.quantities import allowed, dimensionless
+from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import simulate
+from capsule_sym._map.labelled import package
+from capsule_sym._native import TimeUp
+from capsule_sym._parameters import SceneDevice
+
+_PHASES = 24  # of the forcing, at each of which a run's start is looked for
+_SETTLED = 100  # periods from rest, after which a motion is taken for the steady one
+_WEIGHINGS = 6  # of residuals, by which outliers do not decide the linear unknown
+_SLIPS = -0.5, 1.0  # range of a slip of the time base
+_SCALE = 1e-12  # least scale
+Vector = NDArray[np.float64]
+
+
+def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
+    """Lowest and highest values of the unknown, each (k,).
+
+    Raises InvalidInput for bounds of another name, and for those that are not allowed.
+    """
+    for name in bounds:
+        if name not in problem.unknown:
+            raise InvalidInput("bounds", name, f"one of {', '.join(problem.unknown)}")
+    low, high = np.full((2, len(problem.unknown)), np.inf) * [[-1], [1]]
+    for k, name in enumerate(problem.unknown):
+        own = name.rpartition(".")[2]
+        if own == "slip":
+            low[k], high[k] = _SLIPS
+        elif own.startswith("scale"):
+            low[k] = _SCALE
+        elif own not in OF_START and not problem.linear[k]:
+            low[k], high[k] = allowed(problem.recorded[0].system, own)
+        if name in bounds:
+            first, last = bounds[name]
+            if not low[k] <= first < last <= high[k]:
+                told = f"two numbers that ascend, from {low[k]:g} "
+                told += "on" if high[k] == np.inf else f"to {high[k]:g}"
+                raise InvalidInput(f"bounds of {name}", (first, last), told)
+            low[k], high[k] = first, last
+        if not low[k] <= problem.guess[k] <= high[k]:
+            raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} at first")
+    return low, high
+
+
+def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
+    """Guesses between the bounds, or where there are none between half and twice the guess."""
+    if not count:
+        return []
+    Sobol = package("scipy.stats.qmc", "design").Sobol
+    low, high = limits
+    guess, bounded, above = problem.guess, np.isfinite(high), np.isfinite(low)
+    size = np.where(guess == 0.0, 1.0, np.abs(guess))
+    first = np.select([bounded, above], [low, size / 2], guess - size)
+    last = np.select([bounded, above], [high, 2 * size], guess + size)
+    for run, places in zip(problem.recorded, problem.places, strict=True):
+        for k, name in zip(places.tolist(), run.unknown, strict=True):
+            if name == PHASE and not bounded[k]:
+                first[k], last[k] = 0.0, _period(run, guess[places])
+            elif (
+                problem.linear[k] or name in run.sought or (name == "slip" and high[k] == _SLIPS[1])
+            ):
+                first[k] = last[k] = guess[k]
+    draws = Sobol(len(first), seed=seed).random_base2(max(0, int(count - 1).bit_length()))[:count]
+    return list(first + draws * (last - first))
+
+
+def best_of(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
+    """The guesses by their cost, as far as there is time to look at them, the best first."""
+    if len(guesses) == 1 and not problem.partly:
+        return list(guesses)
+    found, costs = list[Vector](), list[float]()
+    with suppress(TimeUp):
+        for k, guess in enumerate(guesses, 1):
+            problem.doing = f"guess {k} of {len(guesses)}"
+            values, cost = begun(problem, guess)
+            found.append(values)
+            costs.append(cost)
+    order = np.argsort(costs, kind="stable").tolist()
+    return [found[i] for i in order] or [guesses[0]]
+
+
+def begun(problem: Problem, values: Vector) -> tuple[Vector, float]:
+    """A guess with what follows from the measurements beside its values, and its cost.
+
+    Each run's phase and start, where nothing is known of them, are those at which the steady motion
+    from rest is nearest the series; what these are linear in follows by least deviations.
+    """
+    if not problem.partly:
+        return values, problem.cost(values)
+    values = values.copy()
+    for run, places in zip(problem.recorded, problem.places, strict=True):
+        if run.sought:
+            alone = Problem([run], run.unknown)
+            tried = [_solved(alone, one) for one in _starts(run, values[places])]
+            values[places] = min(tried, key=lambda one: one[1])[0]
+    return _solved(problem, values)
+
+
+def _starts(run: Recorded, values: Vector) -> list[Vector]:
+    """Values of a run's unknown with the phases and starts to look at."""
+    now, period = run.now(values), _period(run, values)
+    phases = np.array([now[PHASE]])
+    if PHASE in run.sought:
+        phases = np.arange(_PHASES) * (period / _PHASES)
+    system = run.system_at(values)
+    p = dimensionless(system)
+    steady = simulate(p, (0.0, 0.0, 0.0), periods=_SETTLED + 1)
+    states = np.zeros((len(phases), 3))
+    if steady.success:
+        states = steady(p.period * (_SETTLED + (phases / period) % 1.0))[:, :3]
+    if isinstance(system, SceneDevice):
+        states = states * [system.scale(name) for name in STATE]
+    found = []
+    for phase, state in zip(phases, states, strict=True):
+        sought = dict(zip(STATE, state, strict=True)) | {PHASE: phase}
+        pairs = zip(run.unknown, values, strict=True)
+        found.append(np.array([sought[one] if one in run.sought else v for one, v in pairs]))
+    return found
+
+
+def _period(run: Recorded, values: Vector) -> float:
+    """Period of the forcing, in the system's unit of time."""
+    system = run.system_at(values)
+    return math.tau / system.rate if isinstance(system, SceneDevice) else system.period
+
+
+def _solved(problem: Problem, values: Vector) -> tuple[Vector, float]:
+    """Values with the linear unknown by least deviations, and the sum of these."""
+    residuals, jacobian = problem.without_slopes(values)
+    linear, held = np.flatnonzero(problem.linear), values.copy()
+    if len(linear):
+        scales = [problem.unknown[k].rpartition(".")[2].startswith("scale") for k in linear]
+        columns, weights, start = jacobian[:, linear], np.ones(len(residuals)), residuals
+        for _ in range(_WEIGHINGS):
+            step = np.linalg.lstsq(columns * weights[:, None], -start * weights, rcond=None)[0]
+            residuals = start + columns @ step
+            size = np.abs(residuals)
+            weights = 1.0 / np.sqrt(np.maximum(size, np.median(size) + 1e-300))
+        held[linear] += step
+        # A mirror image of the motion is none: its phase is another.
+        if np.any(held[linear][scales] <= _SCALE):
+            return values, math.inf
+    return held, float(np.sum(np.abs(residuals)))

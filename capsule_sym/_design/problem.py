@@ -1,0 +1,179 @@
+"""Residuals of recorded runs that share unknown values, and their Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.quantities import System
+from capsule_sym._design.residuals import OF_START, Recorded
+from capsule_sym._errors import InvalidInput
+from capsule_sym._parameters import SceneDevice
+
+_LOST = 1e3  # residual of a motion that does not reach the last of the times
+Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
+
+
+class Problem:
+    """Residuals and their Jacobian at values of the unknown.
+
+    The unknown are those that runs share, and those of each run, named "run.name".
+    """
+
+    def __init__(
+        self,
+        recorded: Sequence[Recorded],
+        shared: Sequence[str],
+        progress: Callable[[str], object] | None = None,
+    ) -> None:
+        """`shared` are the unknown that have one value in all runs; the others are each run's."""
+        self.recorded, self.shared, self.progress = tuple(recorded), tuple(shared), progress
+        self.doing, self.evaluations = "", 0
+        named = [[self._named(one, name) for name in one.unknown] for one in self.recorded]
+        every = dict.fromkeys([*self.shared, *(name for names in named for name in names)])
+        self.unknown = tuple(every)
+        self.places = [np.array([self.unknown.index(name) for name in names]) for names in named]
+        """Indices of each run's unknown among all."""
+        self.guess, self.linear = np.zeros(len(every)), np.zeros(len(every), bool)
+        for run, places in zip(self.recorded, self.places, strict=True):
+            self.guess[places], self.linear[places] = run.guess, run.linear
+        ends = np.cumsum([0, *(len(one.data.values) for one in self.recorded)])
+        self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]
+        self.values = np.concatenate([one.data.values for one in self.recorded])
+        if len(self.unknown) >= len(self.values):
+            raise InvalidInput("data", f"{len(self.values)} values", "more than are unknown")
+        series = [(one, column) for one in self.recorded for column in range(len(one.data.names))]
+        self.groups = np.concatenate(
+            [one.data.column + series.index((one, 0)) for one in self.recorded]
+        )
+        """Series of each value, counted over all runs, (n,)."""
+        self.scales = self._scales(series)
+        self._last: tuple[bytes, Vector, Matrix] | None = None
+
+    def _named(self, run: Recorded, name: str) -> str:
+        return name if name in self.shared or not run.name else f"{run.name}.{name}"
+
+    def _scales(self, series: Sequence[tuple[Recorded, int]]) -> Vector:
+        """Units of the residuals (n,): standard deviations of series.
+
+        In runs with names one unit is that of all series in the same unit: those of one camera have
+        the same noise, also where a body hardly moves.
+        """
+        spread = np.array([self.values[self.groups == k].std() for k in range(len(series))])
+        if self.recorded[0].name:
+            names = [one.data.names[column] for one, column in series]
+            kinds = np.array(
+                [
+                    f"{one.scale_of(name)} {name[0]}"
+                    for (one, _), name in zip(series, names, strict=True)
+                ]
+            )
+            for kind in set(kinds.tolist()):
+                spread[kinds == kind] = np.sqrt(np.mean(spread[kinds == kind] ** 2))
+        scales: Vector = spread[self.groups]
+        return scales
+
+    @property
+    def partly(self) -> bool:
+        """Whether parts of a guess follow from the measurements."""
+        return bool(self.linear.any()) or any(run.sought for run in self.recorded)
+
+    def measuring(self, values: Vector) -> Problem:
+        """The same with other measured values (n,), in the same units of residuals."""
+        other = copy(self)
+        other.values, other._last = values, None
+        return other
+
+    def residuals(self, values: Vector) -> Vector:
+        """Residuals (n,)."""
+        return self.at(values)[0]
+
+    def jacobian(self, values: Vector) -> Matrix:
+        """Their Jacobian (n, k)."""
+        return self.at(values)[1]
+
+    def cost(self, values: Vector) -> float:
+        """Half the sum of the residuals' squares."""
+        return float(np.sum(self.without_slopes(values)[0] ** 2) / 2)
+
+    def at(self, values: Vector) -> tuple[Vector, Matrix]:
+        """Residuals (n,) and their Jacobian (n, k)."""
+        key = values.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = (key, *self._at(values, True))
+        return self._last[1:]
+
+    def without_slopes(self, values: Vector) -> tuple[Vector, Matrix]:
+        """Residuals (n,), and the Jacobian (n, k) by the linear unknown alone."""
+        return self._at(values, False)
+
+    def complete(self, values: Vector) -> bool:
+        """Whether the motion of every run reaches the last of its times."""
+        return bool(np.all(self.at(values)[0] != _LOST))
+
+    def resting(self, values: Vector) -> NDArray[np.bool_]:
+        """Which of the unknown are velocities of capsules that rest at the first time, (k,)."""
+        found = np.zeros(len(values), bool)
+        for run, places in zip(self.recorded, self.places, strict=True):
+            if "v_c" in run.unknown:
+                found[places[run.unknown.index("v_c")]] = run.rests(values[places])
+        return found
+
+    def itinerary(self, values: Vector, changed: int | None = None) -> tuple[str, ...]:
+        """Itineraries of the runs, or of those alone that one of the unknown moves."""
+        found = list[str]()
+        for run, places in zip(self.recorded, self.places, strict=True):
+            if changed is None or (changed in places and not self.linear[changed]):
+                self._count()
+                found.append(run.itinerary(values[places]))
+        return tuple(found)
+
+    def system_at(self, values: Vector) -> System:
+        """The system of the first run with these values of the unknown."""
+        return self.recorded[0].system_at(values[self.places[0]])
+
+    def sizes(self, values: Vector) -> Vector:
+        """What a relative change of each of the unknown is relative to."""
+        found = np.maximum(np.abs(values), np.abs(self.guess))
+        found[found == 0.0] = 1.0
+        for run, places in zip(self.recorded, self.places, strict=True):
+            system, data = run.system_at(values[places]), run.data
+            for k, name in zip(places.tolist(), run.unknown, strict=True):
+                kind, _, series = name.partition("_")
+                if name in OF_START:
+                    unit = system.scale(name) if isinstance(system, SceneDevice) else 1.0
+                    found[k] = max(unit, abs(values[k]))
+                elif name == "slip":
+                    found[k] = 1.0
+                elif kind in ("offset", "drift") and series in data.names:
+                    own = data.values[data.column == data.names.index(series)].std()
+                    found[k] = own / (1.0 if kind == "offset" else np.ptp(data.times))
+        return found
+
+    def _count(self) -> None:
+        """Count a run, and tell of it."""
+        self.evaluations += 1
+        if self.progress is not None:
+            self.progress(f"{self.doing}, {self.evaluations} runs")
+
+    def _at(self, values: Vector, slopes: bool) -> tuple[Vector, Matrix]:
+        """Residuals and Jacobian anew."""
+        residuals = np.empty(len(self.values))
+        alone = len(self.recorded) == 1
+        jacobian = np.zeros((0 if alone else len(self.values), len(self.unknown)))
+        for run, places, rows in zip(self.recorded, self.places, self.rows, strict=True):
+            self._count()
+            model, by, itinerary = run.at(values[places], slopes)
+            by /= self.scales[rows, None]
+            residuals[rows] = (model - self.values[rows]) / self.scales[rows]
+            if itinerary == "open":
+                residuals[rows], by[:] = _LOST, 0.0
+            if alone:  # whose values may be a million
+                return residuals, by
+            jacobian[rows, places] = by
+        return residuals, jacobian

@@ -1,0 +1,204 @@
+"""Recorded runs of one device at several drives, in a camera's units, and the fit to them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from capsule_sym._design.fit import Fit, checked_state, fitted
+from capsule_sym._design.guesses import limits_of
+from capsule_sym._design.measured import OF_STATE, measured, read_measured
+from capsule_sym._design.problem import Problem
+from capsule_sym._design.quantities import System, real
+from capsule_sym._design.residuals import PHASE, STATE, Recorded
+from capsule_sym._errors import InvalidInput
+from capsule_sym._files import read_toml
+from capsule_sym._parameters import SceneDevice, names_of
+
+_OF_RUN = ("name", "file", "state", "phase")
+_OF_RIG = ("unknown", "each", "scale", "slip", "bounds", "run")
+
+
+@dataclass(frozen=True, eq=False)
+class RigRun:
+    """A recorded run: its series, its drive, and what is known of its start."""
+
+    name: str
+    """Its name, which values of this run begin with."""
+    data: Mapping[str, ArrayLike]
+    """Columns (n,) as of `fit`, positions in the camera's units, times in the system's."""
+    drive: Mapping[str, float]
+    """Amplitude and frequency (alpha and omega, or P_d and Omega), and others that differ."""
+    state: Sequence[float] | None = None
+    """(x_r, v_r, v_c) at the first time, or a guess. Without it, if unknown, it is looked for along
+    the steady motion from rest, else at rest."""
+    phase: float | None = None
+    """Phase of the forcing there, or a guess; without it, if unknown, looked for over a period."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """Recorded runs of one device, and what is unknown of device, camera and runs.
+
+    A series y of a quantity q is y = scale q(t') + offset + drift t at the camera's time t from the
+    first, with t' = (1 + slip) t. Offsets of positions are always unknown.
+    """
+
+    runs: Sequence[RigRun]
+    """The runs."""
+    unknown: Sequence[str]
+    """Unknown of all runs alike: parameters, slip, scale or scale_x_m etc., of a series."""
+    each: Sequence[str] = ()
+    """Unknown of each run: phase, x_r, v_r, v_c, drift (of each position), or any of the above."""
+    scale: float = 1.0
+    """Units of a series in one of the model, such as pixels a metre; a guess if it is unknown."""
+    slip: float = 0.0
+    """True time passes 1 + slip times as fast as the camera's; a guess if it is unknown."""
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Bounds of the unknown by name, of those of a run as in "run.phase"."""
+
+
+def fit_rig(
+    rig: Rig,
+    system: System,
+    *,
+    loss: str = "linear",
+    starts: int = 0,
+    follow: int = 4,
+    seed: int = 0,
+    steps: int = 200,
+    bootstrap: int = 0,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
+) -> Fit:
+    """Values of what is unknown of a rig, from its recorded runs, by least squares.
+
+    `system` has the parameters that are known and first guesses of the unknown; other arguments are
+    those of `fit`. Values of a run are named by it, as in "slow.phase" and "slow.offset_x_m". What
+    the series are linear in (scales, offsets, drifts) needs no guess. Residuals of all series in
+    the same unit count alike. Raises InvalidInput for names, columns and values that are not
+    allowed.
+    """
+    problem = Problem(recorded(rig, system), tuple(rig.unknown), progress)
+    limits = limits_of(problem, rig.bounds)
+    return fitted(problem, limits, loss, starts, follow, seed, steps, bootstrap, max_seconds)
+
+
+def recorded(rig: Rig, system: System) -> list[Recorded]:
+    """The runs with all that is known; raises InvalidInput as `fit_rig`."""
+    names = [run.name for run in rig.runs]
+    if not names:
+        raise InvalidInput("run", "none", "one run or more")
+    well = all(isinstance(name, str) and name and "." not in name for name in names)
+    if not well or len(set(names)) < len(names):
+        raise InvalidInput("name", names, "a different name for each run, without a dot")
+    return [_recorded(rig, run, system) for run in rig.runs]
+
+
+def _recorded(rig: Rig, run: RigRun, system: System) -> Recorded:
+    """One of the runs."""
+    try:
+        data = measured(run.data)
+    except InvalidInput as error:
+        raise InvalidInput(f"{run.name}: {error.field}", error.value, error.allowed) from error
+    own = names_of(system)
+    for name in _drive(system):
+        if name not in run.drive:
+            raise InvalidInput(f"{run.name}: {name}", "missing", "given, as the drive of each run")
+    for name, value in run.drive.items():
+        if name not in own:
+            raise InvalidInput(f"{run.name}: parameter", name, f"one of {', '.join(own)}")
+        if name in rig.unknown:
+            raise InvalidInput(f"{run.name}: {name}", value, "absent, as it is unknown of all runs")
+    unknown = _unknown(rig, data.names, own)
+    given = {name: rig.scale for name in ("scale", *unknown) if name.startswith("scale")}
+    given["slip"] = rig.slip
+    if run.state is not None:
+        given |= dict(zip(STATE, checked_state(run.state), strict=True))
+    if run.phase is not None:
+        given[PHASE] = run.phase
+    if not real(rig.scale) or rig.scale <= 0:
+        raise InvalidInput("scale", rig.scale, "a finite number above 0")
+    sought = tuple(name for name in (*STATE, PHASE) if name in unknown and name not in given)
+    return Recorded(data, system.replace(**run.drive), unknown, given, run.name, sought)
+
+
+def _unknown(rig: Rig, series: Sequence[str], own: Sequence[str]) -> tuple[str, ...]:
+    """What is unknown of a run with these series: what has no meaning for these is left out."""
+    positions = [name for name in series if name.startswith("x")]
+    drifts, offsets = ([f"{kind}_{one}" for one in positions] for kind in ("drift", "offset"))
+    scales = [f"scale_{one}" for one in OF_STATE]
+    allowed = [*own, *STATE, PHASE, "slip", "scale", *scales, "drift"]
+    named = [*rig.unknown, *rig.each]
+    for name in named:
+        if name not in allowed:
+            raise InvalidInput("unknown", name, f"one of {', '.join(allowed)}")
+    if len(set(named)) < len(named):
+        raise InvalidInput("unknown", ", ".join(named), "different names")
+    if "drift" in rig.unknown:
+        raise InvalidInput("unknown", "drift", "among `each`: it is of each run's series")
+    left = [one for one in scales if one.removeprefix("scale_") not in series]
+    found = [name for name in named if name not in (*left, "drift")]
+    return (*found, *(drifts if "drift" in named else ()), *offsets)
+
+
+def _drive(system: System) -> list[str]:
+    """Names of a system's amplitude and frequency of the drive."""
+    if not isinstance(system, SceneDevice):
+        return ["alpha", "omega"]
+    tied = system.scene.facts.DRIVEN.items()
+    return [name for name, (parameter, _) in tied if parameter in ("alpha", "omega")]
+
+
+def read_rig(path: str | PathLike[str]) -> Rig:
+    """A rig from a TOML file, with its series from CSV or Parquet files beside that.
+
+    Keys are `unknown`, `each`, `scale`, `slip`, a table `bounds`, and a table `[[run]]` for each
+    run: `file`, `name` (that of the file without it), the drive and other parameters of this run,
+    `state` and `phase`. Raises InvalidInput for files that cannot be read and for other keys.
+    """
+    table = read_toml(path)
+    for key in table:
+        if key not in _OF_RIG:
+            raise InvalidInput("key", key, f"one of {', '.join(_OF_RIG)}")
+    runs = table.get("run", [])
+    if not isinstance(runs, list) or not all(isinstance(run, dict) for run in runs):
+        raise InvalidInput("run", runs, "tables [[run]]")
+    for name in ("unknown", "each"):
+        given = table.get(name, [])
+        if not isinstance(given, list) or not all(isinstance(one, str) for one in given):
+            raise InvalidInput(name, given, "a list of names")
+    bounds = table.get("bounds", {})
+    if not isinstance(bounds, dict):
+        raise InvalidInput("bounds", bounds, "a table")
+    for name, ends in bounds.items():
+        if not isinstance(ends, list) or len(ends) != 2 or not all(map(real, ends)):
+            raise InvalidInput(f"bounds of {name}", ends, "two numbers")
+    return Rig(
+        runs=[_run(run, Path(path).parent) for run in runs],
+        unknown=tuple(table.get("unknown", ())),
+        each=tuple(table.get("each", ())),
+        scale=table.get("scale", 1.0),
+        slip=table.get("slip", 0.0),
+        bounds={name: (ends[0], ends[1]) for name, ends in bounds.items()},
+    )
+
+
+def _run(table: Mapping[str, Any], folder: Path) -> RigRun:
+    """A run of its table."""
+    if not isinstance(table.get("file"), str):
+        raise InvalidInput("file", table.get("file", "missing"), "a file in each [[run]]")
+    file = folder / table["file"]
+    name = table.get("name", file.stem)
+    try:
+        data = read_measured(file)
+    except InvalidInput as error:
+        raise InvalidInput(f"{file.name}: {error.field}", error.value, error.allowed) from error
+    drive = {key: value for key, value in table.items() if key not in _OF_RUN}
+    return RigRun(name, data, drive, table.get("state"), table.get("phase"))
