@@ -1,0 +1,42 @@
+"""Optima beside brute force that knows nothing of the optimiser, by the judge of `make optima`."""
+
+from dataclasses import replace
+
+import pytest
+
+from capsule_sym import OptimumStatus, Parameters, optimise
+from tests.optima.__main__ import WORSE, answered, forced, judged, wrong
+from tests.optima.problems import Problem, problem
+
+# With a margin and a start of its own, and with two limits.
+SMALL = 1, 2
+
+
+@pytest.mark.parametrize("number", SMALL)
+def test_brute_force_finds_nothing_better(number: int) -> None:
+    known, found = forced(number, 256), answered(number, 0)
+    assert found["wrong"] == []
+    assert found["status"].startswith("optimal")
+    assert judged(known, found)["miss"] <= WORSE
+    worse = found["value"] + (-1e-4 if problem(number).maximise else 1e-4)
+    assert judged(known, found | {"value": worse})["miss"] > WORSE
+
+
+def test_what_the_starts_do_not_lead_to_is_told() -> None:
+    base = Parameters()
+    given = Problem("speed", {"alpha": (0.6, 0.8)}, base, limits=(("work", "<=", 9.0),))
+    found = optimise("speed", given.over, base, samples=8)
+    assert wrong(given, found) == []
+    (told,) = wrong(given, replace(found, value=1.001 * found.value))
+    assert told.startswith("the starts lead to")
+    (told,) = wrong(replace(given, limits=(("work", "<=", 0.1),)), found)
+    assert told.startswith("beyond a limit")
+    assert wrong(given, replace(found, status=OptimumStatus.NO_MOTION)) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", range(1, 6))
+def test_brute_force_of_many_cells_finds_nothing_better(number: int) -> None:
+    known, found = forced(number, 8192), answered(number, 0)
+    assert found["wrong"] == []
+    assert judged(known, found)["miss"] <= WORSE

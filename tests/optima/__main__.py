@@ -1,0 +1,189 @@
+"""`optimise` beside brute force: `python -m tests.optima --problems 40 --cells 100000`.
+
+Both append to files under results/optima, a line each: what was stopped goes on where it ended,
+brute force is not repeated, and answers are asked for again where the code has changed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from capsule_sym import Optimum, optimise
+from tests.native import ROOT
+from tests.optima import brute
+from tests.optima.problems import Problem, problem
+from tests.orbits.kept import Record, kept
+
+WORSE, SEEDS_APART = 1e-6, 1e-9
+ENDED = ("optimal", "optimal-at-border")
+LIMIT = 300.0  # seconds after which an answer is given up
+
+
+def forced(number: int, cells: int) -> Record:
+    """A problem, and what brute force finds."""
+    given = problem(number)
+    found = {"number": number, "call": given.call, "cells": cells}
+    return found | brute.best_of(given, cells, number)
+
+
+def answered(number: int, seed: int) -> Record:
+    """What `optimise` finds with a seed, in how much time."""
+    given = problem(number)
+    wall, clock = time.perf_counter(), time.process_time()
+    found = optimise(
+        given.metric,
+        given.over,
+        given.base,
+        seed=seed,
+        max_seconds=LIMIT,
+        **given.options,
+    )
+    return {
+        "number": number,
+        "seed": seed,
+        "seconds": time.process_time() - clock,
+        "wall": time.perf_counter() - wall,
+        "status": str(found.status),
+        "message": found.message,
+        "value": found.value,
+        "limit": getattr(found, "limit", math.nan),
+        "bifurcation": str(getattr(found, "bifurcation", "") or ""),
+        "multiplier": found.multiplier,
+        "over": found.over,
+        "wrong": wrong(given, found),
+    }
+
+
+def wrong(given: Problem, found: Optimum) -> list[str]:
+    """What an answer says that the motions from the starts do not bear out."""
+    if str(found.status) not in (*ENDED, "not-converged"):
+        return []
+    row = np.array([[*found.system.to_dict().values()]])
+    motions = given.at(row, sure=True)
+    beyond, value, largest = (float(one[0]) for one in given.judged(motions))
+    sign, problems = -1 if given.maximise else 1, []
+    if not math.isfinite(value):
+        return ["no motion settles there"]
+    if not abs(value - sign * found.value) <= 1e-7 * max(abs(value), 1e-3):
+        problems.append(f"the starts lead to {sign * value!r}, multiplier {largest:.6f}")
+    if beyond > 2e-6:
+        problems.append(f"beyond a limit by {beyond:.2g}")
+    return problems
+
+
+def judged(known: Record, found: Record) -> Record:
+    """By how much brute force is better than an answer, over the larger of value and spread."""
+    sign = -1 if problem(known["number"]).maximise else 1
+    best, held = known["best"], known["held"]
+    if best is None:
+        return {"miss": 0.0, "by": None}
+    unit = max(abs(best["value"]), known["spread"] if math.isfinite(known["spread"]) else 0.0)
+    told = found["value"] if found["status"] in (*ENDED, "not-converged", "time-limit") else None
+
+    def behind(claimed: float | None, better: Record | None) -> float:
+        if better is None:
+            return -math.inf
+        if claimed is None or not math.isfinite(claimed):
+            return math.inf
+        return sign * (claimed - better["value"]) / unit
+
+    limit = found["limit"]
+    if limit is not None and math.isfinite(limit):
+        misses = (behind(told, held), held), (behind(limit, best), best)
+    else:
+        misses = ((behind(told, best), best),)
+    miss, by = max(misses, key=lambda one: one[0])
+    return {"miss": miss, "by": by}
+
+
+def report(known: list[Record], answers: list[Record], out: Path | None) -> int:
+    """Print the table, and write the failures."""
+    by_number: dict[int, list[Record]] = {}
+    for one in answers:
+        by_number.setdefault(one["number"], []).append(one | judged(known[one["number"]], one))
+    misses, spreads, failures, open_, lost = [], [], list[Record](), 0, 0
+    for number, found in by_number.items():
+        best = known[number]["best"]
+        unit = max(abs(best["value"]), known[number]["spread"]) if best else 1.0
+        ended = [one["value"] for one in found if one["value"] == one["value"]]
+        spreads.append(float(np.ptp(ended)) / unit if ended else 0.0)
+        misses.append(max(one["miss"] for one in found))
+        open_ += any(one["status"] not in ENDED for one in found)
+        lost += any(bool(one["wrong"]) for one in found)
+        for one in found:
+            kinds = ["missed"] * (one["miss"] > WORSE) + ["wrong"] * bool(one["wrong"])
+            kinds += ["unconverged"] * (one["status"] not in ENDED)
+            kinds += ["seeds"] * (spreads[-1] > SEEDS_APART) + ["slow"] * (one["seconds"] > 5)
+            if kinds:
+                call = known[number]["call"][:-1] + f", seed={one['seed']})"
+                failures.append({"kinds": kinds, "call": call} | one)
+    times = [one["seconds"] for one in answers] or [math.nan]
+    rows = {
+        "problems": len(misses),
+        "missed by more than 1e-6": sum(miss > WORSE for miss in misses),
+        "worst miss": f"{max(misses, default=0):.3g}",
+        "seeds differ by more than 1e-9": sum(spread > SEEDS_APART for spread in spreads),
+        "largest difference of seeds": f"{max(spreads, default=0):.3g}",
+        "not optimal, nor at a border": open_,
+        "the starts lead elsewhere": lost,
+        "seconds of processor, median": f"{np.median(times):.2f}",
+        "longest": f"{max(times):.2f}",
+        "brute force, median": f"{np.median([one['seconds'] for one in known]):.1f}",
+    }
+    for name, shown in rows.items():
+        print(f"{name:32} {shown:>10}")
+    if out is not None:
+        out.write_text("".join(json.dumps(one) + "\n" for one in failures))
+    return int(any(miss > WORSE for miss in misses))
+
+
+def code() -> str:
+    """A digest of what an answer rests on."""
+    files = sorted((ROOT / "capsule_sym" / "_design").glob("*.py"))
+    files += [Path(__file__).with_name(name) for name in ("problems.py", "motions.py")]
+    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
+
+
+def main() -> int:
+    """Judge so many problems, with so many seeds."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--problems", type=int, default=40)
+    parser.add_argument("--cells", type=int, default=100_000, help="of brute force, a problem")
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--known", action="store_true", help="only what brute force has done")
+    parser.add_argument("--out", type=Path, default=ROOT / "results" / "optima")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    count: Any = 0 if given.known else given.problems
+
+    def force(number: int) -> Record:
+        return forced(number, given.cells)
+
+    def enough(done: list[Record]) -> bool:
+        return len(done) >= count
+
+    known = kept(given.out / "brute.jsonl", force, enough)[: given.problems]
+
+    def answer(number: int) -> Record:
+        return answered(number // given.seeds, number % given.seeds)
+
+    answers = kept(
+        given.out / f"answers-{given.seeds}-{code()}.jsonl",
+        answer,
+        lambda done: len(done) >= given.seeds * len(known),
+    )
+    answers = [one for one in answers if one["number"] < len(known)]
+    return report(known, answers, given.out / "failures.jsonl")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

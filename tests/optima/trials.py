@@ -1,0 +1,141 @@
+"""SciPy's global optimisers on the problems of `tests.optima`: `python -m tests.optima.trials`.
+
+Each gets the same metric of the motions from the starts, equally often; what is beyond a limit is
+worse than all that keeps it. The best known value is that of brute force, of `optimise` or of any
+of them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import differential_evolution, direct, dual_annealing, shgo
+
+from tests.native import ROOT
+from tests.optima.__main__ import answered, forced
+from tests.optima.motions import Vector
+from tests.optima.problems import Problem, problem
+from tests.orbits.kept import Record, kept
+
+AMONG = (1e-6, 1e-3)
+REFUSED = 1e6  # where no motion settles
+
+
+class Spent(Exception):
+    """All evaluations are used up."""
+
+
+class Counted:
+    """The objective of a problem, which keeps the best feasible value of so many evaluations."""
+
+    def __init__(self, given: Problem, most: int) -> None:
+        self.problem, self.left, self.best = given, most, math.inf
+        probe = given.judged(given.motions(np.random.default_rng(0).uniform(size=(64, self.d))))
+        finite = probe[1][np.isfinite(probe[1])]
+        self.worst, self.unit = float(finite.max()), float(np.ptp(finite)) or 1.0
+
+    @property
+    def d(self) -> int:
+        return len(self.problem.over)
+
+    def __call__(self, u: Vector) -> float:
+        return float(self.many(np.asarray(u)[:, None])[0])
+
+    def many(self, u: Vector) -> Vector:
+        """The same of places (d, n), as `vectorized` asks for them."""
+        if self.left <= 0:
+            raise Spent
+        self.left -= u.shape[1]
+        beyond, value, _ = self.problem.judged(self.problem.motions(np.clip(u.T, 0, 1)))
+        self.best = min(self.best, float(value[beyond == 0].min(initial=math.inf)))
+        punished = self.worst + self.unit * (1 + np.minimum(beyond, REFUSED))
+        return np.where(beyond == 0, value, punished)
+
+
+def by_shgo(counted: Counted) -> None:
+    shgo(counted, [(0, 1)] * counted.d, n=256, iters=64, sampling_method="sobol")
+
+
+def by_direct(counted: Counted) -> None:
+    direct(counted, [(0, 1)] * counted.d, maxfun=10**6, maxiter=10**6, vol_tol=0, len_tol=0)
+
+
+def by_differential_evolution(counted: Counted) -> None:
+    differential_evolution(
+        counted.many,
+        [(0, 1)] * counted.d,
+        maxiter=10**6,
+        tol=0,
+        polish=False,
+        vectorized=True,
+        updating="deferred",
+        init="sobol",
+        rng=0,
+    )
+
+
+def by_dual_annealing(counted: Counted) -> None:
+    dual_annealing(counted, [(0, 1)] * counted.d, maxiter=10**6, rng=0)
+
+
+METHODS: dict[str, Callable[[Counted], None]] = {
+    "shgo": by_shgo,
+    "direct": by_direct,
+    "differential_evolution": by_differential_evolution,
+    "dual_annealing": by_dual_annealing,
+}
+
+
+def tried(number: int, evaluations: int, known: Record) -> Record:
+    """The best value that each method finds, and its seconds; a third is the best known."""
+    given = problem(number)
+    sign = -1.0 if given.maximise else 1.0
+    own = answered(number, 0)
+    found: Record = {"number": number, "seconds": {"optimise": own["seconds"]}}
+    value = own["value"] if not own["wrong"] and own["status"].startswith("optimal") else None
+    found["values"] = {"optimise": math.inf if value is None else sign * value}
+    for name, method in METHODS.items():
+        counted, clock = Counted(given, evaluations), time.process_time()
+        with suppress(Spent):
+            method(counted)
+        found["seconds"][name] = time.process_time() - clock
+        found["values"][name] = counted.best
+    best = [*found["values"].values()]
+    best += [sign * known["best"]["value"]] if known["best"] else []
+    return found | {"best": min(best), "unit": max(abs(min(best)), known["spread"])}
+
+
+def main() -> int:
+    """Try all of them on the first problems, and print a table."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--problems", type=int, default=15)
+    parser.add_argument("--evaluations", type=int, default=5000)
+    parser.add_argument("--cells", type=int, default=20_000, help="of brute force, if not known")
+    parser.add_argument("--out", type=Path, default=ROOT / "results" / "optima")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+
+    def enough(done: list[Record]) -> bool:
+        return len(done) >= given.problems
+
+    known = kept(given.out / "brute.jsonl", lambda number: forced(number, given.cells), enough)
+    path = given.out / f"trials-{given.evaluations}.jsonl"
+    records = kept(path, lambda n: tried(n, given.evaluations, known[n]), enough)
+    row = "{:24} {:>12} {:>12} {:>10} {:>10}"
+    print(row.format("method", *(f"within {by:g}" for by in AMONG), "median s", "longest s"))
+    for name in ("optimise", *METHODS):
+        off = np.array([(one["values"][name] - one["best"]) / one["unit"] for one in records])
+        seconds = [one["seconds"][name] for one in records]
+        counts = (f"{int((off <= by).sum())} of {len(off)}" for by in AMONG)
+        print(row.format(name, *counts, f"{np.median(seconds):.2f}", f"{max(seconds):.2f}"))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
