@@ -1,24 +1,18 @@
-"""Borders of an itinerary: how far an orbit is from each, and optima that lie on one.
+"""Borders of an itinerary: how far an orbit is from each, with derivatives.
 
 Each inequality of an itinerary is a duration, the least of a guard in a segment, or the force where
-a segment ends with v_c = 0; where it is 0, the itinerary changes. On a border the gradients of the
-two sides differ. On the side whose itinerary goes on beyond it, objective and border are smooth:
-the place is one at which the objective's gradient is a multiple of the border's normal. That it is
-an optimum takes the other side too: away from the border the objective rises on both.
+a segment ends with v_c = 0; where it is 0, the itinerary changes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.program import Place, Program
-from capsule_sym._design.stationary import Border, Stationary, stationary
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import (
@@ -31,15 +25,13 @@ from capsule_sym._orbits.shooting.admissibility import (
     inequalities,
 )
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import BY_TIME, angle_row
+from capsule_sym._orbits.shooting.equations import BY_TIME, angle_row, shooting
 from capsule_sym._orbits.shooting.guards import chained, guard_by
 from capsule_sym._orbits.shooting.itinerary import contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
-_NEAR = 0.05  # of the bounds: how far from the place where the search rested
-_TRIED = 3  # borders of one motion
-_BESIDE = 1e-5  # of the bounds: where the sides are looked at
-_JUMP = 100  # times what the gradient explains
+_STEP = 1e-5  # in differences of a multiplier, of the unknowns and of the parameters
 Vector = NDArray[np.float64]
 
 
@@ -111,104 +103,24 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
     return guard_by(c, one.guard, gap, v_r, by, turned, angle)
 
 
-@dataclass(frozen=True, eq=False)
-class Kink:
-    """An optimum on a border: the conditions there, the places beside it, and the slopes."""
+def multiplier_by(motion: Motion) -> Vector:
+    """Derivatives (7,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
 
-    found: Stationary
-    sides: tuple[Place, Place]
-    slopes: tuple[float, float]
-    """The objective's slopes away from the border, by the scaled variables along its normal, each
-    less what the active limits let it gain."""
-    which: int
-    """The scenario whose motion changes its itinerary."""
-    border_by: Vector
-    """Derivatives by all parameters of the inequality that is 0 there."""
-
-
-def kink_beside(program: Program, places: Sequence[Place]) -> Kink | None:
-    """The optimum on a border next to the first of the places, the best; None if none is found."""
-    best = places[0]
-    for which, inequality, orbits in _candidates(program, places):
-        border = border_of(program, which, inequality)
-        found = stationary(program, best, border, orbits)
-        if found and found.minimal and abs(found.place.u - best.u).max() < _NEAR:
-            kink = _seen_from_both(program, found, which, border(found.place)[1])
-            if kink is not None:
-                return kink
-    return None
-
-
-def _candidates(
-    program: Program, places: Sequence[Place]
-) -> Iterator[tuple[int, Inequality, tuple[Motion, ...]]]:
-    """Borders near the first of the places, of motions whose itineraries differ, nearest first."""
-    best, seen = places[0], set[tuple[tuple[str, ...], ...]]()
-    for place in places:
-        itineraries = tuple(motion.itinerary for motion in place.motions)
-        if itineraries in seen or abs(place.u - best.u).max() >= _NEAR:
-            continue
-        seen.add(itineraries)
-        for which, motion in enumerate(place.motions):
-            near = sorted(reached(program, best.u, which, motion), key=lambda pair: abs(pair[0]))
-            for far, one in near[:_TRIED]:
-                if abs(far) < _NEAR:
-                    yield which, one.inequality, place.motions
-
-
-def reached(
-    program: Program, u: Vector, which: int, motion: Motion
-) -> Iterator[tuple[float, Distance]]:
-    """The borders of a scenario's motion, with how far the variables have to go, to first order."""
-    for one in distances(motion.orbit):
-        by = program.by_u(program.by_all(u, program.scenarios[which], one.by))
-        slope = float(np.linalg.norm(by))
-        value = float(one.inequality.value)
-        yield value / slope if slope else np.inf, one
-
-
-def border_of(program: Program, which: int, inequality: Inequality) -> Border:
-    """The value of one inequality of one scenario's motion at a place."""
-
-    def border(place: Place) -> tuple[float, Vector]:
-        found = [
-            one
-            for one in distances(place.motions[which].orbit)
-            if one.inequality[:3] == inequality[:3]
-        ]
-        if not found:
-            raise np.linalg.LinAlgError("the border is left behind")
-        nearest = min(found, key=lambda one: abs(float(one.inequality.time - inequality.time)))
-        by = program.by_all(place.u, program.scenarios[which], nearest.by)
-        return float(nearest.inequality.value), by
-
-    return border
-
-
-def _seen_from_both(program: Program, found: Stationary, which: int, by: Vector) -> Kink | None:
-    """The kink, if both sides have a motion and the objective rises away from the border there."""
-    place = found.place
-    normal = np.where((place.u > 0.0) & (place.u < 1.0), program.by_u(by), 0.0)
-    if not np.linalg.norm(normal) > 0:
-        return None
-    normal /= np.linalg.norm(normal)
-    sides, slopes = [], []
-    for way in (1.0, -1.0):
-        u = place.u + way * _BESIDE * normal
-        motions = program.followed(place.motions, u)
-        if motions is None:
-            return None
-        side = program.at(u, motions)
-        # Along the border both sides agree on what the limits cost.
-        worst = int(np.argmax(side.objective))
-        gained = side.objective_by[worst] - found.multipliers @ side.slacks_by
-        if abs(side.objective - place.objective).max() > _JUMP * _BESIDE * (
-            1 + abs(side.objective_by).max()
-        ):
-            return None  # the motion beyond is another one: the objective jumps
-        sides.append(side)
-        slopes.append(way * float(program.by_u(gained) @ normal))
-    same = sides[0].motions[which].itinerary == sides[1].motions[which].itinerary
-    if min(slopes) < 0 or same:
-        return None
-    return Kink(found, (sides[0], sides[1]), (slopes[0], slopes[1]), which, by)
+    The monodromy matrix is that of the segments, closed or not: it is smooth in the unknowns and
+    the parameters, at a fold of the branch as well. Its differences are along the branch's tangent.
+    """
+    parameters, orbit = motion.parameters, motion.orbit
+    found = np.zeros(len(parameters.scene.facts.PARAMETERS))
+    if orbit is None:
+        return found
+    for k, along in enumerate(orbit.by_parameter.T.astype(float)):
+        step, ends = _STEP / max(1.0, abs(along).max()), []
+        for way in (-step, step):
+            values = [float(value) + way * (i == k) for i, value in enumerate(orbit.values)]
+            z = orbit.z + way * along
+            with backend("numpy", orbit.scene) as numbers:
+                system = shooting(numbers, values, orbit.itinerary, z)
+            beside = replace(orbit, values=tuple(values), z=z, system=system)
+            ends.append(float(abs(floquet_multipliers(beside)[0])))
+        found[k] = (ends[1] - ends[0]) / (2 * step)
+    return found

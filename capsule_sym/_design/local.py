@@ -7,12 +7,12 @@ rest beside the border, and the conditions of an optimum there are for `stationa
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.program import Place, Program
+from capsule_sym._design.program import Place
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, check_time
 
@@ -30,6 +30,16 @@ class _Enough(Exception):
     """The search comes no further."""
 
 
+class Model(Protocol):
+    """What a search looks for the best place of."""
+
+    def by_u(self, rows: Matrix) -> Matrix:
+        """Derivatives by the scaled variables, from those by all parameters."""
+
+    def beside(self, near: Place, u: Vector) -> Place | None:
+        """The place at variables next to one that is known; None where there is none."""
+
+
 class Search:
     """A search from a place, and the places that it passed; no variable moves beyond `reach`.
 
@@ -37,8 +47,8 @@ class Search:
     objectives is above.
     """
 
-    def __init__(self, program: Program, first: Place, reach: float = 1.0) -> None:
-        self.program, self.first, self.evaluations = program, first, 1
+    def __init__(self, model: Model, first: Place, reach: float = 1.0) -> None:
+        self.model, self.first, self.evaluations = model, first, 1
         self.low, self.high = np.maximum(first.u - reach, 0.0), np.minimum(first.u + reach, 1.0)
         self.known = {first.u.tobytes(): first}
         self.levels = int(len(first.objective) > 1)
@@ -68,7 +78,7 @@ class Search:
         found = self.place(x)
         if found is None:
             return self.first.worst + _LOST, slope
-        return found.worst, self.program.by_u(found.objective_by)[0]
+        return found.worst, self.model.by_u(found.objective_by)[0]
 
     def limits(self, x: Vector) -> Vector:
         """Slacks, and how far the level is above each objective."""
@@ -80,9 +90,9 @@ class Search:
     def limits_by(self, x: Vector) -> Matrix:
         """Their derivatives."""
         found = self.place(x) or self.first
-        rows = self.program.by_u(found.slacks_by)
+        rows = self.model.by_u(found.slacks_by)
         if self.levels:
-            rows = np.vstack([rows, -self.program.by_u(found.objective_by)])
+            rows = np.vstack([rows, -self.model.by_u(found.objective_by)])
             rows = np.column_stack([rows, np.arange(len(rows)) >= len(found.slacks)])
         return rows
 
@@ -92,7 +102,7 @@ class Search:
         if u.tobytes() not in self.known:
             self.check(u)
             near = min(self.known.values(), key=lambda one: float(abs(one.u - u).max()))
-            found = self.program.place(u, self.program.followed(near.motions, u))
+            found = self.model.beside(near, u)
             if found is None:
                 return None
             self.known[u.tobytes()] = found

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.borders import kink_beside
 from capsule_sym._design.evaluation import agrees
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
+from capsule_sym._design.polish import Rest, polish
 from capsule_sym._design.program import Place, Program
-from capsule_sym._design.stationary import Stationary, rough, stationary
+from capsule_sym._design.stationary import rough
 from capsule_sym._design.survey import Survey, Surveyor
 from capsule_sym._map.dragging import mean_force
 from capsule_sym._native import check_time
@@ -136,7 +136,7 @@ class Optimiser:
 
     def rough(self, place: Place) -> Optimum:
         """The result of a place that is no optimum."""
-        return optimum_of(self.program, rough(self.program, place), None)
+        return optimum_of(Rest(self.program, rough(self.program, place)))
 
     def as_good(self, found: Optimum, best: Place) -> bool:
         """Whether an optimum is as good as the best place that is known to be feasible."""
@@ -167,24 +167,10 @@ class Optimiser:
 
     def ended(self, places: Sequence[Place]) -> Optimum | None:
         """The optimum where a search came to rest, if it satisfies all conditions."""
-        found = stationary(self.program, places[0])
-        if found is not None and self.holds(found, places[0]):
-            return optimum_of(self.program, found, None)
-        kink = kink_beside(self.program, places)
-        if kink is not None and all(map(self.confirmed, kink.sides)):
-            return optimum_of(self.program, kink.found, kink)
+        rest = polish(self.program, places[0])
+        if rest is not None and rest.whole and self.confirmed(rest.found.place):
+            return optimum_of(rest)
         return None
-
-    def holds(self, found: Stationary, near: Place) -> bool:
-        """Whether a stationary place is an optimum that the map realises, next to another place."""
-        place = found.place
-        return (
-            found.minimal
-            and not place.beyond
-            and place.worst <= near.worst + _WORSE
-            and all(motion.admissible for motion in place.motions)
-            and self.confirmed(place)
-        )
 
     def confirmed(self, place: Place) -> bool:
         """Whether the starts do lead to these motions."""

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from capsule_sym._design.borders import Kink, reached
-from capsule_sym._design.program import KEPT, WHOLE, Place, Program
+from capsule_sym._design.borders import Distance, distances
+from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.polish import Rest
+from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.quantities import System, of, record, values_of
-from capsule_sym._design.stationary import Stationary
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneDevice, names_of
 from capsule_sym._units import METRIC_UNITS
+
+Vector = NDArray[np.float64]
 
 
 class OptimumStatus(StrEnum):
@@ -111,9 +116,13 @@ class Optimum:
     """The change of itinerary that the variables reach first."""
     border: tuple[str, ...] | None = None
     """The itineraries to both sides where the optimum is on a border between them."""
-    sides: tuple[float, float] | None = None
+    sides: tuple[float, ...] | None = None
     """There the metric's slopes away from the border into both sides, along its normal, by the
     scaled variables, each less what active constraints let it gain: both point downhill."""
+    bifurcation: str = ""
+    """What bounds it where the motion is lost or loses its stability beyond; else empty."""
+    limit: float = math.nan
+    """The value that is approached at such a border; the answer keeps a margin to it."""
     statistics: dict[str, int] = field(default_factory=dict)
     """Evaluations, starts that were followed, and cells of the survey."""
 
@@ -137,35 +146,37 @@ class Optimum:
             | record(self, "metrics")
             | {"units": units}
             | record(self, "itinerary residual constraints bounds slopes multiplier tightest")
-            | record(self, "border sides statistics")
+            | record(self, "border sides bifurcation limit statistics")
         )
 
 
-def optimum_of(program: Program, found: Stationary, kink: Kink | None) -> Optimum:
+def optimum_of(rest: Rest) -> Optimum:
     """The result of a place that was found, by words and numbers."""
-    place = found.place
+    program, found, place, sides = rest.program, rest.found, rest.found.place, rest.sides
+    asked = rest.asked
     system, sign, unit = program.system_at(place.u), program.sign, program.unit
     metrics = of(place.motions[0].metrics, program.scenarios[0].system(system))
     value = sign * unit * place.worst + 0.0  # 0 has no sign
     status, message = OptimumStatus.OPTIMAL, "the conditions of an optimum hold"
-    if kink is not None:
-        status = OptimumStatus.OPTIMAL_AT_BORDER
-        message = "an optimum on a border: the gradients of both sides point to it"
-    elif not found.minimal:
+    if not rest.whole:
         status = OptimumStatus.NOT_CONVERGED
         message = "the best that was found does not satisfy the conditions of an optimum"
-    whole = program.at(place.u, place.motions, WHOLE)
+    elif rest.bifurcation:
+        status = OptimumStatus.OPTIMAL_AT_BORDER
+        message = f"bounded by a border of stability, {rest.bifurcation}: the limit there is "
+        message += f"{sign * unit * rest.limit:.9g}"
+    elif sides:
+        status = OptimumStatus.OPTIMAL_AT_BORDER
+        message = "an optimum on a border: on each side it gets worse away from it"
     slopes = (
-        sign * unit * (found.weights @ whole.objective_by - found.multipliers @ whole.slacks_by)
+        sign * unit * (found.weights @ place.objective_by - found.multipliers @ place.slacks_by)
     )
-    if kink is not None:
-        slopes = slopes - sign * unit * found.border * kink.border_by
     held = zip(
         product(
             range(len(program.scenarios)), zip(program.texts, program.sizes.tolist(), strict=True)
         ),
-        place.slacks.tolist(),
-        found.multipliers.tolist(),
+        place.slacks[:asked].tolist(),
+        found.multipliers[:asked].tolist(),
         strict=True,
     )
     constraints = [
@@ -198,10 +209,10 @@ def optimum_of(program: Program, found: Stationary, kink: Kink | None) -> Optimu
         itinerary=place.motions[0].itinerary,
         multiplier=max(motion.multiplier for motion in place.motions),
         tightest=_tightest(program, place),
-        border=None
-        if kink is None
-        else tuple(" ".join(side.motions[kink.which].itinerary) for side in kink.sides),
-        sides=None if kink is None else (unit * kink.slopes[0], unit * kink.slopes[1]),
+        border=tuple(side.name for side in sides) if rest.whole and sides else None,
+        sides=tuple(unit * side.slope for side in sides) if rest.whole and sides else None,
+        bifurcation=rest.bifurcation,
+        limit=sign * unit * rest.limit,
     )
 
 
@@ -209,7 +220,7 @@ def _tightest(program: Program, place: Place) -> Tightest:
     """The inequality of a scenario's motion that the variables reach first, to first order."""
     nearest = NOWHERE._replace(distance=np.inf, value=np.inf)
     for which, motion in enumerate(place.motions):
-        for far, one in reached(program, place.u, which, motion):
+        for far, one in _reached(program, place.u, which, motion):
             if far < nearest.distance and motion.orbit is not None:
                 name = one.inequality.named(motion.orbit.itinerary)
                 nearest = Tightest(name, float(one.inequality.value), far)
@@ -224,3 +235,14 @@ def failed_limits(program: Program, place: Place) -> str:
             text = program.texts[k % count]
             named.append(f"{text} by {-place.slacks[k] * program.sizes[k % count]:.3g}")
     return " and ".join(named)
+
+
+def _reached(
+    program: Program, u: Vector, which: int, motion: Motion
+) -> Iterator[tuple[float, Distance]]:
+    """The borders of a scenario's motion, with how far the variables have to go, to first order."""
+    for one in distances(motion.orbit):
+        by = program.by_u(program.by_all(u, program.scenarios[which], one.by))
+        slope = float(np.linalg.norm(by))
+        value = float(one.inequality.value)
+        yield value / slope if slope else np.inf, one

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design import evaluation
+from capsule_sym._design.borders import multiplier_by
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.quantities import (
     Function,
@@ -34,7 +34,6 @@ from capsule_sym._systems import factors_of
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-_STEP = 1e-3  # of a variable's range, in the differences of a multiplier
 _FAR = 0.25  # a slack of stability that the next step does not use up
 KEPT = 1e-7
 """How far beyond a limit counts as within, over the size of the limit."""
@@ -71,25 +70,6 @@ def scenarios_of(
         states.append((float(state[0]), float(state[1]), float(state[2])))
     factors = factors_of(tolerances, system)
     return tuple(Scenario(state, one) for state in states for one in factors)
-
-
-class Differences(NamedTuple):
-    """Weights of a function at steps, for its derivative: to both sides, and to one."""
-
-    central: tuple[tuple[int, float], ...]
-    one_sided: tuple[tuple[int, float], ...]
-    quick: bool = False
-    """For a search: by the core alone, beside a border to one side, and not far from the limit."""
-    by_all: bool = False
-    """By all parameters, not by the variables alone."""
-
-
-COARSE = Differences(((-1, -0.5), (1, 0.5)), ((0, -1.5), (1, 2.0), (2, -0.5)), quick=True)
-FINE = Differences(
-    ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)),
-    ((0, -25 / 12), (1, 4.0), (2, -3.0), (3, 4 / 3), (4, -1 / 4)),
-)
-WHOLE = FINE._replace(by_all=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +199,10 @@ class Program:
                 return found
         return None
 
+    def beside(self, near: Place, u: Vector) -> Place | None:
+        """The place at other variables, its motions followed from one that is known."""
+        return self.place(u, self.followed(near.motions, u))
+
     def _moved(
         self,
         how: Callable[[Motion, SceneParameters], Motion | None],
@@ -234,8 +218,8 @@ class Program:
             found.append(moved)
         return tuple(found)
 
-    def at(self, u: Vector, motions: tuple[Motion, ...], by: Differences = COARSE) -> Place:
-        """Objective and slacks of motions there, the stability's derivatives by differences."""
+    def at(self, u: Vector, motions: tuple[Motion, ...]) -> Place:
+        """Objective and slacks of motions there."""
         objective, slacks = list[tuple[float, Vector]](), list[tuple[float, Vector]]()
         for one, motion, system in zip(self.scenarios, motions, self.systems_at(u), strict=True):
             found, factors = of(motion.metrics, system), one.weights(system)
@@ -245,7 +229,11 @@ class Program:
             held = [limit.slack(found) for limit in self.limits]
             if self.margin is not None:
                 slack = 1 - self.margin - motion.multiplier
-                held.append((slack, self._by_differences(system, motion, slack, by)))
+                near = slack < _FAR
+                slope = (
+                    multiplier_by(motion) if near else np.zeros(len(motion.metrics["work"].slope))
+                )
+                held.append((slack, -slope @ dimensionless_slopes(system)))
             slacks += [
                 (slack / size, slope * factors / size)
                 for (slack, slope), size in zip(held, self.sizes, strict=True)
@@ -273,31 +261,3 @@ class Program:
         if self.margin is not None:
             found.append(f"largest multiplier <= {1 - self.margin:g}")
         return tuple(found)
-
-    def _by_differences(
-        self, system: System, motion: Motion, slack: float, how: Differences
-    ) -> Vector:
-        """Derivatives of the stability's slack by differences; 0 far from its limit."""
-        by = np.zeros(len(names_of(system)))
-        if how.quick and slack > _FAR:
-            return by
-        ranges = dict(zip(self.names, self.high - self.low, strict=True))
-        for k, name in enumerate(names_of(system)):
-            if not how.by_all and name not in ranges:
-                continue
-            value = getattr(system, name)
-            step = _STEP * ranges.get(name, abs(value) or 1.0)
-            # Beside 0 the differences are to one side, and in a search beside a border as well.
-            ways = [how.one_sided if value < 2 * step else how.central]
-            if how.quick and ways[0] is how.central:
-                ways += [how.one_sided, tuple((-place, -weight) for place, weight in how.one_sided)]
-            for weights in ways:
-                moved = [system.replace(**{name: value + place * step}) for place, _ in weights]
-                ends = [
-                    evaluation.same_itinerary_at(motion, dimensionless(p), how.quick) for p in moved
-                ]
-                found = [end.multiplier for end in ends if end is not None]
-                if len(found) == len(ends):
-                    by[k] = -(np.array(found) @ [weight for _, weight in weights]) / step
-                    break
-        return by

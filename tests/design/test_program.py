@@ -22,6 +22,7 @@ from capsule_sym._design import evaluation, quantities
 from capsule_sym._design import survey as survey_module
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import Optimiser
+from capsule_sym._design.pieces import Piece
 from capsule_sym._design.stationary import rough, stationary
 from capsule_sym._design.survey import Survey, spread
 from capsule_sym._native import core
@@ -141,7 +142,7 @@ def test_multipliers_of_the_wrong_sign_make_no_minimum() -> None:
     assert motions is not None
     place = program.at(u, motions)
     assert rough(program, place).bounds[0] < 0
-    found = stationary(program, place)
+    found = stationary(Piece(program, place), place)
     assert found is None or not found.minimal or found.place.u[0] > 0
 
 
@@ -216,7 +217,7 @@ def test_newton_gives_nothing_that_has_no_number_to_lapack(capfd) -> None:
     over = {"alpha": (0.8, 1.0)}
     program = program_of(half, over, None, True, (), None, ((0.0, 0.0, 0.0),), None)
     place = program.begin(np.array([0.5]))
-    found = stationary(program, place)
+    found = stationary(Piece(program, place), place)
     assert found is None or not found.minimal
     assert capfd.readouterr() == ("", "")  # LAPACK prints where it is given a nan
 

@@ -1,0 +1,146 @@
+"""Pieces of the parameters on which an itinerary holds, with its borders as constraints.
+
+On the orbits of one itinerary objective and limits are smooth, beyond the borders too where they
+go on. A border is where one of the itinerary's inequalities is 0: its distance, to first order in
+the scaled variables, is one more slack.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.borders import distances
+from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.program import Place, Program
+from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+_FREE = 1.0  # slack of an inequality that is not there
+_AT = 1e-8  # of the bounds: at a border
+_KNOWN = 6  # places whose orbits are kept
+
+
+class _Key(NamedTuple):
+    """An inequality of a scenario's itinerary, counted among its like, and its unit."""
+
+    scenario: int
+    name: tuple[object, ...]
+    number: int
+    unit: float
+
+
+class Piece:
+    """A program on the itineraries of a place: its places have borders as further slacks."""
+
+    def __init__(self, program: Program, place: Place) -> None:
+        self.program = program
+        motions = tuple(_by_orbit(motion) for motion in place.motions)
+        self.known = [(place.u, motions)]
+        self.asked = len(program.scenarios) * len(program.texts)
+        self.keys = tuple(self._keys(place.u, motions))
+
+    def by_u(self, rows: Matrix) -> Matrix:
+        """Derivatives by the scaled variables, from those by all parameters."""
+        return self.program.by_u(rows)
+
+    def at(self, u: Vector) -> Place | None:
+        """The place at variables, on the itineraries' orbits; None where one is lost."""
+        _, near = min(self.known, key=lambda one: float(abs(one[0] - u).max()))
+        motions = self.program.extended(near, u)
+        if motions is None:
+            return None
+        try:
+            place = self.program.at(u, motions)
+            borders = self.borders(u, motions)
+        except np.linalg.LinAlgError:
+            return None
+        self.known = [(u, motions), *self.known[: _KNOWN - 1]]
+        values, rows = place.slacks.copy(), place.slacks_by.copy()
+        if self.program.margin:
+            each, m = len(self.program.texts), self.program.margin
+            for i in range(each - 1, self.asked, each):
+                stable = values[i] + m
+                values[i] = (stable * abs(stable) - m**2) / (2 * m)
+                rows[i] *= abs(stable) / m
+        whole = replace(
+            place,
+            slacks=np.append(values, [value for value, _ in borders]),
+            slacks_by=np.vstack([rows, *(by for _, by in borders)]),
+        )
+        return whole if whole.finite else None
+
+    def beside(self, near: Place, u: Vector) -> Place | None:
+        """The place at variables, in a search."""
+        return self.at(u)
+
+    def inequality(self, slack: int) -> tuple[int, Inequality]:
+        """The scenario of a slack that is a border, and the inequality as it is at the end."""
+        which, name, number, _ = self.keys[slack - self.asked]
+        alike = [one for one in distances(self.known[0][1][which].orbit)]
+        alike = [one for one in alike if one.inequality[:3] == name]
+        return which, sorted(alike, key=lambda one: float(one.inequality.time))[number].inequality
+
+    def smooth(self, place: Place) -> float:
+        """How far the variables may go until a border that does not hold the place."""
+        far = place.slacks[self.asked :]
+        least = float(far[far > _AT].min(initial=_FREE))
+        if self.program.margin is not None:
+            each = len(self.program.texts)
+            for motion, by in zip(place.motions, place.slacks_by[each - 1 :: each], strict=False):
+                slope = float(np.linalg.norm(self.by_u(by)))
+                least = min(least, abs(1 - motion.multiplier) / max(slope, 1e-300))
+        return least
+
+    def borders(self, u: Vector, motions: Sequence[Motion]) -> list[tuple[float, Vector]]:
+        """The borders' slacks, with derivatives by all parameters."""
+        every = [_borders(motion) for motion in motions]
+        found = []
+        for which, name, number, unit in self.keys:
+            alike = every[which].get(name, [])
+            none = _FREE * unit, np.zeros(len(motions[which].metrics["work"].slope))
+            value, slope = alike[number] if number < len(alike) else none
+            by = self.program.by_all(u, self.program.scenarios[which], slope)
+            found.append((value / unit, by / unit))
+        return found
+
+    def _keys(self, u: Vector, motions: Sequence[Motion]) -> Iterator[_Key]:
+        """All inequalities of the motions, in units of the variables."""
+        for which, motion in enumerate(motions):
+            for name, alike in _borders(motion).items():
+                for number, (_, slope) in enumerate(alike):
+                    by = self.program.by_all(u, self.program.scenarios[which], slope)
+                    size = float(np.linalg.norm(self.program.by_u(by)))
+                    if np.isfinite(size) and size > 0:
+                        yield _Key(which, name, number, size)
+
+
+def _by_orbit(motion: Motion) -> Motion:
+    """The same motion by its orbit, where it has one."""
+    orbit = motion.orbit
+    return motion if orbit is None else Motion(motion.parameters, None, orbit=orbit)
+
+
+def _borders(motion: Motion) -> dict[tuple[object, ...], list[tuple[float, Vector]]]:
+    """The inequalities of a motion by kind, segment and guard, alike ones in time.
+
+    What begins at a tangency lasts as long as the root of how far the parameters are beyond it:
+    the square of its duration is smooth.
+    """
+    found = dict[tuple[object, ...], list[tuple[float, Vector]]]()
+    if motion.orbit is None:
+        return found
+    itinerary = motion.orbit.itinerary
+    for one in sorted(distances(motion.orbit), key=lambda one: float(one.inequality.time)):
+        (kind, segment, *_), value, by = one.inequality, float(one.inequality.value), one.by
+        if kind == DURATION and len(itinerary) > 2:
+            before, after = (itinerary.neighbour(segment + way) for way in (-1, 1))
+            if before == after:
+                value, by = value * abs(value), 2 * abs(value) * by
+        found.setdefault(one.inequality[:3], []).append((value, by))
+    return found

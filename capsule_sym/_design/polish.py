@@ -1,0 +1,309 @@
+"""From a place near a local best to the optimum, over the pieces that meet there.
+
+On one piece, the parameters on which an itinerary holds, the best is that of a smooth program with
+the piece's borders as constraints. Where a border holds it, the pieces beyond are looked at: one
+that is better is gone on in; if none is, the place is an optimum at the border.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.local import Search
+from capsule_sym._design.pieces import Piece
+from capsule_sym._design.program import Place, Program
+from capsule_sym._design.stationary import Stationary, balanced, stationary
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation.points.kinds import (
+    FOLD,
+    HIGHER,
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
+)
+from capsule_sym._orbits.continuation.points.kinds import place as event
+from capsule_sym._orbits.shooting.admissibility import DURATION
+from capsule_sym._orbits.shooting.changes import insert_segment
+from capsule_sym._orbits.shooting.equations import shooting
+from capsule_sym._orbits.shooting.stability import floquet_multipliers
+
+Vector = NDArray[np.float64]
+MARGIN = 1e-2
+"""Of the largest multiplier, where stability bounds the best and no margin is asked for."""
+_MARGINS = (0.5, 0.25, 0.125)  # of it, from which the limit is extrapolated
+_REAL = 1e-6  # imaginary over absolute part
+_REACH = 0.05  # of the bounds, of a search on one piece
+_ROUNDS = 4  # searches on one piece
+_HOPS = 12  # from piece to piece
+_BESIDE = 1e-6  # of the bounds: where the pieces beyond a border are looked at
+_JUMP = 100  # times what the gradient explains
+_HELD = 1e-9  # least multiplier of a border that holds an optimum
+_AT = 1e-9  # of the bounds: at a border
+_MOST = 3  # borders at once, beyond which all pieces are looked at
+_BETTER = 1e-11  # units of the objective
+_WORSE = 1e-9
+
+
+class Side(NamedTuple):
+    """A piece at a border: the itineraries of its scenarios, and the slope into it.
+
+    The slope is the objective's by the scaled variables, away from the borders, less what active
+    limits let it gain; nan where the motions are lost beyond.
+    """
+
+    itineraries: tuple[str, ...]
+    slope: float
+
+    @property
+    def name(self) -> str:
+        """The itineraries in a line."""
+        return ", ".join(self.itineraries)
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """Where a polish came to rest: the conditions on the best piece, and the pieces beside it."""
+
+    program: Program
+    """What was optimised, with the margin of stability that it took."""
+    found: Stationary
+    piece: Piece | None = None
+    sides: tuple[Side, ...] = ()
+    """The piece of the place first; none where no border holds the place."""
+    whole: bool = False
+    """Whether the conditions hold, and no piece beyond a border is better."""
+    bifurcation: str = ""
+    """What bounds the best, where stability or a border beyond which motions are lost does."""
+    limit: float = np.nan
+    """The objective that is approached there."""
+
+    @property
+    def asked(self) -> int:
+        """The number of slacks that are limits; borders follow them."""
+        return len(self.found.place.slacks) if self.piece is None else self.piece.asked
+
+    @property
+    def held(self) -> list[int]:
+        """The borders that hold the place, by their slacks."""
+        forces = self.found.multipliers
+        return [i for i in range(self.asked, len(forces)) if forces[i] > _HELD]
+
+    @property
+    def near(self) -> list[int]:
+        """The borders at the place."""
+        slacks = self.found.place.slacks
+        return [i for i in range(self.asked, len(slacks)) if abs(slacks[i]) < _AT]
+
+    @property
+    def critical(self) -> Motion:
+        """The least stable motion."""
+        return max(self.found.place.motions, key=lambda motion: motion.multiplier)
+
+    @property
+    def at_margin(self) -> bool:
+        """Whether the margin of stability holds the place."""
+        if self.program.margin is None:
+            return False
+        each = len(self.program.texts)
+        forces = self.found.multipliers[each - 1 : self.asked : each]
+        return bool(np.any(forces > _HELD))
+
+
+def polish(program: Program, place: Place) -> Rest | None:
+    """Where the best next to a place is; None where no piece has it."""
+    rest = _over_pieces(program, place)
+    near = 0.0 if rest is not None and rest.whole else MARGIN
+    if rest is not None and program.margin is None and rest.critical.multiplier > 1 - near:
+        rest = _over_pieces(replace(program, margin=MARGIN), place)
+    return _with_limit(rest) if rest is not None and rest.whole and rest.at_margin else rest
+
+
+def _with_limit(rest: Rest) -> Rest:
+    """The same with what is approached as the margin of stability goes to 0, and what is there.
+
+    Along the optima the objective is a smooth function of the margin, also at a fold.
+    """
+    found, program = rest.found, rest.program
+    margins, values = [], []
+    assert program.margin is not None
+    for share in _MARGINS:
+        margin = min(program.margin, MARGIN) * share
+        narrow = on_piece(replace(program, margin=margin), found.place)
+        if narrow is None or not narrow.whole:
+            break
+        if not narrow.at_margin:  # what is best is stable, within the margin that was asked for
+            return rest
+        margins.append(margin)
+        values.append(narrow.found.place.worst)
+        found, rest = narrow.found, replace(rest, bifurcation=_kind(narrow.critical))
+    if not values:
+        return rest
+    fitted = np.polynomial.Polynomial.fit(margins, values, len(values) - 1)
+    return replace(rest, limit=float(fitted(0.0)))
+
+
+def _kind(motion: Motion) -> str:
+    """The bifurcation that is near, by the largest multiplier."""
+    assert motion.orbit is not None
+    largest = complex(floquet_multipliers(motion.orbit)[0])
+    if abs(largest.imag) > _REAL * abs(largest):
+        return NEIMARK_SACKER
+    return FOLD if largest.real > 0 else PERIOD_DOUBLING
+
+
+def _over_pieces(program: Program, place: Place) -> Rest | None:
+    """The best next to a place over all pieces that are passed."""
+    rest = on_piece(program, place)
+    for _ in range(_HOPS):
+        if rest is None:
+            return None
+        if not rest.whole:
+            other = _elsewhere(program, rest)
+            if other is None:
+                return rest
+            rest = other
+        rest, moved = _beyond(program, rest)
+        if not moved and rest.whole:
+            return rest
+    return rest
+
+
+def _elsewhere(program: Program, rest: Rest) -> Rest | None:
+    """What a search over all pieces finds from a place, or a piece beside it has; None if worse."""
+    here = rest.found.place
+    near = program.place(here.u, program.followed(here.motions, here.u))
+    seen = {_itineraries(here)}
+    if near is not None:
+        best = Search(program, near, _REACH).run()[0]
+        if best.rank < (max(0.0, here.beyond), here.worst - _BETTER):
+            return on_piece(program, best)
+    for way in np.vstack([np.eye(len(here.u)), -np.eye(len(here.u))]):
+        side = program.beside(here, np.clip(here.u + _BESIDE * way, 0.0, 1.0))
+        if side is None or _itineraries(side) in seen:
+            continue
+        seen.add(_itineraries(side))
+        other = on_piece(program, side)
+        if other is not None and other.whole and other.found.place.worst <= here.worst + _WORSE:
+            return other
+    return None
+
+
+def on_piece(program: Program, place: Place) -> Rest | None:
+    """The best place of the piece that a place is on; None where its orbits have no equations."""
+    rest: Rest | None = None
+    for _ in range(_ROUNDS):
+        piece = Piece(program, place)
+        first = piece.at(place.u)
+        if first is None:
+            return rest
+        best = Search(piece, first, _REACH).run()[0]
+        found = stationary(piece, best)
+        good = found is not None and found.minimal and _as_good(found, best)
+        if found is None or not good:
+            found = balanced(piece, best)
+            good = found.minimal
+        rest = Rest(program, found, piece, whole=good)
+        moved = abs(found.place.u - place.u).max()
+        if (good and moved < _REACH) or moved < _AT:
+            break
+        place = found.place
+    return rest
+
+
+def _as_good(found: Stationary, best: Place) -> bool:
+    """Whether an optimum is within its limits, and as good as a place that may exceed some."""
+    gained = float(found.multipliers @ np.maximum(-best.slacks, 0.0))
+    place = found.place
+    return place.slacks.min(initial=0.0) > -_WORSE and (
+        place.worst <= best.worst + gained + _WORSE or best.beyond > 0
+    )
+
+
+def _beyond(program: Program, rest: Rest) -> tuple[Rest, bool]:
+    """The best next to a place of pieces beyond its borders, and whether it is another."""
+    if not rest.held:
+        return rest, False
+    sides, whole = list[Side](), rest.whole
+    for way, side in _sectors(program, rest):
+        if side is None:
+            sides.append(Side(("",), np.nan))
+            continue
+        names = _itineraries(side)
+        if any(names == known.itineraries for known in sides):
+            continue
+        sides.append(Side(names, _slope(rest, side, way)))
+        whole &= sides[-1].slope > -_HELD
+        other = on_piece(program, side) if len(sides) > 1 else None  # the first is the own piece
+        if other is None:
+            continue
+        place = other.found.place
+        if place.slacks.min(initial=0.0) > -_WORSE and (
+            place.worst < rest.found.place.worst - (_BETTER if other.whole else _WORSE)
+        ):
+            return other, True
+    lost = any(np.isnan(side.slope) for side in sides)
+    told = replace(rest, sides=tuple(sides), whole=whole)
+    if lost:
+        told = replace(told, bifurcation=_border(rest), limit=rest.found.place.worst)
+    return told, False
+
+
+def _slope(rest: Rest, side: Place, way: Vector) -> float:
+    """The objective's slope at a place on a side, less what limits let it gain."""
+    worst, asked = int(np.argmax(side.objective)), rest.asked
+    by = side.objective_by[worst] - rest.found.multipliers[:asked] @ side.slacks_by
+    return float(rest.program.by_u(by) @ way)
+
+
+def _sectors(program: Program, rest: Rest) -> Iterator[tuple[Vector, Place | None]]:
+    """Directions into the pieces that meet at a place, its own first, and places there.
+
+    None where the motions are lost there.
+    """
+    place = rest.found.place
+    free = (place.u > 0.0) & (place.u < 1.0)
+    near = sorted({*rest.near, *rest.held}, key=lambda i: -rest.found.multipliers[i])[:_MOST]
+    normals = program.by_u(place.slacks_by[near]) * free
+    slope = 1 + abs(program.by_u(place.objective_by)).max()
+    for signs in product((1.0, -1.0), repeat=len(near)):
+        way = np.linalg.lstsq(normals, np.array(signs), rcond=1e-6)[0]
+        if not np.any(way):
+            continue
+        way /= np.linalg.norm(way)
+        side = program.beside(place, np.clip(place.u + _BESIDE * way, 0.0, 1.0))
+        if side is None or abs(side.worst - place.worst) > _JUMP * _BESIDE * slope:
+            yield way, None
+        else:
+            yield way, side
+
+
+def _border(rest: Rest) -> str:
+    """The bifurcation at the border that holds a place most."""
+    assert rest.piece is not None
+    forces = rest.found.multipliers
+    which, inequality = rest.piece.inequality(max(rest.held, key=lambda i: forces[i]))
+    orbit = rest.found.place.motions[which].orbit
+    assert orbit is not None
+    try:
+        if inequality.kind == DURATION:
+            return event(orbit, inequality.segment).type
+        with backend(orbit.backend, orbit.scene) as numbers:
+            change, segment = insert_segment(
+                numbers, orbit.itinerary, orbit.z, orbit.system, inequality
+            )
+            system = shooting(numbers, orbit.values, change.itinerary, change.z)
+        longer = replace(orbit, itinerary=change.itinerary, z=change.z, system=system)
+        return event(longer, segment).type
+    except (InvalidInput, np.linalg.LinAlgError):
+        return HIGHER.type
+
+
+def _itineraries(place: Place) -> tuple[str, ...]:
+    return tuple(" ".join(motion.itinerary) for motion in place.motions)
