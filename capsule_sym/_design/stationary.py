@@ -34,6 +34,7 @@ _ACTIVE = (1e-8, 1e-5, 1e-2)  # of a constraint, below which it may hold the opt
 _NEAR = 1e-6  # the same without Newton's method
 _KEPT = 1e-10  # beyond which a constraint that is not active is made so
 _ENOUGH = 1e-13
+_PATIENCE = 2  # steps in a row that make the residual no smaller
 _SLOW = 0.1  # of the residual before: curvatures that make it no smaller are taken anew
 _REACH = 0.1  # of the bounds, that a step moves a variable at most
 _SOLVED = 1e-9  # largest residual of what counts as an optimum
@@ -254,21 +255,20 @@ class _Conditions(_Balance):
 
         Curvatures are taken anew where they make the residual little smaller.
         """
-        best, reached, along, second, fresh = point, math.inf, np.empty(0), np.empty(0), False
+        best, reached, along, second, worse = point, math.inf, np.empty(0), np.empty(0), 0
         with suppress(np.linalg.LinAlgError):  # where an orbit is lost
             for _ in range(_STEPS):
                 size = abs(self.residual(point)).max()
-                slow = size > _SLOW * reached
+                if fresh := size > _SLOW * reached or not along.size:
+                    along = self.along(point)
+                    second = self.curvature(point, along)
+                # A step onto the constraints may change the slopes along them.
+                worse = 0 if size < reached else worse + fresh
                 if size < reached:
                     best, reached = point, size
-                elif fresh:
+                if reached < _ENOUGH or worse > _PATIENCE:
                     break
-                if reached < _ENOUGH:
-                    break
-                if fresh := slow or not along.size:
-                    along = self.along(best)
-                    second = self.curvature(best, along)
-                point = self.stepped(best, along, second)
+                point = self.stepped(point, along, second)
         return best
 
     def along(self, point: _Point) -> Matrix:
