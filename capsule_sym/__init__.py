@@ -10,7 +10,8 @@ from functools import cache as _cache
 _NEEDS = {
     "flint": ("_enclosures.certificates.certify", "_enclosures.certificates.checker"),
     "matplotlib": (
-        *("_figures.branches", "_figures.charts", "_figures.curves", "_figures.design"),
+        *("_figures.attractors", "_figures.branches", "_figures.charts", "_figures.curves"),
+        "_figures.design",
         *("_figures.device", "_figures.diagrams", "_figures.events", "_figures.evolution"),
         *("_figures.portraits", "_figures.precision", "_figures.statespace", "_figures.style"),
         *("_figures.sweeps", "_figures.switching"),

@@ -44,6 +44,7 @@ from capsule_sym._errors import InvalidInput as InvalidInput
 from capsule_sym._errors import NotInstalled as NotInstalled
 from capsule_sym._errors import Outcome as Outcome
 from capsule_sym._errors import Status as Status
+from capsule_sym._figures.attractors import plot_attractors as plot_attractors
 from capsule_sym._figures.branches import plot_bifurcations as plot_bifurcations
 from capsule_sym._figures.branches import plot_energies as plot_energies
 from capsule_sym._figures.charts import plot_chart as plot_chart

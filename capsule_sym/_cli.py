@@ -92,6 +92,7 @@ for _name, _module, _text in (
     ("bench", "bench", "Measure speed against error, beside peers."),
     ("sweep", "sweep", "Run a grid of parameters or starts, resumably."),
     ("basin", "sweep", "Run a basin of attraction; tell its attractors."),
+    ("attractors", "attractors", "Find all attractors that starts lead to."),
     ("sweep-info", "sweep", "Show what the results of a sweep hold."),
     ("orbit", "orbit", "Close the periodic orbit exactly."),
     ("branch", "branch", "Follow an orbit in a parameter, with bifurcations."),

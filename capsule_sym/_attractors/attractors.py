@@ -33,7 +33,7 @@ Starts = Mapping[str, float | tuple[float, float]] | ArrayLike
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
-    """A stable closed orbit, and how many of the starts lead to it.
+    """A stable closed orbit, and how many of the starts lead to it; dimensionless.
 
     `interval` holds the fraction of the box that leads there with a probability of 95 % or more, by
     Clopper and Pearson, for starts that are as good as independent. `mirror` is the number of its
@@ -116,8 +116,8 @@ class Attractors(Labelled):
 
     @property
     def success(self) -> bool:
-        """Whether every start has settled."""
-        return self.status is Status.FINISHED and not self.unsettled
+        """Whether all starts were followed as far as asked for."""
+        return self.status is Status.FINISHED
 
     @property
     def message(self) -> str:
@@ -202,16 +202,17 @@ def attractors(
     settling = Settling(row, parameters.scene, threads)
     total, orbits, status = len(states), list[Orbit | None](), Status.TIME_LIMIT
     found = Arrivals.begun(states)
+
+    def report(done: int) -> None:
+        # Where the time is over no orbit closes any more.
+        new = settling.cycles[0][len(orbits) :]
+        orbits.extend(closed_orbit(parameters, cycle) for cycle in new)
+        if progress is not None:
+            progress(done, total)
+
     with Watch(checked_seconds(max_seconds)):
-        settling.follow(
-            np.zeros(total, np.intp),
-            found,
-            times,
-            periods,
-            report=None if progress is None else lambda done: progress(done, total),
-        )
+        settling.follow(np.zeros(total, np.intp), found, times, periods, report=report)
         status = Status.FINISHED
-    orbits = [closed_orbit(parameters, cycle) for cycle in settling.cycles[0]]
     numbers, order = ranked(found.numbers, [orbit is not None for orbit in orbits])
     chosen = [orbit for i in order if (orbit := orbits[i]) is not None]
     return Attractors(

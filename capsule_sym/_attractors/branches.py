@@ -28,6 +28,8 @@ from capsule_sym._parameters import Scene, SceneParameters
 class Change(NamedTuple):
     """Birth or death of an attractor: between which values, and the bifurcation of its branch.
 
+    All is dimensionless, but of a parameter in SI units that others are tied to.
+
     `value` is nan and `bifurcation` None where none was located; `message` says why.
     """
 
@@ -130,8 +132,8 @@ class ContinuedAttractors(Labelled):
 
     @property
     def success(self) -> bool:
-        """Whether all was run, and each birth and death located."""
-        return self.status is Status.FINISHED and all(one.bifurcation for one in self.changes)
+        """Whether all was run, and births and deaths sought."""
+        return self.status is Status.FINISHED
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -158,7 +160,7 @@ class ContinuedAttractors(Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """A row for each value of each attractor."""
+        """Columns, shape (k,), with a row for each value of each attractor."""
         each = self.branches
         shown = [row for one in each for row in one.shown]
         ends = np.concatenate([np.empty((0, 2)), *(one.intervals for one in each)])

@@ -65,8 +65,8 @@ def continue_attractors(
 ) -> ContinuedAttractors:
     """The attractors at several values of a parameter, each followed from value to value.
 
-    `values` of the parameter `name` ascend, two or more; other parameters may vary with it by
-    `ties`, as in `continue_orbit`. `starts`, `count`, `phases` and `periods` are as in
+    `values`, shape (m,), of the parameter `name` ascend, two or more; other parameters may vary
+    with it by `ties`, as in `continue_orbit`. `starts`, `count`, `phases` and `periods` are as in
     `attractors`, the same at all values. Where an attractor appears or disappears between two
     values, its branch is followed exactly from one to the other: `birth` and `death` have the
     bifurcation at which it becomes stable or stops to be so, or ends. All is dimensionless.

@@ -31,6 +31,7 @@ RUNS = {
     "branch": "--X --points 2 --out branch",
     "sweep": "--X:2 --Y:2 --compute itinerary,energies,forces --periods 200 --store chart",
     "basin": "--x-r 0:0.1:2 --v-r 0:0.1:2 --periods 50 --store basin",
+    "attractors": "--x-r 0:0.1 --count 5 --periods 200",
     "optimise": "--maximise speed --over X --samples 1",
     "steer": "--over X --samples 1",
     "fit": "measured.csv --unknown x",

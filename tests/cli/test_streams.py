@@ -30,6 +30,7 @@ SHORT = {
     "bench": "--quick",
     "sweep": "two.toml --store one",
     "basin": "--x-r 0:1:2 --periods 2 --store two",
+    "attractors": "--x-r 0:1 --count 2 --periods 40",
     "sweep-info": "done",
     "enclose": "",
     "orbit": "",

@@ -28,6 +28,14 @@ MIDDLE = {
         ["--x-r", "-1:1:900", "--v-r", "-1:1:900", "--store", "store"],
         r"\d of 810,000 cells",
     ),
+    "attractors": (
+        [
+            *("--alpha", "1.88", "--omega", "0.32", "--delta", "0.03", "--zeta", "0.05"),
+            *("--beta", "17.57", "--gamma", "7.47"),
+            *("--x-r", "-1:1", "--count", "2000", "--periods", "1000000"),
+        ],
+        r"Settling 0 of 2,000 runs",
+    ),
     "orbit": (["--starts", "100000"], "Searching"),
     "branch": (["--alpha", "0.1:2", "--points", "3000"], r"Following \d{2,} points, at"),
     "curve": (

@@ -1,0 +1,157 @@
+"""The command `attractors`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+from typing import Any
+
+import click
+
+import capsule_sym
+from capsule_sym._commands import options, present
+from capsule_sym._commands.optimise import finite, table_of
+from capsule_sym._commands.signature import command, option, several
+
+
+class _Along(options.Range):
+    """NAME=LOW:HIGH:COUNT as a name and three numbers."""
+
+    def __init__(self) -> None:
+        super().__init__(counted=True)
+        self.name = "NAME=LOW:HIGH:COUNT"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Name and range of a text."""
+        if isinstance(value, tuple):
+            return value
+        name, mark, ends = value.partition("=")
+        if not name or not mark:
+            self.fail(f"{value!r} is not {self.name}, such as alpha=0.1:2:100", param, ctx)
+        range_ = options.Range(counted=True)
+        return name.replace("-", "_"), *range_.convert(ends, param, ctx)
+
+
+_WINDOW = options.Range()
+
+
+@command()
+def attractors(
+    system: options.System = options.parameters(),
+    windows: dict[str, Any] = several(
+        x_r=option("Starts along x_r.", type=_WINDOW),
+        v_r=option("Starts along v_r.", type=_WINDOW),
+        v_c=option("Starts along v_c.", type=_WINDOW),
+        phase=option("Starts along the phase.", type=_WINDOW),
+    ),
+    state: tuple[float, float, float] = options.state("What no range changes of the start."),
+    count: int = options.count("Starts in the box.", 400),
+    along: tuple[str, float, float, int] | None = option(
+        "Follow all attractors along a parameter, from value to value.", type=_Along()
+    ),
+    periods: int | None = option(
+        "Excitation periods after which a run counts as not settled.  [default: 4096, along a "
+        "parameter 1024]"
+    ),
+    threads: int = options.count("Threads that run starts.", 1),
+    out: options.Path | None = options.out(
+        "Write the JSON and the table as CSV here, of --along the picture too."
+    ),
+    max_seconds: float = options.max_seconds(),
+    as_json: bool = options.as_json,
+) -> None:
+    """Find all attractors that a box of starts leads to, and the fraction of the starts.
+
+    Starts are low-discrepancy points in the ranges given. Each attractor is a closed orbit, with
+    its multipliers, its mirror image where there is one, and a 95 % interval of the fraction. What
+    has not settled is counted. With --along all are followed along a parameter: births and deaths
+    are located at the bifurcations of their branches.
+
+    Exits with 3 where the time was over before. Ctrl-C ends it early too: what was found is shown
+    and written.
+    """
+    from numpy import linspace
+
+    from capsule_sym._native import Watch
+    from capsule_sym._native.watch import TOLD
+
+    options.require("design", "scipy")
+    given = {name: window for name, window in windows.items() if window}
+    if not given:
+        raise click.UsageError("give a range of starts, such as --x-r -1:1")
+    parameters, _ = system.load()
+    limit = Watch(max_seconds)
+    starts = dict(zip(parameters.scene.facts.STATE, state, strict=True)) | given
+    how: dict[str, Any] = {"count": count, "threads": threads, "max_seconds": limit.left}
+    how["progress"] = lambda done, total: TOLD.get()(f"{done:,} of {total:,} runs")
+    if periods is not None:
+        how["periods"] = periods
+    found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors
+    with present.stoppable(limit, "Settling"):
+        if along is None:
+            found = capsule_sym.attractors(parameters, starts, **how)
+        else:
+            name, low, high, number = along
+            values = linspace(low, high, max(number, 0)).tolist()
+            found = capsule_sym.continue_attractors(parameters, name, values, starts, **how)
+    pictures = {}
+    if isinstance(found, capsule_sym.ContinuedAttractors):
+        pictures = {"attractors.svg": partial(capsule_sym.plot_attractors, found)}
+    present.result(
+        lambda: finite(found.to_dict()),
+        lambda: _show(found),
+        as_json,
+        out,
+        lambda: {
+            "attractors.json": finite(found.to_dict()),
+            "attractors.csv": table_of(found),
+        },
+        pictures,
+    )
+    if limit.stopped:
+        raise KeyboardInterrupt
+    if not found.success:
+        present.fail(f"{found.status}: {found.message}")
+
+
+def _show(found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors) -> None:
+    rows: Iterable[tuple[str, ...]]
+    if isinstance(found, capsule_sym.Attractors):
+        rows = (
+            (
+                str(number),
+                f"{one.fraction:.2%}",
+                f"{one.interval[0]:.2%} to {one.interval[1]:.2%}",
+                str(one.period_number),
+                f"{one.progression:.6g}",
+                f"{one.multiplier:.6g}",
+                "" if one.mirror is None else "itself" if one.mirror == number else str(one.mirror),
+                one.itinerary,
+            )
+            for number, one in enumerate(found.attractors)
+        )
+        heads = ("", "starts", "95 %", "period", "progression", "|multiplier|", "image of")
+        present.table((*heads, "itinerary"), rows, right=heads, gap=2)
+    else:
+        rows = (
+            (
+                str(one.number),
+                f"{one.values[0]:.6g} to {one.values[-1]:.6g}",
+                f"{one.fractions.min():.2%} to {one.fractions.max():.2%}",
+                *(_change(change) for change in (one.birth, one.death)),
+                str(len(one.cycles[0].states)),
+                one.shown[0][0],
+            )
+            for one in found.branches
+        )
+        heads = ("", found.name, "starts", "birth", "death", "period", "itinerary")
+        present.table(heads, rows, gap=2)
+    present.make_console().print(found.message)
+
+
+def _change(change: capsule_sym.Change | None) -> str:
+    if change is None:
+        return ""
+    if change.bifurcation is None:
+        return change.type
+    return f"{change.value:.9g} {change.type}"

@@ -1,0 +1,126 @@
+"""Attractors along a parameter: which fraction of the starts leads to each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from capsule_sym._figures.layout import add_key, axes_for
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    LABELS,
+    REGIONS,
+    describe,
+    figure_style,
+    readable,
+)
+
+if TYPE_CHECKING:
+    from capsule_sym._attractors.branches import ContinuedAttractors
+
+_NAMED = 0.08  # fraction from which on an area has its number
+_NARROW = 0.01  # share of the axis over which it goes then
+_LARGE = 0.7  # share of an area's greatest height above which it may stand
+_Values = NDArray[np.float64]
+
+
+@figure_style()
+def plot_attractors(
+    found: ContinuedAttractors, *, width: float = PAGE, axes: Axes | None = None
+) -> Figure:
+    """The fractions of starts that lead to each attractor, stacked, along a parameter.
+
+    `found` is what `continue_attractors` gives. Each attractor has a colour and its number; marks
+    above are births and deaths at the bifurcations of their branches, where fractions jump. White
+    are starts that have not settled. Drawn into `axes` if they are given.
+    """
+    alone = axes is None
+    figure, axes = axes_for(axes, width, 0.5 * width)
+    places, shares = _columns(found)
+    below = np.zeros(len(places))
+    colours = _colours(found)
+    for branch, colour in zip(found.branches, colours, strict=True):
+        fractions = np.zeros(len(found.values))
+        fractions[np.searchsorted(found.values, branch.values)] = branch.fractions
+        height = shares @ fractions
+        axes.fill_between(places, below, below + height, color=colour, linewidth=0)
+        wide_part = np.flatnonzero(height >= _LARGE * height.max())
+        most = int(wide_part[abs(places[wide_part] - places[wide_part].mean()).argmin()])
+        wide = np.ptp(branch.values) >= _NARROW * np.ptp(found.values)
+        if height[most] >= _NAMED and wide:
+            middle = below[most] + height[most] / 2
+            text: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(colour)}
+            axes.text(_inward(places, most), middle, str(branch.number), **text)
+        below = below + height
+    for mark, label, chosen in (
+        ("^", "birth", [one.birth for one in found.branches]),
+        ("v", "death", [one.death for one in found.branches]),
+    ):
+        values = [one.value for one in chosen if one is not None and np.isfinite(one.value)]
+        if values:
+            kind: dict[str, Any] = {
+                "color": "black",
+                "markersize": 4,
+                "clip_on": False,
+                "label": label,
+            }
+            axes.plot(values, np.full(len(values), 1.04), mark, linestyle="none", **kind)
+    axes.set_xlim(found.values[0], found.values[-1])
+    axes.set_ylim(0, 1.08)
+    axes.set_yticks(np.linspace(0, 1, 6))
+    axes.set_xlabel(LABELS.get(found.name, found.name))
+    axes.set_ylabel("fraction of the starts")
+    if alone:
+        handles = axes.get_legend_handles_labels()[0]
+        if found.unsettled.any():
+            handles = [*handles, Patch(facecolor="white", edgecolor="0.5", label="not settled")]
+        if handles:
+            add_key(figure, handles)
+    title = f"Attractors along {found.name}"
+    return describe(figure, title, parameters=found.base, starts=found.starts)
+
+
+def _colours(found: ContinuedAttractors) -> list[str]:
+    """A colour for each attractor: another one than those of attractors beside it, if there is."""
+    step = np.diff(found.values).max()
+    chosen = list[int]()
+    for branch in found.branches:
+        beside = {
+            chosen[other.number]
+            for other in found.branches[: branch.number]
+            if other.values[-1] + 2 * step >= branch.values[0]
+        }
+        free = [i for i in range(len(REGIONS)) if i not in beside]
+        chosen.append(free[0] if free else branch.number % len(REGIONS))
+    return [REGIONS[i] for i in chosen]
+
+
+def _columns(found: ContinuedAttractors) -> tuple[_Values, _Values]:
+    """Places along the axis, and the shares of the values' fractions there, (k, m).
+
+    Fractions are drawn as lines from value to value; where attractors are born or die in between,
+    those of both values reach to the first bifurcation.
+    """
+    values = found.values
+    events = sorted(one.value for one in found.changes if np.isfinite(one.value))
+    places, shares = [], []
+    eye = np.eye(len(values))
+    for i, value in enumerate(values):
+        places.append(value)
+        shares.append(eye[i])
+        inside = [at for at in events if i + 1 < len(values) and value < at < values[i + 1]]
+        if inside:
+            places += [inside[0], inside[0]]
+            shares += [eye[i], eye[i + 1]]
+    return np.array(places), np.array(shares)
+
+
+def _inward(places: _Values, at: int) -> float:
+    """A place for a number, away from the ends of the axis."""
+    room = 0.02 * (places[-1] - places[0])
+    return float(np.clip(places[at], places[0] + room, places[-1] - room))

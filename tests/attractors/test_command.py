@@ -1,0 +1,78 @@
+"""The command `attractors`, and the picture of what it follows."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from matplotlib.collections import PolyCollection
+
+from capsule_sym import attractors, continue_attractors, plot_attractors
+from capsule_sym._cli import main
+from tests.attractors.test_attractors import BOX
+from tests.attractors.test_destinations import BISTABLE
+
+SYSTEM = ("--alpha", "2.8", "--omega", "0.4", "--zeta", "0.01", "--beta", "5", "--gamma", "5")
+
+
+@pytest.fixture
+def call(capfd):
+    def run(*arguments: str):
+        with pytest.raises(SystemExit) as done:
+            main(["attractors", *arguments])
+        shown = capfd.readouterr()
+        return done.value.code, shown.out, shown.err.splitlines()
+
+    return run
+
+
+def test_it_prints_what_the_function_finds(call) -> None:
+    box = ("--x-r", "-2:2", "--v-r", "-2:2", "--count", "50")
+    status, out, err = call(*SYSTEM, *box)
+    assert (status, err) == (0, [])
+    assert "50 starts lead to 2 attractors" in out
+    status, out, _ = call(*SYSTEM, *box, "--json")
+    assert json.loads(out) == json.loads(json.dumps(attractors(BISTABLE, BOX, count=50).to_dict()))
+
+
+def test_along_a_parameter_it_writes_table_record_and_picture(call, tmp_path) -> None:
+    box = ("--x-r", "-2:2", "--v-r", "-2:2", "--count", "30", "--out", str(tmp_path / "out"))
+    status, out, err = call(*SYSTEM, *box, "--along", "alpha=2.1:2.2:3")
+    assert status == 0
+    assert "2.14808303 period" in out
+    assert err[0].startswith("wrote ")
+    with (tmp_path / "out" / "attractors.csv").open() as table:
+        rows = list(csv.DictReader(table))
+    record = json.loads((tmp_path / "out" / "attractors.json").read_text())
+    assert sum(int(row["count"]) for row in rows) + sum(record["unsettled"]) == 90
+    assert (tmp_path / "out" / "attractors.svg").stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ((), "give a range of starts"),
+        (("--x-r", "1:1"), "extent"),
+        (("--x-r", "0:1", "--count", "0"), "count"),
+        (("--x-r", "0:1", "--along", "beth=1:2:3"), "beth"),
+        (("--x-r", "0:1", "--along", "alpha=1:2:0"), "values"),
+        (("--x-r", "0:1", "--along", "alpha=2:1:3"), "ascending"),
+        (("--x-r", "0:1", "--along", "alpha=1:2"), "LOW:HIGH:COUNT"),
+        (("--x-r", "0:1", "--along", "1:2:3"), "NAME=LOW:HIGH:COUNT"),
+    ],
+)
+def test_bad_input_is_one_line(call, arguments, told) -> None:
+    status, out, err = call(*arguments)
+    assert (status, out, len(err)) == (2, "", 1)
+    assert told in err[0]
+
+
+def test_areas_of_the_picture_are_the_fractions() -> None:
+    found = continue_attractors(BISTABLE, "alpha", [2.2, 2.3, 2.4], BOX, count=30, periods=2048)
+    (axes,) = plot_attractors(found).axes
+    areas = [one for one in axes.collections if isinstance(one, PolyCollection)]
+    assert len(areas) == len(found.branches) == 2
+    for area, branch in zip(areas, found.branches, strict=True):
+        (path,) = area.get_paths()
+        at = path.vertices[np.isclose(path.vertices[:, 0], 2.3), 1]
+        assert np.ptp(at) == pytest.approx(branch.fractions[1])
