@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import shlex
 import sys
 from collections.abc import Callable, Iterator
@@ -292,10 +293,10 @@ def _lines(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for number, attractor in enumerate(record.get("attractors", ())):
         yield (
             f"attractor {number}",
-            f"{attractor['share']:7.2%}  {attractor['itinerary']}  "
+            f"{attractor['fraction']:7.2%}  {attractor['itinerary']}  "
             f"period number {attractor['period_number']}, "
             f"progression {attractor['progression']:.9g}, "
-            f"multiplier {attractor['multiplier']:.6g}",
+            f"multiplier {math.hypot(*attractor['multipliers'][0]):.6g}",
         )
     for name, value in record.get("provenance", {}).items():
         versions = value.items() if isinstance(value, dict) else ()

@@ -96,7 +96,7 @@ def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixt
     arguments = [*BASIN, "--alpha", "1.2", "--store", str(tmp_path / "store")]
     record = json.loads(said(capsys, [*arguments, "--json"]))
     (only,) = record["attractors"]
-    assert (only["itinerary"], only["period_number"], only["share"]) == (
+    assert (only["itinerary"], only["period_number"], only["fraction"]) == (
         "F5 F4 F1 F2 F3 F2",
         1,
         1.0,

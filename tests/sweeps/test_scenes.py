@@ -119,8 +119,8 @@ def test_orbits_of_cells_are_those_of_the_map(name: str, tmp_path: Path) -> None
 def test_basins_of_a_slope_have_closed_attractors(tmp_path: Path) -> None:
     axes = Axis.linear("x_r", -1, 1, 4), Axis.linear("v_r", -1, 1, 3)
     _, found = run_basin(Sweep(axes, SLOPE.Parameters(alpha=0.8)), tmp_path / "store")
-    assert sum(one.share for one in found.attractors) == pytest.approx(1.0)
-    assert all(one.residual < 1e-10 and one.multiplier < 1 for one in found.attractors)
+    assert sum(one.fraction for one in found.attractors) == pytest.approx(1.0)
+    assert all(one.orbit.residual < 1e-10 and one.multiplier < 1 for one in found.attractors)
 
 
 def test_a_duty_cycle_of_a_whole_period_is_refused_by_its_range_with_all_digits() -> None:
