@@ -155,7 +155,7 @@ def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, 
     """Drive's work, damper loss and friction loss of a segment, each with derivatives (12,)."""
     c, h = flow.c, flow.h
     check_time()
-    fractions, weights = _panels(forms.numbers, c, abs(float(h)))
+    fractions, weights = panels(forms.numbers, c, abs(float(h)))
     v_r, v_c, cosine, sine, by, angle_by = _sample(forms, flow, fractions)
     power_by = chained(c.drive_power_gradient(cosine, sine, v_r, v_c), by, angle_by)
     work = _integral(c.drive_power(cosine, v_r, v_c), power_by, weights, h)
@@ -197,7 +197,7 @@ def _sample(
     return v_r, v_c, cosine, sine, rows, angle_by
 
 
-def _panels(numbers: Backend, c: Any, h: float) -> tuple[Vector, Vector]:
+def panels(numbers: Backend, c: Any, h: float) -> tuple[Vector, Vector]:
     """Nodes and weights on (0, 1), for products of two functions of a segment of duration h."""
     mpmath = numbers.name == "mpmath"
     (nodes, weights), longest = (_mpmath_nodes(), _MPMATH_REACH) if mpmath else (_nodes(), _REACH)

@@ -1,0 +1,166 @@
+"""Intervals of a drive's value in which a pulse of some periods leads to an attractor.
+
+Along the values the run after the pulse is a continuous curve, which the borders of basins cut. It
+is sampled until neighbours stay close for a while after the pulse: beside a border runs part from
+each other, so that an interval too narrow for the first samples is found by those next to it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._attractors.destinations import Destinations, run_rows
+from capsule_sym._attractors.pulse import Interval
+
+_FOLLOWED = (4, 16)  # excitation periods after the pulse, at which neighbours are compared
+_APART = 0.02  # distance of neighbours, over the size of all, from which one is put between them
+_FINEST = 1e-7  # least distance of values that are compared so, over the range
+_MOST_VALUES = 10_000  # of pulses of one number of periods, in a part of the range
+_LEAST_VALUES = 9  # in a part of the range
+_REFINED = 8  # intervals of a part of which the ends are halved, the widest ones
+_EDGE = 1e-11  # how well these ends are known, over the range
+_NEAR = 1e-9  # share of a deviation that is left when a run counts as settled
+_SETTLING = 512, 8192  # excitation periods in which a run arrives, the fewest and the most
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Parameters at one end of their tolerances, and pulses there.
+
+    `destinations` has the attractor at the start and that at the end, `starts` the states at phase
+    0 of the first, (period number, 3).
+    """
+
+    destinations: Destinations
+    starts: Vector
+    column: int
+    """Place of the dimensionless parameter that the pulse changes."""
+    factor: float
+    """This parameter over the value."""
+
+    @cached_property
+    def settling(self) -> int:
+        """Excitation periods after which a run that goes to the end is there."""
+        end = self.destinations.orbits[1]
+        largest = min(max(float(abs(end.multipliers[0])), 1e-3), 1 - 1e-9)
+        wanted = math.ceil(math.log(_NEAR) / math.log(largest)) * end.itinerary.period_number
+        return min(max(wanted, _SETTLING[0]), _SETTLING[1])
+
+    def after(self, values: Vector, periods: int, begins: int) -> Vector:
+        """States at phase 0 after pulses of these values, (n, 3)."""
+        rows = np.repeat(self.destinations.row, len(values), axis=0)
+        rows[:, self.column] = values * self.factor
+        states = np.repeat(self.starts[begins][None], len(values), axis=0)
+        return run_rows(rows, states, 0.0, periods, self.destinations.scene).states
+
+    def leads(self, values: Vector, periods: int, begins: int) -> NDArray[np.bool_]:
+        """Whether pulses of these values lead to the end, (n,)."""
+        return self.at_end(self.after(values, periods, begins))
+
+    def at_end(self, states: Vector) -> NDArray[np.bool_]:
+        """Whether states at phase 0 lead to the end, (n,)."""
+        found: NDArray[np.bool_] = self.destinations.of(states, periods=self.settling) == 1
+        return found
+
+    def samples(self, values: Vector, periods: int, begins: int) -> _Samples:
+        """Pulses of these values, and how the runs go on."""
+        states, traces, passed = self.after(values, periods, begins), list[Vector](), 0
+        rows = np.repeat(self.destinations.row, len(values), axis=0)
+        for after in _FOLLOWED:
+            states = run_rows(rows, states, 0.0, after - passed, self.destinations.scene).states
+            traces.append(states)
+            passed = after
+        return _Samples(values, self.at_end(states), np.hstack(traces))
+
+
+class _Samples(NamedTuple):
+    """Values in ascending order (n,), whether each leads to the end, and states on the way."""
+
+    values: Vector
+    leads: NDArray[np.bool_]
+    traces: Vector
+
+
+def intervals(
+    case: Case,
+    periods: int,
+    begins: int,
+    parts: Sequence[Interval],
+    count: int,
+    thorough: bool = False,
+) -> list[Interval]:
+    """Intervals within parts of a range in which the pulse leads to the end, in ascending order.
+
+    `count` values are tried, and in a thorough search more where neighbours part from each other.
+    Of many intervals the ends of the widest alone are refined.
+    """
+    if not parts:
+        return []
+    found = list[Interval]()
+    width, total = parts[-1][1] - parts[0][0], sum(high - low for low, high in parts)
+    for low, high in parts:
+        own = max(_LEAST_VALUES, round(count * (high - low) / total)) if total else 1
+        values = np.linspace(low, high, own)
+        if thorough:
+            samples = _with_more(case, periods, begins, values, width)
+            values, leads = samples.values, samples.leads
+        else:
+            leads = case.leads(values, periods, begins)
+        found += _refined(case, periods, begins, values, leads, width)
+    return found
+
+
+def _with_more(case: Case, periods: int, begins: int, values: Vector, width: float) -> _Samples:
+    """Samples at values, and more between neighbours that part from each other."""
+    found = case.samples(values, periods, begins)
+    size = np.ptp(found.traces, axis=0).max(initial=0.0)
+    while len(found.values) < _MOST_VALUES:
+        gaps = np.diff(found.values)
+        apart = abs(np.diff(found.traces, axis=0)).max(axis=1, initial=0.0) > _APART * size
+        chosen = np.flatnonzero((apart | np.diff(found.leads)) & (gaps > _FINEST * width))
+        if not chosen.size:
+            break
+        # The widest first, where there is no room for all.
+        chosen = chosen[np.argsort(-gaps[chosen], kind="stable")]
+        chosen = chosen[: _MOST_VALUES - len(found.values)]
+        middle = found.values[chosen] + gaps[chosen] / 2
+        more = case.samples(middle, periods, begins)
+        order = np.argsort(np.append(found.values, middle), kind="stable")
+        joined = (np.concatenate(pair)[order] for pair in zip(found, more, strict=True))
+        found = _Samples(*joined)
+    return found
+
+
+def _refined(
+    case: Case,
+    periods: int,
+    begins: int,
+    values: Vector,
+    leads: NDArray[np.bool_],
+    width: float,
+) -> list[Interval]:
+    """The intervals of values that lead to the end; the ends of the widest by halving."""
+    padded = np.concatenate([[False], leads, [False]])
+    firsts, lasts = np.flatnonzero(leads & ~padded[:-2]), np.flatnonzero(leads & ~padded[2:])
+    widest = np.argsort(values[firsts] - values[lasts], kind="stable")[:_REFINED]
+    ends = np.concatenate([firsts[widest], lasts[widest]])
+    beside = np.repeat((-1, 1), len(widest)) + ends
+    inside, beside = values[ends], np.clip(beside, 0, len(values) - 1)
+    # At an end of the part there is nothing beyond.
+    outside = np.where(leads[beside], inside, values[beside])
+    while (wide := np.flatnonzero(abs(outside - inside) > _EDGE * width)).size:
+        middle = (inside[wide] + outside[wide]) / 2
+        within = case.leads(middle, periods, begins)
+        inside[wide[within]] = middle[within]
+        outside[wide[~within]] = middle[~within]
+    found = np.stack([values[firsts], values[lasts]], axis=1)
+    found[widest] = inside.reshape(2, -1).T
+    return [(low, high) for low, high in found.tolist()]

@@ -1,0 +1,337 @@
+"""From one attractor to another by a pulse of the drive: the shortest, or that of least work.
+
+The pulse begins at forcing angle 0, at one of the periods of the motion, and has whole periods of
+the changed drive; then the drive is as before, and the motion settles on the other attractor. Its
+work is that of the drive while the pulse lasts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._attractors.destinations import Destinations, stroboscopic
+from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
+from capsule_sym._attractors.pulse_search import Case, intervals
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import simulate
+from capsule_sym._map.checks import check_count, check_start, checked_seconds
+from capsule_sym._native import Watch
+from capsule_sym._orbits.continuation.branches.continuing import continue_straight
+from capsule_sym._orbits.metrics.work import drive_work
+from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._parameters import SceneDevice, SceneParameters
+from capsule_sym._systems import System, dimensionless, drives, factors_of, real
+
+_MOST_PERIODS = 1000
+_VALUES = 9, 10**6
+_ARRIVED = 1e-3  # distance from an attractor, over its size, from which the transient is over
+_LONGEST = 2**16  # excitation periods of a transient
+_INSIDE = 200  # pulses in a window, with which a thorough search begins
+_PRICED, _POLISHED = 300, 5  # pulses of which the work is computed, and windows looked at closely
+_POINTS = 5  # steps of a branch to an end of the tolerances
+Vector = NDArray[np.float64]
+
+
+def switch_by_pulse(
+    start: Orbit,
+    end: Orbit,
+    over: Mapping[str, Sequence[float]] | None = None,
+    base: System | None = None,
+    *,
+    most_periods: int = 8,
+    least: str = "periods",
+    margin: float = 0.05,
+    tolerances: Mapping[str, float] | None = None,
+    values: int = 2000,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
+) -> Pulse:
+    """The pulse of the drive that leads from one stable orbit to another.
+
+    For at most `most_periods` periods, from forcing angle 0 on, one parameter of the drive has
+    another value; then the drive is as before. `over` has the bounds of that value: of alpha or
+    omega, of alpha_low or D where the drive is pulsed, or of P_d or Omega of a device in SI units;
+    without it the amplitude goes from 0 to twice its own. `base` is that device, or the parameters
+    of the orbits. Of a motion of several periods the pulse begins at the best of them.
+
+    `least` is "periods": the shortest pulse, its value in the middle of the widest interval of
+    values that lead there; or "work": that of least work of the drive while it lasts, at least a
+    share `margin` of the interval away from its ends. With `tolerances`, a share for each of some
+    parameters, the same pulse leads there with all of them at both ends, those of the drive too.
+
+    `values` are tried first for each number of periods, and more where runs part from each other:
+    intervals much narrower than that are found beside the borders of basins. After `max_seconds`
+    the result has the best pulse so far. `progress` is called with what is done, in words. A run
+    counts as one that leads to the end where it is sure to arrive, see `Destinations`.
+
+    Raises InvalidInput for orbits that are one, not stable or at different parameters, for what is
+    no parameter of the drive, and for values that are not allowed.
+    """
+    system = start.parameters if base is None else base
+    name, bounds = _checked(start, end, over, system)
+    check_count("most_periods", most_periods, 1, _MOST_PERIODS)
+    check_count("values", values, *_VALUES)
+    if least not in ("periods", "work"):
+        raise InvalidInput("least", least, "periods or work")
+    if not (real(margin) and 0 <= margin <= 0.5):
+        raise InvalidInput("margin", margin, "a share from 0 to 0.5")
+    factors = factors_of(tolerances, system)
+    start, end = whole_orbit(start), whole_orbit(end)
+    search = _Search(start, end, system, name, bounds, margin)
+    with Watch(checked_seconds(max_seconds)):
+        search.run(factors, most_periods, least, values, progress or (lambda said: None))
+    return search.result(most_periods)
+
+
+def _checked(
+    start: Orbit, end: Orbit, over: Mapping[str, Sequence[float]] | None, system: System
+) -> tuple[str, Interval]:
+    """What the pulse changes, and its bounds; raises InvalidInput for these, and for orbits."""
+    for field_, orbit in (("start", start), ("end", end)):
+        if not isinstance(orbit, Orbit) or not orbit.success or not abs(orbit.multipliers[0]) < 1:
+            raise InvalidInput(field_, orbit, "a stable periodic orbit")
+    if not isinstance(system, SceneParameters | SceneDevice):
+        raise InvalidInput("base", system, "Parameters, or PhysicalParameters of a device")
+    if end.parameters != start.parameters:
+        raise InvalidInput("end", end, "an orbit at the parameters of the start")
+    if dimensionless(system) != start.parameters:
+        raise InvalidInput(
+            "base", system, "the parameters of the orbits, or a device that has them"
+        )
+    if same(whole_orbit(start), whole_orbit(end)):
+        raise InvalidInput("end", end, "another orbit than the start")
+    allowed = drives(system)
+    if over is None:
+        name = next(iter(allowed))
+        over = {name: (0.0, 2 * getattr(system, name))}
+    if not isinstance(over, Mapping) or len(over) != 1 or next(iter(over)) not in allowed:
+        raise InvalidInput("over", over, f"bounds of one of {', '.join(allowed)}")
+    ((name, given),) = over.items()
+    ends = tuple(given) if isinstance(given, Sequence | np.ndarray) else ()
+    if len(ends) != 2 or not all(map(real, ends)) or not ends[0] < ends[1]:
+        raise InvalidInput(f"bounds of {name}", given, "two finite numbers that ascend")
+    for one in ends:
+        try:
+            check_start(pulsed(system, name, float(one)), (0.0, 0.0, 0.0), 0.0, 1)
+        except InvalidInput as error:
+            allowed_ends = f"such that {error.field} is {error.allowed}"
+            raise InvalidInput(f"bounds of {name}", given, allowed_ends) from None
+    return name, (float(ends[0]), float(ends[1]))
+
+
+class _Lost(Exception):
+    """An attractor does not exist at an end of the tolerances, by the message."""
+
+
+@dataclass
+class _Search:
+    """Windows of pulses, and the best pulse so far."""
+
+    start: Orbit
+    end: Orbit
+    system: System
+    name: str
+    bounds: Interval
+    margin: float
+    cases: list[Case] = field(default_factory=list)
+    windows: list[PulseWindow] = field(default_factory=list)
+    whole: set[PulseWindow] = field(default_factory=set)
+    """Windows that a thorough search has not parted."""
+    best: tuple[PulseWindow, float] | None = None
+    """Its window and value."""
+    lost: str = ""
+    done: bool = False
+
+    def run(
+        self,
+        factors: Sequence[Mapping[str, float]],
+        most: int,
+        least: str,
+        values: int,
+        progress: Callable[[str], object],
+    ) -> None:
+        """Find all windows, or those of the fewest periods, and the best pulse within them."""
+        try:
+            for number, one in enumerate(factors, 1):
+                if len(factors) > 1:
+                    progress(f"attractors at end {number} of {len(factors)} of the tolerances")
+                self.cases.append(self.case(one))
+        except _Lost as lost:
+            self.lost = str(lost)
+            return
+        for periods in range(1, most + 1):
+            progress(f"pulses of {periods} of {most} periods")
+            for thorough in (False, True):
+                found = [
+                    PulseWindow(periods, begins, *part)
+                    for begins in range(len(self.cases[0].starts))
+                    for part in self.within(periods, begins, [self.bounds], values, thorough)
+                ]
+                if found:
+                    break
+            self.windows += found
+            if least == "periods" and (widest := self.widest()) is not None:
+                self.best = widest, (widest.low + widest.high) / 2
+                break
+        if least == "work":
+            progress("the least work")
+            self.best = self.cheapest()
+        self.done = True
+
+    def within(
+        self, periods: int, begins: int, parts: list[Interval], values: int, thorough: bool
+    ) -> list[Interval]:
+        """Intervals within parts of the range in which a pulse leads to the end in all cases."""
+        for case in self.cases:
+            parts = intervals(case, periods, begins, parts, values, thorough)
+        return parts
+
+    def case(self, factors: Mapping[str, float]) -> Case:
+        """Parameters at an end of the tolerances, with the attractors that are there."""
+        changed = {name: getattr(self.system, name) * by for name, by in factors.items()}
+        system = self.system.replace(**changed)
+        orbits = [_carried(one, dimensionless(system), factors) for one in (self.start, self.end)]
+        destinations = Destinations(orbits)
+        starts, marks = stroboscopic(self.start), destinations.states[0]
+        # The periods are counted as those of the start.
+        shifts = range(len(starts))
+        turn = min(shifts, key=lambda i: float(abs(np.roll(marks, -i, axis=0) - starts).max()))
+        tied, factor = (
+            system.tie(self.name) if isinstance(system, SceneDevice) else (self.name, 1.0)
+        )
+        column = system.scene.facts.PARAMETERS.index(tied)
+        by = factor * factors.get(self.name, 1.0)
+        return Case(destinations, np.roll(marks, -turn, axis=0), column, by)
+
+    def checked(self, window: PulseWindow) -> list[PulseWindow]:
+        """The parts of a window in which a thorough search finds nothing else; they replace it."""
+        parts = [(window.low, window.high)]
+        parts = self.within(window.periods, window.begins, parts, _INSIDE, True)
+        pieces = [window._replace(low=low, high=high) for low, high in parts]
+        at = self.windows.index(window)
+        self.windows[at : at + 1] = pieces
+        self.whole.update(pieces)
+        return pieces
+
+    def widest(self) -> PulseWindow | None:
+        """The widest window, None if there is none."""
+        while self.windows:
+            window = max(self.windows, key=lambda one: one.width)
+            if window in self.whole:
+                return window
+            self.checked(window)
+        return None
+
+    def cheapest(self) -> tuple[PulseWindow, float] | None:
+        """The window with the pulse of least work, and its value; None if there is no window."""
+        total = sum(window.width for window in self.windows)
+        prices = {
+            window: self.least(window, 3 + round(_PRICED * window.width / total))
+            for window in self.windows
+        }
+        for window in sorted(prices, key=lambda one: prices[one])[:_POLISHED]:
+            prices |= {one: self.polished(one) for one in self.checked(window)}
+        while self.windows:
+            window = min(self.windows, key=lambda one: prices[one])
+            if window in self.whole:
+                return window, prices[window][1]
+            prices |= {one: self.polished(one) for one in self.checked(window)}
+        return None
+
+    def least(self, window: PulseWindow, count: int) -> tuple[float, float, float]:
+        """The least work of so many pulses of a window, their value, and how far they are apart."""
+        kept = self.margin * window.width
+        values = np.linspace(window.low + kept, window.high - kept, count).tolist()
+        work, value = min((self.work(window, value), value) for value in values)
+        return work, value, (values[-1] - values[0]) / (count - 1)
+
+    def polished(self, window: PulseWindow) -> tuple[float, float, float]:
+        """The same, refined between the pulses beside the least."""
+        from scipy.optimize import minimize_scalar
+
+        work, value, apart = self.least(window, _PRICED)
+        kept = self.margin * window.width
+        low, high = max(value - apart, window.low + kept), min(value + apart, window.high - kept)
+        if low < high:
+            least = minimize_scalar(
+                lambda x: self.work(window, float(x)), bounds=(low, high), method="bounded"
+            )
+            work, value = min((work, value), (float(least.fun), float(least.x)))
+        return work, value, apart
+
+    def pulsed(self, value: float) -> SceneParameters:
+        """The dimensionless parameters while the pulse lasts."""
+        return pulsed(self.system, self.name, value)
+
+    def work(self, window: PulseWindow, value: float) -> float:
+        """Work of the drive over a pulse, dimensionless."""
+        state = stroboscopic(self.start)[window.begins].tolist()
+        return drive_work(simulate(self.pulsed(value), state, periods=window.periods))
+
+    def result(self, most: int) -> Pulse:
+        """The best pulse that was found, or why there is none."""
+        low, high = self.bounds
+        told = f"of at most {most} periods with {self.name} from {low:.6g} to {high:.6g}"
+        if self.best is None and not self.done and self.windows:
+            window = max(self.windows, key=lambda one: one.width)
+            self.best = window, (window.low + window.high) / 2
+        if self.lost:
+            status, message = PulseStatus.ATTRACTOR_LOST, self.lost
+        elif not self.done:
+            status, message = PulseStatus.TIME_LIMIT, "the time is over before all pulses are tried"
+        elif self.best is None:
+            status, message = PulseStatus.NO_PULSE, f"no pulse {told} leads to the other attractor"
+        else:
+            status, message = PulseStatus.FOUND, "the pulse leads to the other attractor"
+        ends, windows = (self.start, self.end), tuple(self.windows)
+        none = Pulse(*ends, self.system, self.name, windows, status, message)
+        if self.best is None:
+            return none
+        window, value = self.best
+        units = [unit_of(self.system, name) for name in ("x_r", "v_r", "v_c")]
+        return replace(
+            none,
+            value=value,
+            periods=window.periods,
+            begins=window.begins,
+            state=tuple((stroboscopic(self.start)[window.begins] * units).tolist()),
+            interval=(window.low, window.high),
+            work=self.work(window, value) * unit_of(self.system, "work"),
+            transient=self.transient(window, value),
+        )
+
+    def transient(self, window: PulseWindow, value: float) -> int:
+        """Excitation periods from a pulse on until the motion stays close to the end."""
+        marks = stroboscopic(self.end)
+        usual = self.end.parameters
+        state = stroboscopic(self.start)[window.begins].tolist()
+        begin = simulate(self.pulsed(value), state, periods=window.periods, keep="final").final[1]
+        length, limit = 64, _ARRIVED * (1 + abs(marks).max())
+        while True:
+            run = simulate(usual, begin, periods=length, keep="stroboscopic").stroboscopic
+            apart = abs(run[:, None, :] - marks[None]).max(axis=2).min(axis=1)
+            far = np.flatnonzero(apart > limit)
+            last = int(far[-1]) + 1 if far.size else 0
+            if last + len(marks) < length or length >= _LONGEST:
+                return last
+            length *= 2
+
+
+def _carried(orbit: Orbit, parameters: SceneParameters, factors: Mapping[str, float]) -> Orbit:
+    """The orbit at other parameters that this one becomes on a straight way; raises _Lost."""
+    branch = continue_straight(orbit, parameters, points=_POINTS)
+    if branch is None:
+        return orbit
+    stable = all(max(map(abs, point.multipliers), default=0.0) < 1 for point in branch.points)
+    if branch.success and stable:
+        return branch.points[-1].orbit
+    at = ", ".join(f"{name} by {by - 1:+.3g}" for name, by in factors.items())
+    why = branch.message if not branch.success else "it is not stable on the way"
+    raise _Lost(f"{orbit.itinerary} does not last to the end of the tolerances, {at}: {why}")
