@@ -10,6 +10,10 @@ from capsule_sym._attractors.branches import ContinuedAttractors as ContinuedAtt
 from capsule_sym._attractors.continuing import continue_attractors as continue_attractors
 from capsule_sym._attractors.destinations import Arrivals as Arrivals
 from capsule_sym._attractors.destinations import Destinations as Destinations
+from capsule_sym._attractors.pulse import Pulse as Pulse
+from capsule_sym._attractors.pulse import PulseStatus as PulseStatus
+from capsule_sym._attractors.pulse import PulseWindow as PulseWindow
+from capsule_sym._attractors.pulses import switch_by_pulse as switch_by_pulse
 from capsule_sym._design.bootstrap import Bootstrap as Bootstrap
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
@@ -64,6 +68,7 @@ from capsule_sym._figures.portraits import plot_margins as plot_margins
 from capsule_sym._figures.portraits import plot_motion as plot_motion
 from capsule_sym._figures.portraits import plot_phase_portrait as plot_phase_portrait
 from capsule_sym._figures.precision import plot_work_precision as plot_work_precision
+from capsule_sym._figures.pulses import plot_pulse as plot_pulse
 from capsule_sym._figures.statespace import plot_fig2 as plot_fig2
 from capsule_sym._figures.style import figure_style as figure_style
 from capsule_sym._figures.style import save_figure as save_figure

@@ -100,6 +100,7 @@ for _name, _module, _text in (
     ("design", "design", "Study the drives of one device."),
     ("optimise", "optimise", "Find the best parameters for a metric."),
     ("steer", "optimise", "Find the best drives both ways, and a path."),
+    ("pulse", "pulse", "Switch to another motion by a pulse of the drive."),
     ("fit", "fit", "Find parameters from measured series."),
     ("figure", "figures", "Draw a figure of the case study."),
     ("diagram", "figures", "Draw branches of orbits, labelled."),

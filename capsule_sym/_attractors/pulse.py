@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._attractors.destinations import stroboscopic
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._orbits.metrics.work import drive_force

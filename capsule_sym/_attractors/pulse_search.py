@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._attractors.destinations import Destinations, run_rows
+from capsule_sym._attractors.destinations import Destinations
+from capsule_sym._attractors.neighbourhoods import run_rows
 from capsule_sym._attractors.pulse import Interval
 
 _FOLLOWED = (4, 16)  # excitation periods after the pulse, at which neighbours are compared
@@ -54,12 +55,19 @@ class Case:
         wanted = math.ceil(math.log(_NEAR) / math.log(largest)) * end.itinerary.period_number
         return min(max(wanted, _SETTLING[0]), _SETTLING[1])
 
+    def on(self, states: Vector, rows: Vector, periods: int) -> Vector:
+        """States after so many excitation periods at rows of parameters, (n, 3)."""
+        return run_rows(rows, states, 0.0, periods, self.destinations.orbits[0].scene).states
+
+    def usual(self, count: int) -> Vector:
+        """Rows of the parameters without a pulse, (count, k)."""
+        return np.tile([*self.destinations.orbits[0].parameters.to_dict().values()], (count, 1))
+
     def after(self, values: Vector, periods: int, begins: int) -> Vector:
         """States at phase 0 after pulses of these values, (n, 3)."""
-        rows = np.repeat(self.destinations.row, len(values), axis=0)
+        rows = self.usual(len(values))
         rows[:, self.column] = values * self.factor
-        states = np.repeat(self.starts[begins][None], len(values), axis=0)
-        return run_rows(rows, states, 0.0, periods, self.destinations.scene).states
+        return self.on(np.tile(self.starts[begins], (len(values), 1)), rows, periods)
 
     def leads(self, values: Vector, periods: int, begins: int) -> NDArray[np.bool_]:
         """Whether pulses of these values lead to the end, (n,)."""
@@ -73,9 +81,9 @@ class Case:
     def samples(self, values: Vector, periods: int, begins: int) -> _Samples:
         """Pulses of these values, and how the runs go on."""
         states, traces, passed = self.after(values, periods, begins), list[Vector](), 0
-        rows = np.repeat(self.destinations.row, len(values), axis=0)
+        rows = self.usual(len(values))
         for after in _FOLLOWED:
-            states = run_rows(rows, states, 0.0, after - passed, self.destinations.scene).states
+            states = self.on(states, rows, after - passed)
             traces.append(states)
             passed = after
         return _Samples(values, self.at_end(states), np.hstack(traces))

@@ -14,7 +14,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._attractors.destinations import Destinations, stroboscopic
+from capsule_sym._attractors.destinations import Destinations
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
 from capsule_sym._attractors.pulse_search import Case, intervals
 from capsule_sym._errors import InvalidInput
@@ -100,13 +101,13 @@ def _checked(
     if not isinstance(system, SceneParameters | SceneDevice):
         raise InvalidInput("base", system, "Parameters, or PhysicalParameters of a device")
     if end.parameters != start.parameters:
-        raise InvalidInput("end", end, "an orbit at the parameters of the start")
+        raise InvalidInput("end", end.parameters, "an orbit at the parameters of the start")
     if dimensionless(system) != start.parameters:
         raise InvalidInput(
             "base", system, "the parameters of the orbits, or a device that has them"
         )
     if same(whole_orbit(start), whole_orbit(end)):
-        raise InvalidInput("end", end, "another orbit than the start")
+        raise InvalidInput("end", str(end.itinerary), "another orbit than the start")
     allowed = drives(system)
     if over is None:
         name = next(iter(allowed))

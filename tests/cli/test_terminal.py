@@ -36,6 +36,14 @@ MIDDLE = {
         ],
         r"Settling 0 of 2,000 runs",
     ),
+    "pulse": (
+        [
+            *("--alpha", "2.5", "--omega", "0.41", "--delta", "0.41", "--zeta", "0.025"),
+            *("--beta", "12", "--gamma", "2.2", "--state", "0.5", "-0.9", "-0.9"),
+            *("--to", "0.4", "0.9", "0.1", "--least", "work", "--most-periods", "1000"),
+        ],
+        r"Switching pulses of \d+ of 1000",
+    ),
     "orbit": (["--starts", "100000"], "Searching"),
     "branch": (["--alpha", "0.1:2", "--points", "3000"], r"Following \d{2,} points, at"),
     "curve": (

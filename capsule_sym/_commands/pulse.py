@@ -1,0 +1,166 @@
+"""The command `pulse`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+import capsule_sym
+from capsule_sym._commands import options, present
+from capsule_sym._commands.optimise import (
+    finite,
+    over_option,
+    table_of,
+    tolerance_option,
+    units_of,
+    with_unit,
+)
+from capsule_sym._commands.signature import command, option, several
+from capsule_sym._errors import InvalidInput
+
+_RANGE = options.Range()
+
+
+@command()
+def pulse(
+    system: options.System = options.parameters(),
+    state: tuple[float, float, float] = options.state("State that leads to the motion now."),
+    to: tuple[float, float, float] | None = option(
+        "State that leads to the motion that is wanted.", metavar="XR VR VC"
+    ),
+    between: tuple[int, int] | None = option(
+        "Numbers of both motions among the attractors of the ranges below.",
+        type=(int, int),
+        metavar="FROM TO",
+    ),
+    reverse: bool = option("To the fastest of those attractors that goes the other way."),
+    windows: dict[str, Any] = several(
+        x_r=option("Starts along x_r, as in `attractors`.", type=_RANGE),
+        v_r=option("Starts along v_r.", type=_RANGE),
+        v_c=option("Starts along v_c.", type=_RANGE),
+        phase=option("Starts along the phase.", type=_RANGE),
+    ),
+    over: dict[str, Any] = over_option,
+    how: dict[str, Any] = several(
+        most_periods=options.count("Periods of the pulse at most.", 8, 1, 1000),
+        least=option(
+            "What is least of the pulse: its periods, or the work of the drive.",
+            type=click.Choice(["periods", "work"]),
+            default="periods",
+            show_default=True,
+        ),
+        tolerances=tolerance_option,
+    ),
+    max_seconds: float = options.max_seconds(),
+    csv: options.Path | None = option(
+        "Write the drive and both displacements over time here.",
+        type=options.WritablePath(file=True),
+        metavar="FILE",
+    ),
+    out: options.Path | None = options.out("Write the JSON, that table and its picture here."),
+    as_json: bool = options.as_json,
+) -> None:
+    """Switch from one motion to another by a pulse of the drive, the shortest or cheapest.
+
+    For some periods one parameter of the drive has another value, alpha unless --over names
+    another; then the drive is as before. The motions are those that --state and --to lead to, or
+    numbers --between attractors that ranges of starts lead to, as `capsule-sym attractors` shows
+    them. With --tolerance the same pulse works at both ends of each.
+
+    Exits with 3 where a motion is not periodic, or no pulse is found. Ctrl-C ends the search, and
+    shows the best pulse so far.
+    """
+    from capsule_sym._native import Watch
+    from capsule_sym._native.watch import TOLD
+
+    options.require("design", "scipy")
+    options.check_beside("to", never=("between", "reverse"))
+    options.check_beside("between", never=("state", "reverse"))
+    if to is None and between is None and not reverse:
+        raise click.UsageError("give --to XR VR VC, --between FROM TO or --reverse")
+    if over and len(over) != 1:
+        raise InvalidInput("--over", list(over), "one parameter of the drive")
+    parameters, device = system.load()
+    limit = Watch(max_seconds)
+    with present.stoppable(limit, "Switching"):
+        starts = {name: window for name, window in windows.items() if window}
+        ends = _motions(parameters, state, to, between, starts)
+        how |= {"max_seconds": limit.left, "progress": TOLD.get()}
+        found = capsule_sym.switch_by_pulse(*ends, over or None, device or parameters, **how)
+    files = {"pulse.json": finite(found.to_dict()), "pulse.csv": table_of(found)}
+    pictures = {"pulse.svg": lambda: capsule_sym.plot_pulse(found)} if found.periods else {}
+    if csv is not None and found.periods:
+        from capsule_sym._files import write_whole
+        from capsule_sym._records import table
+
+        write_whole(csv, table(*table_of(found)), "--csv")
+        click.echo(f"wrote {csv}", err=True)
+    present.result(
+        lambda: finite(found.to_dict()), lambda: _show(found), as_json, out, lambda: files, pictures
+    )
+    if limit.stopped:
+        raise KeyboardInterrupt
+    if not found.success:
+        present.fail(f"{found.status}: {found.message}")
+
+
+def _motions(
+    parameters: capsule_sym.SceneParameters,
+    state: tuple[float, float, float],
+    to: tuple[float, float, float] | None,
+    between: tuple[int, int] | None,
+    starts: dict[str, Any],
+) -> tuple[capsule_sym.Orbit, capsule_sym.Orbit]:
+    """The motion now, and the one that is wanted."""
+    if to is not None:
+        return _settled(parameters, state), _settled(parameters, to)
+    if not starts:
+        raise click.UsageError("give a range of starts, such as --x-r -1:1")
+    known = [one.orbit for one in capsule_sym.attractors(parameters, starts).attractors]
+    if between is not None:
+        for number in between:
+            if not 0 <= number < len(known):
+                raise InvalidInput("--between", number, f"from 0 to {len(known) - 1}")
+        return known[between[0]], known[between[1]]
+    now = _settled(parameters, state)
+    way = -1 if now.average_velocity > 0 else 1
+    best = max(known, key=lambda one: way * float(one.average_velocity), default=now)
+    if not way * float(best.average_velocity) > 0:
+        present.fail("no attractor that the starts lead to goes the other way")
+    return now, best
+
+
+def _settled(
+    parameters: capsule_sym.SceneParameters, state: tuple[float, float, float]
+) -> capsule_sym.Orbit:
+    """The motion on which a start settles; exits with 3 where there is none."""
+    found = capsule_sym.solve_orbit(parameters, state)
+    if not found.success:
+        present.fail_early("no orbit", found)
+    return found
+
+
+def _show(found: capsule_sym.Pulse) -> None:
+    if not found.periods:
+        return
+    units = units_of(found.system)
+    unit = units.get(found.parameter, "")
+    low, high = (f"{end:.6g}" for end in found.interval)
+    state = "  ".join(f"{value:.9g}" for value in found.state)
+    device = {"duration": "s"} if units else {}
+    velocity = units.get("velocity", "")
+    scale = found.system.velocity(1.0) if isinstance(found.system, capsule_sym.SceneDevice) else 1.0
+    ways = (float(one.average_velocity) * scale for one in (found.start, found.end))
+    present.grid(
+        (
+            (found.parameter, f"{found.value:.9g} {unit}".rstrip()),
+            ("interval", f"{low} to {high} {unit}".rstrip()),
+            ("periods", str(found.periods)),
+            ("begins in state", f"{state} (period {found.begins} of the motion)"),
+            ("duration", with_unit(found.duration, device.get("duration", ""))),
+            ("work", with_unit(found.work, units.get("work", ""))),
+            ("transient", f"{found.transient} periods"),
+            ("velocity", " to ".join(with_unit(one, velocity) for one in ways)),
+        )
+    )

@@ -1,0 +1,49 @@
+"""A pulse of the drive that leads from one attractor to another, over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure, SubFigure
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.layout import canvas
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, figure_style
+from capsule_sym._parameters import SceneDevice
+
+if TYPE_CHECKING:
+    from capsule_sym._attractors.pulse import Pulse
+
+
+@figure_style()
+def plot_pulse(
+    pulse: Pulse, *, width: float = PAGE, figure: Figure | SubFigure | None = None
+) -> Figure:
+    """The force of the drive over time, and below it both displacements, until the end is reached.
+
+    `pulse` is what `switch_by_pulse` gives. The band is the pulse, the line the time from which
+    the motion is within 0.1 % of the attractor at the end. Drawn into `figure`, a figure or a part
+    of one, if it is given. Raises InvalidInput for a result without a pulse.
+    """
+    if not pulse.periods:
+        raise InvalidInput("pulse", str(pulse.status), "a pulse that was found")
+    columns, (begin, end, arrived) = pulse.columns, pulse.times
+    device = isinstance(pulse.system, SceneDevice)
+    time, length, force = (f" ({unit})" if device else "" for unit in ("s", "m", "N"))
+    page = canvas(figure, width, max(4.2, 0.75 * width), layout="constrained")
+    rows = page.subplots(3, sharex=True)
+    usual = getattr(pulse.system, pulse.parameter)
+    label = f"{pulse.parameter} {pulse.value:.4g} instead of {usual:.4g}"
+    names = {"drive": f"drive{force}", "x_r": f"$x_r${length}", "x_c": f"$x_c${length}"}
+    for row, (name, said) in zip(rows, names.items(), strict=True):
+        row.axvspan(begin, end, color=SERIES[1], alpha=0.25, linewidth=0, label=label)
+        row.axvline(arrived, color=UNSTABLE, linewidth=0.8, label="end reached")
+        row.plot(columns["time"], columns[name], color=STABLE)
+        row.set_ylabel(said)
+    rows[0].legend(loc="upper right", ncols=2)
+    rows[0].set_ylim(None, 1.35 * np.max(np.abs(columns["drive"])))
+    rows[-1].set_xlabel(f"time since the pulse begins{time}")
+    rows[-1].margins(x=0)
+    return describe(page, "A pulse of the drive from one attractor to another")
