@@ -13,8 +13,8 @@ _NEEDS = {
         *("_figures.attractors", "_figures.branches", "_figures.charts", "_figures.curves"),
         "_figures.design",
         *("_figures.device", "_figures.diagrams", "_figures.events", "_figures.evolution"),
-        *("_figures.portraits", "_figures.precision", "_figures.pulses", "_figures.statespace"),
-        *("_figures.style", "_figures.sweeps", "_figures.switching"),
+        *("_figures.portraits", "_figures.precision", "_figures.pulses", "_figures.shocks"),
+        *("_figures.statespace", "_figures.style", "_figures.sweeps", "_figures.switching"),
     ),
     "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.refinement", "_sweeps.results"),
 }

@@ -14,6 +14,9 @@ from capsule_sym._attractors.pulse import Pulse as Pulse
 from capsule_sym._attractors.pulse import PulseStatus as PulseStatus
 from capsule_sym._attractors.pulse import PulseWindow as PulseWindow
 from capsule_sym._attractors.pulses import switch_by_pulse as switch_by_pulse
+from capsule_sym._attractors.shock import Shock as Shock
+from capsule_sym._attractors.shock import minimal_shock as minimal_shock
+from capsule_sym._attractors.smallest import ShockStatus as ShockStatus
 from capsule_sym._design.bootstrap import Bootstrap as Bootstrap
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
@@ -69,6 +72,7 @@ from capsule_sym._figures.portraits import plot_motion as plot_motion
 from capsule_sym._figures.portraits import plot_phase_portrait as plot_phase_portrait
 from capsule_sym._figures.precision import plot_work_precision as plot_work_precision
 from capsule_sym._figures.pulses import plot_pulse as plot_pulse
+from capsule_sym._figures.shocks import plot_shock as plot_shock
 from capsule_sym._figures.statespace import plot_fig2 as plot_fig2
 from capsule_sym._figures.style import figure_style as figure_style
 from capsule_sym._figures.style import save_figure as save_figure

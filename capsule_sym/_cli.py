@@ -95,6 +95,7 @@ for _name, _module, _text in (
     ("attractors", "attractors", "Find all attractors that starts lead to."),
     ("sweep-info", "sweep", "Show what the results of a sweep hold."),
     ("orbit", "orbit", "Close the periodic orbit exactly."),
+    ("shock", "shock", "Find the smallest knock that loses a motion."),
     ("branch", "branch", "Follow an orbit in a parameter, with bifurcations."),
     ("curve", "curve", "Follow bifurcations in two parameters."),
     ("design", "design", "Study the drives of one device."),

@@ -28,6 +28,7 @@ SMALL = {"prototype": (0.016, 130.0)}
 RUNS = {
     "run": "--periods 20",
     "orbit": "",
+    "shock": "--samples 100 --largest 0.01",
     "branch": "--X --points 2 --out branch",
     "sweep": "--X:2 --Y:2 --compute itinerary,energies,forces --periods 200 --store chart",
     "basin": "--x-r 0:0.1:2 --v-r 0:0.1:2 --periods 50 --store basin",

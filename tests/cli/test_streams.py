@@ -34,6 +34,7 @@ SHORT = {
     "sweep-info": "done",
     "enclose": "",
     "orbit": "",
+    "shock": "--samples 100 --largest 0.01",
     "branch": "--parameter alpha --from 0.7 --to 0.701 --points 1",
     "design": "--over alpha=0.7:0.71 --points 2",
     "optimise": "--maximise speed --over alpha=0.7:0.71 --samples 1",

@@ -45,6 +45,7 @@ MIDDLE = {
         r"Switching pulses of \d+ of 1000",
     ),
     "orbit": (["--starts", "100000"], "Searching"),
+    "shock": (["--samples", "10000000"], "Knocking: knocks of"),
     "branch": (["--alpha", "0.1:2", "--points", "3000"], r"Following \d{2,} points, at"),
     "curve": (
         ["--alpha", "0.6:1.2", "--gamma", "3:5", "--bifurcation", "all", "--points", "3000"],

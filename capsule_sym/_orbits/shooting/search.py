@@ -301,7 +301,7 @@ def search_orbits(
             settled = simulate(parameters, state.tolist(), periods=transient).final[1]
             for begin in (state, np.array(settled, dtype=float)):
                 for period_number in periods:
-                    orbit = _newton(parameters, begin, period_number)
+                    orbit = newton_orbit(parameters, begin, period_number)
                     if orbit is not None and not any(same(orbit, known) for known in found):
                         found.append(orbit)
             if report is not None:
@@ -370,7 +370,7 @@ def _reach(parameters: SceneParameters) -> NDArray[np.float64]:
     return np.maximum(reach, max(1.0, *gaps))
 
 
-def _newton(
+def newton_orbit(
     parameters: SceneParameters, state: NDArray[np.float64], period_number: int
 ) -> Orbit | None:
     """The orbit that Newton's method on the map over some periods leads to; None if to none.

@@ -1,0 +1,170 @@
+"""The point of a basin's boundary that is nearest to the motion, where the boundary is smooth.
+
+There it is the stable manifold of its edge state: a run from the boundary tends to that orbit, and
+one from beside it leaves along its unstable direction. What the run has of that direction where
+it comes nearest to the edge state is 0 on the boundary and smooth across it, so that its root is
+found by secants, to rounding. Which direction and time have the least root is searched for by
+samples, whose spread follows the better half: this holds at kinks of the boundary too, which lie
+where runs change their itinerary.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._attractors.boundary import Basin
+from capsule_sym._attractors.neighbourhoods import stroboscopic
+from capsule_sym._map import simulate
+from capsule_sym._map.many import Trajectories
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.stability import jacobian
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
+
+_STEP = 1e-8  # share of a radius by which its derivative is a difference
+_SECANTS = 8
+_SOLVED = 1e-13  # share of a radius, by which a secant moves it, at which it is the root
+_ACCEPTED = 1e-10  # the same at which it counts as one after all secants
+_MOST_MOVED, _FARTHEST = 0.1, 0.5  # shares by which one secant, and all, may move a radius
+_NEAR = 0.2  # distance, in units of size, at which a run is near its edge state
+_ON = 1e-3  # the same, at which it is on it, so that the root is one of the boundary
+_LONGEST = 1024  # excitation periods from the boundary to the edge state, and along it
+_TRANSIT, _DIGITS = 24, 23.0  # of these, what leads there; logarithm of what grows along it
+_SAMPLES, _KEPT = 40, 10  # of a generation, and those that the next one is about
+_GENERATIONS = 60
+_SPREAD = 0.02  # of directions at first, and of time as a share of the forcing's period
+_FARTHEST_TRIAL = 3.0  # distance of a model's least value, in units of the spread
+_FLAT = 1e-11  # share by which the best radii differ at which the search ends
+Vector = NDArray[np.float64]
+
+
+class Place(NamedTuple):
+    """A knock onto the boundary: time in the motion's period, direction of unit size, radius."""
+
+    time: float
+    direction: Vector
+    radius: float
+
+
+class Surface:
+    """The stable manifold of an edge state, seen from a motion.
+
+    `knocks`, (3, m), are the knocks by the m components of a direction.
+    """
+
+    def __init__(self, basin: Basin, edge: Orbit, knocks: Vector) -> None:
+        self.basin, self.knocks = basin, knocks
+        whole = whole_orbit(edge)
+        self.marks, left = stroboscopic(whole), []
+        for mark in self.marks:
+            turn = simulate(edge.parameters, mark.tolist(), periods=len(self.marks))
+            values, vectors = np.linalg.eig(jacobian(turn).T)
+            left.append(np.real(vectors[:, abs(values).argmax()]))
+        self.left = np.array(left)
+        """Left eigenvectors of the unstable multiplier at the states of phase 0."""
+        rate = math.log(abs(whole.multipliers[0])) / len(self.marks)
+        self.periods = min(_LONGEST, _TRANSIT + math.ceil(_DIGITS / rate))
+
+    def radii(self, times: Vector, directions: Vector, guess: Vector) -> Vector:
+        """Radii near a guess at which knocks reach the boundary, (n,); inf where none is found.
+
+        Times are (n,), directions (n, m).
+        """
+        radii, moved = guess.copy(), np.full(len(guess), np.inf)
+        origin, along = self.basin.state(times), directions @ self.knocks.T
+        phases, left = self.basin.phases(times), np.arange(len(guess))
+        for _ in range(_SECANTS):
+            pair = np.stack([radii[left], radii[left] * (1 + _STEP)])
+            states = origin[left] + pair[..., None] * along[left]
+            twice = np.tile(phases[left], 2)
+            run = self.basin.run(twice, states.reshape(-1, 3), self.periods, "stroboscopic")
+            steps, near = self._steps(run, len(left))
+            most = _MOST_MOVED * guess[left]
+            step = np.clip(steps * radii[left] * _STEP, -most, most)
+            radii[left] += step
+            moved[left] = np.where(near <= _ON, abs(step) / guess[left], np.inf)
+            far = abs(radii[left] / guess[left] - 1) > _FARTHEST
+            left = left[(moved[left] > _SOLVED) & ~far]
+            if not left.size:
+                break
+        return np.where(moved <= _ACCEPTED, radii, np.inf)
+
+    def _steps(self, run: Trajectories, count: int) -> tuple[Vector, Vector]:
+        """Steps to the roots, (count,), in units of the difference of each pair of runs.
+
+        Beside them how near the runs come to the edge state, in units of size.
+        """
+        # All end at one phase 0, and those that begin at another phase have a state less.
+        parts = [run[i] for i in range(len(run))]
+        common = min(map(len, parts))
+        pairs = np.stack([part[len(part) - common :] for part in parts]).reshape(
+            2, count, common, 3
+        )
+        apart = pairs[:, :, :, None] - self.marks
+        distance = np.linalg.norm(apart, axis=4).max(axis=0).reshape(count, -1)
+        nearest_at = distance.argmin(axis=1)
+        rows, (k, j) = np.arange(count), np.divmod(nearest_at, len(self.marks))
+        near = distance[rows, nearest_at] / self.basin.size
+        along = np.einsum("pni,ni->pn", apart[:, rows, k, j], self.left[j])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steps = -along[0] / (along[1] - along[0])
+        return np.where((near <= _NEAR) & np.isfinite(steps), steps, np.inf), near
+
+
+def nearest(surface: Surface, place: Place, random: np.random.Generator) -> Place:
+    """The place of the least radius next to one on the boundary.
+
+    Samples are about a mean, as widely as the better ones of the generation before are about
+    theirs. A quadratic model of all of a generation leads to one sample of the next.
+    """
+    count, best = len(place.direction), place
+    basis = np.linalg.svd(place.direction[None])[2][1:]  # at right angles to the direction
+    mean, trial, slope, centre = *np.zeros((3, count)), place.radius
+    spread: Any = _SPREAD * np.eye(count)
+    for _ in range(_GENERATIONS):
+        w = random.normal(size=(_SAMPLES, count))
+        w[0] = np.linalg.solve(spread, trial - mean)
+        z = mean + w @ spread.T
+        times = np.mod(place.time + z[:, 0] * surface.basin.period, surface.basin.length)
+        directions = place.direction + z[:, 1:] @ basis
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        most = _MOST_MOVED * centre
+        radii = surface.radii(times, directions, centre + np.clip(w @ slope, -most, most))
+        found, order = np.isfinite(radii), np.argsort(radii)[:_KEPT]
+        if found.sum() < 2 * _KEPT:
+            spread, slope, trial = spread / 2, 0 * slope, mean
+            continue
+        if radii[order[0]] < best.radius:
+            first = order[0]
+            best = Place(float(times[first]), directions[first], float(radii[first]))
+        if radii[order[-1]] - radii[order[0]] <= _FLAT * best.radius:
+            break
+        gradient, least = _model(w[found], radii[found])
+        around = z[order] - mean
+        squares = around.T @ around / _KEPT + 1e-32 * np.eye(count)
+        narrower: Any = np.linalg.cholesky(squares)
+        slope = np.linalg.solve(spread.T, gradient) @ narrower
+        trial, centre = mean + spread @ least, float(radii[order[0]])
+        mean, spread = z[order].mean(axis=0), narrower
+    return best
+
+
+def _model(w: Vector, values: Vector) -> tuple[Vector, Vector]:
+    """Gradient and place of the least value of a quadratic model of values, at 0; both (m,).
+
+    `w` is (n, m). The place is 0 where the model has no least value.
+    """
+    count = w.shape[1]
+    rows, columns = np.triu_indices(count)
+    terms = np.column_stack([np.ones(len(w)), w, w[:, rows] * w[:, columns]])
+    fit: Any = np.linalg.lstsq(terms, values, rcond=None)[0]
+    gradient, curvature = fit[1 : 1 + count], np.zeros((count, count))
+    curvature[rows, columns] = fit[1 + count :]
+    curvature = curvature + curvature.T
+    if not (np.linalg.eigvalsh(curvature) > 0).all():
+        return gradient, np.zeros(count)
+    least: Any = np.linalg.solve(curvature, -gradient)
+    return gradient, least * min(1.0, _FARTHEST_TRIAL / float(np.linalg.norm(least)))

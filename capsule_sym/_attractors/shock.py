@@ -1,0 +1,230 @@
+"""The minimal shock of a motion: the smallest knock after which it is lost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._attractors.boundary import Basin
+from capsule_sym._attractors.smallest import Search, ShockStatus
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import Trajectory, simulate
+from capsule_sym._map.checks import check_count, checked_seconds, is_real
+from capsule_sym._native import Watch
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import Scene
+
+SAMPLES = 100, 10_000_000
+"""Knocks that are tried at last within the smallest one that was found."""
+_LONGEST = 64, 1_000_000  # excitation periods within which a run is to be back
+_SHOWN = 24, 512  # excitation periods of the runs that are drawn, at least and at most
+_PARTED = 3.0  # of these, in the time from a knock beside the boundary to its size
+_DRAWN = 1e-3  # share of the knock by which they start beside the boundary
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Shock:
+    """The smallest knock after which a motion is lost; dimensionless.
+
+    The knock leads onto the boundary of the motion's basin: one that is longer by 1e-9 of it loses
+    the motion, and where `status` is FOUND the motion comes back from one shorter by as much. Where
+    no knock was found, it and what belongs to it are None, and `size` is the radius up to which
+    knocks were tried.
+    """
+
+    orbit: Orbit
+    """The motion."""
+    weights: tuple[float, ...]
+    """Weights of the knock's components in its size, shape (3,)."""
+    size: float
+    """The root of the sum of squares of the knock's components, each times its weight."""
+    knock: Vector | None
+    """The change of (x_r, v_r, v_c), shape (3,)."""
+    phase: float | None
+    """Time at which it hits, from 0 to the end of the motion's period."""
+    start: Vector | None
+    """State of the motion there, shape (3,)."""
+    edge: Orbit | None
+    """The edge state: the unstable orbit to which the boundary leads from the knock."""
+    attractor: Orbit | None
+    """Where runs from just beyond lead; None if they settle on no periodic motion."""
+    tried: int
+    """How many knocks were tried."""
+    status: ShockStatus
+    """How it ended."""
+    message: str
+    """The same as a sentence."""
+
+    def __repr__(self) -> str:
+        return f"<Shock of size {self.size:.6g}: {self.status}>"
+
+    @property
+    def success(self) -> bool:
+        """Whether the search was finished."""
+        return self.status is not ShockStatus.TIME_LIMIT
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the motion."""
+        return self.orbit.scene
+
+    @property
+    def state(self) -> Vector | None:
+        """The state after the knock, on the boundary, shape (3,)."""
+        if self.start is None or self.knock is None:
+            return None
+        return np.asarray(self.start + self.knock)
+
+    @cached_property
+    def runs(self) -> tuple[Trajectory, Trajectory]:
+        """The run after a knock that is smaller by 0.1 %, and that after one larger by as much.
+
+        Raises InvalidInput where no knock was found.
+        """
+        if self.start is None or self.knock is None or self.phase is None:
+            raise InvalidInput("shock", self, "one with a knock that loses the motion")
+        parameters, phase = self.orbit.parameters, self.phase % self.orbit.parameters.period
+        periods = _SHOWN[0]
+        if self.edge is not None:
+            rate = math.log(abs(self.edge.multipliers[0])) / self.edge.itinerary.period_number
+            periods = min(_SHOWN[1], periods + math.ceil(_PARTED * -math.log(_DRAWN) / rate))
+        inner, outer = (
+            simulate(parameters, (self.start + share * self.knock).tolist(), phase, periods)
+            for share in (1 - _DRAWN, 1 + _DRAWN)
+        )
+        return inner, outer
+
+    def to_dict(self) -> dict[str, Any]:
+        """The results by name, of numbers, texts and lists."""
+        names = self.scene.facts.STATE
+
+        def state(values: Vector | None) -> dict[str, float] | None:
+            return None if values is None else dict(zip(names, values.tolist(), strict=True))
+
+        return {
+            **self.scene.entry,
+            "parameters": self.orbit.parameters.to_dict(),
+            "motion": _orbit_record(self.orbit),
+            "weights": [one if one < math.inf else None for one in self.weights],
+            "size": self.size,
+            "knock": state(self.knock),
+            "phase": self.phase,
+            "start": state(self.start),
+            "state": state(self.state),
+            "edge": _orbit_record(self.edge),
+            "attractor": _orbit_record(self.attractor),
+            "tried": self.tried,
+            "success": self.success,
+            "status": str(self.status),
+            "message": self.message,
+        }
+
+
+def _orbit_record(orbit: Orbit | None) -> dict[str, Any] | None:
+    if orbit is None:
+        return None
+    return {
+        "itinerary": [f"F{field}" for field in orbit.itinerary.whole.fields],
+        "period_number": orbit.itinerary.period_number,
+        "progression": float(orbit.progression),
+        "multipliers": [[one.real, one.imag] for one in orbit.multipliers.tolist()],
+    }
+
+
+def minimal_shock(
+    orbit: Orbit,
+    *,
+    weights: Sequence[float] = (1.0, 1.0, 1.0),
+    largest: float | None = None,
+    others: Sequence[Orbit] = (),
+    periods: int = 1024,
+    samples: int = 10_000,
+    seed: int = 0,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
+) -> Shock:
+    """The smallest knock of (x_r, v_r, v_c), at any time, after which a stable motion is lost.
+
+    It is lost if it leads to another attractor, or is not back within so many excitation `periods`.
+    The size of a knock is the root of the sum of squares of its components times their `weights`;
+    a component of infinite weight stays as it is. Knocks up to the size `largest` are tried, by
+    default 4 times 1 + the largest of |x_r|, |v_r|, |v_c|, times the least weight. `others` are
+    attractors that are known; those that are missing are found on the way. All is dimensionless.
+
+    Where the boundary of the motion's basin leads to a periodic edge state the knock is the nearest
+    point of that boundary, to rounding. That no other part of it comes nearer is not proved: so
+    many knocks as `samples` says were tried within the distance in the end, and none lost the
+    motion. `seed` decides them. After `max_seconds` the result is what was found.
+
+    Raises InvalidInput for a value that is not allowed, as an orbit that is not stable.
+    """
+    check_count("periods", periods, 64)
+    check_count("samples", samples, *SAMPLES)
+    check_count("seed", seed, 0, 2**63)
+    knocks = _knocks(weights)
+    if largest is not None and not (is_real(largest) and 0 < largest < math.inf):
+        raise InvalidInput("largest", largest, "a finite number > 0")
+    search = Search(Basin(orbit, others, periods), knocks, largest, samples, seed, progress)
+    with Watch(checked_seconds(max_seconds)):
+        search.run()
+    return _result(search, tuple(weights))
+
+
+def _knocks(weights: Sequence[float]) -> Vector:
+    """Knocks of size 1 along each component that is allowed, shape (3, m)."""
+    try:
+        given = np.array([float(one) for one in weights])
+    except (TypeError, ValueError):
+        given = np.zeros(0)
+    if given.shape != (3,) or not (given > 0).all() or np.isinf(given).all():
+        allowed = "three numbers > 0, inf for a component that stays as it is, but not all inf"
+        raise InvalidInput("weights", weights, allowed)
+    return np.diag(1 / given)[:, np.isfinite(given)]
+
+
+def _result(search: Search, weights: tuple[float, ...]) -> Shock:
+    """The result of a search."""
+    motion, best = search.basin, search.best
+    found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
+    if best is not None:
+        knock = search.knocks @ best.direction * best.radius
+        start = motion.state(np.array([best.time]))[0]
+        found = {"knock": knock, "phase": best.time, "start": start}
+    return Shock(
+        orbit=motion.orbit,
+        weights=weights,
+        size=search.radius,
+        edge=search.edge,
+        attractor=search.attractor,
+        tried=search.tried,
+        status=search.status,
+        message=_message(search),
+        **found,
+    )
+
+
+def _message(search: Search) -> str:
+    """How a search ended, as a sentence."""
+    if search.status is ShockStatus.NOT_LOST:
+        return f"none of {search.tried} knocks up to {search.radius:.6g} loses the motion"
+    if search.best is None:
+        return "the time was over before a knock was found that loses the motion"
+    if search.status is ShockStatus.TIME_LIMIT:
+        return f"the time was over: it is the smallest of {search.tried} knocks"
+    where = "to another motion" if search.attractor is not None else "to no periodic motion"
+    edge = (
+        "has no periodic edge state, and may be fractal"
+        if search.edge is None
+        else f"leads to an edge state of multiplier {search.edge.multipliers[0].real:.6g}"
+    )
+    return (
+        f"the boundary {edge}; beyond it runs lead {where}; {search.tried} knocks were tried, the "
+        f"last {search.samples} of them smaller, after which the motion came back"
+    )

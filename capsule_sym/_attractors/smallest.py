@@ -1,0 +1,251 @@
+"""The search for the smallest knock after which a motion is lost.
+
+Knocks at all times of the motion's period are sampled on spheres in the state space, and the sphere
+shrinks to whatever loses the motion within it. New samples are drawn all over the sphere, about the
+best knock, and about those after which the motion takes longest to come back: these are next to the
+boundary of its basin. From the best knock the boundary leads to its edge state, by which the
+nearest point is found to rounding (`nearest`). Last, samples within that distance are tried again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._attractors.boundary import Basin
+from capsule_sym._attractors.nearest import Place, Surface, nearest
+from capsule_sym._orbits.shooting.orbit import Orbit
+
+_GENERATION = 768  # knocks at once
+_LARGEST = 4.0  # radius, in units of the motion's size, up to which knocks are tried by default
+_SMALLEST = 2.0**-10  # the same, at which they begin
+_CLOSE = 1e-3  # share of the radius that a generation has to gain, while samples alone are taken
+_QUIET = 3  # generations without a gain, before the boundary is looked at
+_FINEST = 1e-5  # the same, where the boundary has no edge state
+_RAYS, _ON_RAY = 24, 7  # knocks of a generation that are shortened, and states on each at once
+_NEAR = 0.1  # share of the smallest knock within which a run counts as back
+_SLOWEST = 0.06  # share of a generation that takes longest
+_LEAST = 1e-6  # share of the radius by which the last knocks are smaller at least
+_DEEPEST = 0.7  # the same, by which knocks are smaller at most
+_ROUNDS = 8  # at most, of a boundary closed and a nearer one found
+BESIDE = 1e-9
+"""Share of the radius, to both sides of which the boundary is confirmed."""
+Vector = NDArray[np.float64]
+
+
+class ShockStatus(StrEnum):
+    """What is known of a minimal shock."""
+
+    #: The boundary is smooth at the knock, or has a kink there, and none next to it is smaller.
+    FOUND = "found"
+    #: The boundary has no periodic edge state, and may be fractal: the smallest that was tried.
+    SAMPLED = "sampled"
+    #: No knock up to the largest loses the motion.
+    NOT_LOST = "not-lost"
+    #: The time is over: the smallest knock until then.
+    TIME_LIMIT = "time-limit"
+
+
+class Search:
+    """The search for the smallest knock."""
+
+    def __init__(
+        self,
+        basin: Basin,
+        knocks: Vector,
+        largest: float | None,
+        samples: int,
+        seed: int,
+        progress: Callable[[str], object] | None,
+    ) -> None:
+        self.basin, self.knocks, self.samples = basin, knocks, samples
+        self.random, self.say = np.random.default_rng(seed), progress or (lambda said: None)
+        self.unit = basin.size / float(abs(knocks).max())
+        self.largest = _LARGEST * self.unit if largest is None else float(largest)
+        self.gain = _CLOSE
+        self.best: Place | None = None
+        self.edge: Orbit | None = None
+        self.attractor: Orbit | None = None
+        self.tried, self.radius, self.status = 0, 0.0, ShockStatus.TIME_LIMIT
+
+    def run(self) -> None:
+        """Searches until no knock of the samples is smaller."""
+        if not self._grow():
+            self.status = ShockStatus.NOT_LOST
+            return
+        for _ in range(_ROUNDS):
+            self._shrink(_CLOSE)
+            self.say(f"a knock of {self.radius:.6g}: looking for its edge state")
+            if not self._close():
+                self._shrink(_FINEST)
+            self.say(f"a knock of {self.radius:.6g}: trying smaller ones")
+            if not self._smaller():
+                break
+        assert self.best is not None
+        one = np.array([self.best.time]), self.best.direction[None]
+        beyond = self._states(*one, (1 + BESIDE) * self.radius)
+        self.attractor = self.basin.attractor(self.best.time, beyond[0])
+        self.status = ShockStatus.SAMPLED if self.edge is None else ShockStatus.FOUND
+
+    def _states(self, times: Vector, directions: Vector, radii: Vector | float) -> Vector:
+        """States after knocks, (n, 3)."""
+        sized = directions * np.reshape(radii, (-1, 1))
+        moved: Vector = self.basin.state(times) + sized @ self.knocks.T
+        return moved
+
+    def _holds(self, times: Vector, directions: Vector, radii: Vector | float) -> Vector:
+        self.tried += len(times)
+        return self.basin.holds(times, self._states(times, directions, radii))
+
+    def _all_over(self, count: int) -> tuple[Vector, Vector]:
+        """Times and directions, anywhere."""
+        times = self.random.uniform(0, self.basin.length, count)
+        directions = self.random.normal(size=(count, self.knocks.shape[1]))
+        return times, directions / np.linalg.norm(directions, axis=1)[:, None]
+
+    def _about(self, times: Vector, directions: Vector) -> tuple[Vector, Vector]:
+        """Times and directions about others, at distances of all orders."""
+        spread = 10 ** self.random.uniform(-4, -0.3, len(times))
+        times = times + spread * self.basin.period / 6 * self.random.normal(size=len(times))
+        directions = directions + spread[:, None] * self.random.normal(size=directions.shape)
+        times = np.mod(times, self.basin.length)
+        return times, directions / np.linalg.norm(directions, axis=1)[:, None]
+
+    def _grow(self) -> bool:
+        """Tries larger and larger knocks until some lose the motion; whether any do."""
+        radius = min(_SMALLEST * self.unit, self.largest)
+        while True:
+            times, directions = self._all_over(_GENERATION)
+            lost = np.isinf(self._holds(times, directions, radius))
+            self.radius = radius
+            self.say(f"knocks of {radius:.3g}")
+            if lost.any() and self._shorten(
+                times[lost], directions[lost], np.full(lost.sum(), radius)
+            ):
+                return True
+            if radius >= self.largest:
+                return False
+            self.basin.near = _NEAR * radius
+            radius = min(2 * radius, self.largest)
+
+    def _shrink(self, gain: float) -> None:
+        """Generations of knocks that are smaller by a share, until some find none."""
+        times, directions, holds = *self._all_over(_GENERATION), np.zeros(_GENERATION)
+        self.gain, silent = gain, 0
+        while silent < _QUIET:
+            times, directions = self._next(times, directions, holds, _GENERATION)
+            radii = self.radius * (1 - self._shares(gain, _GENERATION))
+            holds = self._holds(times, directions, radii)
+            lost = np.isinf(holds)
+            before, silent = self.radius, silent + 1
+            if lost.any() and self._shorten(times[lost], directions[lost], radii[lost]):
+                silent = 0 if self.radius < (1 - gain / 2) * before else silent
+                self.say(f"a knock of {self.radius:.6g}")
+
+    def _next(
+        self, times: Vector, directions: Vector, holds: Vector, count: int
+    ) -> tuple[Vector, Vector]:
+        """The next generation: all over, about the best, and about those that take longest."""
+        assert self.best is not None
+        third = count // 3
+        slowest = np.argsort(-holds, kind="stable")[: max(1, int(_SLOWEST * len(holds)))]
+        chosen = self.random.choice(slowest, third)
+        best = np.full(third, self.best.time), np.tile(self.best.direction, (third, 1))
+        parts = (
+            self._all_over(count - 2 * third),
+            self._about(*best),
+            self._about(times[chosen], directions[chosen]),
+        )
+        return np.concatenate([t for t, _ in parts]), np.concatenate([d for _, d in parts])
+
+    def _shares(self, least: float, count: int) -> Vector:
+        """Shares by which knocks are smaller than the best one, of all orders, (count,)."""
+        return 10 ** self.random.uniform(math.log10(least), math.log10(_DEEPEST), count)
+
+    def _shorten(self, times: Vector, directions: Vector, radii: Vector) -> bool:
+        """Takes the smallest knock along directions in which the motion is lost, if it is."""
+        least = np.argsort(radii, kind="stable")[:_RAYS]
+        times, directions, radii = times[least], directions[least], radii[least]
+        while len(times):
+            radius, i = self._first_lost(times, directions, radii)
+            place = Place(float(times[i]), directions[i], radius)
+            if self._is_lost(place, radius):
+                self._take(place)
+                return True
+            if self.basin.patience == self.basin.periods:
+                return False
+            self.basin.wait_longer()
+            lost = np.isinf(self._holds(times, directions, radii))
+            times, directions, radii = times[lost], directions[lost], radii[lost]
+        return False
+
+    def _first_lost(self, times: Vector, directions: Vector, high: Vector) -> tuple[float, int]:
+        """The smallest radius at which a motion is lost along directions, and which of them.
+
+        It is lost at the radii `high`.
+        """
+        low, rows = np.zeros(len(times)), np.arange(len(times))
+        while (high - low).max() > self.gain / 10 * high.min():
+            shares = np.arange(_ON_RAY + 2) / (_ON_RAY + 1)
+            radii = low[:, None] + (high - low)[:, None] * shares
+            holds = self._holds(
+                np.repeat(times, _ON_RAY),
+                np.repeat(directions, _ON_RAY, axis=0),
+                radii[:, 1:-1].ravel(),
+            )
+            lost = np.isinf(holds).reshape(len(times), _ON_RAY)
+            first = np.where(lost.any(axis=1), lost.argmax(axis=1), _ON_RAY)
+            low, high = radii[rows, first], radii[rows, first + 1]
+        i = int(high.argmin())
+        return float(high[i]), i
+
+    def _is_lost(self, place: Place, radius: float) -> bool:
+        """Whether a motion is lost, in all its periods, by a knock of a place's direction."""
+        time = np.array([place.time])
+        states = self._states(time, place.direction[None], radius)
+        return bool(self.basin.lost(time, states)[0])
+
+    def _take(self, place: Place) -> None:
+        self.best, self.radius, self.edge = place, place.radius, None
+        self.basin.near = _NEAR * place.radius
+
+    def _close(self) -> bool:
+        """Takes the nearest point of the boundary at the best knock, by its edge state."""
+        assert self.best is not None
+        time, along = self.best.time, self.knocks @ self.best.direction
+        origin = self.basin.state(np.array([time]))[0]
+        ends = (origin + share * self.radius * along for share in (1 - 2 * _CLOSE, 1))
+        inside, outside = self.basin.narrow(time, *ends)
+        edge = self.basin.edge_state(time, inside, outside)
+        if edge is None:
+            return False
+        component = int(abs(along).argmax())
+        radius = float((outside - origin)[component] / along[component])
+        surface = Surface(self.basin, edge, self.knocks)
+        found = nearest(surface, self.best._replace(radius=radius), self.random)
+        if self._is_lost(found, found.radius * (1 - BESIDE)) or not self._is_lost(
+            found, found.radius * (1 + BESIDE)
+        ):
+            return False
+        self._take(found)
+        self.edge = edge
+        return True
+
+    def _smaller(self) -> bool:
+        """Tries knocks within the best one; takes the smallest that loses the motion, if any."""
+        times, directions = self._all_over(_GENERATION)
+        holds, left = np.zeros(_GENERATION), self.samples
+        while left > 0:
+            count = min(left, _GENERATION)
+            times, directions = self._next(times, directions, holds, count)
+            radii = self.radius * (1 - self._shares(_LEAST, count))
+            holds = self._holds(times, directions, radii)
+            lost = np.isinf(holds)
+            if lost.any() and self._shorten(times[lost], directions[lost], radii[lost]):
+                return True
+            left -= count
+        return False

@@ -1,0 +1,117 @@
+"""The command `shock`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+
+import capsule_sym
+from capsule_sym._commands import options, present
+from capsule_sym._commands.orbit import checked
+from capsule_sym._commands.signature import command, option, several
+
+
+@command()
+def shock(
+    system: options.System = options.parameters(),
+    state: tuple[float, float, float] = options.state(),
+    how: dict[str, Any] = several(
+        weights=option(
+            "Weights of x_r, v_r and v_c in a knock's size; inf for one that stays as it is.",
+            type=(float, float, float),
+            default=(1.0, 1.0, 1.0),
+            show_default=True,
+        ),
+        largest=option("The largest knock that is tried.", type=float),
+        samples=options.count(
+            "Knocks that are tried at last within the smallest one.", 10_000, 100, 10_000_000
+        ),
+        periods=options.count(
+            "Excitation periods after which a run that is not back is lost.", 1024, 64, 1_000_000
+        ),
+        seed=options.count("Decides the knocks that are tried.", 0, 0),
+    ),
+    max_seconds: float = options.max_seconds(),
+    out: Path | None = options.out("Write the JSON here, and the picture."),
+    as_json: bool = options.as_json,
+) -> None:
+    """Find the smallest knock, at any time, after which a motion is lost.
+
+    The motion is that on which the run from --state settles. A knock changes x_r, v_r and v_c at
+    once; its size, the root of the sum of squares, is dimensionless. The edge state is the unstable
+    motion to which runs lead from the knock, between those that come back and those that are lost.
+    With a device, "si" has the knock in SI units.
+
+    Exits with 3 where there is no motion, or time is short.
+    """
+    from capsule_sym._native import Watch
+    from capsule_sym._native.watch import TOLD
+
+    parameters, device = system.load()
+    limit = Watch(max_seconds)
+    with present.stoppable(limit, "Knocking:"):
+        orbit = checked(capsule_sym.solve_orbit(parameters, state, max_seconds=limit.left))
+        how |= {"max_seconds": limit.left, "progress": TOLD.get()}
+        found = capsule_sym.minimal_shock(orbit, **how)
+
+    def record() -> dict[str, Any]:
+        return found.to_dict() | ({} if device is None else {"si": _in_si(found, device)})
+
+    pictures = (
+        {"shock.svg": lambda: capsule_sym.plot_shock(found)} if found.phase is not None else {}
+    )
+    present.result(
+        record,
+        lambda: _print(found, device),
+        as_json,
+        out,
+        lambda: {"shock.json": record()},
+        pictures,
+    )
+    if limit.stopped:
+        raise present.interrupted(None)
+    if not found.success:
+        present.fail(f"{found.status.value}: {found.message}")
+
+
+def _in_si(found: capsule_sym.Shock, device: options.Device) -> dict[str, float]:
+    """The knock and its time in SI units."""
+    from capsule_sym._records import in_si
+
+    knock = found.to_dict()["knock"]
+    return {} if knock is None else in_si(device, knock | {"phase": found.phase})
+
+
+def _print(found: capsule_sym.Shock, device: options.Device) -> None:
+    record = found.to_dict()
+    rows = {"motion": _motion(record["motion"])}
+    if found.phase is not None:
+        names = found.scene.facts.STATE
+        rows |= {
+            "smallest knock": f"{found.size:.9g}",
+            **{f"  in {name}": f"{record['knock'][name]:.9g}" for name in names},
+            "at phase": f"{found.phase:.9g}",
+            **(
+                {}
+                if device is None
+                else {f"  {k}": f"{v:.6g}" for k, v in _in_si(found, device).items()}
+            ),
+            "edge state": _motion(record["edge"]),
+            "beyond it": _motion(record["attractor"]),
+        }
+    present.grid(rows.items())
+    click.echo(f"{found.status.value}: {found.message}")
+
+
+def _motion(record: dict[str, Any] | None) -> str:
+    """A motion in a line."""
+    if record is None:
+        return "no periodic motion"
+    largest = math.hypot(*record["multipliers"][0])
+    return (
+        f"{' '.join(record['itinerary'])}, period number {record['period_number']}, "
+        f"progression {record['progression']:.6g}, largest multiplier {largest:.6g}"
+    )

@@ -1,0 +1,90 @@
+"""A motion, the smallest knock that loses it, and where runs from either side of it go."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from capsule_sym._attractors.neighbourhoods import stroboscopic
+from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.layout import across, add_key, axes_for
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, figure_style
+from capsule_sym._figures.units import Units
+from capsule_sym._map import Trajectory
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._parameters import SceneDevice
+
+if TYPE_CHECKING:
+    from capsule_sym._attractors.shock import Shock
+
+_POINTS = 400  # of a curve, an excitation period
+
+
+@figure_style()
+def plot_shock(
+    shock: Shock,
+    *,
+    width: float = PAGE,
+    axes: Sequence[Axes] | None = None,
+    device: SceneDevice | None = None,
+) -> Figure:
+    """A motion, its minimal shock, and the runs from either side of it.
+
+    `shock` is what `minimal_shock` gives. The phase portrait has an arrow from the motion to the
+    boundary of its basin, the edge state there, and the motion that it is lost to. Beside it is how
+    far two runs are from the motion at the beginning of each excitation period, from knocks smaller
+    and larger by 0.1 %: both pass the edge state, then one comes back, and one is lost. Drawn into
+    two `axes` if they are given; the portrait is in SI units with the `device` whose motion it is.
+    Raises InvalidInput where no knock was found.
+    """
+    if shock.start is None or shock.state is None:
+        raise InvalidInput("shock", shock, "one with a knock that loses the motion")
+    side = across(width, 2.4, 2)
+    figure, (left, right) = axes_for(axes, width, 2.9 * (3 - side), nrows=3 - side, ncols=side)
+    units = Units.of_motion(device, shock.orbit.parameters)
+    scales = np.array([units.scale("x_r"), units.scale("v_r")])
+    shown: list[tuple[Orbit | None, dict[str, Any]]] = [
+        (shock.attractor, {"color": SERIES[4], "label": "where it is lost to"}),
+        (shock.edge, {"color": UNSTABLE, "linestyle": "--", "label": "edge state"}),
+        (shock.orbit, {"color": STABLE, "label": "motion"}),
+    ]
+    for orbit, looks in shown:
+        if orbit is not None:
+            left.plot(*(_states(whole_orbit(orbit).trajectory()) * scales).T, **looks)
+    begin, end = (state[:2] * scales for state in (shock.start, shock.state))
+    left.annotate("", end, begin, arrowprops={"arrowstyle": "->", "linewidth": 1.4}, zorder=5)
+    left.plot(*end, "o", color="black", markersize=3.5, zorder=6, label="minimal shock")
+    left.set_xlabel(units.label("x_r"))
+    left.set_ylabel(units.label("v_r"))
+    marks = stroboscopic(whole_orbit(shock.orbit))
+    said = ("knock smaller by 0.1 %", "knock larger by 0.1 %")
+    for run, colour, label in zip(shock.runs, (STABLE, SERIES[4]), said, strict=True):
+        states = np.array(run.stroboscopic, dtype=float)
+        apart = np.linalg.norm(states[:, None] - marks, axis=2).min(axis=1)
+        periods = np.arange(len(apart)) + (1 if shock.phase else 0)
+        right.semilogy(periods, apart, ".-", color=colour, label=label)
+    if shock.edge is not None:
+        edge = stroboscopic(whole_orbit(shock.edge))
+        for apart in np.linalg.norm(edge[:, None] - marks, axis=2).min(axis=1):
+            right.axhline(apart, color=UNSTABLE, linestyle="--", zorder=0)
+    right.set_xlabel("excitation periods")
+    right.set_ylabel("distance from the motion")
+    right.legend(loc="best")
+    if axes is None:
+        add_key(figure, left.get_legend_handles_labels()[0])
+    return describe(figure, "Minimal shock of a motion", parameters=shock.orbit.parameters)
+
+
+def _states(run: Trajectory) -> NDArray[np.float64]:
+    """Displacements and velocities of the mass along a run, (n, 2)."""
+    begin, end = run.span
+    count = int(_POINTS * (end - begin) / run.parameters.period) + 2
+    states: NDArray[np.float64] = run(np.linspace(begin, end, count))
+    return states[:, :2]

@@ -1,0 +1,192 @@
+"""The smallest knock that loses a motion, beside random knocks, single runs and theory."""
+
+import math
+
+import numpy as np
+import pytest
+
+from capsule_sym import (
+    InvalidInput,
+    Orbit,
+    Parameters,
+    Shock,
+    minimal_shock,
+    search_orbits,
+    simulate,
+    simulate_many,
+    solve_orbit,
+)
+from capsule_sym._attractors import smallest
+from capsule_sym._attractors.nearest import Place
+
+BISTABLE = Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+# Two motions of two excitation periods and of one.
+DOUBLE = Parameters(
+    alpha=1.0663, omega=2.1903, delta=0.6909, zeta=0.029, beta=28.0035, gamma=6.8652
+)
+
+
+@pytest.fixture(scope="module")
+def shock() -> Shock:
+    return minimal_shock(solve_orbit(BISTABLE), samples=2000)
+
+
+def on_motion(orbit: Orbit, time: float) -> np.ndarray:
+    """A motion's state, by a run that has long settled on it."""
+    period = orbit.parameters.period
+    run = simulate(orbit.parameters, periods=400)
+    whole, phase = divmod(time, period)
+    run = simulate(orbit.parameters, run.final[1], periods=int(whole) + 1)
+    return run(whole * period + phase)
+
+
+def comes_back(orbit: Orbit, time: float, state: np.ndarray) -> bool:
+    """Whether a run is on the motion in the end, by the scalar map."""
+    phase = math.fmod(time, orbit.parameters.period)
+    run = simulate(orbit.parameters, state.tolist(), phase, 400)
+    own = [simulate(orbit.parameters, periods=400 + k).final[1] for k in range(2)]
+    return min(abs(np.array(run.final[1]) - np.array(one)).max() for one in own) < 1e-6
+
+
+def losses(orbit: Orbit, size: float, count: int, seed: int) -> int:
+    """How many random knocks of a size, at random times, lose a motion that attracts rest."""
+    random = np.random.default_rng(seed)
+    period, number = orbit.parameters.period, orbit.itinerary.period_number
+    settled = simulate(orbit.parameters, periods=400 * number)
+    run = simulate(orbit.parameters, settled.final[1], periods=number)
+    marks = np.array(run.stroboscopic)
+    times = random.uniform(0, number * period, count)
+    knocks = random.normal(size=(count, 3))
+    states = run(times) + size * knocks / np.linalg.norm(knocks, axis=1)[:, None]
+    ends = simulate_many([orbit.parameters] * count, states, times % period, 100).states
+    return int((abs(ends[:, None] - marks).max(axis=2).min(axis=1) > 1e-6).sum())
+
+
+def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_one(
+    shock: Shock,
+) -> None:
+    assert shock.status == "found"
+    assert shock.knock is not None
+    assert shock.phase is not None
+    assert shock.size == pytest.approx(np.linalg.norm(shock.knock), rel=1e-14)
+    start = on_motion(shock.orbit, shock.phase)
+    np.testing.assert_allclose(shock.start, start, rtol=0, atol=1e-9)
+    assert comes_back(shock.orbit, shock.phase, start + (1 - 1e-8) * shock.knock)
+    assert not comes_back(shock.orbit, shock.phase, start + (1 + 1e-8) * shock.knock)
+    lost = simulate(BISTABLE, start + (1 + 1e-3) * shock.knock, shock.phase, 400)
+    assert shock.attractor is not None
+    assert shock.attractor.progression == pytest.approx(lost.steady().progression, rel=1e-9)
+
+
+def test_no_random_knock_that_is_smaller_loses_the_motion(shock: Shock) -> None:
+    assert losses(shock.orbit, (1 - 1e-6) * shock.size, 2000, 1) == 0
+    assert losses(shock.orbit, 1.5 * shock.size, 2000, 1) > 20
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("parameters", [BISTABLE, DOUBLE])
+def test_no_one_of_a_hundred_thousand_knocks_is_smaller(parameters: Parameters) -> None:
+    found = minimal_shock(solve_orbit(parameters))
+    assert found.status == "found"
+    assert losses(found.orbit, (1 - 1e-6) * found.size, 100_000, 2) == 0
+    assert losses(found.orbit, 1.05 * found.size, 100_000, 2) > 0
+
+
+def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: Shock) -> None:
+    edge, state = shock.edge, shock.state
+    assert edge is not None
+    assert state is not None
+    known = [one for one in search_orbits(BISTABLE, 30) if abs(one.multipliers[0]) > 1]
+    assert [one.itinerary for one in known] == [edge.itinerary]
+    sizes = abs(edge.multipliers)
+    assert sizes[0] > 1 > sizes[1]
+    run = simulate(BISTABLE, state, shock.phase, 30, keep="stroboscopic")
+    settled = simulate(BISTABLE, known[0].z[:3], known[0].z[3] / BISTABLE.omega, 1).final[1]
+    assert abs(np.array(run.stroboscopic) - np.array(settled)).max(axis=1).min() < 1e-5
+
+
+def test_the_distance_to_the_boundary_is_stationary_in_time(shock: Shock) -> None:
+    """A run from the boundary stays on it: at the nearest point it comes no nearer."""
+    assert shock.state is not None
+    step, (motion, boundary) = 1e-6, (shock.start, shock.state)
+    sizes = []
+    for time in (step, 2 * step):
+        ends = [
+            simulate(BISTABLE, one, shock.phase, 1)(time + shock.phase)
+            for one in (motion, boundary)
+        ]
+        sizes.append(np.linalg.norm(ends[1] - ends[0]))
+    rate = (4 * sizes[0] - sizes[1] - 3 * shock.size) / (2 * step)
+    speeds = [np.linalg.norm(one) for one in (ends[0] - motion, ends[1] - boundary)]
+    assert abs(rate) < 1e-4 * max(speeds) / step
+
+
+def test_weights_scale_the_size_and_forbid_components(shock: Shock) -> None:
+    twice = minimal_shock(shock.orbit, weights=(2.0, 2.0, 2.0), samples=500)
+    assert twice.size == pytest.approx(2 * shock.size, rel=1e-9)
+    np.testing.assert_allclose(twice.knock, shock.knock, rtol=0, atol=1e-5)
+    fast = minimal_shock(shock.orbit, weights=(math.inf, 1.0, 1.0), samples=500)
+    assert fast.knock is not None
+    assert fast.knock[0] == 0
+    assert fast.size > shock.size
+    assert not comes_back(shock.orbit, fast.phase, fast.start + (1 + 1e-8) * fast.knock)
+    assert comes_back(shock.orbit, fast.phase, fast.start + (1 - 1e-8) * fast.knock)
+
+
+def test_a_motion_without_contact_is_never_lost() -> None:
+    """The energy of the difference of two motions without contact never grows."""
+    found = minimal_shock(solve_orbit(Parameters(alpha=2.0, beta=0.0, delta=1e6)), samples=500)
+    assert (found.status, found.knock, found.edge, found.attractor) == ("not-lost", *[None] * 3)
+    assert found.success
+    with pytest.raises(InvalidInput, match="a knock that loses the motion"):
+        _ = found.runs
+
+
+def test_a_radius_that_is_not_on_the_boundary_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    def wrong(surface: object, place: Place, random: object) -> Place:
+        return place._replace(radius=0.9 * place.radius)
+
+    monkeypatch.setattr(smallest, "nearest", wrong)
+    found = minimal_shock(solve_orbit(BISTABLE), samples=100)
+    assert found.status == "sampled"
+    assert found.edge is None
+    assert not comes_back(found.orbit, found.phase, found.state)
+
+
+def test_results_are_records(shock: Shock) -> None:
+    record = shock.to_dict()
+    assert record["status"] == "found"
+    assert list(record["knock"]) == ["x_r", "v_r", "v_c"]
+    assert record["state"]["x_r"] == record["start"]["x_r"] + record["knock"]["x_r"]
+    assert record["edge"]["multipliers"][0][0] > 1
+    assert record["weights"] == [1.0, 1.0, 1.0]
+
+
+def test_after_its_time_a_search_tells_what_it_found() -> None:
+    found = minimal_shock(solve_orbit(BISTABLE), max_seconds=1e-9)
+    assert (found.status, found.success, found.knock) == ("time-limit", False, None)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("weights", (1.0, 1.0)),
+        ("weights", (math.inf, math.inf, math.inf)),
+        ("weights", (1.0, 0.0, 1.0)),
+        ("weights", (1.0, math.nan, 1.0)),
+        ("largest", 0.0),
+        ("largest", math.inf),
+        ("samples", 1),
+        ("periods", 1),
+        ("seed", -1),
+    ],
+)
+def test_values_that_are_not_allowed_are_refused(field: str, value: object) -> None:
+    with pytest.raises(InvalidInput, match=field):
+        minimal_shock(solve_orbit(BISTABLE), **{field: value})
+
+
+def test_an_unstable_motion_is_refused(shock: Shock) -> None:
+    assert shock.edge is not None
+    with pytest.raises(InvalidInput, match="stable"):
+        minimal_shock(shock.edge)
