@@ -17,6 +17,10 @@ from capsule_sym._attractors.pulses import switch_by_pulse as switch_by_pulse
 from capsule_sym._attractors.shock import Shock as Shock
 from capsule_sym._attractors.shock import minimal_shock as minimal_shock
 from capsule_sym._attractors.smallest import ShockStatus as ShockStatus
+from capsule_sym._attractors.uncertainty import BasinEntropy as BasinEntropy
+from capsule_sym._attractors.uncertainty import UncertaintyExponent as UncertaintyExponent
+from capsule_sym._attractors.uncertainty import basin_entropy as basin_entropy
+from capsule_sym._attractors.uncertainty import uncertainty_exponent as uncertainty_exponent
 from capsule_sym._design.bootstrap import Bootstrap as Bootstrap
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus

@@ -22,6 +22,7 @@ from capsule_sym._figures.sizes import NARROWEST, WIDEST
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
 SLOW = {
+    "docs/howto/attractors.md",
     "docs/howto/labels.md",
     "docs/howto/optimise.md",
     "docs/howto/orbit.md",
