@@ -38,7 +38,10 @@ class PulseStatus(StrEnum):
 
 
 class PulseWindow(NamedTuple):
-    """Pulses that lead to the end: periods, period of the start at which they begin, and values."""
+    """Pulses that lead to the end: periods, period of the start at which they begin, and values.
+
+    In SI units where the system is a device, else dimensionless.
+    """
 
     periods: int
     begins: int

@@ -35,7 +35,8 @@ _VALUES = 9, 10**6
 _ARRIVED = 1e-3  # distance from an attractor, over its size, from which the transient is over
 _LONGEST = 2**16  # excitation periods of a transient
 _INSIDE = 200  # pulses in a window, with which a thorough search begins
-_PRICED, _POLISHED = 300, 5  # pulses of which the work is computed, and windows looked at closely
+_PRICED, _CLOSER = 300, 60  # pulses of which the work is computed: of all windows, and of one
+_LOOKED_AT = 5  # windows of which so many more are computed
 _POINTS = 5  # steps of a branch to an end of the tolerances
 Vector = NDArray[np.float64]
 
@@ -237,7 +238,7 @@ class _Search:
             window: self.least(window, 3 + round(_PRICED * window.width / total))
             for window in self.windows
         }
-        for window in sorted(prices, key=lambda one: prices[one])[:_POLISHED]:
+        for window in sorted(prices, key=lambda one: prices[one])[:_LOOKED_AT]:
             prices |= {one: self.polished(one) for one in self.checked(window)}
         while self.windows:
             window = min(self.windows, key=lambda one: prices[one])
@@ -257,7 +258,7 @@ class _Search:
         """The same, refined between the pulses beside the least."""
         from scipy.optimize import minimize_scalar
 
-        work, value, apart = self.least(window, _PRICED)
+        work, value, apart = self.least(window, _CLOSER)
         kept = self.margin * window.width
         low, high = max(value - apart, window.low + kept), min(value + apart, window.high - kept)
         if low < high:

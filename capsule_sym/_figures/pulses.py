@@ -45,5 +45,5 @@ def plot_pulse(
     rows[0].legend(loc="upper right", ncols=2)
     rows[0].set_ylim(None, 1.35 * np.max(np.abs(columns["drive"])))
     rows[-1].set_xlabel(f"time since the pulse begins{time}")
-    rows[-1].margins(x=0)
+    rows[-1].set_xlim(columns["time"][0], columns["time"][-1])
     return describe(page, "A pulse of the drive from one attractor to another")
