@@ -21,7 +21,8 @@ from capsule_sym._design.problem import Problem
 from capsule_sym._design.quantities import System, real, record, values_of
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.checks import check_count, checked_seconds, is_real
+from capsule_sym._map.labelled import package
 from capsule_sym._native import Watch, check_time
 from capsule_sym._parameters import names_of
 
@@ -184,19 +185,30 @@ class Fit:
             "residual": self.residuals / (self.noise or 1.0),
         }
 
+    def deviations(self, level: float = 0.95) -> float:
+        """Standard errors between a value and the end of its interval of this probability.
+
+        Student's quantile for as many values as there are more than unknown. Raises InvalidInput
+        for a level that is not between 0 and 1.
+        """
+        if not is_real(level) or not 0 < level < 1:
+            raise InvalidInput("level", level, "between 0 and 1")
+        freedom = len(self.residuals) - len(self.values)
+        return float(package("scipy.stats", "design").t.ppf((1 + level) / 2, freedom))
+
     def interval(
-        self, name: str, deviations: float = 1.96, *, max_seconds: float = math.inf
+        self, name: str, level: float = 0.95, *, max_seconds: float = math.inf
     ) -> tuple[float, float]:
         """Profile interval of an unknown: where the others, fitted anew, still fit.
 
-        The sum of squares, as the loss counts them, grows there by `deviations` squared times what
-        it grows by where the value is a standard error off (`growth`). Where it does not grow so
-        far within the bounds of the fit, the bound is the end. An end that is not found within
-        `max_seconds` is nan. Raises InvalidInput for another name.
+        The sum of squares, as the loss counts them, grows there by `deviations(level)` squared
+        times what it grows by where the value is a standard error off (`growth`). Where it does
+        not grow so far within the bounds of the fit, the bound is the end. An end that is not found
+        within `max_seconds` is nan. Raises InvalidInput for another name or level.
         """
         if name not in self.values:
             raise InvalidInput("name", name, f"one of {', '.join(self.values)}")
-        ends = [math.nan, math.nan]
+        deviations, ends = self.deviations(level), [math.nan, math.nan]
         k = list(self.values).index(name)
         with Watch(checked_seconds(max_seconds)):
             for i, sign in enumerate((-1, 1)):

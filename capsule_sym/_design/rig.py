@@ -53,7 +53,7 @@ class Rig:
     runs: Sequence[RigRun]
     """The runs."""
     unknown: Sequence[str]
-    """Unknown of all runs alike: parameters, slip, scale or scale_x_m etc., of a series."""
+    """Unknown of all runs alike: parameters, slip, and scale, or scale_x_m and scale_x_c apart."""
     each: Sequence[str] = ()
     """Unknown of each run: phase, x_r, v_r, v_c, drift (of each position), or any of the above."""
     scale: float = 1.0

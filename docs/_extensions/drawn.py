@@ -5,6 +5,7 @@ import contextlib
 import hashlib
 import os
 import re
+import shutil
 import tempfile
 from pathlib import Path
 from typing import Any, ClassVar
@@ -27,7 +28,8 @@ def _last_value(text: str) -> Any:
 class Drawn(SphinxDirective):
     """Shows the code, then its figure; `alt` is the text for who does not see it.
 
-    The code runs in an empty folder, where the last TOML block of the page is `device.toml`.
+    The code runs in an empty folder, where the last TOML block of the page is `device.toml`, beside
+    copies of the files in the folder with the page's name.
     """
 
     has_content = True
@@ -36,15 +38,20 @@ class Drawn(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """The code as a block, and the figure as an image."""
         text = "\n".join(self.content)
-        page = Path(self.env.doc2path(self.env.docname)).read_text(encoding="utf-8")
+        source = Path(self.env.doc2path(self.env.docname))
+        page = source.read_text(encoding="utf-8")
+        beside = sorted(source.with_suffix("").glob("*.*"))
         device = re.findall(r"^```toml\n(.*?)^```$", page, re.M | re.S)[-1:]
-        name = hashlib.sha256("".join([text, *device]).encode()).hexdigest()[:16]
+        known = "".join([text, *device]).encode() + b"".join(one.read_bytes() for one in beside)
+        name = hashlib.sha256(known).hexdigest()[:16]
         path = Path(self.env.app.doctreedir) / "drawn" / f"{name}.svg"
         if not path.exists():
             path.parent.mkdir(exist_ok=True)
             with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
                 for given in device:
                     Path("device.toml").write_text(given, encoding="utf-8")
+                for one in beside:
+                    shutil.copy(one, folder)
                 _last_value(text).savefig(path)
         code = nodes.literal_block(text, text, language="python")
         here = Path(self.env.doc2path(self.env.docname)).parent

@@ -2,15 +2,29 @@
 
 import json
 import math
+import runpy
+import shutil
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
-from capsule_sym import InvalidInput, Parameters, Rig, RigRun, fit, fit_rig, read_rig, simulate
+from capsule_sym import (
+    InvalidInput,
+    Parameters,
+    Rig,
+    RigRun,
+    fit,
+    fit_rig,
+    read_measured,
+    read_rig,
+    simulate,
+)
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.rig import recorded
 from tests.design.rigs import DEVICE, DRIVES, SCALE, SLIP, phase_of, video
 from tests.design.test_fit import PHASE, START, TRUE, series
+from tests.examples import ROOT
 
 GUESS = DEVICE.replace(mu=0.3, c=0.13, G=3e-4, k2=50.0)
 DEVICES = ("mu", "c", "G", "k2", "k1")
@@ -53,6 +67,19 @@ def test_device_camera_and_clock_are_found_from_videos_with_outliers() -> None:
         for name in DEVICES
     ]
     assert max(wrong) > 5
+
+
+@pytest.mark.long
+def test_errors_of_a_rig_hold() -> None:
+    sets, off_by = 40, []
+    for seed in range(sets):
+        found = fit_rig(rig([video(name, seed) for name in DRIVES]), GUESS, loss="cauchy")
+        assert found.success
+        off_by.append(list(off(found, truth_of(*DRIVES)).values()))
+    held = np.abs(off_by) < 1.96
+    # Fewer of one value than this happen once in a million.
+    assert held.sum(axis=0).min() >= binom.ppf(1e-6, sets, 0.95)
+    assert 0.92 < held.mean() < 0.98
 
 
 def test_scales_and_drifts_of_each_series_are_found() -> None:
@@ -257,6 +284,19 @@ def test_columns_of_different_lengths_are_named() -> None:
     run.data["x_c"] = run.data["x_c"][:-1]
     with pytest.raises(InvalidInput, match="slow: x_c = "):
         fit_rig(rig([run]), GUESS)
+
+
+@pytest.mark.long
+def test_the_videos_of_the_documentation_are_made_by_their_script(tmp_path, monkeypatch) -> None:
+    pages = ROOT / "docs" / "howto" / "rig"
+    shutil.copy(pages / "device.toml", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(pages / "videos.py"))
+    for name in DRIVES:
+        committed, made = (read_measured(place / f"{name}.csv") for place in (pages, tmp_path))
+        assert list(committed) == list(made)
+        for column in made:  # written with two digits
+            assert committed[column] == pytest.approx(made[column], abs=0.011, nan_ok=True)
 
 
 def test_a_rig_is_read_as_it_stands(folder) -> None:

@@ -27,6 +27,7 @@ SLOW = {
     "docs/howto/optimise.md",
     "docs/howto/orbit.md",
     "docs/howto/own-scene.md",
+    "docs/howto/rig.md",
     "docs/howto/sweep.md",
     "docs/tutorials/prototype.md",
     "docs/tutorials/study.md",
@@ -38,6 +39,8 @@ TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding=
 def lay(page: Page, directory) -> None:
     for device in page.blocks("toml"):
         (directory / "device.toml").write_text(device, encoding="utf-8")
+    for beside in (ROOT / page.name).with_suffix("").glob("*.*"):
+        shutil.copy(beside, directory)
     for declared in page.blocks("python"):
         if "\nmodel = Model(" in declared:  # and the code generated for it
             (directory / "shuttle.py").write_text(declared, encoding="utf-8")

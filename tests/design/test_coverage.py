@@ -1,0 +1,26 @@
+"""Intervals of fits hold the truth as often as they say, with each loss and with outliers."""
+
+import pytest
+from scipy.stats import binom
+
+from tests.design.coverage import held
+from tests.sampling import ALL, many, sampled
+
+
+@sampled
+@pytest.mark.parametrize(
+    ("loss", "errors"),
+    [
+        ("linear", "normal"),
+        ("linear", "unlike"),
+        *((loss, "outliers") for loss in ("soft_l1", "huber", "cauchy", "arctan")),
+    ],
+)
+@pytest.mark.parametrize("profiles", [False, True])
+def test_intervals_hold_the_truth(loss, errors, profiles) -> None:
+    sets = many(200, 4)
+    found = held(loss, errors, 20, range(sets), profiles)
+    # Fewer of each parameter than this happen once in a million.
+    assert found.sum(axis=0).min() >= binom.ppf(1e-6, sets, 0.95)
+    if ALL:
+        assert 0.92 < found.mean() < 0.98
