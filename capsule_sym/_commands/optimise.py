@@ -140,7 +140,8 @@ def steer(
 
     The drive is alpha and omega, or P_d and Omega of a device; --over may vary D and alpha_low of
     pulses too. The straight path is tried first,
-    then those by a corner; a broken one says where, and by which bifurcation.
+    then those by a corner, then those over a grid of drives; a broken one says where, and by which
+    bifurcation.
 
     Exits with 3 where one of the drives is not found, or time is short. A broken path is a result.
     """
@@ -306,5 +307,5 @@ def print_steering(found: capsule_sym.Steering) -> None:
     for at in found.path:
         console.print(f"  {drive(at)}")
     for broken in found.breaks:
-        way = f"by {drive(broken.by)}" if broken.by else "straight"
+        way = f"by {'; '.join(map(drive, broken.by))}" if broken.by else "straight"
         console.print(f"  broken {way}: at {drive(broken.at)}, {broken.why}")

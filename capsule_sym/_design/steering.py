@@ -1,6 +1,6 @@
 """Forward and backward by the drive alone: the two best drives, and the way between them.
 
-A way is a path of parameters along which the orbit is continued, straight or by a corner. It can be
+A way is a path of parameters along which the orbit is continued, straight or by corners. It can be
 driven where every orbit on it is stable: the capsule then stays on it if the drive changes slowly.
 """
 
@@ -8,31 +8,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._design.optimise import checked_survey, program_of, system_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.quantities import System, dimensionless, record
+from capsule_sym._design.reachable import Reachable
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._native import Watch, check_time
+from capsule_sym._native import Watch, check_time, core_of
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
 from capsule_sym._orbits.continuation.branches.continuing import continue_straight
 from capsule_sym._orbits.continuation.settings import check_points
-from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneParameters
 from capsule_sym._systems import drives
 
-_WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
+_DRIVES = 1000, 10_000  # of grids that are searched, about
+_TRIED = 12  # ways over each
+_ARRIVED = 1e-6  # of a stretch, from its end: a best drive may be on a border
+_NEAR = 1e-4  # distance of such a motion from that of the stretch
 Vector = NDArray[np.float64]
 Drive = dict[str, float]
 
@@ -54,9 +57,9 @@ class SteeringStatus(StrEnum):
 
 @dataclass(frozen=True)
 class Break:
-    """Where a path of stable orbits ends: the corner it goes by, the drive there, and why."""
+    """Where a path of stable orbits ends: the corners it goes by, the drive there, and why."""
 
-    by: Drive | None
+    by: tuple[Drive, ...]
     at: Drive
     why: str
 
@@ -161,7 +164,8 @@ def steer(
     `over` has bounds of what the drive varies: alpha and omega, or P_d and Omega of a device in SI
     units; without it they go from a tenth of the friction bound, and half the natural frequency,
     to two and one and a half times these. The straight path is tried first, then those by a
-    corner. A broken path says at which drive, and by which bifurcation.
+    corner, then those over a grid of drives on which stable motions continue each other. A broken
+    path says at which drive, and by which bifurcation.
     `subject_to`, `margin`, `samples`, `seed` and `follow` are as in `optimise`; each stretch of a
     path is followed in `points` steps at least. After `max_seconds` the result has the drives and
     the breaks that were found. `progress` is called with what is done, in words.
@@ -180,7 +184,7 @@ def steer(
     forward, backward = (
         Optimiser(program_of("velocity", bounds, system, way, *given)) for way in (True, False)
     )
-    ways, done = list[_Way](), False
+    search = _Search(bounds, points)
     with Watch(checked_seconds(max_seconds)):
         forward.run(survey)
         backward.run(survey)
@@ -188,13 +192,9 @@ def steer(
             progress("the way between the drives")
         ends = forward.result, backward.result
         if _unlike(*ends) is None:
-            for corner in (None, *_corners(*ends, bounds)):
-                ways.append(_Way(corner))
-                ways[-1].follow(*ends, points)
-                if ways[-1].broken is None:
-                    break
-        done = True
-    return _steered(forward.result, backward.result, ways, done)
+            search.run(*ends)
+        search.done = True
+    return _steered(forward.result, backward.result, search)
 
 
 def usual_drive(system: System) -> dict[str, tuple[float, float]]:
@@ -204,52 +204,102 @@ def usual_drive(system: System) -> dict[str, tuple[float, float]]:
     return {name: (low * unit, high * unit) for (name, unit), (low, high) in named}
 
 
-@dataclass
 class _Way:
-    """A way by a corner or straight: its branches so far, and where it is broken."""
+    """A way by corners, or straight: its branches so far, and where it is broken."""
 
-    corner: Drive | None
-    branches: list[Branch] = field(default_factory=list)
-    broken: Break | None = None
+    def __init__(self, corners: Sequence[Drive]) -> None:
+        self.corners = tuple(corners)
+        self.branches: list[Branch] = []
+        self.broken: Break | None = None
+        self.whole = 0
+        """How many stretches of it are whole."""
 
-    def follow(self, forward: Optimum, backward: Optimum, points: int) -> None:
-        """Follows the orbits along the way between two optima, as far as they are stable."""
-        orbit, system = forward.orbits[0], forward.system
-        for target in filter(None, (self.corner, backward.over)):
-            there = dimensionless(system.replace(**dict[str, Any](target)))
-            branch = continue_straight(orbit, there, points=points)
-            check_time()
-            if branch is None:  # the corner is where the stretch begins
-                continue
-            self.branches.append(branch)
-            if (broken := _broken(branch)) is not None:
-                at = drive_at(system, tuple(forward.over), broken[0])
-                self.broken = Break(self.corner, at, broken[1])
+
+class _Search:
+    """The ways that are tried between two optima: straight, by a corner, and over a grid."""
+
+    def __init__(self, bounds: Mapping[str, Sequence[float]], points: int) -> None:
+        self.bounds, self.points = bounds, points
+        self.ways: list[_Way] = []
+        self.known: dict[tuple[tuple[float, ...], ...], Branch | None] = {}
+        """Branches by the drives that lead to their ends."""
+        self.told = ""
+        """What was tried beside these ways."""
+        self.done = False
+
+    def run(self, forward: Optimum, backward: Optimum) -> None:
+        """Try ways until one is whole."""
+        for corner in _corners(forward, backward):
+            if self.follow(forward, backward, corner).broken is None:
                 return
-            orbit = branch.points[-1].orbit
-        if not same(orbit, backward.orbits[0]):
+        if len(self.bounds) == 1 or core_of(forward.orbits[0].scene) is None:
+            return
+        ends, orbits = (forward.over, backward.over), (forward.orbits[0], backward.orbits[0])
+        for count in _DRIVES:
+            reach = Reachable(forward.system, self.bounds, ends, orbits, count)
+            self.told = f"; stable orbits lead from the drive forward to {reach.told()}"
+            if self.goes(reach, forward, backward):
+                return
+
+    def goes(self, reach: Reachable, forward: Optimum, backward: Optimum) -> bool:
+        """Whether one of the ways over a grid is whole."""
+        for _ in range(_TRIED):
+            way, joined = reach.way()
+            way = reach.straightened(way)
+            # Where none leads there, the nearest that is reached shows what it is that is between.
+            corners = [reach.drive(i) for i in way[1 : -1 if joined else None]]
+            found = self.follow(forward, backward, corners)
+            if found.broken is None or not joined:
+                return found.broken is None
+            reach.refuse(*way[min(found.whole, len(way) - 2) :][:2])
+        return False
+
+    def follow(self, forward: Optimum, backward: Optimum, corners: Sequence[Drive]) -> _Way:
+        """Follow the orbits along a way between two optima, as far as they are stable."""
+        way, orbit, system = _Way(corners), forward.orbits[0], forward.system
+        self.ways.append(way)
+        passed: tuple[tuple[float, ...], ...] = ()
+        for target in (*way.corners, backward.over):
+            there = dimensionless(system.replace(**dict[str, Any](target)))
+            passed = (*passed, tuple(target.values()))
+            if passed not in self.known:
+                self.known[passed] = continue_straight(orbit, there, points=self.points)
+                check_time()
+            branch = self.known[passed]
+            if branch is not None:  # else the corner is where the stretch begins
+                stable = _stable(branch)
+                way.branches.append(stable)
+                if not stable.points or stable.points[-1].value < 1 - _ARRIVED:
+                    where, why = _broken(branch, stable)
+                    way.broken = Break(way.corners, drive_at(system, [*forward.over], where), why)
+                    return way
+                orbit = stable.points[-1].orbit
+            way.whole += 1
+        if not _alike(orbit, backward.orbits[0]):
             why = f"the path ends on another orbit than the best, {orbit.itinerary}"
-            self.broken = Break(self.corner, dict(backward.over), why)
+            way.broken = Break(way.corners, dict(backward.over), why)
+        return way
 
 
-def _steered(forward: Optimum, backward: Optimum, ways: Sequence[_Way], done: bool) -> Steering:
+def _steered(forward: Optimum, backward: Optimum, search: _Search) -> Steering:
     """Result of the ways that were tried, all of them or as many as there was time for."""
+    ways = search.ways
     breaks = tuple(way.broken for way in ways if way.broken is not None)
     path: tuple[Drive, ...] = ()
     shown = next((way for way in ways if way.branches), None)
     if (unlike := _unlike(forward, backward)) is not None:
         status, message = unlike
-    elif not done:
+    elif not search.done:
         status = SteeringStatus.TIME_LIMIT
         message = f"the time is over: of the paths that were tried {len(breaks)} are broken"
     elif ways[-1].broken is None:
         shown = ways[-1]
-        path = (forward.over, *([shown.corner] if shown.corner else []), backward.over)
+        path = (forward.over, *shown.corners, backward.over)
         status = SteeringStatus.CONNECTED
         message = "a path of stable orbits leads from one drive to the other"
     else:
         status = SteeringStatus.BROKEN
-        message = f"every path that was tried is broken: {breaks[0].why}"
+        message = f"each of {len(ways)} paths is broken, the first by: {breaks[0].why}{search.told}"
     branches = tuple(shown.branches) if shown else ()
     return Steering(forward, backward, path, breaks, branches, status, message)
 
@@ -257,7 +307,8 @@ def _steered(forward: Optimum, backward: Optimum, ways: Sequence[_Way], done: bo
 def _unlike(forward: Optimum, backward: Optimum) -> tuple[SteeringStatus, str] | None:
     """Why two optima are no drives to steer between."""
     for one in (forward, backward):
-        if not one.success:
+        # The best place that was found is a drive as well, proved to be an optimum or not.
+        if not (one.success or (one.status is OptimumStatus.NOT_CONVERGED and one.orbits)):
             late = one.status is OptimumStatus.TIME_LIMIT
             status = SteeringStatus.TIME_LIMIT if late else SteeringStatus.NO_OPTIMUM
             return status, one.message
@@ -267,34 +318,43 @@ def _unlike(forward: Optimum, backward: Optimum) -> tuple[SteeringStatus, str] |
     return None
 
 
-def _corners(
-    forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]]
-) -> Iterator[Drive]:
-    """Drives that a path may go by: one value of either end, then some between the bounds."""
-    if len(forward.over) < 2:
-        return
-    first, *_ = forward.over
-    yield backward.over | {first: forward.over[first]}
-    yield forward.over | {first: backward.over[first]}
-    for shares in product(_WAYS, repeat=len(forward.over)):
-        yield {
-            name: low + share * (high - low)
-            for name, share, (low, high) in zip(forward.over, shares, bounds.values(), strict=True)
-        }
+def _corners(forward: Optimum, backward: Optimum) -> Iterator[tuple[Drive, ...]]:
+    """Corners that a path may go by: none, then one that has one value of either end."""
+    yield ()
+    if len(forward.over) > 1:
+        first, *_ = forward.over
+        yield (backward.over | {first: forward.over[first]},)
+        yield (forward.over | {first: backward.over[first]},)
 
 
-def _broken(branch: Branch) -> tuple[SceneParameters, str] | None:
-    """Where a branch is not stable any more, or ends, and why; None if it is whole."""
-    lost = next((i for i, point in enumerate(branch.points) if not _largest(point) < 1), None)
-    if lost is None and branch.success:
-        return None
-    last = branch.points[-1 if lost is None else lost]
-    before = [one for one in branch.bifurcations if one.value <= last.value + 1e-12]
-    if before and (lost is not None or branch.bifurcations):
-        one = before[-1] if lost is not None else branch.bifurcations[-1]
-        line = f" on {one.line}" if one.line else ""
-        return one.orbit.parameters, f"{one.type}{line} of {one.itinerary_before}"
-    return last.orbit.parameters, f"the branch ends: {branch.message}"
+def _stable(branch: Branch) -> Branch:
+    """The part of a stretch that is stable, as far as its end: that may itself be on a border."""
+    points = list[BranchPoint]()
+    for point in branch.points:
+        if not _largest(point) < 1:
+            break
+        points.append(point)
+        if point.value >= 1 - _ARRIVED:
+            break
+    return replace(branch, points=tuple(points))
+
+
+def _broken(branch: Branch, stable: Branch) -> tuple[SceneParameters, str]:
+    """Where a stretch is not stable any more, or ends, and why."""
+    passed = max(stable.points or branch.points[:1], key=lambda point: point.value)
+    for one in branch.bifurcations:
+        if one.value >= passed.value - _ARRIVED:
+            line = f" on {one.line}" if one.line else ""
+            return one.orbit.parameters, f"{one.type}{line} of {one.itinerary_before}"
+    return passed.orbit.parameters, f"the branch ends: {branch.message}"
+
+
+def _alike(orbit: Orbit, other: Orbit) -> bool:
+    """Whether orbits at about the same parameters, on borders perhaps, are one motion."""
+    if orbit.itinerary.period_number != other.itinerary.period_number:
+        return False
+    apart = abs(stroboscopic(orbit) - stroboscopic(other)[:1]).max(axis=1)
+    return bool(apart.min() <= _NEAR)
 
 
 def _largest(point: BranchPoint) -> float:

@@ -64,15 +64,16 @@ def continue_straight(
     orbit: Orbit, parameters: SceneParameters, *, points: int = 100
 ) -> Branch | None:
     """The branch along a straight line to other parameters; None where they are the orbit's own."""
-    begin = orbit.parameters.to_dict()
-    ends = {
-        name: (begin[name], value)
-        for name, value in parameters.to_dict().items()
-        if value != begin[name]
+    begin, end = orbit.parameters.to_dict(), parameters.to_dict()
+    # The share is told by the first of them: by one that does change.
+    names = sorted(end, key=lambda name: -abs(end[name] - begin[name]))
+    ties = {
+        name: f"{begin[name]!r} + {end[name] - begin[name]!r}*{_SHARE}"
+        for name in names
+        if end[name] != begin[name]
     }
-    if not ends:
+    if not ties:
         return None
-    ties = {name: f"{a!r} + {b - a!r}*{_SHARE}" for name, (a, b) in ends.items()}
     return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties)
 
 
