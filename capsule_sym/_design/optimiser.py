@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.evaluation import agrees
+from capsule_sym._design.led import best_led, next_led
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
-from capsule_sym._design.polish import Rest, polish
+from capsule_sym._design.polish import BASIN, KINK, NOT_LED, Rest, polish
 from capsule_sym._design.program import Place, Program
 from capsule_sym._design.stationary import rough
 from capsule_sym._design.survey import Survey, Surveyor
@@ -19,11 +20,13 @@ from capsule_sym._map.dragging import mean_force
 from capsule_sym._native import check_time
 from capsule_sym._parameters import SceneDevice
 
-_WORSE = 1e-5  # units of the objective: a search rests a little beyond its limits
-_AGAIN = 4  # searches that go on from the best place, where others left it
-_REACH = 0.1  # of the bounds, of the first of them
+_HOPEFUL = 0.2  # units of the objective that a polish may gain
+_SAME = 1e-6  # of the bounds: one place
+_REACH = 0.05  # of the bounds, of the first box of places that the starts lead to
+_NEAR = 1e-4  # the same where no border of what the starts lead to is known
+_BOXES = (1e-2, 1e-4, 1e-6)  # of the bounds, around a result
+_BETTER = 1e-8  # units of the objective
 _BESIDE = 0.99  # of friction: a mean force that nearly drags the device
-_SHORTER = 0.2  # the next one's, where it finds nothing better
 Vector = NDArray[np.float64]
 
 
@@ -63,38 +66,67 @@ class Optimiser:
             if runs[0][0].beyond:
                 return self.infeasible(runs[0][0])
         runs = [places for places in runs if not places[0].beyond]
-        runs.sort(key=lambda places: places[0].worst)
-        for places in runs:
-            found = self.ended(places)
-            if found is not None and self.as_good(found, runs[0][0]):
-                return found
-        return self.from_best(runs[0])
+        rests = list[Rest]()
+        for places in sorted(runs, key=lambda places: places[0].worst):
+            if all(self.promising(places[0], rest) for rest in rests):
+                rests.append(self.checked(self.polished(places)))
+        best = min(rests, key=lambda rest: (not rest.whole, rest.found.place.worst))
+        bound = min(rests, key=lambda rest: np.fmin(rest.limit, rest.found.place.worst))
+        if bound.limit < best.found.place.worst:  # what is best is elsewhere, and not reached
+            best = replace(best, bifurcation=bound.bifurcation, limit=bound.limit)
+        return self.optimum(best)
 
-    def from_best(self, places: list[Place]) -> Optimum:
-        """What is found where searches left a place, the best, that is no optimum."""
-        reach = _REACH
-        for _ in range(_AGAIN):
-            again = self.go(self.program, places[0].u, reach)
-            if not again or again[0].rank >= places[0].rank:
-                reach *= _SHORTER
-                continue
-            places = sorted([*again, *places], key=lambda place: place.rank)
-            found = self.ended(places)
-            if found is not None and self.as_good(found, places[0]):
-                return found
-        found = self.rough(places[0])
-        message = found.message
-        if not self.confirmed(places[0]):
-            message = "the best motion that was found is not one that the starts lead to"
-        return replace(found, message=message + _beside_dragging(found))
+    def promising(self, place: Place, rest: Rest) -> bool:
+        """Whether a place may lead to more than an optimum that was found."""
+        found = rest.found.place
+        return place.worst < found.worst + _HOPEFUL and abs(place.u - found.u).max() > _SAME
+
+    def optimum(self, rest: Rest) -> Optimum:
+        """The result of a place, with a hint where it needs one."""
+        found = optimum_of(rest)
+        return (
+            found
+            if found.success
+            else replace(found, message=found.message + _beside_dragging(found))
+        )
+
+    def checked(self, rest: Rest) -> Rest:
+        """The same, or what is better that boxes of places around it lead to."""
+        draw = np.random.default_rng(0)
+        for size in _BOXES:
+            place = rest.found.place
+            better = next_led(self.program, place, size, draw)
+            if better is not None and better.worst < np.fmin(rest.limit, place.worst) - _BETTER:
+                other = self.polished([better, place])
+                if other.found.place.worst < place.worst:
+                    rest = other
+        return rest
+
+    def polished(self, places: Sequence[Place]) -> Rest:
+        """The optimum next to the first of some places, over motions that the starts lead to."""
+        rest = polish(self.program, places[0])
+        if rest is not None and rest.whole and self.confirmed(rest.found.place):
+            return rest
+        known = places[0] if rest is None else rest.found.place
+        if not self.confirmed(known) or known.beyond:
+            led = (place for place in places if not place.beyond and self.confirmed(place))
+            near = next(led, None)
+            if near is None:
+                return Rest(self.program, rough(self.program, places[0]), bifurcation=NOT_LED)
+            known, bounded = near, BASIN
+        else:
+            bounded = KINK
+        place = best_led(self.program, known, _REACH if bounded == BASIN else _NEAR)
+        rest = polish(self.program, place)
+        if rest is not None and rest.whole and self.confirmed(rest.found.place):
+            return rest
+        found = rough(self.program, place)
+        return Rest(self.program, found, whole=True, bifurcation=bounded, limit=place.worst)
 
     def from_place(self, u: Vector) -> Optimum | None:
-        """The optimum, or the best place, next to a place; None where none is within the limits."""
+        """The optimum next to a place; None where none is within the limits."""
         inside = [place for place in self.go(self.program, u) if not place.beyond]
-        self.found = self.ended(inside) if inside else None
-        if self.found is None:
-            known = next((place for place in inside if self.confirmed(place)), None)
-            self.found = None if known is None else self.rough(known)
+        self.found = self.optimum(self.polished(inside)) if inside else None
         return self.found and self.result
 
     def nowhere(self, moving: bool) -> Optimum:
@@ -138,10 +170,6 @@ class Optimiser:
         """The result of a place that is no optimum."""
         return optimum_of(Rest(self.program, rough(self.program, place)))
 
-    def as_good(self, found: Optimum, best: Place) -> bool:
-        """Whether an optimum is as good as the best place that is known to be feasible."""
-        return self.program.sign * found.value / self.program.unit <= best.worst + _WORSE
-
     def go(self, program: Program, u: Vector, reach: float = 1.0) -> list[Place]:
         """The places that a search from u passed, the best first; none where there is no motion."""
         program.tell(f"search {self.followed + 1}")
@@ -165,15 +193,10 @@ class Optimiser:
         again = [self.go(self.program, places[0].u) for places in ends[:2]]
         return sorted((places for places in again if places), key=lambda places: places[0].beyond)
 
-    def ended(self, places: Sequence[Place]) -> Optimum | None:
-        """The optimum where a search came to rest, if it satisfies all conditions."""
-        rest = polish(self.program, places[0])
-        if rest is not None and rest.whole and self.confirmed(rest.found.place):
-            return optimum_of(rest)
-        return None
-
     def confirmed(self, place: Place) -> bool:
-        """Whether the starts do lead to these motions."""
+        """Whether the starts do lead to these motions, where that is asked for."""
+        if self.program.among == "stable":
+            return all(motion.multiplier < 1 for motion in place.motions)
         settled = self.program.settled(place.u)
         return settled is not None and all(map(agrees, place.motions, settled))
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design.borders import Distance, distances
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.polish import Rest
+from capsule_sym._design.polish import BASIN, KINK, NOT_LED, Rest
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.quantities import System, of, record, values_of
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -157,17 +157,7 @@ def optimum_of(rest: Rest) -> Optimum:
     system, sign, unit = program.system_at(place.u), program.sign, program.unit
     metrics = of(place.motions[0].metrics, program.scenarios[0].system(system))
     value = sign * unit * place.worst + 0.0  # 0 has no sign
-    status, message = OptimumStatus.OPTIMAL, "the conditions of an optimum hold"
-    if not rest.whole:
-        status = OptimumStatus.NOT_CONVERGED
-        message = "the best that was found does not satisfy the conditions of an optimum"
-    elif rest.bifurcation:
-        status = OptimumStatus.OPTIMAL_AT_BORDER
-        message = f"bounded by a border of stability, {rest.bifurcation}: the limit there is "
-        message += f"{sign * unit * rest.limit:.9g}"
-    elif sides:
-        status = OptimumStatus.OPTIMAL_AT_BORDER
-        message = "an optimum on a border: on each side it gets worse away from it"
+    status, message = _told(rest)
     slopes = (
         sign * unit * (found.weights @ place.objective_by - found.multipliers @ place.slacks_by)
     )
@@ -214,6 +204,25 @@ def optimum_of(rest: Rest) -> Optimum:
         bifurcation=rest.bifurcation,
         limit=sign * unit * rest.limit,
     )
+
+
+def _told(rest: Rest) -> tuple[OptimumStatus, str]:
+    """How it ended, as a status and a sentence."""
+    if not rest.whole:
+        message = "the best that was found does not satisfy the conditions of an optimum"
+        if rest.bifurcation == NOT_LED:
+            message = "the best motion that was found is not one that the starts lead to"
+        return OptimumStatus.NOT_CONVERGED, message
+    limit = f"{rest.program.sign * rest.program.unit * rest.limit:.9g}"
+    messages = {
+        "": "an optimum on a border: on each side it gets worse away from it",
+        BASIN: f"bounded by a basin boundary, beyond which the starts lead elsewhere, at {limit}",
+        KINK: "bounded by borders that meet: of many places beside it none is better",
+    }
+    stability = f"bounded by a border of stability, {rest.bifurcation}, with the limit {limit}"
+    if rest.bifurcation or rest.sides:
+        return OptimumStatus.OPTIMAL_AT_BORDER, messages.get(rest.bifurcation, stability)
+    return OptimumStatus.OPTIMAL, "the conditions of an optimum hold"
 
 
 def _tightest(program: Program, place: Place) -> Tightest:

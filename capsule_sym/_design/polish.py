@@ -35,6 +35,12 @@ from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
 Vector = NDArray[np.float64]
+BASIN = "basin boundary"
+"""What bounds a place beyond which the starts lead elsewhere."""
+KINK = "kink"
+"""What bounds a place beside which nothing is better, without conditions that were solved."""
+NOT_LED = "not led to"
+"""Of a place to which no start leads."""
 MARGIN = 1e-2
 """Of the largest multiplier, where stability bounds the best and no margin is asked for."""
 _MARGINS = (0.5, 0.25, 0.125)  # of it, from which the limit is extrapolated

@@ -129,6 +129,8 @@ class Program:
     """What the slack of each limit is divided by; its limit where that is not 0."""
     elastic: bool = False
     """Whether the limits themselves are what is optimised: the least slack is to be greatest."""
+    among: str = "starts"
+    """Which motions count: those that the "starts" lead to, or all "stable" ones."""
     progress: Callable[[str], object] | None = None
     """Called with what is done, in words."""
 
