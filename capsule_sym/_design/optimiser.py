@@ -84,11 +84,8 @@ class Optimiser:
     def optimum(self, rest: Rest) -> Optimum:
         """The result of a place, with a hint where it needs one."""
         found = optimum_of(rest)
-        return (
-            found
-            if found.success
-            else replace(found, message=found.message + _beside_dragging(found))
-        )
+        hint = "" if found.status is OptimumStatus.OPTIMAL else _beside_dragging(found)
+        return replace(found, message=found.message + hint)
 
     def checked(self, rest: Rest) -> Rest:
         """The same, or what is better that boxes of places around it lead to."""

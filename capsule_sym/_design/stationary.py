@@ -26,7 +26,7 @@ _SHARE = 0.03  # of the way on which derivatives change little
 _LEAST_STEP = 1e-8
 _SHARES = (1.0, 0.999, 0.5, 0.1)  # of a step, tried where an orbit is lost beyond
 _SHRINK = 0.1
-_CHANGES = 12  # of the active set
+_CHANGES = 8  # of the active set
 _PARALLEL = 1e-6  # of gradients: those of one border by two inequalities
 _STEPS = 12  # of Newton's method on one active set
 _AT_BOUND = 1e-6  # of a variable's range
@@ -89,11 +89,17 @@ class _Point(NamedTuple):
 def stationary(model: Model, place: Place) -> Stationary | None:
     """The stationary place next to a place; None where an orbit is lost."""
     found: Stationary | None = None
-    for near in _ACTIVE:
-        with suppress(np.linalg.LinAlgError):  # at a fold
-            found = _Conditions(model, place).solved(near)
-            if found.minimal:
-                return found
+    tried = set[bytes]()
+    with suppress(np.linalg.LinAlgError):  # at a fold
+        for near in _ACTIVE:
+            own = _Conditions(model, place)
+            point = own.at(own.start)
+            own.begin(point, near)
+            if own.active.tobytes() not in tried:
+                tried.add(own.active.tobytes())
+                found = own.solved(point)
+                if found.minimal:
+                    return found
     return found
 
 
@@ -220,10 +226,8 @@ class _Conditions(_Balance):
             raise np.linalg.LinAlgError("an orbit is lost")
         return self.point(place)
 
-    def solved(self, near: float) -> Stationary:
+    def solved(self, point: _Point) -> Stationary:
         """The solution with those constraints and bounds active that a minimum has active."""
-        point = self.at(self.start)
-        self.begin(point, near)
         for _ in range(_CHANGES):
             point = self.newton(point)
             pull, multipliers = self.pull(point), self.multipliers(point)

@@ -139,25 +139,32 @@ def test_distances_to_other_itineraries_have_exact_derivatives(scene: str) -> No
                 assert row.by[k] == pytest.approx(slope, abs=1e-5 * size), (name, key)
 
 
-def test_an_optimum_to_which_the_start_does_not_lead_says_so() -> None:
-    """Between two folds: the fast motion is followed there, from rest the slow one is reached."""
+def test_an_optimum_beyond_which_the_start_leads_elsewhere_names_the_boundary() -> None:
+    """Between two folds: beyond some frequency rest leads to the slow motion, no more the fast."""
     device = scenes.prototype.PhysicalParameters(
         M_m=0.0018, M_c=0.0017, k1=62, k_front=54000, k_back=28000, c=0.016, G_front=0.0016,
         G_back=0.00015, P_d=0.0091, P_low=0, duty=0.6, Omega=260, mu=0.23, mu_back=0.23,
     )  # fmt: skip
     found = optimise("velocity", {"Omega": (250, 300)}, device, samples=16)
-    assert (found.status, found.success) == ("not-converged", False)
-    assert found.message == "the best motion that was found is not one that the starts lead to"
-    motion = simulate(found.system.dimensionless(), periods=600).steady()
-    assert motion is not None
-    from_rest = device.displacement(motion.progression) * found.system.Omega / (2 * np.pi)
-    assert from_rest < 0.1 * found.value
+    assert (found.status, found.bifurcation) == ("optimal-at-border", "basin boundary")
+    assert found.limit == pytest.approx(found.value, rel=1e-12)
+
+    def from_rest(frequency: float) -> float:
+        system = device.replace(Omega=frequency)
+        motion = simulate(system.dimensionless(), periods=600).steady()
+        assert motion is not None
+        return system.displacement(motion.progression) * frequency / (2 * np.pi)
+
+    best = found.over["Omega"]
+    assert from_rest(best) == pytest.approx(found.value, rel=1e-9)
+    assert from_rest(best * (1 + 1e-6)) < 0.9 * found.value
+    assert found.value > max(from_rest(one) for one in np.linspace(250, 300, 51))
 
 
 def test_a_search_that_ends_where_the_drive_drags_the_device_says_so() -> None:
     """The velocity grows with the mean force, alpha D, up to friction, 1: there is no best."""
     bounds = {"D": (0.2, 0.9)}
     found = optimise("velocity", bounds, scenes.prototype.Parameters(alpha=2), samples=16)
-    assert (found.status, 2 * found.system.D > 0.99) == ("not-converged", True)
+    assert (found.status, 2 * found.system.D > 0.99) == ("optimal-at-border", True)
     assert "; there the mean force of drive and load, 0.99" in found.message
     assert found.message.endswith("nearly reaches friction, 1")
