@@ -47,7 +47,8 @@ def attractors(
     state: tuple[float, float, float] = options.state("What no range changes of the start."),
     count: int = options.count("Starts in the box.", 400),
     along: tuple[str, float, float, int] | None = option(
-        "Follow all attractors along a parameter, from value to value.", type=_Along()
+        "Follow all attractors along a parameter, or P_d, Omega, G, c or k2 of a device.",
+        type=_Along(),
     ),
     periods: int | None = option(
         "Excitation periods after which a run counts as not settled.  [default: 4096, along a "
@@ -79,7 +80,7 @@ def attractors(
     given = {name: window for name, window in windows.items() if window}
     if not given:
         raise click.UsageError("give a range of starts, such as --x-r -1:1")
-    parameters, _ = system.load()
+    parameters, device = system.load()
     limit = Watch(max_seconds)
     starts = dict(zip(parameters.scene.facts.STATE, state, strict=True)) | given
     how: dict[str, Any] = {"count": count, "threads": threads, "max_seconds": limit.left}
@@ -93,6 +94,8 @@ def attractors(
         else:
             name, low, high, number = along
             values = linspace(low, high, max(number, 0)).tolist()
+            if device is not None and name not in parameters.to_dict():
+                how["ties"] = capsule_sym.device_path(device, name)
             found = capsule_sym.continue_attractors(parameters, name, values, starts, **how)
     pictures = {}
     if isinstance(found, capsule_sym.ContinuedAttractors):

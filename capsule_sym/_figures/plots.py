@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import capsule_sym
@@ -15,9 +16,10 @@ def plot(result: Any, **options: Any) -> Figure:
     """The figure that shows a result at a glance.
 
     A `Trajectory` or an `Orbit` gives its displacements and phase portrait, a `Branch` the
-    bifurcation diagram, a `Fit` its residuals, a `Front` and a `Steering` their curves. Options are
-    those of `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front` and
-    `plot_steering`. Raises InvalidInput for anything else.
+    bifurcation diagram, a `Fit` its residuals, a `Front` and a `Steering` their curves,
+    `ContinuedAttractors` their fractions, a `Shock` and a `Pulse` both motions. Options are those
+    of `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front`, `plot_steering`,
+    `plot_attractors`, `plot_shock` and `plot_pulse`. Raises InvalidInput for anything else.
     """
     from capsule_sym._map import Trajectory
     from capsule_sym._orbits.continuation.branches.branch import Branch
@@ -29,16 +31,19 @@ def plot(result: Any, **options: Any) -> Figure:
     if isinstance(result, Branch):
         return capsule_sym.plot_bifurcations(branch_record(result), **options)
 
-    from capsule_sym._design.fit import Fit
-    from capsule_sym._design.pareto import Front
-    from capsule_sym._design.steering import Steering
-
-    if isinstance(result, Fit):
-        return capsule_sym.plot_residuals(result, **options)
-    if isinstance(result, Front):
-        return capsule_sym.plot_front(result, **options)
-    if isinstance(result, Steering):
-        return capsule_sym.plot_steering(result, **options)
-    allowed = "a Trajectory, an Orbit, a Branch, a Fit, a Front or a Steering"
+    drawn: dict[type[Any], Callable[..., Figure]] = {
+        capsule_sym.Fit: capsule_sym.plot_residuals,
+        capsule_sym.Front: capsule_sym.plot_front,
+        capsule_sym.Steering: capsule_sym.plot_steering,
+        capsule_sym.ContinuedAttractors: capsule_sym.plot_attractors,
+        capsule_sym.Shock: capsule_sym.plot_shock,
+        capsule_sym.Pulse: capsule_sym.plot_pulse,
+    }
+    for kind, draw in drawn.items():
+        if isinstance(result, kind):
+            return draw(result, **options)
+    allowed = "a Trajectory, an Orbit, a Branch, " + ", ".join(
+        f"a {kind.__name__}" for kind in drawn
+    )
     others = "sweeps are drawn by plot_chart, plot_basin and plot_pareto"
     raise InvalidInput("result", type(result).__name__, f"{allowed}; {others}")

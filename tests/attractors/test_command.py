@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 
-from capsule_sym import attractors, continue_attractors, plot_attractors
+from capsule_sym import attractors, continue_attractors, plot
 from capsule_sym._cli import main
 from tests.attractors.test_attractors import BOX
 from tests.attractors.test_destinations import BISTABLE
 
+DEVICE = "M_m=0.5\nM_c=1.65\nk1=50\nk2=75\nc=0.5\nG=0.0017\nP_d=6\nOmega=8\nmu=0.2\n"
 SYSTEM = ("--alpha", "2.8", "--omega", "0.4", "--zeta", "0.01", "--beta", "5", "--gamma", "5")
 
 
@@ -48,6 +49,17 @@ def test_along_a_parameter_it_writes_table_record_and_picture(call, tmp_path) ->
     assert (tmp_path / "out" / "attractors.svg").stat().st_size > 0
 
 
+def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
+    file = tmp_path / "device.toml"
+    file.write_text(DEVICE)
+    system = ("--params", str(file), "--x-r", "-1:1", "--count", "5")
+    status, out, _ = call(*system, "--along", "P_d=3:6:2", "--json")
+    record = json.loads(out)
+    assert (status, record["parameter"], record["values"]) == (0, "P_d", [3.0, 6.0])
+    status, _, err = call(*system, "--along", "Q=3:6:2")
+    assert (status, len(err)) == (2, 1)
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -69,7 +81,7 @@ def test_bad_input_is_one_line(call, arguments, told) -> None:
 
 def test_areas_of_the_picture_are_the_fractions() -> None:
     found = continue_attractors(BISTABLE, "alpha", [2.2, 2.3, 2.4], BOX, count=30, periods=2048)
-    (axes,) = plot_attractors(found).axes
+    (axes,) = plot(found).axes
     areas = [one for one in axes.collections if isinstance(one, PolyCollection)]
     assert len(areas) == len(found.branches) == 2
     for area, branch in zip(areas, found.branches, strict=True):
