@@ -23,7 +23,7 @@ from capsule_sym._attractors.pulse import Interval
 _FOLLOWED = (4, 16)  # excitation periods after the pulse, at which neighbours are compared
 _APART = 0.02  # distance of neighbours, over the size of all, from which one is put between them
 _FINEST = 1e-7  # least distance of values that are compared so, over the range
-_MOST_VALUES = 10_000  # of pulses of one number of periods, in a part of the range
+_MOST_VALUES = 10  # of pulses of one number of periods in a part of the range, over the first
 _LEAST_VALUES = 9  # in a part of the range
 _REFINED = 8  # intervals of a part of which the ends are halved, the widest ones
 _EDGE = 1e-11  # how well these ends are known, over the range
@@ -128,9 +128,9 @@ def intervals(
 
 def _with_more(case: Case, periods: int, begins: int, values: Vector, width: float) -> _Samples:
     """Samples at values, and more between neighbours that part from each other."""
-    found = case.samples(values, periods, begins)
+    found, most = case.samples(values, periods, begins), _MOST_VALUES * len(values)
     size = np.ptp(found.traces, axis=0).max(initial=0.0)
-    while len(found.values) < _MOST_VALUES:
+    while len(found.values) < most:
         gaps = np.diff(found.values)
         apart = abs(np.diff(found.traces, axis=0)).max(axis=1, initial=0.0) > _APART * size
         chosen = np.flatnonzero((apart | np.diff(found.leads)) & (gaps > _FINEST * width))
@@ -138,7 +138,7 @@ def _with_more(case: Case, periods: int, begins: int, values: Vector, width: flo
             break
         # The widest first, where there is no room for all.
         chosen = chosen[np.argsort(-gaps[chosen], kind="stable")]
-        chosen = chosen[: _MOST_VALUES - len(found.values)]
+        chosen = chosen[: most - len(found.values)]
         middle = found.values[chosen] + gaps[chosen] / 2
         more = case.samples(middle, periods, begins)
         order = np.argsort(np.append(found.values, middle), kind="stable")

@@ -34,10 +34,11 @@ _MOST_PERIODS = 1000
 _VALUES = 9, 10**6
 _ARRIVED = 1e-3  # distance from an attractor, over its size, from which the transient is over
 _LONGEST = 2**16  # excitation periods of a transient
-_INSIDE = 200  # pulses in a window, with which a thorough search begins
+_INSIDE = 100  # pulses in a window, with which a thorough search begins
 _PRICED, _CLOSER = 300, 60  # pulses of which the work is computed: of all windows, and of one
-_LOOKED_AT = 5  # windows of which so many more are computed
+_LOOKED_AT = 8  # windows that are searched thoroughly, the best ones
 _POINTS = 5  # steps of a branch to an end of the tolerances
+_WIDE = 1e-3  # least width, over the range, of the window of a pulse of least work
 Vector = NDArray[np.float64]
 
 
@@ -65,8 +66,9 @@ def switch_by_pulse(
 
     `least` is "periods": the shortest pulse, its value in the middle of the widest interval of
     values that lead there; or "work": that of least work of the drive while it lasts, at least a
-    share `margin` of the interval away from its ends. With `tolerances`, a share for each of some
-    parameters, the same pulse leads there with all of them at both ends, those of the drive too.
+    share `margin` of its interval away from the ends. The interval has 0.1 % of the bounds or more
+    where there is such a one. With `tolerances`, a share for each of some parameters, the same
+    pulse leads there with all of them at both ends, those of the drive too.
 
     `values` are tried first for each number of periods, and more where runs part from each other:
     intervals much narrower than that are found beside the borders of basins. After `max_seconds`
@@ -223,39 +225,47 @@ class _Search:
         return pieces
 
     def widest(self) -> PulseWindow | None:
-        """The widest window, None if there is none."""
-        while self.windows:
-            window = max(self.windows, key=lambda one: one.width)
-            if window in self.whole:
-                return window
+        """The widest window, of the widest that are looked at; None if there is none."""
+        for _ in range(_LOOKED_AT):
+            left = self.windows
+            if not left or (window := max(left, key=lambda one: one.width)) in self.whole:
+                break
             self.checked(window)
-        return None
+        return max(self.whole, key=lambda one: (one.width, one), default=None)
 
     def cheapest(self) -> tuple[PulseWindow, float] | None:
-        """The window with the pulse of least work, and its value; None if there is no window."""
-        total = sum(window.width for window in self.windows)
-        prices = {
-            window: self.least(window, 3 + round(_PRICED * window.width / total))
-            for window in self.windows
-        }
-        for window in sorted(prices, key=lambda one: prices[one])[:_LOOKED_AT]:
-            prices |= {one: self.polished(one) for one in self.checked(window)}
-        while self.windows:
-            window = min(self.windows, key=lambda one: prices[one])
-            if window in self.whole:
-                return window, prices[window][1]
-            prices |= {one: self.polished(one) for one in self.checked(window)}
-        return None
+        """The window with the pulse of least work, and its value; None if there is no window.
+
+        Windows that are too narrow to be of use count only where there is no other.
+        """
+        prices, total = dict[PulseWindow, float](), sum(one.width for one in self.windows)
+        for one in filter(self.wide, self.windows):
+            prices[one] = self.least(one, round(_PRICED * one.width / total))[0]
+        for _ in range(_LOOKED_AT):
+            if not prices or (window := min(prices, key=lambda w: (prices[w], w))) in self.whole:
+                break
+            del prices[window]
+            for one in filter(self.wide, self.checked(window)):
+                prices[one] = self.least(one, round(_CLOSER * one.width / window.width))[0]
+        best = sorted(self.whole.intersection(prices), key=lambda one: (prices[one], one))
+        if not best:
+            best = [one for one in [self.widest()] if one is not None]
+        polished = [(*self.polished(one), one) for one in best[:_LOOKED_AT]]
+        return (least[2], least[1]) if (least := min(polished, default=None)) else None
+
+    def wide(self, window: PulseWindow) -> bool:
+        """Whether a window is so wide that a drive can be set to a value within it."""
+        return window.width >= _WIDE * (self.bounds[1] - self.bounds[0])
 
     def least(self, window: PulseWindow, count: int) -> tuple[float, float, float]:
         """The least work of so many pulses of a window, their value, and how far they are apart."""
-        kept = self.margin * window.width
+        kept, count = self.margin * window.width, max(count, 3)
         values = np.linspace(window.low + kept, window.high - kept, count).tolist()
         work, value = min((self.work(window, value), value) for value in values)
         return work, value, (values[-1] - values[0]) / (count - 1)
 
-    def polished(self, window: PulseWindow) -> tuple[float, float, float]:
-        """The same, refined between the pulses beside the least."""
+    def polished(self, window: PulseWindow) -> tuple[float, float]:
+        """The least work in a window, refined beside the least of some pulses, and its value."""
         from scipy.optimize import minimize_scalar
 
         work, value, apart = self.least(window, _CLOSER)
@@ -266,7 +276,7 @@ class _Search:
                 lambda x: self.work(window, float(x)), bounds=(low, high), method="bounded"
             )
             work, value = min((work, value), (float(least.fun), float(least.x)))
-        return work, value, apart
+        return work, value
 
     def pulsed(self, value: float) -> SceneParameters:
         """The dimensionless parameters while the pulse lasts."""
