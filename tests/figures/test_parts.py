@@ -20,11 +20,14 @@ from capsule_sym import (
     plot_fig2,
     plot_fig6,
     plot_fig7,
+    plot_pulse,
     plot_residuals,
     plot_steering,
     plot_switching,
     plot_work_precision,
     simulate,
+    solve_orbit,
+    switch_by_pulse,
 )
 from capsule_sym._study.events import CROSSINGS
 from capsule_sym._study.sections import SCHEMATIC, sections
@@ -40,6 +43,12 @@ def fitted() -> Any:
     times = np.linspace(0.0, 20.0, 60)
     x_r, *_, x_c = simulate(Parameters(), periods=3)(times, position=True).T
     return fit({"t": times, "x_m": x_r + x_c, "x_c": x_c}, Parameters(alpha=0.71), ("alpha",))
+
+
+def pulse() -> Any:
+    both = Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
+    ends = (solve_orbit(both, start) for start in ((0.5, -0.9, -0.9), (0.4, 0.9, 0.1)))
+    return switch_by_pulse(*ends, values=100)
 
 
 FIG3, FIG4, FIG5 = sections(SCHEMATIC)
@@ -71,6 +80,7 @@ COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
     "work-precision": (plot_work_precision, lambda settled: (RECORD,)),
     "steering": (plot_steering, lambda settled: (STEERING,)),
     "residuals": (plot_residuals, lambda settled: (fitted(),)),
+    "pulse": (plot_pulse, lambda settled: (pulse(),)),
 }
 
 
