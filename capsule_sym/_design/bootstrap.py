@@ -17,6 +17,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import is_real
 from capsule_sym._native import TimeUp, check_time
 
+_MOST = 0.75  # share of the variance that blocks may lose
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
@@ -48,11 +49,13 @@ class Bootstrap:
 
     @property
     def standard_errors(self) -> dict[str, float]:
-        """Standard deviations of the values by name."""
-        return dict(zip(self.names, np.std(self.values, axis=0, ddof=1).tolist(), strict=True))
+        """Standard deviations of the values by name; nan of fewer than two fits."""
+        few = len(self.values) < 2
+        found = np.full(len(self.names), np.nan) if few else np.std(self.values, axis=0, ddof=1)
+        return dict(zip(self.names, found.tolist(), strict=True))
 
     def interval(self, name: str, level: float = 0.95) -> tuple[float, float]:
-        """Interval of a value between percentiles, with this probability between them.
+        """Interval of a value between percentiles, with this probability; nan of no fits.
 
         Raises InvalidInput for another name, and for a level that is not between 0 and 1.
         """
@@ -61,6 +64,8 @@ class Bootstrap:
         if not is_real(level) or not 0 < level < 1:
             raise InvalidInput("level", level, "between 0 and 1")
         column = self.values[:, self.names.index(name)]
+        if not len(column):
+            return math.nan, math.nan
         low, high = np.quantile(column, [(1 - level) / 2, (1 + level) / 2]).tolist()
         return low, high
 
@@ -126,11 +131,12 @@ class _Blocks:
             there = np.flatnonzero(np.isfinite(one))
             middle = 0.5 * (there[1:] + there[:-1])
             one[:] = one[there[np.searchsorted(middle, np.arange(times))]]
-        r = min(abs(r), 0.99)
-        # Of least mean square error for errors that are autoregressive (Carlstein, Ann. Stat. 14,
-        # 1171, 1986).
-        length = (2 * r / (1 - r**2)) ** (2 / 3) * times ** (1 / 3)
+        # For errors that are autoregressive: blocks of least mean square error (Carlstein, Ann.
+        # Stat. 14, 1171, 1986), and the share of the variance that is lost at their ends.
+        reach = 2 * max(r, 0.0) / (1 - min(abs(r), 0.99) ** 2)
+        length = reach ** (2 / 3) * times ** (1 / 3)
         self.length = int(np.clip(math.ceil(length), 1, max(1, times // 4)))
+        self.table /= math.sqrt(1 - min(reach / self.length, _MOST))
 
     def drawn(self, draw: np.random.Generator) -> Vector:
         """Resampled residuals (n,)."""

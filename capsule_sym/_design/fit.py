@@ -267,7 +267,7 @@ def fit(
 
 def checked_state(state: Sequence[float]) -> tuple[float, ...]:
     """A start's state; raises InvalidInput unless it is three finite numbers."""
-    if len(state) != 3 or not all(map(real, state)):
+    if not isinstance(state, Sequence | np.ndarray) or len(state) != 3 or not all(map(real, state)):
         raise InvalidInput("state", state, "three finite numbers")
     return tuple(state)
 

@@ -21,7 +21,7 @@ from capsule_sym._parameters import SceneDevice
 _PHASES = 24  # of the forcing, at each of which a run's start is looked for
 _SETTLED = 100  # periods from rest, after which a motion is taken for the steady one
 _WEIGHINGS = 6  # of residuals, by which outliers do not decide the linear unknown
-_SLIPS = -0.5, 1.0  # range of a slip of the time base
+SLIPS = -0.5, 1.0  # range of a slip of the time base
 _SCALE = 1e-12  # least scale
 Vector = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tu
     for k, name in enumerate(problem.unknown):
         own = name.rpartition(".")[2]
         if own == "slip":
-            low[k], high[k] = _SLIPS
+            low[k], high[k] = SLIPS
         elif own.startswith("scale"):
             low[k] = _SCALE
         elif own not in OF_START and not problem.linear[k]:
@@ -70,7 +70,7 @@ def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int
             if name == PHASE and not bounded[k]:
                 first[k], last[k] = 0.0, _period(run, guess[places])
             elif (
-                problem.linear[k] or name in run.sought or (name == "slip" and high[k] == _SLIPS[1])
+                problem.linear[k] or name in run.sought or (name == "slip" and high[k] == SLIPS[1])
             ):
                 first[k] = last[k] = guess[k]
     draws = Sobol(len(first), seed=seed).random_base2(max(0, int(count - 1).bit_length()))[:count]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from capsule_sym._design.fit import Fit, checked_state, fitted
-from capsule_sym._design.guesses import limits_of
+from capsule_sym._design.guesses import SLIPS, limits_of
 from capsule_sym._design.measured import OF_STATE, measured, read_measured
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.quantities import System, real
@@ -103,10 +104,8 @@ def recorded(rig: Rig, system: System) -> list[Recorded]:
 
 def _recorded(rig: Rig, run: RigRun, system: System) -> Recorded:
     """One of the runs."""
-    try:
+    with _within(run.name):
         data = measured(run.data)
-    except InvalidInput as error:
-        raise InvalidInput(f"{run.name}: {error.field}", error.value, error.allowed) from error
     own = names_of(system)
     for name in _drive(system):
         if name not in run.drive:
@@ -125,8 +124,21 @@ def _recorded(rig: Rig, run: RigRun, system: System) -> Recorded:
         given[PHASE] = run.phase
     if not real(rig.scale) or rig.scale <= 0:
         raise InvalidInput("scale", rig.scale, "a finite number above 0")
+    if not real(rig.slip) or not SLIPS[0] <= rig.slip <= SLIPS[1]:
+        raise InvalidInput("slip", rig.slip, f"from {SLIPS[0]:g} to {SLIPS[1]:g}")
     sought = tuple(name for name in (*STATE, PHASE) if name in unknown and name not in given)
-    return Recorded(data, system.replace(**run.drive), unknown, given, run.name, sought)
+    with _within(run.name):
+        driven = system.replace(**run.drive)
+    return Recorded(data, driven, unknown, given, run.name, sought)
+
+
+@contextmanager
+def _within(name: str) -> Iterator[None]:
+    """Names the run or the file in errors about what it holds."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise InvalidInput(f"{name}: {error.field}", error.value, error.allowed) from error
 
 
 def _unknown(rig: Rig, series: Sequence[str], own: Sequence[str]) -> tuple[str, ...]:
@@ -196,9 +208,7 @@ def _run(table: Mapping[str, Any], folder: Path) -> RigRun:
         raise InvalidInput("file", table.get("file", "missing"), "a file in each [[run]]")
     file = folder / table["file"]
     name = table.get("name", file.stem)
-    try:
+    with _within(file.name):
         data = read_measured(file)
-    except InvalidInput as error:
-        raise InvalidInput(f"{file.name}: {error.field}", error.value, error.allowed) from error
     drive = {key: value for key, value in table.items() if key not in _OF_RUN}
     return RigRun(name, data, drive, table.get("state"), table.get("phase"))

@@ -1,12 +1,13 @@
 """Shares of 95 % intervals that hold the truth, by `python -m tests.design.coverage [SETS]`.
 
-Intervals by standard errors and profile intervals of four parameters, in fits with each loss to
-synthetic series with errors of several kinds.
+Intervals by standard errors, profiles and the bootstrap, of four parameters, in fits with each loss
+to synthetic series with errors of several kinds.
 """
 
 import sys
 
 import numpy as np
+from scipy.signal import lfilter
 
 from capsule_sym import Parameters, fit, simulate
 from capsule_sym._design.least_squares import LOSSES, Profile
@@ -20,9 +21,11 @@ ERRORS = {
     "outliers": lambda draw, n: draw.normal(size=n) * np.where(draw.random(n) < 0.1, 50, 1),
     "one-sided": lambda draw, n: draw.normal(size=n) + 100 * (draw.random(n) < 0.05),
     "unlike": lambda draw, n: draw.normal(size=n) * np.repeat([1, 5], n // 2),
+    "correlated": lambda draw, n: lfilter([1.0], [1.0, -0.7], draw.normal(size=n)),
     "heavy": lambda draw, n: draw.standard_t(2.0, size=n),
 }
 """Errors of n values, the first half those of x_m and the others of x_c, over the noise."""
+REFITS = 100  # of a bootstrap
 COUNTS = {9: UNKNOWN[:2], 20: UNKNOWN, 150: UNKNOWN}
 """What is unknown, by the number of times."""
 
@@ -36,36 +39,47 @@ def data_of(errors, count, seed):
     return {"t": times, "x_m": x_r + x_c + of_x_m, "x_c": x_c + of_x_c}
 
 
-def held(loss, errors, count, seeds, profiles=False):
-    """Which intervals hold the truth, of standard errors or profiles, (sets, k)."""
-    found = []
+def held(loss, errors, count, seeds, kind="errors"):
+    """Which intervals of a kind hold the truth, (sets, k)."""
+    found, unknown = [], COUNTS[count]
+    how = {"state": STATE, "phase": PHASE, "loss": loss}
+    how["bootstrap"] = REFITS if kind == "bootstrap" else 0
     for seed in seeds:
-        data, unknown = data_of(errors, count, seed), COUNTS[count]
-        one = fit(data, TRUE, unknown, state=STATE, phase=PHASE, loss=loss)
-        deviations, row = one.deviations(), []
-        for k, name in enumerate(unknown):
-            truth = getattr(TRUE, name)
-            off = abs(one.values[name] - truth) / one.standard_errors[name]
-            if profiles:
-                profile = Profile(one.problem, one.found, one.limits, k, one.growth[k])
-                off = np.sqrt(max(profile.growth(truth), 0.0))
-            row.append(off < deviations)
-        found.append(row)
+        one = fit(data_of(errors, count, seed), TRUE, unknown, **how)
+        found.append([_holds(one, k, kind) for k in range(len(unknown))])
     return np.array(found)
+
+
+def _holds(one, k, kind):
+    """Whether an interval of the k-th value holds the truth."""
+    name = list(one.values)[k]
+    truth = getattr(TRUE, name)
+    if kind == "bootstrap":
+        low, high = one.bootstrap.interval(name)
+        return low < truth < high
+    if kind == "profile":
+        profile = Profile(one.problem, one.found, one.limits, k, one.growth[k])
+        return profile.growth(truth) < one.deviations() ** 2
+    return abs(one.values[name] - truth) < one.deviations() * one.standard_errors[name]
 
 
 def main(sets):
     """Print the table."""
-    print("values  errors     intervals" + "".join(f"{loss:>10}" for loss in LOSSES))
+    print("values  errors      intervals" + "".join(f"{loss:>10}" for loss in LOSSES))
     for count in COUNTS:
         for errors in ERRORS:
-            for profiles in (False, True):
-                shares = [
-                    held(loss, errors, count, range(sets), profiles).mean() for loss in LOSSES
-                ]
-                kind = "profile" if profiles else "errors"
-                numbers = "".join(f"{100 * share:8.1f} %" for share in shares)
-                print(f"{2 * count:6}  {errors:10} {kind:9}{numbers}", flush=True)
+            if errors != "correlated":
+                _print(count, errors, "errors", sets)
+                _print(count, errors, "profile", sets)
+    for kind in ("errors", "bootstrap"):
+        _print(max(COUNTS), "correlated", kind, sets // 4)
+
+
+def _print(count, errors, kind, sets):
+    """Print a row."""
+    shares = [held(loss, errors, count, range(sets), kind).mean() for loss in LOSSES]
+    numbers = "".join(f"{100 * share:8.1f} %" for share in shares)
+    print(f"{2 * count:6}  {errors:11} {kind:9}{numbers}", flush=True)
 
 
 if __name__ == "__main__":

@@ -248,6 +248,16 @@ BAD = {
     "bounds": (HEAD + "[bounds]\nmu = [0.3]\n" + RUN, "bounds of mu"),
     "bounds of another": (HEAD + "[bounds]\nc = [0.1, 0.3]\n" + RUN, "bounds"),
     "a state": (HEAD + RUN + "state = [0, 0]\n", "state"),
+    "a state of one": (HEAD + RUN + "state = 3\n", "state"),
+    "a phase in words": (HEAD + RUN + 'phase = "late"\n', "phase"),
+    "a slip in words": ("slip = true\n" + HEAD + RUN, "slip"),
+    "a slip beyond all": ("slip = -2\n" + HEAD + RUN, "slip"),
+    "a drive in words": (HEAD + RUN.replace("0.25", "'large'"), "slow: P_d"),
+    "a drive below 0": (HEAD + RUN.replace("0.25", "-1"), "slow: P_d"),
+    "a name in numbers": (HEAD + RUN + "name = 3\n", "name"),
+    "no table of runs": ("run = 3\n" + HEAD, "run"),
+    "bounds that go down": (HEAD + "[bounds]\nmu = [0.5, 0.3]\n" + RUN, "bounds of mu"),
+    "no TOML": ("unknown = [", "file"),
     "a drift of all": (HEAD.replace('"mu"', '"drift"') + RUN, "unknown"),
 }
 
