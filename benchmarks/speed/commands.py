@@ -97,7 +97,8 @@ def bench_design(
 ) -> None:
     """Measure what an optimiser of drives is built on, by processor time, the best of the repeats.
 
-    Cells with all metrics and multipliers, a run's derivatives, optima, fits, and long itineraries.
+    Cells with all metrics and multipliers, a run's derivatives, optima, fits, long itineraries, and
+    attractors along a parameter.
     """
     options.require("peers", "scipy")
     from benchmarks.speed.design import goals

@@ -16,6 +16,7 @@ from time import process_time
 import numpy as np
 
 from benchmarks.speed.goals import Goal
+from capsule_sym._attractors.continuing import continue_attractors
 from capsule_sym._design.fit import fit
 from capsule_sym._design.optimise import optimise
 from capsule_sym._design.pareto import pareto
@@ -151,7 +152,23 @@ def itineraries(quick: bool, repeats: int) -> Iterator[Goal]:
         yield Goal(f"orbit of {count:,} segments by its itinerary", taken, "s", "<=", goal)
 
 
-PARTS = (cells, derivatives, optima, fits, itineraries)
+def attractors(quick: bool, repeats: int) -> Iterator[Goal]:
+    """All attractors along a parameter, where they are born and die, by two threads."""
+    values, starts = (10, 40) if quick else (100, 400)
+    system = Parameters(omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    box = {"x_r": (-2.0, 2.0), "v_r": (-2.0, 2.0)}
+    given = system, "alpha", np.linspace(0.5, 4.0, values), box
+    begin = process_time()
+    found = continue_attractors(*given, count=starts, threads=2)
+    taken = process_time() - begin
+    what = f"attractors at {values} values from {starts} starts each, both cores"
+    yield Goal(what, taken, "s", "<=", 20.0)
+    located = sum(one.bifurcation is not None for one in found.changes)
+    share = 100 * located / len(found.changes)
+    yield Goal(f"of {len(found.changes)} births and deaths, located", share, "%", ">=", 100.0)
+
+
+PARTS = (cells, derivatives, optima, fits, itineraries, attractors)
 
 
 def goals(quick: bool, repeats: int) -> Iterator[Goal]:
