@@ -42,9 +42,11 @@ from capsule_sym._orbits.continuation.parameter_paths import (
 )
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._parameters import SceneParameters
 
 _POINTS = 5  # steps of a branch between two values, at least
+_BEYOND = 1e-3  # share of the interval from the last orbit of a branch at which others are sought
 _MOST_RUNS = 10**7
 _Cell = tuple[int, int]  # index of a value, number of an orbit there
 
@@ -267,7 +269,10 @@ class _Following:
             max_seconds=present().left,
         )
         check_time()
-        if (lost := loss(branch)) is not None:
+        lost = loss(branch)
+        if lost is None and branch.status in (Ending.RETURNED, Ending.TURNED_BACK):
+            lost = self._doubling(branch, cell, side)
+        if lost is not None:
             self.ends[side][cell] = Change(lost.value, lost.type, ends, lost, _passed(lost))
             return
         if branch.status is Ending.REACHED:
@@ -281,6 +286,25 @@ class _Following:
         if cell not in self.next[side]:
             why = f"the branch ends ({branch.status}): {branch.message}"
             self.ends[side][cell] = Change(math.nan, "not located", ends, None, why)
+
+    def _doubling(self, branch: Branch, cell: _Cell, side: int) -> Bifurcation | None:
+        """The period doubling at which a branch of doubled orbits comes back along itself.
+
+        It is sought from the orbit of half the period beyond, where border collisions hide it.
+        """
+        turn = max(branch.points, key=lambda point: side * point.value)
+        periods, (low, high) = turn.orbit.itinerary.period_number, self._between(cell, side)
+        near = _BEYOND * (high - low)
+        at = turn.value + side * near
+        if periods % 2 or not low < at < high:
+            return None
+        state = stroboscopic(turn.orbit)[0].tolist()
+        orbit = orbit_at(placed_at(self.path, self.base, at), state, periods // 2)
+        if orbit is None:
+            return None
+        back, ties = float(self.values[cell[0]]), dict(self.path.ties) or None
+        found = loss(continue_orbit(orbit, self.path.name, back, points=_POINTS, ties=ties))
+        return found if found is not None and abs(found.value - turn.value) <= near else None
 
 
 def loss(branch: Branch) -> Bifurcation | None:

@@ -97,3 +97,14 @@ def test_the_end_of_the_time_gives_what_is_found():
     assert late.status == "time-limit"
     assert late.unsettled.tolist() == [20] * 6
     assert not late.success
+
+
+def test_a_doubling_is_found_where_border_collisions_hide_it():
+    """The doubled orbit passes a border collision so near that its branch comes back unseen."""
+    system = Parameters(alpha=1.88, delta=0.03, zeta=0.05, beta=17.57, gamma=7.47)
+    found = continue_attractors(system, "omega", [0.3444444, 0.3487], BOX, count=20, periods=2048)
+    (doubled,) = (one for one in found.branches if one.death)
+    (single,) = (one for one in found.branches if one.birth)
+    assert doubled.death.type == single.birth.type == "period doubling"
+    assert doubled.death.value == pytest.approx(single.birth.value, abs=1e-12)
+    assert len(doubled.cycles[0].states) == 2 * len(single.cycles[0].states)
