@@ -38,6 +38,8 @@ class Optimiser:
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
         """The best place that was passed."""
+        self.edge: Place | None = None
+        """The best place that the starts lead to, where that was looked for."""
         self.found: Optimum | None = None
 
     @property
@@ -113,7 +115,11 @@ class Optimiser:
             known, bounded = near, BASIN
         else:
             bounded = KINK
-        place = best_led(self.program, known, _REACH if bounded == BASIN else _NEAR)
+        if self.edge is not None and self.edge.worst <= known.worst:
+            place = self.edge  # of what the starts lead to, from a better place
+        else:
+            place = best_led(self.program, known, _REACH if bounded == BASIN else _NEAR)
+            self.edge = place if bounded == BASIN else None
         rest = polish(self.program, place)
         if rest is not None and rest.whole and self.confirmed(rest.found.place):
             return rest

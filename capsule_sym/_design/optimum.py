@@ -27,11 +27,12 @@ Vector = NDArray[np.float64]
 class OptimumStatus(StrEnum):
     """How an optimisation ended."""
 
-    #: A place that satisfies the conditions of an optimum.
+    #: The conditions of an optimum hold, inside the bounds or where bounds and limits hold it.
     OPTIMAL = "optimal"
-    #: One on a border between itineraries, where the gradients of both sides point to it.
+    #: The best is at a border beyond which it gets worse or is lost: a change of itinerary, a
+    #: border of stability, or of what the starts lead to: see `bifurcation` and `limit`.
     OPTIMAL_AT_BORDER = "optimal-at-border"
-    #: The best that was found does not satisfy them.
+    #: The best that was found can be bettered: no place is known to which the starts lead.
     NOT_CONVERGED = "not-converged"
     #: No place within the bounds satisfies all constraints.
     INFEASIBLE = "infeasible"
@@ -120,9 +121,9 @@ class Optimum:
     """There the metric's slopes away from the border into both sides, along its normal, by the
     scaled variables, each less what active constraints let it gain: both point downhill."""
     bifurcation: str = ""
-    """What bounds it where the motion is lost or loses its stability beyond; else empty."""
+    """What bounds the best where the motion is lost or loses its stability beyond; else empty."""
     limit: float = math.nan
-    """The value that is approached at such a border; the answer keeps a margin to it."""
+    """The value that is approached at such a border; not reached if a margin is kept to it."""
     statistics: dict[str, int] = field(default_factory=dict)
     """Evaluations, starts that were followed, and cells of the survey."""
 

@@ -1,0 +1,106 @@
+"""Where optima rest: inside, at bifurcations found by continuation, at basin boundaries."""
+
+import numpy as np
+import pytest
+
+from capsule_sym import Parameters, continue_orbit, performance, solve_orbit
+from capsule_sym._design.led import best_led
+from capsule_sym._design.local import Search
+from capsule_sym._design.optimise import program_of
+from capsule_sym._design.optimum import optimum_of
+from capsule_sym._design.polish import MARGIN, on_piece, polish
+
+REST = (0.0, 0.0, 0.0)
+FOLD = Parameters(
+    alpha=0.88065606, omega=2.5, delta=0.2, zeta=0.0310785, beta=4.2171892, gamma=2.789994
+)
+FLIP = Parameters(
+    alpha=3.0, omega=2.4322047, delta=0.77, zeta=0.047036956, beta=25.71881, gamma=1.7228395
+)
+
+
+def at(metric, over, base, maximise, margin=None, u=0.5):
+    """The program, and the best place of a search from the motion that rest leads to."""
+    program = program_of(metric, over, base, maximise, (), margin, (REST,), None)
+    return program, Search(program, program.begin(np.atleast_1d(u))).run()[0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "metric", "base", "bounds", "end", "maximise"),
+    [
+        ("fold", "velocity/work", FOLD, (0.15, 0.65), 0.6, True),
+        ("period doubling", "velocity", FLIP, (0.70, 0.84), 0.7, False),
+    ],
+)
+@pytest.mark.parametrize("margin", [None, 0.05])
+def test_at_a_border_of_stability_the_limit_is_that_of_the_bifurcation(
+    kind, metric, base, bounds, end, maximise, margin
+) -> None:
+    branch = continue_orbit(solve_orbit(base), "delta", end)
+    event = next(one for one in branch.bifurcations if one.type == kind)
+    metrics = performance(event.orbit)
+    there = float(metrics.velocity.value)
+    there /= float(metrics.work.value) if "work" in metric else 1.0
+    u = (base.delta - bounds[0]) / (bounds[1] - bounds[0])
+    rest = polish(*at(metric, {"delta": bounds}, base, maximise, margin, u))
+    found = optimum_of(rest)
+    assert (found.status, found.bifurcation) == ("optimal-at-border", kind)
+    assert found.limit == pytest.approx(there, rel=1e-6)
+    assert found.multiplier == pytest.approx(1 - (margin or MARGIN), abs=1e-9)
+    # It is on the branch, short of the bifurcation, and worse than what is approached there.
+    assert (found.limit - found.value) * (1 if maximise else -1) > 0
+    assert abs(found.over["delta"] - event.value) < 0.1
+
+
+def test_a_margin_that_the_best_keeps_by_itself_bounds_nothing() -> None:
+    program, place = at("speed_per_work", {"alpha": (0.5, 1.2)}, Parameters(), True, 0.05)
+    found = optimum_of(polish(program, place))
+    assert (found.status, found.bifurcation) == ("optimal", "")
+    assert np.isnan(found.limit)
+
+
+def test_an_optimum_close_to_a_border_is_one_inside() -> None:
+    """A segment of contact begins by a graze, 5e-5 of the bounds away."""
+    base = Parameters(
+        alpha=1.0923904, zeta=0.049819912, beta=11.732544, gamma=3.784114, omega=0.55, delta=0.94
+    )
+    over = {"delta": (0.92, 0.96), "omega": (0.55, 0.565)}
+    program, place = at("velocity/work", over, base, False, u=[0.55, 0.51])
+    rest = polish(program, place)
+    found = optimum_of(rest)
+    assert (found.status, found.border) == ("optimal", None)
+    assert found.residual < 1e-9
+    assert 0 < found.tightest.distance < 0.01
+    for way in np.vstack([np.eye(2), -np.eye(2)]):
+        beside = program.begin(rest.found.place.u + 1e-4 * way)
+        assert beside.worst > rest.found.place.worst
+
+
+def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins() -> None:
+    base = Parameters(
+        alpha=1.6429116, omega=0.92876304, beta=11.501066, zeta=0.023622016, delta=0.28, gamma=7.7
+    )
+    over = {"delta": (0.0, 1.0), "gamma": (0.5, 8.0)}
+    program = program_of("work", over, base, False, (), None, (REST,), None)
+    one = best_led(program, program.begin(np.array([0.2799, 0.9592])), 0.05)
+    other = best_led(program, program.begin(np.add(one.u, (1e-3, -1e-3))), 0.05)
+    assert other.worst == pytest.approx(one.worst, rel=1e-9)
+    assert other.u == pytest.approx(one.u, abs=1e-5)
+
+
+def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
+    """The search of the piece where it begins does not find the best."""
+    base = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
+    program = program_of(
+        "velocity", {"alpha": (0.975, 0.995)}, base, False, (), None, (REST,), None
+    )
+    cells = [program.begin(np.array([u])) for u in np.linspace(0.01, 0.99, 50)]
+    best = min(cells, key=lambda place: place.worst)
+    far = next(one for one in cells if one.motions[0].itinerary != best.motions[0].itinerary)
+    rest = polish(program, far)
+    assert rest is not None
+    assert rest.whole
+    assert rest.found.place.worst <= best.worst
+    alone = on_piece(program, far)
+    assert alone is not None
+    assert not (alone.whole and alone.found.place.worst < rest.found.place.worst + 1e-9)
