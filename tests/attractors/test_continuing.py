@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, attractors, continue_attractors, simulate
+from capsule_sym._attractors import branches, continuing, neighbourhoods, settling
 from tests.attractors.test_attractors import BOX
 from tests.attractors.test_destinations import BISTABLE
 
@@ -108,3 +109,17 @@ def test_a_doubling_is_found_where_border_collisions_hide_it():
     assert doubled.death.type == single.birth.type == "period doubling"
     assert doubled.death.value == pytest.approx(single.birth.value, abs=1e-12)
     assert len(doubled.cycles[0].states) == 2 * len(single.cycles[0].states)
+
+
+def test_without_the_core_orbits_close_by_their_equations(monkeypatch):
+    def found():
+        return continue_attractors(BISTABLE, "alpha", [2.3, 2.4], BOX, count=6, periods=512)
+
+    with_core = found().to_dict()
+    for module in (settling, neighbourhoods, branches, continuing):
+        monkeypatch.setattr(module, "core_of", lambda scene: None)
+    without = found().to_dict()
+    for one, other in zip(with_core["attractors"], without["attractors"], strict=True):
+        assert one["counts"] == other["counts"]
+        assert one["itineraries"] == other["itineraries"]
+        np.testing.assert_allclose(one["progressions"], other["progressions"], atol=1e-9)
