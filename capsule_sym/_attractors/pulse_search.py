@@ -16,9 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._attractors.destinations import Destinations
-from capsule_sym._attractors.neighbourhoods import run_rows
+from capsule_sym._attractors.neighbourhoods import run_rows, stroboscopic
 from capsule_sym._attractors.pulse import Interval
+from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
+from capsule_sym._orbits.shooting.orbit import Orbit
 
 _FOLLOWED = (4, 16)  # excitation periods after the pulse, at which neighbours are compared
 _APART = 0.02  # distance of neighbours, over the size of all, from which one is put between them
@@ -27,7 +28,8 @@ _MOST_VALUES = 10  # of pulses of one number of periods in a part of the range, 
 _LEAST_VALUES = 9  # in a part of the range
 _REFINED = 8  # intervals of a part of which the ends are halved, the widest ones
 _EDGE = 1e-11  # how well these ends are known, over the range
-_NEAR = 1e-9  # share of a deviation that is left when a run counts as settled
+_END = 1  # number of the attractor at the end among the known
+_NEAR = 1e-6  # share of a deviation that is left when a run counts as settled
 _SETTLING = 512, 8192  # excitation periods in which a run arrives, the fewest and the most
 Vector = NDArray[np.float64]
 
@@ -36,11 +38,11 @@ Vector = NDArray[np.float64]
 class Case:
     """Parameters at one end of their tolerances, and pulses there.
 
-    `destinations` has the attractor at the start and that at the end, `starts` the states at phase
-    0 of the first, (period number, 3).
+    `orbits` are the attractors at the start and at the end, `starts` the states at phase 0 of the
+    first, (period number, 3).
     """
 
-    destinations: Destinations
+    orbits: tuple[Orbit, Orbit]
     starts: Vector
     column: int
     """Place of the dimensionless parameter that the pulse changes."""
@@ -48,20 +50,31 @@ class Case:
     """This parameter over the value."""
 
     @cached_property
+    def known(self) -> Settling:
+        """Attractors at these parameters: both, and those that runs have come to so far.
+
+        A run to any of them ends where it has arrived.
+        """
+        found = Settling(self.usual(1), self.orbits[0].scene)
+        for orbit in self.orbits:
+            found.add([(0, Cycle(stroboscopic(orbit), float(abs(orbit.multipliers[0]))))])
+        return found
+
+    @cached_property
     def settling(self) -> int:
         """Excitation periods after which a run that goes to the end is there."""
-        end = self.destinations.orbits[1]
+        end = self.orbits[1]
         largest = min(max(float(abs(end.multipliers[0])), 1e-3), 1 - 1e-9)
         wanted = math.ceil(math.log(_NEAR) / math.log(largest)) * end.itinerary.period_number
         return min(max(wanted, _SETTLING[0]), _SETTLING[1])
 
     def on(self, states: Vector, rows: Vector, periods: int) -> Vector:
         """States after so many excitation periods at rows of parameters, (n, 3)."""
-        return run_rows(rows, states, 0.0, periods, self.destinations.orbits[0].scene).states
+        return run_rows(rows, states, 0.0, periods, self.orbits[0].scene).states
 
     def usual(self, count: int) -> Vector:
         """Rows of the parameters without a pulse, (count, k)."""
-        return np.tile([*self.destinations.orbits[0].parameters.to_dict().values()], (count, 1))
+        return np.tile([*self.orbits[0].parameters.to_dict().values()], (count, 1))
 
     def after(self, values: Vector, periods: int, begins: int) -> Vector:
         """States at phase 0 after pulses of these values, (n, 3)."""
@@ -75,7 +88,8 @@ class Case:
 
     def at_end(self, states: Vector) -> NDArray[np.bool_]:
         """Whether states at phase 0 lead to the end, (n,)."""
-        found: NDArray[np.bool_] = self.destinations.of(states, periods=self.settling) == 1
+        row, runs = np.zeros(len(states), np.intp), Arrivals.begun(states)
+        found: NDArray[np.bool_] = self.known.follow(row, runs, 0.0, self.settling).numbers == _END
         return found
 
     def samples(self, values: Vector, periods: int, begins: int) -> _Samples:

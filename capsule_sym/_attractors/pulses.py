@@ -8,14 +8,13 @@ work is that of the drive while the pulse lasts.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._attractors.destinations import Destinations
-from capsule_sym._attractors.neighbourhoods import stroboscopic
+from capsule_sym._attractors.neighbourhoods import NEUTRAL, stroboscopic
 from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
 from capsule_sym._attractors.pulse_search import Case, intervals
 from capsule_sym._errors import InvalidInput
@@ -73,7 +72,8 @@ def switch_by_pulse(
     `values` are tried first for each number of periods, and more where runs part from each other:
     intervals much narrower than that are found beside the borders of basins. After `max_seconds`
     the result has the best pulse so far. `progress` is called with what is done, in words. A run
-    counts as one that leads to the end where it is sure to arrive, see `Destinations`.
+    leads to the end if it comes into a neighbourhood that the map carries into itself, as in
+    `attractors`.
 
     Raises InvalidInput for orbits that are one, not stable or at different parameters, for what is
     no parameter of the drive, and for values that are not allowed.
@@ -99,7 +99,7 @@ def _checked(
 ) -> tuple[str, Interval]:
     """What the pulse changes, and its bounds; raises InvalidInput for these, and for orbits."""
     for field_, orbit in (("start", start), ("end", end)):
-        if not isinstance(orbit, Orbit) or not orbit.success or not abs(orbit.multipliers[0]) < 1:
+        if not isinstance(orbit, Orbit) or not orbit.success or not _stable(orbit.multipliers):
             raise InvalidInput(field_, orbit, "a stable periodic orbit")
     if not isinstance(system, SceneParameters | SceneDevice):
         raise InvalidInput("base", system, "Parameters, or PhysicalParameters of a device")
@@ -128,6 +128,11 @@ def _checked(
             allowed_ends = f"such that {error.field} is {error.allowed}"
             raise InvalidInput(f"bounds of {name}", given, allowed_ends) from None
     return name, (float(ends[0]), float(ends[1]))
+
+
+def _stable(multipliers: Iterable[complex]) -> bool:
+    """Whether an orbit with these multipliers is one that runs settle on."""
+    return max(map(abs, multipliers), default=0.0) < 1 - NEUTRAL
 
 
 class _Lost(Exception):
@@ -201,9 +206,9 @@ class _Search:
         """Parameters at an end of the tolerances, with the attractors that are there."""
         changed = {name: getattr(self.system, name) * by for name, by in factors.items()}
         system = self.system.replace(**changed)
-        orbits = [_carried(one, dimensionless(system), factors) for one in (self.start, self.end)]
-        destinations = Destinations(orbits)
-        starts, marks = stroboscopic(self.start), destinations.states[0]
+        there = dimensionless(system)
+        orbits = _carried(self.start, there, factors), _carried(self.end, there, factors)
+        starts, marks = stroboscopic(self.start), stroboscopic(orbits[0])
         # The periods are counted as those of the start.
         shifts = range(len(starts))
         turn = min(shifts, key=lambda i: float(abs(np.roll(marks, -i, axis=0) - starts).max()))
@@ -212,7 +217,7 @@ class _Search:
         )
         column = system.scene.facts.PARAMETERS.index(tied)
         by = factor * factors.get(self.name, 1.0)
-        return Case(destinations, np.roll(marks, -turn, axis=0), column, by)
+        return Case(orbits, np.roll(marks, -turn, axis=0), column, by)
 
     def checked(self, window: PulseWindow) -> list[PulseWindow]:
         """The parts of a window in which a thorough search finds nothing else; they replace it."""
@@ -341,9 +346,9 @@ def _carried(orbit: Orbit, parameters: SceneParameters, factors: Mapping[str, fl
     branch = continue_straight(orbit, parameters, points=_POINTS)
     if branch is None:
         return orbit
-    stable = all(max(map(abs, point.multipliers), default=0.0) < 1 for point in branch.points)
+    stable = all(_stable(point.multipliers) for point in branch.points)
     if branch.success and stable:
-        return branch.points[-1].orbit
+        return whole_orbit(branch.points[-1].orbit)
     at = ", ".join(f"{name} by {by - 1:+.3g}" for name, by in factors.items())
     why = branch.message if not branch.success else "it is not stable on the way"
     raise _Lost(f"{orbit.itinerary} does not last to the end of the tolerances, {at}: {why}")
