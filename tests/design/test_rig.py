@@ -18,10 +18,12 @@ from capsule_sym import (
     fit_rig,
     read_measured,
     read_rig,
+    scenes,
     simulate,
 )
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.rig import recorded
+from tests.design.clock import LIMIT, Clock
 from tests.design.rigs import DEVICE, DRIVES, SCALE, SLIP, phase_of, video
 from tests.design.test_fit import PHASE, START, TRUE, series
 from tests.examples import ROOT
@@ -185,6 +187,33 @@ def test_a_bootstrap_knows_of_correlated_errors() -> None:
     assert np.array_equal(again.bootstrap.values, red.values)
 
 
+def test_a_bootstrap_that_is_out_of_time_has_the_fits_until_then(monkeypatch) -> None:
+    how = {"state": START, "phase": PHASE, "max_seconds": LIMIT, "bootstrap": 5}
+    for many in (0, 3):
+        clock = Clock(monkeypatch, f"bootstrap {many + 1} of 5")
+        found = fit(noisy(3, 0.5, 60), TRUE, ("alpha",), progress=clock.progress, **how)
+        assert found.status == "time-limit"
+        again = found.bootstrap
+        assert (again.success, len(again.values)) == (False, many)
+        assert np.isnan(again.interval("alpha")).all() == (many == 0)
+        assert math.isnan(again.standard_errors["alpha"]) == (many == 0)
+
+
+def test_intervals_are_of_a_probability() -> None:
+    found = fit(noisy(3, 0.0, 9), TRUE, ("alpha", "zeta"), state=START, phase=PHASE, bootstrap=40)
+    # Student's t of 16 degrees of freedom, from a table.
+    assert found.deviations() == pytest.approx(2.120, abs=5e-4)
+    assert found.deviations(0.99) == pytest.approx(2.921, abs=5e-4)
+    for one in (found, found.bootstrap):
+        ends, wide = one.interval("alpha"), one.interval("alpha", 0.99)
+        assert wide[0] < ends[0] < ends[1] < wide[1]
+        for level in (0.0, 1.0, math.nan, "95 %"):
+            with pytest.raises(InvalidInput, match="level"):
+                one.interval("alpha", level)
+        with pytest.raises(InvalidInput, match="name"):
+            one.interval("beta")
+
+
 RUN = """
 [[run]]
 file = "slow.csv"
@@ -317,3 +346,20 @@ def test_a_rig_is_read_as_it_stands(folder) -> None:
     (run,) = found.runs
     assert (run.name, run.drive) == ("first", {"P_d": 0.25, "Omega": 38.0})
     assert (run.state, run.phase) == ([0, 0, 0], 0.1)
+
+
+@pytest.mark.parametrize("name", ["slope", "prototype", "reaction", "reaction_pulse"])
+def test_rigs_of_every_scene_are_fitted(name) -> None:
+    scene = getattr(scenes, name)
+    p = scene.Parameters(alpha=1.3, zeta=0.06)
+    run = simulate(p, (0.1, 0.2, 0.3), 0.4, periods=10)
+    times = np.linspace(0.0, 8 * p.period, 200)
+    x_r, _, _, x_c = run(0.4 + 1.001 * times, position=True).T
+    data = {"t": times, "x_m": 3.0 * (x_r + x_c) + 5.0, "x_c": 3.0 * x_c}
+    one = RigRun("one", data, {"alpha": 1.3, "omega": p.omega}, (0.12, 0.2, 0.3), 0.45)
+    each = ("phase", "x_r")
+    found = fit_rig(Rig([one], ("zeta", "gamma", "slip", "scale"), each), p.replace(zeta=0.05))
+    assert found.success
+    truth = {"zeta": 0.06, "gamma": p.gamma, "slip": 1e-3, "scale": 3.0, "one.phase": 0.4}
+    for key, value in truth.items():
+        assert found.values[key] == pytest.approx(value, abs=1e-7), key
