@@ -26,14 +26,14 @@ from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
 from capsule_sym._design.fit import FittedRun as FittedRun
 from capsule_sym._design.fit import fit as fit
+from capsule_sym._design.front import Front as Front
+from capsule_sym._design.front import FrontPart as FrontPart
 from capsule_sym._design.measured import read_measured as read_measured
 from capsule_sym._design.optimise import optimise as optimise
 from capsule_sym._design.optimum import Constraint as Constraint
 from capsule_sym._design.optimum import Optimum as Optimum
 from capsule_sym._design.optimum import OptimumStatus as OptimumStatus
 from capsule_sym._design.optimum import Tightest as Tightest
-from capsule_sym._design.pareto import Front as Front
-from capsule_sym._design.pareto import FrontPart as FrontPart
 from capsule_sym._design.pareto import pareto as pareto
 from capsule_sym._design.rig import Rig as Rig
 from capsule_sym._design.rig import RigRun as RigRun

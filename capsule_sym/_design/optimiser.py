@@ -106,7 +106,10 @@ class Optimiser:
         rest = polish(self.program, places[0])
         if rest is not None and rest.whole and self.confirmed(rest.found.place):
             return rest
-        known = places[0] if rest is None else rest.found.place
+        known = places[0]
+        if rest is not None:  # in the terms of this program: a margin of its own has more
+            last = rest.found.place
+            known = self.program.place(last.u, last.motions) or known
         if not self.confirmed(known) or known.beyond:
             led = (place for place in places if not place.beyond and self.confirmed(place))
             near = next(led, None)

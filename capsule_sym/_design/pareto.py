@@ -10,123 +10,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.counts import POINTS
 from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.front import Front, FrontPart
 from capsule_sym._design.optimise import checked_survey, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, Limit, System, function_of, record
-from capsule_sym._design.survey import Survey, overview, spread
+from capsule_sym._design.quantities import Function, Limit, System, function_of
+from capsule_sym._design.survey import Survey
+from capsule_sym._design.tradeoffs import Tradeoffs
 from capsule_sym._map.checks import check_count, checked_seconds
-from capsule_sym._map.labelled import Labelled
-from capsule_sym._native import Watch, check_time
+from capsule_sym._native import Watch
 
-_CELLS = 4  # times those of a survey, with both metrics
-_CHILDREN = 2  # times as many around the front that these show, each time
-_REACHES = (0.1, 0.03, 0.01)  # of the bounds, from a cell to those around it, time after time
 _NEARER = (0.03, 0.01, 0.003)  # the same, from the points that were found
 _AROUND = 16  # cells around each point, each time
+_BETWEEN = 7  # drives between such
 _FAR = 0.1  # of the bounds, between neighbouring points that may be on different branches
-_LAYERS = 3  # fronts, each of what the ones before leave, that have cells around them
 _SAME = 1e-6  # of a metric's range on the front, by which points differ
-_APART = 0.05  # of the bounds, between starts of searches with one bound
-_PROMISING = 0.03  # of the ranges, by which a start is worse than the best one at most
-_STARTS = 3  # with one bound
 _LEFT = "another branch is better from there on"
 _TAKEN = "better than the branch before from there on"
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-
-
-class FrontPart(NamedTuple):
-    """A connected part of a front: its first and last point, and why it begins and ends there."""
-
-    first: int
-    last: int
-    begins: str
-    ends: str
-
-
-@dataclass(frozen=True, eq=False)
-class Front(Labelled):
-    """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
-
-    Those of least cost have no multipliers and slopes of the first metric: the residual is that of
-    the cost's conditions.
-
-    In SI units where the system is a device, else dimensionless.
-    """
-
-    metrics: tuple[str, str]
-    """What is optimised, and what it costs."""
-    maximised: bool
-    """Whether the first is to be great; the second is always to be small."""
-    points: tuple[Optimum, ...]
-    costs: Vector
-    """The second metric, of the worst scenario, shape (n,)."""
-    slopes: Vector
-    """What the first metric gains by for each unit more of the second, shape (n,); nan where no
-    bound holds the point, as at the ends of parts."""
-    parts: tuple[FrontPart, ...]
-    """The parts of the front. Between them no place is better in both metrics than an end."""
-    success: bool
-    """Whether both ends were found, and every point is an optimum."""
-    status: OptimumStatus
-    """How it ended."""
-    message: str
-    """The same as a sentence."""
-    dimension = "point"
-
-    def __repr__(self) -> str:
-        first, second = self.metrics
-        return f"<Front of {first} against {second}: {len(self.points)} points, {self.status}>"
-
-    @property
-    def values(self) -> Vector:
-        """The first metric, shape (n,)."""
-        return np.array([point.value for point in self.points])
-
-    @property
-    def columns(self) -> dict[str, NDArray[Any]]:
-        """The points as columns: metrics, variables, slope, number of the part, and the rest."""
-        first, second = self.metrics
-        names = list(self.points[0].over) if self.points else []
-        lengths = [part.last - part.first + 1 for part in self.parts]
-        return {
-            first: self.values,
-            second: self.costs,
-            **{name: np.array([point.over[name] for point in self.points]) for name in names},
-            "slope": self.slopes,
-            "part": np.repeat(np.arange(1, len(lengths) + 1), lengths),
-            "residual": np.array([point.residual for point in self.points]),
-            "itinerary": np.array([" ".join(point.itinerary) for point in self.points], np.str_),
-            "status": np.array([str(point.status) for point in self.points], np.str_),
-        }
-
-    def attributes(self) -> dict[str, Any]:
-        """How the front ended."""
-        return {"status": str(self.status), "message": self.message}
-
-    @property
-    def statistics(self) -> dict[str, int]:
-        """How many points there are, and how many evaluations they took."""
-        taken = sum(point.statistics.get("evaluations", 0) for point in self.points)
-        return {"points": len(self.points), "evaluations": taken}
-
-    def to_dict(self) -> dict[str, Any]:
-        """The results by name, of numbers, texts and lists."""
-        pairs = zip(self.points, self.costs.tolist(), strict=True)
-        points = [point.to_dict() | {"cost": cost} for point, cost in pairs]
-        told = record(self, "metrics maximised success status message parts")
-        return told | {"points": points, "statistics": self.statistics}
 
 
 def pareto(
@@ -149,10 +61,10 @@ def pareto(
 ) -> Front:
     """The Pareto front of a metric that is to be great, or small, against one that is to be small.
 
-    `points` lie about evenly along it, between its two ends, the optima of either metric. Where
-    neighbouring motions are worse both ways the front has a gap: its `parts` say where they begin
-    and end, and why. All else is as in `optimise`, the units too. After `max_seconds` the front
-    has the points that were found.
+    About so many `points` lie evenly along it, between its two ends, the optima of either metric.
+    Where neighbouring motions are worse both ways the front has a gap: its `parts` say where they
+    begin and end, and why. All else is as in `optimise`, the units too. After `max_seconds` the
+    front has the points that were found.
 
     Raises InvalidInput as `optimise` does.
     """
@@ -201,8 +113,7 @@ class _Fronts:
         self.gaps: list[_Gap] = []
         self.missed = 0
         """Bounds with which no optimum was found."""
-        self.u, self.both = np.empty((0, len(program.names))), np.empty((0, 2))
-        """Cells with both metrics as they are to be small, and the points that were found."""
+        self.cells = Tradeoffs(program, cost)
         self.ranges = np.ones(2)
         self.done = False
 
@@ -216,10 +127,11 @@ class _Fronts:
             first, last = (np.array(end.both) for end in self.ends)
             if last[1] > first[1] and last[0] < first[0]:
                 self.ranges = abs(last - first)
-                draw = np.random.default_rng(survey.seed)
-                self.look_around(survey, draw)
+                for end in self.ends:
+                    self.add(end)
+                self.cells.look_around(survey)
                 self.fill(*self.ends, self.count - 2)
-                self.mend(draw)
+                self.mend()
                 self.part()
         self.done = True
 
@@ -227,43 +139,10 @@ class _Fronts:
         """What has the first metric, or the second, as what is to be least, in units."""
         return self.optimisers[column].program
 
-    def look_around(self, survey: Survey, draw: np.random.Generator) -> None:
-        """Run cells within the bounds, and ever nearer to the best trade-offs of them."""
-        for end in self.ends:
-            self.add(end)
-        self.look(spread(len(self.program.names), _CELLS * survey.samples, survey.seed))
-        for reach in _REACHES:
-            self.look_near(self.u[self.edge()], reach, draw, _CHILDREN * survey.samples)
-
-    def look_near(self, u: Matrix, reach: float, draw: np.random.Generator, count: int) -> None:
-        """Run cells around places, at most as far from them as `reach`."""
-        near = u[np.arange(count) % len(u)]
-        self.look(np.clip(near + reach * draw.uniform(-1, 1, near.shape), 0.0, 1.0))
-
-    def look(self, u: Matrix) -> None:
-        """Run cells, and keep those that are within the limits."""
-        limits = *self.program.limits, Limit("", self.cost, 0.0, -1)
-        found = overview(replace(self.program, limits=limits), u, self.program.scenarios)
-        check_time()
-        both = np.column_stack([found.worst, -found.slacks[:, -1]])
-        good = np.isfinite(both).all(axis=1)
-        good &= found.slacks[:, :-1].min(axis=1, initial=np.inf) >= 0
-        self.u, self.both = np.vstack([self.u, u[good]]), np.vstack([self.both, both[good]])
-
-    def edge(self) -> NDArray[np.intp]:
-        """Cells than which few are better in both metrics: some fronts, one behind another."""
-        left, chosen = np.lexsort(self.both.T), list[NDArray[np.intp]]()
-        for _ in range(_LAYERS):
-            before = np.minimum.accumulate(np.append(np.inf, self.both[left, 0]))[:-1]
-            front = self.both[left, 0] < before
-            chosen, left = [*chosen, left[front]], left[~front]
-        return np.concatenate(chosen)
-
     def add(self, point: _Point) -> None:
         """Keep a point, also as a start of other ones."""
         self.found.append(point)
-        self.u = np.vstack([self.u, self.program.u_of(point.optimum.system)])
-        self.both = np.vstack([self.both, point.both])
+        self.cells.add(self.program.u_of(point.optimum.system)[None], np.array([point.both]))
 
     def fill(self, low: _Point, high: _Point, count: int) -> None:
         """Find about `count` points between two, evenly along the front, none in its gaps."""
@@ -314,17 +193,17 @@ class _Fronts:
         greatest = "greatest" if self.program.sign * (1 - 2 * column) < 0 else "least"
         return f"{self.names[column]} is {greatest}: {point.held}"
 
-    def mend(self, draw: np.random.Generator) -> None:
+    def mend(self) -> None:
         """Better the points that cells around them beat."""
+        kept = self.undominated([*self.ends, *self.found])
+        places = np.array([self.program.u_of(point.optimum.system) for point in kept])
         for reach in _NEARER:
-            kept = self.undominated([*self.ends, *self.found])
-            places = np.array([self.program.u_of(point.optimum.system) for point in kept])
-            self.look_near(places, reach, draw, _AROUND * len(places))
-            for point in kept:
-                cheaper = np.flatnonzero(self.both[:, 1] <= point.both[1])
-                best = cheaper[np.argmin(self.both[cheaper, 0])]
-                if self.both[best, 0] < point.both[0] - _SAME * self.ranges[0]:
-                    self.mended(point, self.u[best])
+            self.cells.look_near(places, reach, _AROUND * len(places))
+        for point in kept:
+            cheaper = np.flatnonzero(self.cells.both[:, 1] <= point.both[1])
+            best = cheaper[np.argmin(self.cells.both[cheaper, 0])]
+            if self.cells.both[best, 0] < point.both[0] - _SAME * self.ranges[0]:
+                self.mended(point, self.cells.u[best])
 
     def mended(self, point: _Point, u: Vector) -> None:
         """Put the point next to a better place beside another one, or in its place in a gap."""
@@ -341,17 +220,18 @@ class _Fronts:
             ]
 
     def part(self) -> None:
-        """Tell where neighbouring points are on different branches."""
+        """Tell where neighbouring points are on different branches: between them all is worse."""
         kept = self.undominated([*self.ends, *self.found])
+        places = [self.program.u_of(point.optimum.system) for point in kept]
         for i, (one, other) in enumerate(pairwise(kept)):
-            here, there = (self.program.u_of(point.optimum.system) for point in (one, other))
-            if abs(here - there).max() < _FAR or self.gap_after(kept, i) is not None:
+            apart = places[i + 1] - places[i]
+            if abs(apart).max() < _FAR or self.gap_after(kept, i) is not None:
                 continue
-            reached = self.search(0, other.both[1], here)
-            if (
-                reached is None
-                or abs(self.program.u_of(reached.optimum.system) - there).max() > _FAR / 2
-            ):
+            shares = np.linspace(0, 1, _BETWEEN + 2)[1:-1, None]
+            both = self.cells.look(places[i] + shares * apart)
+            nearest = np.array(one.both) + shares * (np.array(other.both) - one.both)
+            worse = np.sum((both - nearest[: len(both)]) / self.ranges, axis=1)
+            if len(worse) < _BETWEEN or worse.max() > self.length(one, other):
                 self.gaps.append(_Gap(one, other, _LEFT, _TAKEN))
 
     def length(self, low: _Point, high: _Point) -> float:
@@ -364,7 +244,11 @@ class _Fronts:
 
     def best(self, column: int, bound: float) -> _Point | None:
         """The best of a metric with the other at most at a bound, both as they are to be small."""
-        found = [self.search(column, bound, u) for u in self.starts(column, bound)]
+        begin = self.cells.starts(column, bound, self.ranges)
+        for reach in _NEARER[:2]:
+            self.cells.look_near(np.array(begin), reach, _AROUND)
+            begin = self.cells.starts(column, bound, self.ranges)
+        found = [self.search(column, bound, u) for u in begin]
         whole = [point for point in found if point is not None]
         return min(whole, key=lambda point: point.both[column], default=None)
 
@@ -386,19 +270,6 @@ class _Fronts:
         if optimum is None or not self.whole(optimum):
             return None
         return self.point(optimum, column, len(self.program.limits))
-
-    def starts(self, column: int, bound: float) -> list[Vector]:
-        """Where to search the best of a metric with the other within a bound."""
-        within = np.flatnonzero(self.both[:, 1 - column] <= bound)
-        worse = self.both[within, column] / self.ranges[column]
-        chosen: list[Vector] = []
-        for i in np.argsort(worse, kind="stable").tolist():
-            if len(chosen) == _STARTS or worse[i] > worse.min() + _PROMISING:
-                break
-            u = self.u[within[i]]
-            if all(abs(u - one).max() > _APART for one in chosen):
-                chosen.append(u)
-        return chosen
 
     def point(self, optimum: Optimum, column: int, before: int | None = None) -> _Point:
         """An optimum of a metric as a point of the front; `before` limits precede its bound."""
@@ -517,6 +388,6 @@ def _reason(optimum: Optimum, before: int | None) -> str:
     """What holds an optimum but a bound on the other metric, which `before` constraints precede."""
     told = [f"{name} at its bound" for name, by in optimum.bounds.items() if by > 0]
     told += [one.text for one in optimum.constraints[:before] if one.active]
-    if optimum.border is not None:
-        told.append("the itinerary changes")
+    if optimum.bifurcation or optimum.border is not None:
+        told.append(optimum.bifurcation or "the itinerary changes")
     return " and ".join(told) or "a smooth optimum"

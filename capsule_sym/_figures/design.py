@@ -16,7 +16,7 @@ from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
     from capsule_sym._design.fit import Fit
-    from capsule_sym._design.pareto import Front
+    from capsule_sym._design.front import Front
     from capsule_sym._design.steering import Steering
 
 

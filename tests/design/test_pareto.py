@@ -101,7 +101,7 @@ def test_a_front_in_parts_has_all_of_its_points_and_no_cell_beats_one(scene, cou
     base = getattr(scenes, scene).Parameters()
     over = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
     found = pareto("speed", "cost_of_transport", over, base, points=20)
-    assert len(found.parts) == 3
+    assert len(found.parts) >= 3
     assert len(found.points) == 20
     speeds, costs = drawn(base, over, count).T
     ranges = np.ptp(found.values), np.ptp(found.costs)

@@ -1,0 +1,98 @@
+"""A Pareto front as a result: its points, the parts that it is in, and tables of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.optimum import Optimum, OptimumStatus
+from capsule_sym._design.quantities import record
+from capsule_sym._map.labelled import Labelled
+
+Vector = NDArray[np.float64]
+
+
+class FrontPart(NamedTuple):
+    """A connected part of a front: its first and last point, and why it begins and ends there."""
+
+    first: int
+    last: int
+    begins: str
+    ends: str
+
+
+@dataclass(frozen=True, eq=False)
+class Front(Labelled):
+    """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
+
+    Those of least cost have no multipliers and slopes of the first metric: the residual is that of
+    the cost's conditions.
+
+    In SI units where the system is a device, else dimensionless.
+    """
+
+    metrics: tuple[str, str]
+    """What is optimised, and what it costs."""
+    maximised: bool
+    """Whether the first is to be great; the second is always to be small."""
+    points: tuple[Optimum, ...]
+    costs: Vector
+    """The second metric, of the worst scenario, shape (n,)."""
+    slopes: Vector
+    """What the first metric gains by for each unit more of the second, shape (n,); nan where no
+    bound holds the point, as at the ends of parts."""
+    parts: tuple[FrontPart, ...]
+    """The parts of the front. Between them no place is better in both metrics than an end."""
+    success: bool
+    """Whether both ends were found, and every point is an optimum."""
+    status: OptimumStatus
+    """How it ended."""
+    message: str
+    """The same as a sentence."""
+    dimension = "point"
+
+    def __repr__(self) -> str:
+        first, second = self.metrics
+        return f"<Front of {first} against {second}: {len(self.points)} points, {self.status}>"
+
+    @property
+    def values(self) -> Vector:
+        """The first metric, shape (n,)."""
+        return np.array([point.value for point in self.points])
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The points as columns: metrics, variables, slope, number of the part, and the rest."""
+        first, second = self.metrics
+        names = list(self.points[0].over) if self.points else []
+        lengths = [part.last - part.first + 1 for part in self.parts]
+        return {
+            first: self.values,
+            second: self.costs,
+            **{name: np.array([point.over[name] for point in self.points]) for name in names},
+            "slope": self.slopes,
+            "part": np.repeat(np.arange(1, len(lengths) + 1), lengths),
+            "residual": np.array([point.residual for point in self.points]),
+            "itinerary": np.array([" ".join(point.itinerary) for point in self.points], np.str_),
+            "status": np.array([str(point.status) for point in self.points], np.str_),
+        }
+
+    def attributes(self) -> dict[str, Any]:
+        """How the front ended."""
+        return {"status": str(self.status), "message": self.message}
+
+    @property
+    def statistics(self) -> dict[str, int]:
+        """How many points there are, and how many evaluations they took."""
+        taken = sum(point.statistics.get("evaluations", 0) for point in self.points)
+        return {"points": len(self.points), "evaluations": taken}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The results by name, of numbers, texts and lists."""
+        pairs = zip(self.points, self.costs.tolist(), strict=True)
+        points = [point.to_dict() | {"cost": cost} for point, cost in pairs]
+        told = record(self, "metrics maximised success status message parts")
+        return told | {"points": points, "statistics": self.statistics}

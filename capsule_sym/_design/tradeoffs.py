@@ -1,0 +1,82 @@
+"""Cells of a survey with two metrics, from which searches of their best trade-offs begin."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.program import Program
+from capsule_sym._design.quantities import Function, Limit
+from capsule_sym._design.survey import Survey, overview, spread
+from capsule_sym._native import check_time
+
+_CELLS = 4  # times those of a survey, with both metrics
+_CHILDREN = 2  # times as many around the front that these show, each time
+_REACHES = (0.1, 0.03, 0.01)  # of the bounds, from a cell to those around it, time after time
+_LAYERS = 3  # fronts, each of what the ones before leave, that have cells around them
+_APART = 0.05  # of the bounds, between starts of searches with one bound
+_PROMISING = 0.005  # of the ranges, by which a start is worse than the best one at most
+_STARTS = 2  # with one bound
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+
+class Tradeoffs:
+    """Cells `u` (n, k) with `both` metrics (n, 2), as these are to be small."""
+
+    def __init__(self, program: Program, cost: Function) -> None:
+        self.program, self.cost = program, cost
+        self.u, self.both = np.empty((0, len(program.names))), np.empty((0, 2))
+        self.draw = np.random.default_rng(0)
+
+    def look_around(self, survey: Survey) -> None:
+        """Run cells within the bounds, and ever nearer to the best trade-offs of them."""
+        self.draw = np.random.default_rng(survey.seed)
+        self.look(spread(len(self.program.names), _CELLS * survey.samples, survey.seed))
+        for reach in _REACHES:
+            self.look_near(self.u[self.edge()], reach, _CHILDREN * survey.samples)
+
+    def look_near(self, u: Matrix, reach: float, count: int) -> None:
+        """Run cells around places, at most as far from them as `reach`."""
+        near = u[np.arange(count) % len(u)]
+        self.look(np.clip(near + reach * self.draw.uniform(-1, 1, near.shape), 0.0, 1.0))
+
+    def look(self, u: Matrix) -> Matrix:
+        """Run cells, and keep those that are within the limits: both metrics of these."""
+        limits = *self.program.limits, Limit("", self.cost, 0.0, -1)
+        found = overview(replace(self.program, limits=limits), u, self.program.scenarios)
+        check_time()
+        both: Matrix = np.column_stack([found.worst, -found.slacks[:, -1]])
+        good = np.isfinite(both).all(axis=1)
+        good &= found.slacks[:, :-1].min(axis=1, initial=np.inf) >= 0
+        both = both[good]
+        self.add(u[good], both)
+        return both
+
+    def add(self, u: Matrix, both: Matrix) -> None:
+        """Keep cells (n, k) with both metrics (n, 2)."""
+        self.u, self.both = np.vstack([self.u, u]), np.vstack([self.both, both])
+
+    def edge(self) -> NDArray[np.intp]:
+        """Cells than which few are better in both metrics: some fronts, one behind another."""
+        left, chosen = np.lexsort(self.both.T), list[NDArray[np.intp]]()
+        for _ in range(_LAYERS):
+            before = np.minimum.accumulate(np.append(np.inf, self.both[left, 0]))[:-1]
+            front = self.both[left, 0] < before
+            chosen, left = [*chosen, left[front]], left[~front]
+        return np.concatenate(chosen)
+
+    def starts(self, column: int, bound: float, ranges: Vector) -> list[Vector]:
+        """Where to search the best of a metric with the other within a bound."""
+        within = np.flatnonzero(self.both[:, 1 - column] <= bound)
+        worse = self.both[within, column] / ranges[column]
+        chosen = list[Vector]()
+        for i in np.argsort(worse, kind="stable").tolist():
+            if len(chosen) == _STARTS or worse[i] > worse.min() + _PROMISING:
+                break
+            u = self.u[within[i]]
+            if all(abs(u - one).max() > _APART for one in chosen):
+                chosen.append(u)
+        return chosen
