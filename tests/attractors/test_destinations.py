@@ -8,6 +8,7 @@ from capsule_sym import (
     Itinerary,
     Orbit,
     Parameters,
+    attractors,
     scenes,
     simulate,
     simulate_many,
@@ -79,22 +80,22 @@ def test_starts_lead_where_single_runs_end(parameters):
 @pytest.mark.parametrize("parameters", [BISTABLE, SMALL], ids=("bistable", "small"))
 def test_states_within_a_neighbourhood_come_to_the_attractor(parameters):
     random = np.random.default_rng(1)
-    orbits = known(parameters, random.uniform(-3, 3, (24, 3)))
+    orbits = [one.orbit for one in attractors(parameters, {"x_r": (-3, 3)}, count=60).attractors]
     found = Destinations(orbits)
     assert len(orbits) > 1
     for owner, states in enumerate(found.states):
         for state in states:
             (at,) = np.flatnonzero((found.neighbourhoods.centres == state).all(axis=1))
-            within = random.normal(size=(50, 3))
+            within = random.normal(size=(20, 3))
             within /= np.linalg.norm(within, axis=1)[:, None]
             starts = state + within @ np.linalg.inv(found.neighbourhoods.axes[at]) * 0.999
             assert (found.neighbourhoods.contain(starts) == at).all()
-            run = simulate_many([parameters] * 50, starts, periods=600)
-            assert [nearest(orbits, end) for end in run.states] == [owner] * 50
+            run = simulate_many([parameters] * 20, starts, periods=300)
+            assert [nearest(orbits, end) for end in run.states] == [owner] * 20
 
 
 def test_starts_to_another_attractor_have_no_number():
-    orbits = known(BISTABLE, np.random.default_rng(3).uniform(-3, 3, (24, 3)))
+    orbits = [one.orbit for one in attractors(BISTABLE, {"x_r": (-3, 3)}, count=60).attractors]
     starts = np.random.default_rng(4).uniform(-3, 3, (40, 3))
     both = Destinations(orbits).of(starts)
     one = Destinations(orbits[1:]).arrivals(starts)
