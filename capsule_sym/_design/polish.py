@@ -35,6 +35,7 @@ from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 BASIN = "basin boundary"
 """What bounds a place beyond which the starts lead elsewhere."""
 KINK = "kink"
@@ -49,6 +50,7 @@ _REACH = 0.05  # of the bounds, of a search on one piece
 _ROUNDS = 4  # searches on one piece
 _HOPS = 12  # from piece to piece
 _BESIDE = 1e-6  # of the bounds: where the pieces beyond a border are looked at
+_INSIDE = 1e-11  # of the bounds: where a result is, within a border that holds it
 _JUMP = 100  # times what the gradient explains
 _HELD = 1e-9  # least multiplier of a border that holds an optimum
 _AT = 1e-9  # of the bounds: at a border
@@ -255,10 +257,29 @@ def _beyond(program: Program, rest: Rest) -> tuple[Rest, bool]:
         ):
             return other, True
     lost = any(np.isnan(side.slope) for side in sides)
-    told = replace(rest, sides=tuple(sides), whole=whole)
+    told = replace(_inside(rest), sides=tuple(sides), whole=whole)
     if lost:
         told = replace(told, bifurcation=_border(rest), limit=rest.found.place.worst)
     return told, False
+
+
+def _inside(rest: Rest) -> Rest:
+    """The same a little within the borders of its piece: on them rounding decides what follows."""
+    assert rest.piece is not None
+    place, normals = rest.found.place, _normals(rest)
+    way = np.linalg.lstsq(normals, np.ones(len(normals)), rcond=1e-6)[0]
+    size = max(float(np.linalg.norm(way)), 1.0)
+    inside = rest.piece.at(np.clip(place.u + _INSIDE * way / size, 0.0, 1.0))
+    return rest if inside is None else replace(rest, found=replace(rest.found, place=inside))
+
+
+def _normals(rest: Rest) -> Matrix:
+    """Slopes of the borders at a place by the variables that are at no bound."""
+    place = rest.found.place
+    free = (place.u > 0.0) & (place.u < 1.0)
+    near = sorted({*rest.near, *rest.held}, key=lambda i: -rest.found.multipliers[i])[:_MOST]
+    normals: Matrix = rest.program.by_u(place.slacks_by[near]) * free
+    return normals
 
 
 def _slope(rest: Rest, side: Place, way: Vector) -> float:
@@ -273,12 +294,9 @@ def _sectors(program: Program, rest: Rest) -> Iterator[tuple[Vector, Place | Non
 
     None where the motions are lost there.
     """
-    place = rest.found.place
-    free = (place.u > 0.0) & (place.u < 1.0)
-    near = sorted({*rest.near, *rest.held}, key=lambda i: -rest.found.multipliers[i])[:_MOST]
-    normals = program.by_u(place.slacks_by[near]) * free
+    place, normals = rest.found.place, _normals(rest)
     slope = 1 + abs(program.by_u(place.objective_by)).max()
-    for signs in product((1.0, -1.0), repeat=len(near)):
+    for signs in product((1.0, -1.0), repeat=len(normals)):
         way = np.linalg.lstsq(normals, np.array(signs), rcond=1e-6)[0]
         if not np.any(way):
             continue

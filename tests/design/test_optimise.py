@@ -15,6 +15,7 @@ from capsule_sym import (
     PhysicalParameters,
     optimise,
     performance,
+    simulate,
     solve_orbit,
 )
 from capsule_sym._design import evaluation
@@ -116,6 +117,7 @@ def test_an_optimum_on_a_border_is_told_with_both_sides() -> None:
     assert found.sides is not None
     assert len({*found.border}) == 2
     assert min(found.sides) > 0
+    assert simulate(found.system, periods=300).steady() is not None  # on the border itself is none
     p, step = found.system, 1e-4
     values = {}
     for da, dw in product((-step, 0.0, step), repeat=2):
