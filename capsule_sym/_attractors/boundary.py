@@ -7,6 +7,7 @@ whenever they have come apart.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,7 +22,9 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import newton_orbit, solve_orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
-_PATIENCE = 128  # excitation periods after which a run counts as lost at first
+_PERIODS, _SLOW = 1024, 20.0  # of a run, and what the motion attracts in more periods
+_PATIENCE, _QUICK = 128, 4.0  # the same, after which a run counts as lost at first
+_FASTEST = 1e-3  # multiplier, below which it makes no difference how small it is
 _LOOKS = (4, 4, 8)  # excitation periods between looks whether a run is near its motion again
 _ARRIVED = 1e-9  # distance, in units of the motion's size, at which a run is on its motion
 _MOST_LEARNED = 16  # attempts to close the attractors of lost runs
@@ -37,14 +40,19 @@ class Basin:
     """The basin of a stable periodic motion.
 
     `others` are attractors that are known, `periods` the excitation periods within which a run has
-    to be back. Times are those in the motion's period, from 0 to `length`; all is dimensionless.
+    to be back, if None 1024 and those in which the motion attracts by e^20. Times are those in the
+    motion's period, from 0 to `length`; all is dimensionless.
     Raises InvalidInput as `Destinations` does.
     """
 
-    def __init__(self, orbit: Orbit, others: Sequence[Orbit], periods: int) -> None:
+    def __init__(self, orbit: Orbit, others: Sequence[Orbit], periods: int | None) -> None:
         self.destinations = Destinations([orbit, *others])
-        self.periods, self.near = periods, 0.0
-        self.patience = min(_PATIENCE, periods)
+        largest = float(abs(orbit.multipliers[0]))
+        self.rate = -math.log(max(largest, _FASTEST)) / orbit.itinerary.period_number
+        """Rate at which the motion attracts, an excitation period."""
+        self.periods = math.ceil(_PERIODS + _SLOW / self.rate) if periods is None else periods
+        self.patience = min(math.ceil(_PATIENCE + _QUICK / self.rate), self.periods)
+        self.near = 0.0
         self.orbit = self.destinations.orbits[0]
         self.parameters, self.marks = self.orbit.parameters, stroboscopic(self.orbit)
         self._row = np.array([[*self.parameters.to_dict().values()]])
@@ -78,8 +86,9 @@ class Basin:
         for length in _LOOKS if self.near else ():
             ends = self.run(phases, ends, length).states
             done += length
-            here = self.distance(ends) <= self.near
-            found[left[here]] = done
+            apart = self.distance(ends)
+            here = apart <= self.near
+            found[left[here]] = done + self._ahead(apart[here])
             left, ends, phases = left[~here], ends[~here], np.zeros(int((~here).sum()))
             if not left.size:
                 return found
@@ -87,7 +96,8 @@ class Basin:
         while left.size and done < patience:
             came = self.destinations.arrivals(ends, phases, max(2, patience - done))
             back = (came.numbers == 0) | (self.distance(came.states) <= _ARRIVED * self.size)
-            found[left[back]] = done + came.periods[back]
+            apart = self.distance(came.states[back])
+            found[left[back]] = done + came.periods[back] + self._ahead(apart)
             # A run that repeats itself may be on an edge state, which it leaves, if after long.
             open_ = came.repeats & ~back & (came.numbers == NONE)
             self._learn(came.states[open_])
@@ -95,6 +105,12 @@ class Basin:
             left, ends, phases = left[open_], came.states[open_], np.zeros(int(open_.sum()))
             done += int(came.periods[open_].min(initial=patience))
         return found
+
+    def _ahead(self, apart: Vector) -> Vector:
+        """Periods from when a run is within `near` of its motion, by distances at a look, (n,)."""
+        least = _ARRIVED * self.size
+        found: Vector = np.log(np.maximum(apart, least) / max(self.near, least)) / self.rate
+        return np.minimum(found, 0.0)
 
     def lost(self, times: Vector, states: Vector) -> NDArray[np.bool_]:
         """Whether the runs from states at times are lost, in all periods that they have; (n,)."""

@@ -33,11 +33,15 @@ _NEAR = 0.2  # distance, in units of size, at which a run is near its edge state
 _ON = 1e-3  # the same, at which it is on it, so that the root is one of the boundary
 _LONGEST = 1024  # excitation periods from the boundary to the edge state, and along it
 _TRANSIT, _DIGITS = 24, 23.0  # of these, what leads there; logarithm of what grows along it
-_SAMPLES, _KEPT = 40, 10  # of a generation, and those that the next one is about
+_FIRST_DIGITS = 6.0  # the same for the first secants, each twice that of the one before
+_SAMPLES, _KEPT = 32, 8  # of a generation, and those that the next one is about
 _GENERATIONS = 60
-_SPREAD = 0.02  # of directions at first, and of time as a share of the forcing's period
+# Of directions at the begin of a descent, and of time as a share of the forcing's period.
+_SPREADS = (2e-2, 1e-3, 1e-3, 1e-4, 1e-4, 1e-5)
+_GAINED = 1e-9  # share of a radius, by which a descent betters it, at which there may be more
+_FITS = 0.05  # share of the spread of values by which a model may differ from them
 _FARTHEST_TRIAL = 3.0  # distance of a model's least value, in units of the spread
-_FLAT = 1e-11  # share by which the best radii differ at which the search ends
+_FLAT = 1e-10  # share by which the best radii differ at which the search ends
 Vector = NDArray[np.float64]
 
 
@@ -66,7 +70,9 @@ class Surface:
         self.left = np.array(left)
         """Left eigenvectors of the unstable multiplier at the states of phase 0."""
         rate = math.log(abs(whole.multipliers[0])) / len(self.marks)
-        self.periods = min(_LONGEST, _TRANSIT + math.ceil(_DIGITS / rate))
+        digits = np.minimum(_FIRST_DIGITS * 2.0 ** np.arange(_SECANTS), _DIGITS)
+        self.periods = np.minimum(_LONGEST, _TRANSIT + np.ceil(digits / rate).astype(int)).tolist()
+        """Excitation periods of the runs for each secant."""
 
     def radii(self, times: Vector, directions: Vector, guess: Vector) -> Vector:
         """Radii near a guess at which knocks reach the boundary, (n,); inf where none is found.
@@ -76,11 +82,11 @@ class Surface:
         radii, moved = guess.copy(), np.full(len(guess), np.inf)
         origin, along = self.basin.state(times), directions @ self.knocks.T
         phases, left = self.basin.phases(times), np.arange(len(guess))
-        for _ in range(_SECANTS):
+        for periods in self.periods:
             pair = np.stack([radii[left], radii[left] * (1 + _STEP)])
             states = origin[left] + pair[..., None] * along[left]
             twice = np.tile(phases[left], 2)
-            run = self.basin.run(twice, states.reshape(-1, 3), self.periods, "stroboscopic")
+            run = self.basin.run(twice, states.reshape(-1, 3), periods, "stroboscopic")
             steps, near = self._steps(run, len(left))
             most = _MOST_MOVED * guess[left]
             step = np.clip(steps * radii[left] * _STEP, -most, most)
@@ -117,13 +123,29 @@ class Surface:
 def nearest(surface: Surface, place: Place, random: np.random.Generator) -> Place:
     """The place of the least radius next to one on the boundary.
 
+    Each descent begins at the best place of the one before, until none finds a better one, or one
+    ends in a smooth minimum.
+    """
+    for spread in _SPREADS:
+        before = place.radius
+        place, smooth = _descend(surface, place, spread, random)
+        if smooth or (spread < _SPREADS[0] and place.radius > before * (1 - _GAINED)):
+            break
+    return place
+
+
+def _descend(
+    surface: Surface, place: Place, wide: float, random: np.random.Generator
+) -> tuple[Place, bool]:
+    """A place of less radius, and whether it is a smooth minimum.
+
     Samples are about a mean, as widely as the better ones of the generation before are about
     theirs. A quadratic model of all of a generation leads to one sample of the next.
     """
     count, best = len(place.direction), place
     basis = np.linalg.svd(place.direction[None])[2][1:]  # at right angles to the direction
-    mean, trial, slope, centre = *np.zeros((3, count)), place.radius
-    spread: Any = _SPREAD * np.eye(count)
+    mean, trial, slope, known, centre = *np.zeros((4, count)), place.radius
+    spread: Any = wide * np.eye(count)
     for _ in range(_GENERATIONS):
         w = random.normal(size=(_SAMPLES, count))
         w[0] = np.linalg.solve(spread, trial - mean)
@@ -134,29 +156,42 @@ def nearest(surface: Surface, place: Place, random: np.random.Generator) -> Plac
         most = _MOST_MOVED * centre
         radii = surface.radii(times, directions, centre + np.clip(w @ slope, -most, most))
         found, order = np.isfinite(radii), np.argsort(radii)[:_KEPT]
-        if found.sum() < 2 * _KEPT:
-            spread, slope, trial = spread / 2, 0 * slope, mean
+        first = order[0]
+        if radii[first] < best.radius:
+            best, known = (
+                Place(float(times[first]), directions[first], float(radii[first])),
+                z[first],
+            )
+        if found.sum() < _SAMPLES // 2:
+            # The boundary is here on a part of the rays alone: nearer to the best it is on most.
+            spread, slope, mean, trial, centre = spread / 3, 0 * slope, known, known, best.radius
             continue
-        if radii[order[0]] < best.radius:
-            first = order[0]
-            best = Place(float(times[first]), directions[first], float(radii[first]))
-        if radii[order[-1]] - radii[order[0]] <= _FLAT * best.radius:
+        model = _model(w[found], radii[found])
+        if model.gain <= _FLAT * best.radius:
+            return best, True
+        if radii[order[-1]] - radii[first] <= _FLAT * best.radius:
             break
-        gradient, least = _model(w[found], radii[found])
         around = z[order] - mean
-        squares = around.T @ around / _KEPT + 1e-32 * np.eye(count)
-        narrower: Any = np.linalg.cholesky(squares)
-        slope = np.linalg.solve(spread.T, gradient) @ narrower
-        trial, centre = mean + spread @ least, float(radii[order[0]])
+        narrower: Any = np.linalg.cholesky(around.T @ around / _KEPT + 1e-32 * np.eye(count))
+        slope = np.linalg.solve(spread.T, model.gradient) @ narrower
+        trial, centre = mean + spread @ model.least, float(radii[first])
         mean, spread = z[order].mean(axis=0), narrower
-    return best
+    return best, False
 
 
-def _model(w: Vector, values: Vector) -> tuple[Vector, Vector]:
-    """Gradient and place of the least value of a quadratic model of values, at 0; both (m,).
+class _Model(NamedTuple):
+    """A quadratic model of values: gradient (m,) at 0, place of the least value, what it gains.
 
-    `w` is (n, m). The place is 0 where the model has no least value.
+    The gain is infinite where there is no least value, or the model does not fit.
     """
+
+    gradient: Vector
+    least: Vector
+    gain: float
+
+
+def _model(w: Vector, values: Vector) -> _Model:
+    """The quadratic model of values, (n,), at places w, (n, m)."""
     count = w.shape[1]
     rows, columns = np.triu_indices(count)
     terms = np.column_stack([np.ones(len(w)), w, w[:, rows] * w[:, columns]])
@@ -165,6 +200,9 @@ def _model(w: Vector, values: Vector) -> tuple[Vector, Vector]:
     curvature[rows, columns] = fit[1 + count :]
     curvature = curvature + curvature.T
     if not (np.linalg.eigvalsh(curvature) > 0).all():
-        return gradient, np.zeros(count)
+        return _Model(gradient, np.zeros(count), math.inf)
     least: Any = np.linalg.solve(curvature, -gradient)
-    return gradient, least * min(1.0, _FARTHEST_TRIAL / float(np.linalg.norm(least)))
+    gain = float(-gradient @ least) / 2
+    fits = np.std(values - terms @ fit) <= _FITS * np.std(values)
+    within = least * min(1.0, _FARTHEST_TRIAL / float(np.linalg.norm(least)))
+    return _Model(gradient, within, gain if fits else math.inf)

@@ -144,15 +144,16 @@ def minimal_shock(
     weights: Sequence[float] = (1.0, 1.0, 1.0),
     largest: float | None = None,
     others: Sequence[Orbit] = (),
-    periods: int = 1024,
-    samples: int = 10_000,
+    periods: int | None = None,
+    samples: int = 20_000,
     seed: int = 0,
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Shock:
     """The smallest knock of (x_r, v_r, v_c), at any time, after which a stable motion is lost.
 
-    It is lost if it leads to another attractor, or is not back within so many excitation `periods`.
+    It is lost if it leads to another attractor, or is not back within so many excitation `periods`,
+    by default 1024 and those in which a motion that attracts slowly does so by e^20.
     The size of a knock is the root of the sum of squares of its components times their `weights`;
     a component of infinite weight stays as it is. Knocks up to the size `largest` are tried, by
     default 4 times 1 + the largest of |x_r|, |v_r|, |v_c|, times the least weight. `others` are
@@ -165,7 +166,8 @@ def minimal_shock(
 
     Raises InvalidInput for a value that is not allowed, as an orbit that is not stable.
     """
-    check_count("periods", periods, 64)
+    if periods is not None:
+        check_count("periods", periods, *_LONGEST)
     check_count("samples", samples, *SAMPLES)
     check_count("seed", seed, 0, 2**63)
     knocks = _knocks(weights)

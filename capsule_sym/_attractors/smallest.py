@@ -29,6 +29,7 @@ _FINEST = 1e-5  # the same, where the boundary has no edge state
 _RAYS, _ON_RAY = 24, 7  # knocks of a generation that are shortened, and states on each at once
 _NEAR = 0.1  # share of the smallest knock within which a run counts as back
 _SLOWEST = 0.06  # share of a generation that takes longest
+_ASIDE = 0.1  # distance from the best knock, in direction and angle of time
 _LEAST = 1e-6  # share of the radius by which the last knocks are smaller at least
 _DEEPEST = 0.7  # the same, by which knocks are smaller at most
 _ROUNDS = 8  # at most, of a boundary closed and a nearer one found
@@ -152,9 +153,13 @@ class Search:
         """The next generation: all over, about the best, and about those that take longest."""
         assert self.best is not None
         third = count // 3
-        slowest = np.argsort(-holds, kind="stable")[: max(1, int(_SLOWEST * len(holds)))]
-        chosen = self.random.choice(slowest, third)
         best = np.full(third, self.best.time), np.tile(self.best.direction, (third, 1))
+        # What is next to the best knock takes longest of all.
+        apart = np.linalg.norm(directions - self.best.direction, axis=1)
+        turn = abs(times - self.best.time) / self.basin.length
+        apart += math.tau * np.minimum(turn, 1 - turn)
+        order = np.argsort(np.where(apart > _ASIDE, -holds, 0), kind="stable")
+        chosen = self.random.choice(order[: int(_SLOWEST * len(holds))], third)
         parts = (
             self._all_over(count - 2 * third),
             self._about(*best),

@@ -27,10 +27,12 @@ def shock(
         ),
         largest=option("The largest knock that is tried.", type=float),
         samples=options.count(
-            "Knocks that are tried at last within the smallest one.", 10_000, 100, 10_000_000
+            "Knocks that are tried at last within the smallest one.", 20_000, 100, 10_000_000
         ),
-        periods=options.count(
-            "Excitation periods after which a run that is not back is lost.", 1024, 64, 1_000_000
+        periods=option(
+            "Excitation periods after which a run that is not back is lost.  [default: 1024, more "
+            "where the motion attracts slowly]",
+            type=int,
         ),
         seed=options.count("Decides the knocks that are tried.", 0, 0),
     ),
