@@ -39,6 +39,7 @@ _GENERATIONS = 60
 # Of directions at the begin of a descent, and of time as a share of the forcing's period.
 _SPREADS = (2e-2, 1e-3, 1e-3, 1e-4, 1e-4, 1e-5)
 _GAINED = 1e-9  # share of a radius, by which a descent betters it, at which there may be more
+_THINNEST = 1e-6  # least spread, as a share of the largest
 _FITS = 0.05  # share of the spread of values by which a model may differ from them
 _FARTHEST_TRIAL = 3.0  # distance of a model's least value, in units of the spread
 _FLAT = 1e-10  # share by which the best radii differ at which the search ends
@@ -172,7 +173,8 @@ def _descend(
         if radii[order[-1]] - radii[first] <= _FLAT * best.radius:
             break
         around = z[order] - mean
-        narrower: Any = np.linalg.cholesky(around.T @ around / _KEPT + 1e-32 * np.eye(count))
+        sizes, axes = np.linalg.svd(around / math.sqrt(_KEPT), full_matrices=False)[1:]
+        narrower = axes.T * np.maximum(sizes, _THINNEST * sizes[0])
         slope = np.linalg.solve(spread.T, model.gradient) @ narrower
         trial, centre = mean + spread @ model.least, float(radii[first])
         mean, spread = z[order].mean(axis=0), narrower

@@ -32,6 +32,9 @@ _SLOWEST = 0.06  # share of a generation that takes longest
 _ASIDE = 0.1  # distance from the best knock, in direction and angle of time
 _LEAST = 1e-6  # share of the radius by which the last knocks are smaller at least
 _DEEPEST = 0.7  # the same, by which knocks are smaller at most
+_RIVALS_FROM, _LARGER = 3072, 1.3  # knocks, and their share of the best one, where rivals begin
+_RIVALS, _CHILDREN, _STEPS = 16, 16, 30  # rivals, knocks about each at a time, and times
+_WIDE = 0.3  # spread of these at first
 _ROUNDS = 8  # at most, of a boundary closed and a nearer one found
 BESIDE = 1e-9
 """Share of the radius, to both sides of which the boundary is confirmed."""
@@ -84,7 +87,7 @@ class Search:
             if not self._close():
                 self._shrink(_FINEST)
             self.say(f"a knock of {self.radius:.6g}: trying smaller ones")
-            if not self._smaller():
+            if not self._rival() and not self._smaller():
                 break
         assert self.best is not None
         one = np.array([self.best.time]), self.best.direction[None]
@@ -110,7 +113,12 @@ class Search:
 
     def _about(self, times: Vector, directions: Vector) -> tuple[Vector, Vector]:
         """Times and directions about others, at distances of all orders."""
-        spread = 10 ** self.random.uniform(-4, -0.3, len(times))
+        return self._spread_by(times, directions, 10 ** self.random.uniform(-4, -0.3, len(times)))
+
+    def _spread_by(
+        self, times: Vector, directions: Vector, spread: Vector
+    ) -> tuple[Vector, Vector]:
+        """Times and directions about others, by a spread (n,)."""
         times = times + spread * self.basin.period / 6 * self.random.normal(size=len(times))
         directions = directions + spread[:, None] * self.random.normal(size=directions.shape)
         times = np.mod(times, self.basin.length)
@@ -155,9 +163,7 @@ class Search:
         third = count // 3
         best = np.full(third, self.best.time), np.tile(self.best.direction, (third, 1))
         # What is next to the best knock takes longest of all.
-        apart = np.linalg.norm(directions - self.best.direction, axis=1)
-        turn = abs(times - self.best.time) / self.basin.length
-        apart += math.tau * np.minimum(turn, 1 - turn)
+        apart = self._apart(times, directions, self.best)
         order = np.argsort(np.where(apart > _ASIDE, -holds, 0), kind="stable")
         chosen = self.random.choice(order[: int(_SLOWEST * len(holds))], third)
         parts = (
@@ -239,6 +245,51 @@ class Search:
         self._take(found)
         self.edge = edge
         return True
+
+    def _rival(self) -> bool:
+        """Follows other parts of the boundary down; takes one that comes nearer, if any does.
+
+        Each begins where a larger knock loses the motion, far from the others.
+        """
+        times, directions = self._all_over(_RIVALS_FROM)
+        lost = np.isinf(self._holds(times, directions, _LARGER * self.radius))
+        if not lost.any():
+            return False
+        assert self.best is not None
+        times, directions = times[lost], directions[lost]
+        apart, chosen = self._apart(times, directions, self.best), list[int]()
+        while len(chosen) < min(_RIVALS, len(times)):
+            chosen.append(int(apart.argmax()))
+            last = Place(float(times[chosen[-1]]), directions[chosen[-1]], 0.0)
+            apart = np.minimum(apart, self._apart(times, directions, last))
+        times, directions = times[chosen], directions[chosen]
+        radii, spread = np.full(len(chosen), _LARGER * self.radius), np.full(len(chosen), _WIDE)
+        rows = np.arange(len(chosen))
+        for _ in range(_STEPS):
+            shape = len(chosen), _CHILDREN
+            t, d = self._spread_by(
+                np.repeat(times, _CHILDREN),
+                np.repeat(directions, _CHILDREN, axis=0),
+                np.repeat(spread, _CHILDREN),
+            )
+            shares = 1 - self._shares(_CLOSE / 10, len(t)).reshape(shape) * spread[:, None]
+            tried = radii[:, None] * shares
+            better = np.isinf(self._holds(t, d, tried.ravel())).reshape(shape)
+            first = np.where(better, tried, np.inf).argmin(axis=1)
+            gained = better.any(axis=1)
+            here = (rows * _CHILDREN + first)[gained]
+            times[gained], directions[gained] = t[here], d[here]
+            radii[gained] = tried.ravel()[here]
+            spread *= np.where(gained, 1.2, 0.6)
+        nearer = radii < (1 - _LEAST) * self.radius
+        return self._shorten(times[nearer], directions[nearer], radii[nearer])
+
+    def _apart(self, times: Vector, directions: Vector, place: Place) -> Vector:
+        """Distances from a place, in direction and angle of time, (n,)."""
+        turn = abs(times - place.time) / self.basin.length
+        angle = math.tau * np.minimum(turn, 1 - turn)
+        found: Vector = np.linalg.norm(directions - place.direction, axis=1) + angle
+        return found
 
     def _smaller(self) -> bool:
         """Tries knocks within the best one; takes the smallest that loses the motion, if any."""
