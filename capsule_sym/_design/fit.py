@@ -326,7 +326,13 @@ def _result(
     if border is None:
         status, message = FitStatus.TIME_LIMIT, "the time is over: these are the best values so far"
     elif errors.lost:
-        status, message = FitStatus.NOT_IDENTIFIABLE, "the measurements leave a combination open"
+        apart = [
+            name
+            for name, error in zip(problem.unknown, errors.standard, strict=True)
+            if math.isinf(error)
+        ]
+        status = FitStatus.NOT_IDENTIFIABLE
+        message = f"the measurements cannot tell apart or do not show {', '.join(apart)}"
     elif bootstrap and not bootstrap.success:
         status, message = FitStatus.TIME_LIMIT, "the time is over: the bootstrap has fewer fits"
     elif bound.any():

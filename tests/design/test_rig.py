@@ -102,6 +102,7 @@ def test_a_scale_that_a_parameter_could_be_is_named() -> None:
     found = fit_rig(rig(runs, unknown, (*START_OF_EACH, "P_d")), guess, loss="cauchy")
     assert found.status == "not-identifiable"
     (lost,) = found.open_combinations
+    assert "mu, G, scale, " in found.message
     for name in ("scale", "mu", "G", "slow.P_d"):
         assert math.isinf(found.standard_errors[name])
         assert abs(lost[name]) > 0.1
