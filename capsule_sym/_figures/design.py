@@ -49,7 +49,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
         axes.plot(costs, values, ":", color="0.6", drawstyle="steps-post", linewidth=0.8)
     kinds = {
         "optimal": ("o", STABLE, "optimum"),
-        "optimal-at-border": ("s", UNSTABLE, "optimum at the border of two itineraries"),
+        "optimal-at-border": ("s", UNSTABLE, "optimum at a border"),
     }
     for status in dict.fromkeys(str(point.status) for point in front.points):
         chosen = [str(point.status) == status for point in front.points]

@@ -64,6 +64,16 @@ def test_a_front_is_written_with_its_table_and_its_picture(call, tmp_path) -> No
     assert (tmp_path / "found" / "front.svg").read_text().startswith("<?xml")
 
 
+@pytest.mark.long
+def test_design_and_steer_agree_under_the_same_constraints(call, tmp_path) -> None:
+    asked = ("--params", "device.toml", "--over", "P_d=3:8", "--over", "Omega=6.5:8")
+    asked = (*asked, "--subject-to", "power <= 2", "--json")
+    status, steered, _ = call("steer", *asked)
+    assert status == 0
+    status, studied, _ = call("design", *asked, "--points", "2")
+    assert json.loads(studied)["steering"] == json.loads(steered)
+
+
 def test_steer_shows_both_drives_and_the_way(call, tmp_path) -> None:
     status, out, _ = call(
         *("steer", "--params", "device.toml", "--over", "P_d=7:8", "--over", "Omega=6.5:8"),

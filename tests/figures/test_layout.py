@@ -143,7 +143,7 @@ def test_statuses_are_told_in_words() -> None:
     shown = [text.get_text() for text in axes.get_legend().get_texts()]
     assert shown == [
         "optimum",
-        "optimum at the border of two itineraries",
+        "optimum at a border",
         "not proved an optimum",
     ]
 
