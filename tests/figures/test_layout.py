@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from capsule_sym import (
+    FrontPart,
     Parameters,
     figure_style,
     plot_bifurcations,
@@ -108,6 +109,7 @@ def drive() -> Any:
         points=[SimpleNamespace(system=Parameters(), status=one) for one in STATUSES],
         costs=np.array([1.0, 2.0, 3.0]),
         values=np.array([0.1, 0.2, 0.25]),
+        parts=(FrontPart(0, 1, "", ""), FrontPart(2, 2, "", "")),
     )
 
 
