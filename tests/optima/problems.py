@@ -109,7 +109,8 @@ class Problem:
         for name, relation, limit in self.limits:
             way = 1.0 if relation == "<=" else -1.0
             for one in motions:
-                over = way * (valued(name, one) - limit) / (abs(limit) or 1.0)
+                with np.errstate(invalid="ignore"):
+                    over = way * (valued(name, one) - limit) / (abs(limit) or 1.0)
                 beyond = np.maximum(beyond, np.where(np.isnan(over), np.inf, over))
         least = self.margin if margin is None else margin
         if least is not None:
