@@ -122,7 +122,7 @@ def main() -> int:
     """Try all of them on the first problems, and print a table."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--problems", type=int, default=15)
-    parser.add_argument("--evaluations", type=int, default=5000)
+    parser.add_argument("--evaluations", type=int, default=1500)
     parser.add_argument("--cells", type=int, default=20_000, help="of brute force, if not known")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "optima")
     given = parser.parse_args()
