@@ -50,7 +50,7 @@ _REACH = 0.05  # of the bounds, of a search on one piece
 _ROUNDS = 4  # searches on one piece
 _HOPS = 12  # from piece to piece
 _BESIDE = 1e-6  # of the bounds: where the pieces beyond a border are looked at
-_INSIDE = 1e-11  # of the bounds: where a result is, within a border that holds it
+_INSIDE = 1e-12  # of the bounds: where a result is, within a border that holds it
 _JUMP = 100  # times what the gradient explains
 _HELD = 1e-9  # least multiplier of a border that holds an optimum
 _AT = 1e-9  # of the bounds: at a border
@@ -248,7 +248,9 @@ def _beyond(program: Program, rest: Rest) -> tuple[Rest, bool]:
             continue
         sides.append(Side(names, _slope(rest, side, way)))
         whole &= sides[-1].slope > -_HELD
-        other = on_piece(program, side) if len(sides) > 1 else None  # the first is the own piece
+        if len(sides) == 1 or _balanced_from(program, side, rest.found.place.u):
+            continue  # the first is the own piece
+        other = on_piece(program, side)
         if other is None:
             continue
         place = other.found.place
@@ -261,6 +263,13 @@ def _beyond(program: Program, rest: Rest) -> tuple[Rest, bool]:
     if lost:
         told = replace(told, bifurcation=_border(rest), limit=rest.found.place.worst)
     return told, False
+
+
+def _balanced_from(program: Program, side: Place, u: Vector) -> bool:
+    """Whether the conditions hold at variables for the piece of a place beside them too."""
+    piece = Piece(program, side)
+    here = piece.at(u)
+    return here is not None and balanced(piece, here).minimal
 
 
 def _inside(rest: Rest) -> Rest:
