@@ -8,6 +8,7 @@ the scaled variables, is one more slack.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,12 +18,17 @@ from numpy.typing import NDArray
 from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.program import Place, Program
+from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.metrics.peaks import peaks_of_force
 from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
+from capsule_sym._orbits.shooting.closed import ClosedForms
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 _FREE = 1.0  # slack of an inequality that is not there
 _AT = 1e-8  # of the bounds: at a border
+_ALIKE = 0.9  # of the largest force: peaks that may become it
 _KNOWN = 6  # places whose orbits are kept
 
 
@@ -44,6 +50,7 @@ class Piece:
         self.known = [(place.u, motions)]
         self.asked = len(program.scenarios) * len(program.texts)
         self.keys = tuple(self._keys(place.u, motions))
+        self.peaks = tuple(self._peaks(place.u, motions))
 
     def by_u(self, rows: Matrix) -> Matrix:
         """Derivatives by the scaled variables, from those by all parameters."""
@@ -57,7 +64,7 @@ class Piece:
             return None
         try:
             place = self.program.at(u, motions)
-            borders = self.borders(u, motions)
+            borders, objective, by, peaks = self.borders(u, motions), *self._by_peaks(u, place)
         except np.linalg.LinAlgError:
             return None
         self.known = [(u, motions), *self.known[: _KNOWN - 1]]
@@ -68,10 +75,13 @@ class Piece:
                 stable = values[i] + m
                 values[i] = (stable * abs(stable) - m**2) / (2 * m)
                 rows[i] *= abs(stable) / m
+        further = [*borders, *peaks]
         whole = replace(
             place,
-            slacks=np.append(values, [value for value, _ in borders]),
-            slacks_by=np.vstack([rows, *(by for _, by in borders)]),
+            objective=objective,
+            objective_by=by,
+            slacks=np.append(values, [value for value, _ in further]),
+            slacks_by=np.vstack([rows, *(slope for _, slope in further)]),
         )
         return whole if whole.finite else None
 
@@ -86,9 +96,14 @@ class Piece:
         alike = [one for one in alike if one.inequality[:3] == name]
         return which, sorted(alike, key=lambda one: float(one.inequality.time))[number].inequality
 
+    @property
+    def borders_at(self) -> slice:
+        """Which slacks are borders."""
+        return slice(self.asked, self.asked + len(self.keys))
+
     def smooth(self, place: Place) -> float:
         """How far the variables may go until a border that does not hold the place."""
-        far = place.slacks[self.asked :]
+        far = place.slacks[self.borders_at]
         least = float(far[far > _AT].min(initial=_FREE))
         if self.program.margin is not None:
             each = len(self.program.texts)
@@ -109,6 +124,64 @@ class Piece:
             found.append((value / unit, by / unit))
         return found
 
+    def _by_peaks(
+        self, u: Vector, place: Place
+    ) -> tuple[Vector, Matrix, list[tuple[float, Vector]]]:
+        """Objectives (m,) with derivatives and slacks, of each of several peaks of a force.
+
+        The largest force has a kink where two peaks are equal; each of them is smooth.
+        """
+        objective, by = [*place.objective], [*place.objective_by]
+        slacks, seen = list[tuple[float, Vector]](), set[int]()
+        for which, key in self.peaks:
+            one = self._with_peak(u, place.motions, which, key)
+            if one is None:  # the peak is gone: the largest stands for it
+                one = place
+            if which not in seen:
+                objective[which], by[which] = one.objective[which], one.objective_by[which]
+            else:
+                objective.append(one.objective[which])
+                by.append(one.objective_by[which])
+            count = len(self.program.limits)
+            first = which * (count if one is not place else len(self.program.texts))
+            if which in seen:
+                slacks += [
+                    (float(one.slacks[i]), one.slacks_by[i]) for i in range(first, first + count)
+                ]
+            seen.add(which)
+        return np.array(objective), np.array(by), slacks
+
+    def _with_peak(
+        self, u: Vector, motions: Sequence[Motion], which: int, key: tuple[int, int]
+    ) -> Place | None:
+        """The place if a peak were the largest force of a scenario's motion."""
+        peak = _forces(motions[which], 0.0).get(key)
+        if peak is None:
+            return None
+        changed = copy(motions[which])
+        changed.metrics = motions[which].metrics | {"peak_force": peak}
+        swapped = tuple(changed if i == which else one for i, one in enumerate(motions))
+        return replace(self.program, margin=None).at(u, swapped)
+
+    def _peaks(
+        self, u: Vector, motions: tuple[Motion, ...]
+    ) -> Iterator[tuple[int, tuple[int, int]]]:
+        """Scenarios and keys of peaks that may become the largest, and make the objective worse."""
+        plain = replace(self.program, margin=None).at(u, motions)
+        for which, motion in enumerate(motions):
+            forces = _forces(motion, _ALIKE)
+            if len(forces) < 2:
+                continue
+            for key in sorted(forces, key=lambda key: -forces[key].value):
+                one = self._with_peak(u, motions, which, key)
+                assert one is not None
+                less = one.objective - plain.objective, plain.slacks - one.slacks
+                changes = any(np.any(row < 0) for row in less)
+                if forces[key].value == max(force.value for force in forces.values()) or (
+                    changes and all(np.all(row <= 0) for row in less)
+                ):
+                    yield which, key
+
     def _keys(self, u: Vector, motions: Sequence[Motion]) -> Iterator[_Key]:
         """All inequalities of the motions, in units of the variables."""
         for which, motion in enumerate(motions):
@@ -124,6 +197,20 @@ def _by_orbit(motion: Motion) -> Motion:
     """The same motion by its orbit, where it has one."""
     orbit = motion.orbit
     return motion if orbit is None else Motion(motion.parameters, None, orbit=orbit)
+
+
+def _forces(motion: Motion, least: float) -> dict[tuple[int, int], Slope]:
+    """Peaks of |P| of a motion, that are at least a share of the largest, by the parameters."""
+    orbit = motion.orbit
+    if orbit is None:
+        return {}
+    count = len(orbit.z)
+    with backend(orbit.backend, orbit.scene) as numbers:
+        found = peaks_of_force(ClosedForms(numbers, orbit.values), orbit, least)
+    return {
+        key: Slope(float(value), np.asarray(by[count:] + by[:count] @ orbit.by_parameter, float))
+        for key, (value, by) in found.items()
+    }
 
 
 def _borders(motion: Motion) -> dict[tuple[object, ...], list[tuple[float, Vector]]]:

@@ -100,14 +100,17 @@ class Rest:
     @property
     def held(self) -> list[int]:
         """The borders that hold the place, by their slacks."""
-        forces = self.found.multipliers
-        return [i for i in range(self.asked, len(forces)) if forces[i] > _HELD]
+        return [i for i in self._borders if self.found.multipliers[i] > _HELD]
 
     @property
     def near(self) -> list[int]:
         """The borders at the place."""
-        slacks = self.found.place.slacks
-        return [i for i in range(self.asked, len(slacks)) if abs(slacks[i]) < _AT]
+        return [i for i in self._borders if abs(self.found.place.slacks[i]) < _AT]
+
+    @property
+    def _borders(self) -> range:
+        """The slacks that are borders."""
+        return range(0) if self.piece is None else range(*self.piece.borders_at.indices(10**6))
 
     @property
     def critical(self) -> Motion:

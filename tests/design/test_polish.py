@@ -104,3 +104,17 @@ def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
     alone = on_piece(program, far)
     assert alone is not None
     assert not (alone.whole and alone.found.place.worst < rest.found.place.worst + 1e-9)
+
+
+def test_where_two_peaks_of_a_force_are_equal_each_of_them_is_a_constraint() -> None:
+    base = Parameters(alpha=1.654722, omega=0.314057, delta=0.5502924, zeta=0.021266992)
+    over = {"beta": (0.0, 30.0), "gamma": (0.5, 8.0)}
+    program, place = at("peak_force", over, base, False, u=[0.0093, 0.9949])
+    rest = polish(program, place)
+    assert rest is not None
+    assert rest.whole
+    assert (rest.found.weights > 1e-6).sum() == 2
+    assert optimum_of(rest).status == "optimal"
+    for way in np.random.default_rng(1).uniform(-1e-4, 1e-4, (20, 2)):
+        beside = program.begin(np.clip(rest.found.place.u + way, 0, 1))
+        assert beside.worst > rest.found.place.worst

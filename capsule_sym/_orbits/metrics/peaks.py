@@ -27,13 +27,35 @@ class _Place(NamedTuple):
 
 def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     """The largest |P| along an orbit, and its derivatives (n + 11,)."""
-    place = max(_places(forms, orbit, Quantity.FORCE), key=lambda found: found.size)
+    return _of_force(forms, max(_places(forms, orbit, Quantity.FORCE), key=lambda one: one.size))
+
+
+def _of_force(forms: ClosedForms, place: _Place) -> tuple[Number, Vector]:
+    """|P| at a place, and its derivatives (n + 11,)."""
     x_r, v_r, by = _state(forms, place)
     c = place.flow.c
     gap = x_r - c.own_stop()
     force = c.force(x_r, gap, v_r)
     side = 1 if force > 0 else -1
     return side * force, side * chained(c.force_gradient(gap, v_r), by)
+
+
+def peaks_of_force(
+    forms: ClosedForms, orbit: Orbit, least: float
+) -> dict[tuple[int, int], tuple[Number, Vector]]:
+    """The local largest |P| that are at least a share of the largest, with derivatives (n + 11,).
+
+    Their keys are the segment, and the number of the place within it, the end first.
+    """
+    places, found = list(_places(forms, orbit, Quantity.FORCE)), {}
+    bound, segments = least * max(place.size for place in places), list(orbit.system.flows)
+    numbers = dict.fromkeys(range(len(segments)), -1)
+    for place in places:
+        segment = next(i for i, flow in enumerate(segments) if flow is place.flow)
+        numbers[segment] += 1
+        if place.size >= bound:
+            found[segment, numbers[segment]] = _of_force(forms, place)
+    return found
 
 
 def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
