@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -107,6 +107,9 @@ optima: $(READY)  ## judge PROBLEMS random optimisations (40) by brute force of 
 
 pulses: $(READY)  ## ten shortest pulses between attractors beside brute force over 100,000 amplitudes
 	$(BIN)/python -m tests.attractors.brute_pulses
+
+shocks: $(READY)  ## judge minimal shocks by a million random knocks each; resumes
+	$(BIN)/python -m tests.attractors.brute_shocks
 
 intervals: $(READY)  ## count how many intervals of fits hold the truth, with each loss and kind of error
 	$(BIN)/python -m tests.design.coverage $(SETS)

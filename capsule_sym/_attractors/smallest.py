@@ -46,7 +46,8 @@ class ShockStatus(StrEnum):
 
     #: The boundary is smooth at the knock, or has a kink there, and none next to it is smaller.
     FOUND = "found"
-    #: The boundary has no periodic edge state, and may be fractal: the smallest that was tried.
+    #: The boundary has no periodic edge state, and may be fractal: the smallest that was tried,
+    #: within 0.1 %.
     SAMPLED = "sampled"
     #: No knock up to the largest loses the motion.
     NOT_LOST = "not-lost"
@@ -281,8 +282,13 @@ class Search:
             times[gained], directions[gained] = t[here], d[here]
             radii[gained] = tried.ravel()[here]
             spread *= np.where(gained, 1.2, 0.6)
-        nearer = radii < (1 - _LEAST) * self.radius
+        nearer = radii < (1 - self._least) * self.radius
         return self._shorten(times[nearer], directions[nearer], radii[nearer])
+
+    @property
+    def _least(self) -> float:
+        """Share by which knocks have to be smaller than the best one, to better it in the end."""
+        return _CLOSE if self.edge is None else _LEAST
 
     def _apart(self, times: Vector, directions: Vector, place: Place) -> Vector:
         """Distances from a place, in direction and angle of time, (n,)."""
@@ -298,7 +304,7 @@ class Search:
         while left > 0:
             count = min(left, _GENERATION)
             times, directions = self._next(times, directions, holds, count)
-            radii = self.radius * (1 - self._shares(_LEAST, count))
+            radii = self.radius * (1 - self._shares(self._least, count))
             holds = self._holds(times, directions, radii)
             lost = np.isinf(holds)
             if lost.any() and self._shorten(times[lost], directions[lost], radii[lost]):

@@ -28,7 +28,7 @@ DOUBLE = Parameters(
 
 @pytest.fixture(scope="module")
 def shock() -> Shock:
-    return minimal_shock(solve_orbit(BISTABLE), samples=2000)
+    return minimal_shock(solve_orbit(BISTABLE), samples=500)
 
 
 def on_motion(orbit: Orbit, time: float) -> np.ndarray:
@@ -121,6 +121,7 @@ def test_the_distance_to_the_boundary_is_stationary_in_time(shock: Shock) -> Non
     assert abs(rate) < 1e-4 * max(speeds) / step
 
 
+@pytest.mark.long
 def test_weights_scale_the_size_and_forbid_components(shock: Shock) -> None:
     twice = minimal_shock(shock.orbit, weights=(2.0, 2.0, 2.0), samples=500)
     assert twice.size == pytest.approx(2 * shock.size, rel=1e-9)
