@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,6 +18,9 @@ from capsule_sym._commands.optimise import (
 )
 from capsule_sym._commands.signature import command, option, several
 from capsule_sym._errors import InvalidInput
+
+if TYPE_CHECKING:
+    from capsule_sym._native import Watch
 
 _RANGE = options.Range()
 
@@ -85,7 +88,7 @@ def pulse(
     limit = Watch(max_seconds)
     with present.stoppable(limit, "Switching"):
         starts = {name: window for name, window in windows.items() if window}
-        ends = _motions(parameters, state, to, between, starts)
+        ends = _motions(parameters, (state, to), between, starts, limit)
         how |= {"max_seconds": limit.left, "progress": TOLD.get()}
         found = capsule_sym.switch_by_pulse(*ends, over or None, device or parameters, **how)
     files = {"pulse.json": finite(found.to_dict()), "pulse.csv": table_of(found)}
@@ -107,23 +110,27 @@ def pulse(
 
 def _motions(
     parameters: capsule_sym.SceneParameters,
-    state: tuple[float, float, float],
-    to: tuple[float, float, float] | None,
+    states: tuple[tuple[float, float, float], tuple[float, float, float] | None],
     between: tuple[int, int] | None,
     starts: dict[str, Any],
+    limit: Watch,
 ) -> tuple[capsule_sym.Orbit, capsule_sym.Orbit]:
     """The motion now, and the one that is wanted."""
+    state, to = states
     if to is not None:
-        return _settled(parameters, state), _settled(parameters, to)
+        return _settled(parameters, state, limit), _settled(parameters, to, limit)
     if not starts:
         raise click.UsageError("give a range of starts, such as --x-r -1:1")
-    known = [one.orbit for one in capsule_sym.attractors(parameters, starts).attractors]
+    box = capsule_sym.attractors(parameters, starts, max_seconds=limit.left)
+    if limit.stopped:
+        raise KeyboardInterrupt
+    known = [one.orbit for one in box.attractors]
     if between is not None:
         for number in between:
             if not 0 <= number < len(known):
                 raise InvalidInput("--between", number, f"from 0 to {len(known) - 1}")
         return known[between[0]], known[between[1]]
-    now = _settled(parameters, state)
+    now = _settled(parameters, state, limit)
     way = -1 if now.average_velocity > 0 else 1
     best = max(known, key=lambda one: way * float(one.average_velocity), default=now)
     if not way * float(best.average_velocity) > 0:
@@ -132,10 +139,12 @@ def _motions(
 
 
 def _settled(
-    parameters: capsule_sym.SceneParameters, state: tuple[float, float, float]
+    parameters: capsule_sym.SceneParameters, state: tuple[float, float, float], limit: Watch
 ) -> capsule_sym.Orbit:
     """The motion on which a start settles; exits with 3 where there is none."""
-    found = capsule_sym.solve_orbit(parameters, state)
+    found = capsule_sym.solve_orbit(parameters, state, max_seconds=limit.left)
+    if limit.stopped:
+        raise KeyboardInterrupt
     if not found.success:
         present.fail_early("no orbit", found)
     return found
