@@ -23,6 +23,7 @@ from capsule_sym._design.front import Front, FrontPart
 from capsule_sym._design.optimise import checked_survey, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
+from capsule_sym._design.polish import BASIN, KINK
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, Limit, System, function_of
 from capsule_sym._design.survey import Survey
@@ -34,6 +35,7 @@ _NEARER = (0.03, 0.01, 0.003)  # the same, from the points that were found
 _AROUND = 16  # cells around each point, each time
 _BETWEEN = 7  # drives between such
 _FAR = 0.1  # of the bounds, between neighbouring points that may be on different branches
+_TINY = 1e-3  # of the metrics' ranges, by which a gap is at least wide
 _SAME = 1e-6  # of a metric's range on the front, by which points differ
 _LEFT = "another branch is better from there on"
 _TAKEN = "better than the branch before from there on"
@@ -162,14 +164,15 @@ class _Fronts:
             return
         first = last = point
         slack = bound - point.both[column] > _SAME * self.ranges[column]
-        if slack and point.optimum.success:
+        if slack and point.optimum.success and point.optimum.bifurcation not in (BASIN, KINK):
             # In a gap: a little better than at its one end there is the other one.
             wanted = point.both[1 - column] - _SAME * self.ranges[1 - column]
             other = self.best(column, wanted)
             if other is None:
                 self.missed += 1
                 return
-            first, last = (point, other) if column else (other, point)
+            if self.length(point, other) > _TINY:
+                first, last = (point, other) if column else (other, point)
         first = low if self.near(low, first) else first
         last = high if self.near(high, last) else last
         new = {id(one): one for one in (first, last) if one is not low and one is not high}
