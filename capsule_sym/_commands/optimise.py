@@ -70,7 +70,7 @@ tolerance_option = option(
 _search = several(
     subject_to=subject_option,
     margin=margin_option,
-    samples=options.count("Cells of the survey that chooses where to begin.", 256, *SAMPLES),
+    samples=options.count("Cells of the survey.", None, *SAMPLES),
     seed=options.count("Decides these cells.", 0, *SEED),
     max_seconds=options.max_seconds(),
 )
@@ -89,6 +89,12 @@ def optimise(
     points: int = options.count("Points of the front of --pareto.", 50, *POINTS),
     tolerances: dict[str, float] = tolerance_option,
     state: tuple[float, float, float] = options.state(),
+    among: str = option(
+        "Which motions count: those that --state leads to, or all stable ones.",
+        type=click.Choice(["starts", "stable"]),
+        default="starts",
+        show_default=True,
+    ),
     out: Path | None = options.out(
         "Write the JSON here, of a front with its table as CSV and its picture."
     ),
@@ -106,18 +112,20 @@ def optimise(
     """
     options.check_beside("maximise", never=("minimise",))
     options.check_beside("points", needs=("against",))
+    options.check_beside("among", never=("against",))
     metric = maximise if maximise is not None else minimise
     if metric is None:
         raise click.UsageError("give --maximise or --minimise METRIC")
     parameters, device = system.load()
     which = device or parameters
+    how = {name: value for name, value in how.items() if value is not None}
     how |= {"maximise": maximise is not None, "starts": (state,), "tolerances": tolerances}
     found: capsule_sym.Optimum | capsule_sym.Front
     show: Callable[[], None]
     with telling("Optimising") as progress:
         how["progress"] = progress
         if against is None:
-            found = one = capsule_sym.optimise(metric, over, which, **how)
+            found = one = capsule_sym.optimise(metric, over, which, among=among, **how)
             show = partial(_print_optimum, one)
         else:
             found = front = capsule_sym.pareto(metric, against, over, which, points=points, **how)
@@ -146,6 +154,7 @@ def steer(
     Exits with 3 where one of the drives is not found, or time is short. A broken path is a result.
     """
     parameters, device = system.load()
+    how = {name: value for name, value in how.items() if value is not None}
     with telling("Steering") as progress:
         found = capsule_sym.steer(device or parameters, over or None, progress=progress, **how)
     report(found, "steering", lambda: print_steering(found), out, as_json)

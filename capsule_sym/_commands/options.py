@@ -28,7 +28,11 @@ as_json: Any = option("One JSON object on stdout and nothing else.", "--json")
 
 
 def count(
-    help: str, default: int, least: int | None = None, most: int | None = None, **settings: Any
+    help: str,
+    default: int | None,
+    least: int | None = None,
+    most: int | None = None,
+    **settings: Any,
 ) -> Any:
     """An option that takes a whole number within limits, if there are any."""
     kind = click.INT if least is None else click.IntRange(least, most)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
@@ -17,12 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._map import simulate
+from capsule_sym._design.settled import settle_many
 from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
-from capsule_sym._map.many import simulate_many
-from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import TimeUp, check_time, core_of, present
+from capsule_sym._native import check_time, core_of
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
@@ -34,11 +31,7 @@ from capsule_sym._parameters import Scene, SceneParameters
 
 _BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
 _PERIODS = 1024  # excitation periods within which it is to settle
-_REPEATED = 1e-2  # change over its periods, in units of the motion's size, at which it is closed
-_NEAR = 1e-2  # distance of the closed motion from the run that led to it
-_ARRIVED = 1e-7  # distance at which a run is on its motion
 _SAME = 1e-6  # distance of two that are one
-_SURVEYED = 100  # excitation periods before a cell of a survey is closed
 _NEUTRAL = 1e-9  # below 1, of a multiplier of which rounding leaves open if it is
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 Vector = NDArray[np.float64]
@@ -89,7 +82,7 @@ class Motion:
         fields = np.array([[int(name[1:]) for name in self.itinerary]])
         row = _values(self.parameters)
         scene = self.parameters.scene
-        if not _drifting(scene, row[None], fields, values[None], self.multiplier)[0]:
+        if not drifting(scene, row[None], fields, values[None], self.multiplier)[0]:
             values[_OF_DRIFT], gradients[_OF_DRIFT] = 0.0, 0.0
         return _named(values, gradients)
 
@@ -111,7 +104,7 @@ class Motion:
         return inside and self.multiplier < 1 and is_admissible(self._orbit)
 
 
-def _drifting(
+def drifting(
     scene: Scene, rows: Vector, fields: NDArray[Any], values: Vector, multipliers: ArrayLike
 ) -> NDArray[np.bool_]:
     """Whether motions drift, by parameters (n, k), fields (n, m), METRICS (n, 7), multiplier."""
@@ -155,37 +148,18 @@ def settle(
     if core_of(parameters.scene) is None:
         orbit = solve_orbit(parameters, state, phase, _PERIODS)
         return Motion(parameters, None, orbit=orbit) if orbit.success else None
-    length, begin, at = _BLOCK, tuple(state), phase
-    while length <= _PERIODS:
-        run = simulate(parameters, begin, at, length, keep="stroboscopic")
-        if not run.success:
-            return None
-        marks = np.array(run.stroboscopic, dtype=float)
-        if (found := _arrived(parameters, marks)) is not None:
-            return found
-        length, begin, at = 2 * length, tuple(marks[-1].tolist()), 0.0
-    return None
-
-
-def _arrived(parameters: SceneParameters, marks: Vector) -> Motion | None:
-    """The motion that the end of a run is on, by its stroboscopic states; None if it is on none."""
-    size, least = 1 + abs(marks[-LONGEST:]).max(), math.inf
-    for period_number in range(1, LONGEST + 1):
-        if len(marks) <= 2 * period_number:
-            return None
-        change = abs(marks[-1] - marks[-1 - period_number]).max()
-        if change > _REPEATED * size or change >= least:
-            continue  # another number of periods repeats better
-        least = change
-        found = _closed(parameters, marks[-1], period_number)
-        if found is None or not found.multiplier < 1:
-            continue
-        far = abs(marks[-1] - found.state).max()
-        before = abs(marks[-1 - period_number] - found.state).max()
-        # The run is on it, or comes closer to it period by period.
-        if far <= _ARRIVED * size or (far <= _NEAR * size and far < before):
-            return found
-    return None
+    found = settle_many(
+        _values(parameters)[None],
+        state,
+        phase,
+        first=_BLOCK,
+        most=_PERIODS,
+        gradients=True,
+        scene=parameters.scene,
+    )
+    check_time()
+    number = int(found.period_numbers[0])
+    return Motion(parameters, found.found, number) if number else None
 
 
 def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> Motion | None:
@@ -247,38 +221,6 @@ def agrees(one: Motion, other: Motion | None) -> bool:
         <= _SAME * (1 + abs(one.metrics[name].value))
         for name in names
     )
-
-
-def survey(systems: Sequence[SceneParameters], state: Sequence[float]) -> list[dict[str, Slope]]:
-    """The metrics of n parameter sets from the same start, without derivatives.
-
-    Empty for a motion that does not settle within some periods on one of a period or two, and for
-    one that there is no time for.
-    """
-    metrics: list[dict[str, Slope]] = [{} for _ in systems]
-    rows, scene = np.array([_values(p) for p in systems]), systems[0].scene
-    none = np.zeros((len(METRICS), rows.shape[1]))
-    with suppress(TimeUp):
-        if core_of(scene) is None:
-            for i, system in enumerate(systems):
-                if (motion := settle(system, state)) is not None:
-                    row = [motion.metrics[name].value for name in METRICS]
-                    metrics[i] = _named(np.array(row), none)
-            return metrics
-        ended = simulate_many(
-            rows, state, periods=_SURVEYED, max_seconds=present().left, scene=scene
-        )
-        left = np.flatnonzero(ended.success)
-        for period_number in (1, 2):
-            found = performance_many(rows[left], ended.states[left], period_number, scene=scene)
-            values, multipliers = found.values, abs(found.multipliers[:, 0])
-            still = ~_drifting(scene, rows[left], found.fields, values, multipliers)
-            values[still[:, None] & _OF_DRIFT] = 0.0
-            good = found.closed & (multipliers < 1) & np.isfinite(values).all(axis=1)
-            for i, row in zip(left[good].tolist(), values[good], strict=True):
-                metrics[i] = _named(row, none)
-            left = left[~good]
-    return metrics
 
 
 def _named(values: Vector, gradients: Vector) -> dict[str, Slope]:

@@ -1,8 +1,7 @@
 """The parameters at which a metric of the steady motion is greatest or least.
 
-A survey of the bounds chooses starts; from each, SciPy's SLSQP follows the motion with exact
-gradients, through changes of itinerary, at which metrics are continuous; Newton's method on the
-optimum's conditions ends it.
+A survey of the bounds runs cells, and climbs from the best of them side by side, through changes of
+itinerary, at which metrics are continuous; Newton's method on the optimum's conditions ends it.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from capsule_sym._design.counts import FOLLOW, SAMPLES, SEED
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum
-from capsule_sym._design.program import Program, scenarios_of
+from capsule_sym._design.program import AMONG, STARTS, Program, scenarios_of
 from capsule_sym._design.quantities import (
     Function,
     System,
@@ -50,9 +49,10 @@ def optimise(
     margin: float | None = None,
     starts: Sequence[Sequence[float]] = ((0.0, 0.0, 0.0),),
     tolerances: Mapping[str, float] | None = None,
-    samples: int = 256,
+    among: str = STARTS,
+    samples: int = 2048,
     seed: int = 0,
-    follow: int = 3,
+    follow: int = 6,
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Optimum:
@@ -70,15 +70,17 @@ def optimise(
     The motion is the one that each of `starts` leads to, states (x_r, v_r, v_c) at phase 0,
     dimensionless; with several, or with `tolerances` of parameters as shares, such as {"mu": 0.1},
     the worst motion counts: of all starts, with all parameters at the ends of their tolerances.
-    `samples` is the size of the survey that chooses where to begin, at `follow` places at most;
-    `seed` makes it another. After `max_seconds` the result is the best place that was found.
+    `among="stable"` lets every stable motion count that is found from the starts and from others,
+    whichever start leads to it; with `tolerances` it is the worst of what it becomes. `samples` is
+    the number of cells of the survey, `follow` of the places at most where optima are looked for;
+    `seed` makes the cells others. After `max_seconds` the result is the best place that was found.
     `progress` is called with what is done, in words.
 
-    The optimum is a local one, the best of those that were found. Raises InvalidInput for names,
-    bounds or texts that are not allowed.
+    The optimum is the best of those that were found; that there is no better one is not proved.
+    Raises InvalidInput for names, bounds or texts that are not allowed.
     """
     program = program_of(
-        metric, over, base, maximise, subject_to, margin, starts, tolerances, progress
+        metric, over, base, maximise, subject_to, margin, starts, tolerances, progress, among
     )
     survey = checked_survey(samples, seed, follow)
     optimiser = Optimiser(program)
@@ -97,6 +99,7 @@ def program_of(
     starts: Sequence[Sequence[float]],
     tolerances: Mapping[str, float] | None,
     progress: Callable[[str], object] | None = None,
+    among: str = STARTS,
 ) -> Program:
     """What is optimised, checked; raises InvalidInput."""
     system = system_of(base)
@@ -107,6 +110,10 @@ def program_of(
         subject_to = (subject_to,)
     if not isinstance(subject_to, Sequence):
         raise InvalidInput("subject_to", subject_to, "a list of constraints")
+    if among not in AMONG:
+        raise InvalidInput("among", among, f"one of {', '.join(AMONG)}")
+    scenarios = scenarios_of(starts, tolerances, system)
+    seeds = tuple(dict.fromkeys(one.state for one in scenarios))
     program = Program(
         system=system,
         names=names,
@@ -116,8 +123,11 @@ def program_of(
         sign=-1 if maximise else 1,
         limits=limits_of(subject_to, system),
         margin=margin,
-        scenarios=scenarios_of(starts, tolerances, system),
+        # Where all stable motions count, no start decides.
+        scenarios=tuple(one for one in scenarios if among == STARTS or one.state == seeds[0]),
         progress=progress,
+        among=among,
+        seeds=seeds,
     )
     _check_ends(program)
     return program

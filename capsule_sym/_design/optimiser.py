@@ -13,7 +13,7 @@ from capsule_sym._design.led import best_led, next_led
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
 from capsule_sym._design.polish import BASIN, KINK, NOT_LED, Rest, polish
-from capsule_sym._design.program import Place, Program
+from capsule_sym._design.program import STABLE, Place, Program
 from capsule_sym._design.stationary import rough
 from capsule_sym._design.survey import Survey, Surveyor
 from capsule_sym._map.dragging import mean_force
@@ -54,12 +54,14 @@ class Optimiser:
         return replace(found, statistics=counts)
 
     def run(self, survey: Survey) -> None:
-        """Survey, follow the best starts, and find the best optimum."""
+        """Survey, polish the best candidates, and find the best optimum."""
         self.samples = survey.samples
-        starts = self.surveyor.starts(survey)
-        self.program = self.surveyor.program
-        runs = [places for u in starts if (places := self.go(self.program, u))]
-        self.found = self.of(runs) if runs else self.nowhere(bool(starts))
+        candidates = self.surveyor.candidates(survey)
+        self.program, moving = self.surveyor.program, self.surveyor.best is not None
+        places = [self.program.place(one.u, one.motions) for one in candidates]
+        runs = [[place] for place in places if place is not None]
+        self.best = min((place for (place,) in runs), key=lambda place: place.rank, default=None)
+        self.found = self.of(runs) if runs else self.nowhere(moving)
 
     def of(self, runs: list[list[Place]]) -> Optimum:
         """The best optimum where searches came to rest."""
@@ -70,7 +72,10 @@ class Optimiser:
         runs = [places for places in runs if not places[0].beyond]
         rests = list[Rest]()
         for places in sorted(runs, key=lambda places: places[0].worst):
+            check_time()
+            self.program.tell(f"search {len(rests) + 1}")
             if all(self.promising(places[0], rest) for rest in rests):
+                self.followed += 1
                 rests.append(self.checked(self.polished(places)))
         best = min(rests, key=lambda rest: (not rest.whole, rest.found.place.worst))
         bound = min(rests, key=lambda rest: np.fmin(rest.limit, rest.found.place.worst))
@@ -201,7 +206,7 @@ class Optimiser:
 
     def confirmed(self, place: Place) -> bool:
         """Whether the starts do lead to these motions, where that is asked for."""
-        if self.program.among == "stable":
+        if self.program.among == STABLE:
             return all(motion.multiplier < 1 for motion in place.motions)
         settled = self.program.settled(place.u)
         return settled is not None and all(map(agrees, place.motions, settled))

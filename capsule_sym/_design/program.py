@@ -35,6 +35,8 @@ from capsule_sym._systems import factors_of
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 _FAR = 0.25  # a slack of stability that the next step does not use up
+STARTS, STABLE = AMONG = "starts", "stable"
+"""The motions that count: those that given starts lead to, or all stable ones."""
 KEPT = 1e-7
 """How far beyond a limit counts as within, over the size of the limit."""
 
@@ -129,10 +131,12 @@ class Program:
     """What the slack of each limit is divided by; its limit where that is not 0."""
     elastic: bool = False
     """Whether the limits themselves are what is optimised: the least slack is to be greatest."""
-    among: str = "starts"
+    among: str = STARTS
     """Which motions count: those that the "starts" lead to, or all "stable" ones."""
     progress: Callable[[str], object] | None = None
     """Called with what is done, in words."""
+    seeds: tuple[tuple[float, float, float], ...] = ()
+    """Where all count, the starts that some are looked for from."""
 
     @property
     def name(self) -> str:

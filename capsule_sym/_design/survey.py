@@ -1,25 +1,47 @@
-"""A survey of the bounds, which chooses where searches begin and in what units."""
+"""A survey of the bounds, which chooses where searches begin and in what units.
+
+Cells all over the bounds, on their faces and corners too, are run from the scenarios' starts. From
+the best of them, apart from each other or on another branch, searches climb side by side; where the
+starts do not lead to what they found, the way back is cut in parts.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from heapq import heapify, heappop, heappush
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._design import evaluation
-from capsule_sym._design.program import Program, Scenario
+from capsule_sym._design.cells import Grid
+from capsule_sym._design.climb import Places, climb, moved, places_of
+from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.program import STABLE, Program, Scenario
 from capsule_sym._design.quantities import dimensionless, of, valued
+from capsule_sym._design.settled import Settled, joined, settle_many
 from capsule_sym._errors import InvalidInput
-from capsule_sym._native import check_time, present
+from capsule_sym._native import check_time, core_of, present
+from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._parameters import SceneParameters
 
-_CELLS = 4096  # in memory at once
-_APART = 0.15  # of the bounds, between two places at which searches begin
+_CELLS = 1024  # in memory at once
+_FIRST, _MOST = 32, 128  # excitation periods of the first, and of the longest stretch of a run
+_SEEN = 256  # the same where it is seen if starts lead to a motion
+_CLIMBERS = 32  # searches side by side
+_STEPS = 30  # of each
+_PENALTY = 10.0  # units of the objective for a limit exceeded by its own unit
+_ON_FACES = 1.5  # by which every third cell is spread, and cut off at the bounds
+_WITHOUT_CORE = 8  # times fewer cells where there is no core
+_DRAWN = 2  # states at each cell, besides the starts, where all stable motions count
+_SAME = 1e-6  # distance of two states that are one
+_HOPEFUL = 0.05  # units of the objective that a polish may gain
+_APART = 1e-3  # of the bounds, between two places at which searches begin
+_PARTS, _CUTS = 8, 3  # of a way, of which the last to a place that starts lead to is cut again
+_SLIDING = 4  # places from which it is polled where starts lead
+_POLL, _POLLS = 0.02, 30  # of the bounds, how far at first, and how often
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
@@ -36,6 +58,8 @@ class Overview(NamedTuple):
     """Whether the spring is compressed somewhere."""
     stiff: bool
     """Whether it has a stiffness somewhere."""
+    motions: tuple[Settled, ...] = ()
+    """The motions of each scenario; none without the core."""
 
     def flat(self, program: Program) -> str:
         """Why no drift is possible where the metric is the same everywhere; else empty."""
@@ -68,36 +92,76 @@ class Survey(NamedTuple):
     follow: int
 
 
-def overview(program: Program, points: Matrix, scenarios: Sequence[Scenario]) -> Overview:
+class Candidate(NamedTuple):
+    """A place where a search is to begin, with the motions of the scenarios there."""
+
+    u: Vector
+    motions: tuple[Motion, ...]
+
+
+def overview(
+    program: Program,
+    points: Matrix,
+    scenarios: Sequence[Scenario],
+    states: Matrix | None = None,
+) -> Overview:
     """The objective and the slacks of some scenarios at points (n, k), in no units.
 
-    A point for which there is no time has no motion.
+    A point for which there is no time has no motion. With `states` (n, 3) runs of the first
+    scenario begin there, and those of the others on the motions that these lead to.
     """
     worst = np.full(len(points), -np.inf)
     least = np.full((len(points), len(program.limits)), np.inf)
+    kept: list[list[Settled]] = [[] for _ in scenarios]
     contact, stiff, total = 0.0, False, len(points) * len(scenarios)
     for first, (k, one) in product(range(0, len(points), _CELLS), enumerate(scenarios)):
         if present().over:
             worst[first:] = np.nan
             break
-        block = points[first : first + _CELLS]
-        program.tell(f"survey, {first * len(scenarios) + k * len(block)} of {total} runs")
-        own = [one.system(program.system_at(u)) for u in block]
-        plain = [dimensionless(system) for system in own]
-        stiff |= any(getattr(p, name) > 0 for p in plain for _, name in p.scene.facts.STOPS)
-        about = evaluation.survey(plain, one.state)
-        for i, (system, metrics) in enumerate(zip(own, about, strict=True), first):
-            if not metrics:
-                worst[i] = np.nan
-                continue
-            contact = max(contact, metrics["peak_contact"].value)
-            found = of(metrics, system)
-            value = valued("metric", program.function, found)[0] * program.sign
-            worst[i] = np.maximum(worst[i], value if np.isfinite(value) else np.inf)
-            for j, limit in enumerate(program.limits):
-                slack = limit.slack(found)[0]
-                least[i, j] = min(least[i, j], slack if np.isfinite(slack) else -np.inf)
-    return Overview(worst, least, contact > 0, stiff)
+        block = slice(first, first + _CELLS)
+        program.tell(f"survey, {first * len(scenarios) + k * len(points[block])} of {total} runs")
+        grid = Grid(program, one, points[block])
+        springs = [grid.scene.facts.PARAMETERS.index(name) for _, name in grid.scene.facts.STOPS]
+        stiff |= bool((grid.rows[:, springs] > 0).any())
+        if core_of(grid.scene) is None:
+            for i in range(len(points))[block]:
+                value, slacks, peak = _one(program, points[i], one)
+                worst[i] = np.maximum(worst[i], value)
+                least[i], contact = np.minimum(least[i], slacks), max(contact, peak)
+            continue
+        begin: Any = one.state
+        if states is not None:
+            begin = kept[0][-1].found.states if k else states[block]
+        found = settled(grid, begin, _MOST)
+        kept[k].append(found)
+        values, moving = grid.of(found.found), found.period_numbers > 0
+        contact = max(contact, found.found["peak_contact"][moving].max(initial=0.0))
+        objective = np.where(moving, values.objective, np.nan)
+        worst[block] = np.maximum(worst[block], objective)
+        least[block] = np.minimum(least[block], np.where(moving[:, None], values.slacks, np.inf))
+    return Overview(worst, least, contact > 0, stiff, tuple(joined(one) for one in kept if one))
+
+
+def settled(grid: Grid, states: ArrayLike, most: int) -> Settled:
+    """The motions that starts lead to; none where parameters are not allowed."""
+    own = [*dimensionless(grid.program.system).to_dict().values()]
+    rows = np.where(grid.allowed[:, None], grid.rows, own)
+    found = settle_many(rows, states, first=_FIRST, most=most, scene=grid.scene)
+    found.period_numbers[~grid.allowed] = 0
+    return found
+
+
+def _one(program: Program, u: Vector, scenario: Scenario) -> tuple[float, Vector, float]:
+    """Objective and slacks of a scenario at a point, and the peak of the force of contact."""
+    system = scenario.system(program.system_at(u))
+    motion = evaluation.settle(dimensionless(system), scenario.state)
+    if motion is None:
+        return np.nan, np.full(len(program.limits), np.inf), 0.0
+    found = of(motion.metrics, system)
+    value = valued("metric", program.function, found)[0] * program.sign
+    slacks = np.array([limit.slack(found)[0] for limit in program.limits])
+    slacks = np.where(np.isfinite(slacks), slacks, -np.inf)
+    return value if np.isfinite(value) else np.inf, slacks, motion.metrics["peak_contact"].value
 
 
 class Surveyor:
@@ -110,71 +174,185 @@ class Surveyor:
         self.best: tuple[float, float, Vector] | None = None
         """Of the best cell how far it is beyond limits, the metric in its own unit, variables."""
 
-    def starts(self, survey: Survey) -> list[Vector]:
-        """Where to begin: the feasible cells first, then the best, apart from each other.
+    def candidates(self, survey: Survey) -> list[Candidate]:
+        """Where to begin: feasible places first, then the best, apart from each other.
 
         The program has its units then. Raises InvalidInput where the metric has no number.
         """
-        points = spread(len(self.program.names), survey.samples, survey.seed)
-        first, *others = self.program.scenarios
-        found = overview(self.program, points, [first])
-        if others and found.flat(self.program):
-            found, others = overview(self.program, points, [first, *others]), []
+        core = core_of(self.program.system.scene) is not None
+        count = survey.samples if core else -(-survey.samples // _WITHOUT_CORE)
+        points, states = with_faces(spread(len(self.program.names), count, survey.seed)), None
+        if self.program.among == STABLE:
+            states = self._anywhere(points, survey.seed)
+            points = np.tile(points, (len(states) // count, 1))
+        found = overview(self.program, points, self.program.scenarios, states)
         if reason := found.flat(self.program):
             self.flat = reason
             return []
-        known = np.flatnonzero(np.isfinite(found.worst)).tolist()
         self.scale(found)
-        chosen = self._chosen(points, found, known, others, survey.follow)
-        if chosen and (place := self.program.begin(chosen[0])) is not None:
-            # A few cells may vary less than the objective does.
-            slope = float(abs(self.program.by_u(place.objective_by)).max())
-            if not slope and np.ptp(found.worst[known]) == 0.0:
-                told = f"{self.program.name} is {abs(found.worst[known[0]]):g}"
-                self.flat = (
-                    f"{told} at each of {len(known)} surveyed places, and nothing changes it"
+        known = np.isfinite(found.worst)
+        order = self._ranked(points, found)
+        if not len(order):
+            return []
+        check_time()
+        if not core:
+            begun = [(points[i], self.program.settled(points[i])) for i in order[: survey.follow]]
+            return [Candidate(u, motions) for u, motions in begun if motions]
+        begin = self._closed(points, found, self._apart(points, found, order))
+        slope = float(abs(begin.slope[0]).max())
+        if not slope and np.isfinite(begin.merit[0]) and np.ptp(found.worst[known]) == 0.0:
+            told = f"{self.program.name} is {abs(found.worst[order[0]]):g}"
+            self.flat = f"{told} at each of {known.sum()} surveyed places, and nothing changes it"
+            return []
+        # A few cells may vary less than the objective does.
+        self.program = replace(self.program, unit=self.program.unit * max(1.0, slope))
+        begin = self._closed(points, found, self._apart(points, found, order))
+        self.program.tell("survey, searches")
+        return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), survey)
+
+    def _anywhere(self, points: Matrix, seed: int) -> Matrix:
+        """States from which stable motions are looked for at points: the starts, and drawn ones."""
+        grid, draw = (
+            Grid(self.program, self.program.scenarios[0], points),
+            np.random.default_rng(seed),
+        )
+        p = dict(zip(grid.scene.facts.PARAMETERS, grid.rows.T, strict=True))
+        far = 2 * (1 + p["alpha"] + p[grid.scene.facts.STOPS[0][0]])
+        box = np.stack([far, far * p["omega"], far * p["omega"] / (1 + p["gamma"])], axis=1)
+        given = [np.tile(state, (len(points), 1)) for state in self.program.seeds]
+        return np.vstack([*given, *(box * draw.uniform(-1, 1, box.shape) for _ in range(_DRAWN))])
+
+    def _length(self, count: int) -> float:
+        """Half the distance between cells."""
+        return float(0.25 * count ** (-1 / len(self.program.names)))
+
+    def _ranked(self, points: Matrix, found: Overview) -> NDArray[np.intp]:
+        """The cells that have a motion, the best first."""
+        sizes = self.program.sizes[: len(self.program.limits)]
+        beyond = np.maximum(0.0, -(found.slacks / sizes).min(axis=1, initial=np.inf))
+        if self.program.margin is not None:
+            for one in found.motions:  # fewer where the time is over
+                over = abs(one.found.multipliers[:, 0]) - 1 + self.program.margin
+                over = np.where(one.period_numbers > 0, over, 0.0)
+                beyond[: len(over)] = np.maximum(beyond[: len(over)], over)
+        known = np.flatnonzero(np.isfinite(found.worst))
+        if len(known):
+            best = known[np.lexsort((found.worst[known], beyond[known]))[0]]
+            self.best = float(beyond[best]), float(found.worst[best]), points[best]
+        merit = found.worst[known] / self.program.unit + _PENALTY * beyond[known]
+        order: NDArray[np.intp] = known[np.argsort(merit, kind="stable")]
+        return order
+
+    def _apart(self, points: Matrix, found: Overview, order: NDArray[np.intp]) -> list[int]:
+        """The best cells, apart from each other: those of one branch farther than others."""
+        chosen, branches, length = list[int](), list[Any](), self._length(len(points))
+        for i in order.tolist():
+            own = tuple(one.branch(i) for one in found.motions)
+            near = abs(points[i] - points[chosen]).max(axis=1) if chosen else np.empty(0)
+            least = np.array([4.0 if own == other else 1.0 for other in branches]) * length
+            if np.all(near >= least):
+                chosen.append(i)
+                branches.append(own)
+            if len(chosen) == _CLIMBERS:
+                break
+        return chosen
+
+    def _closed(self, points: Matrix, found: Overview, chosen: Sequence[int]) -> Places:
+        """The places of some cells, with derivatives."""
+        motions = []
+        for scenario, one in zip(self.program.scenarios, found.motions, strict=True):
+            grid = Grid(self.program, scenario, points[chosen])
+            states, numbers = one.found.states[chosen], one.period_numbers[chosen]
+            motions.append(
+                performance_many(grid.rows, states, numbers, gradients=True, scene=grid.scene)
+            )
+        numbers = np.stack([one.period_numbers[chosen] for one in found.motions], axis=1)
+        return places_of(self.program, points[chosen], motions, numbers)
+
+    def _chosen(self, begin: Places, ends: Places, survey: Survey) -> list[Candidate]:
+        """The best places that the starts lead to, of the ends of searches and before."""
+        leads = self.leads(ends)
+        pool = [(ends, i) for i in np.flatnonzero(leads).tolist()]
+        best = min((float(ends.merit[i]) for _, i in pool), default=np.inf)
+        # What the starts lead to ends on the way to a better place.
+        left = np.flatnonzero(~leads & (ends.merit < best) & np.isfinite(begin.merit))
+        if len(left):
+            left = left[np.argsort(ends.merit[left], kind="stable")][: 2 * _SLIDING]
+            edges = self.slide(self._last(begin.of(left), ends.of(left)))
+            pool += [(edges, i) for i in range(len(edges))]
+        pool.sort(key=lambda one: float(one[0].merit[one[1]]))
+        found: list[Candidate] = []
+        for places, i in pool:
+            near = (abs(places.u[i] - one.u).max() < _APART for one in found)
+            hopeful = places.merit[i] < pool[0][0].merit[pool[0][1]] + _HOPEFUL
+            if hopeful and len(found) < survey.follow and not any(near):
+                found.append(self.candidate(places, i))
+        return found
+
+    def _last(self, begin: Places, ends: Places) -> Places:
+        """The best places that starts lead to on the ways from some to others."""
+        shares = np.linspace(0.0, 1.0, _PARTS + 1)[:-1]
+        last = begin
+        for _ in range(_CUTS):
+            ways = (ends.u - last.u)[:, None] * shares[:, None]
+            n = len(last)
+            every = last.of(np.repeat(np.arange(n), _PARTS))
+            there = moved(self.program, every, (last.u[:, None] + ways).reshape(n * _PARTS, -1))
+            merit = np.where(self.leads(there), there.merit, np.inf).reshape(n, _PARTS)
+            merit[:, 0] = np.minimum(merit[:, 0], last.merit)
+            chosen = merit.argmin(axis=1)
+            beyond = np.minimum(chosen + 1, _PARTS - 1)
+            at = there.of(np.arange(n) * _PARTS + beyond)
+            some = chosen > 0
+            last.put(some, there.of((np.arange(n) * _PARTS + chosen)[some]))
+            ends = replace(ends, u=np.where((chosen < _PARTS - 1)[:, None], at.u, ends.u))
+        order = np.argsort(last.merit, kind="stable")[:_SLIDING]
+        return last.of(order)
+
+    def slide(self, at: Places) -> Places:
+        """The best places next to some that the starts lead to, by polls ever nearer to them."""
+        draw, (n, k) = np.random.default_rng(0), at.u.shape
+        reach, count = np.full(n, _POLL), 2 * k + 1
+        for _ in range(_POLLS):
+            turns = np.linalg.qr(draw.normal(size=(n, k, k)))[0]
+            size = np.maximum(abs(at.slope).max(axis=1), 1e-300)
+            ways = np.concatenate([turns, -turns, -(at.slope / size[:, None])[:, None]], axis=1)
+            u = np.clip(at.u[:, None] + reach[:, None, None] * ways, 0.0, 1.0)
+            there = moved(self.program, at.of(np.repeat(np.arange(n), count)), u.reshape(-1, k))
+            better = np.flatnonzero(there.merit < np.repeat(at.merit, count))
+            merit = np.full(n * count, np.inf)
+            merit[better] = np.where(self.leads(there.of(better)), there.merit[better], np.inf)
+            chosen = merit.reshape(n, count).argmin(axis=1) + np.arange(n) * count
+            falls = merit[chosen] < at.merit
+            at.put(falls, there.of(chosen[falls]))
+            reach *= np.where(falls, 2.0, 0.4)
+        return at
+
+    def candidate(self, places: Places, i: int) -> Candidate:
+        """Place i with its motions."""
+        u, systems = places.u[i], self.program.systems_at(places.u[i])
+        motions = tuple(
+            Motion(dimensionless(system), one.of(np.array([i])), int(number))
+            for system, one, number in zip(systems, places.found, places.numbers[i], strict=True)
+        )
+        return Candidate(u, motions)
+
+    def leads(self, places: Places) -> NDArray[np.bool_]:
+        """To which places (n,) the scenarios' starts lead, of those that are to be led to."""
+        same = np.isfinite(places.merit)
+        if self.program.among == STABLE:
+            return same
+        for j, scenario in enumerate(self.program.scenarios):
+            some = np.flatnonzero(same)
+            if len(some):
+                grid = Grid(self.program, scenario, places.u[some])
+                found = settled(grid, scenario.state, _SEEN)
+                far = abs(found.found.states - places.states[some, j]).max(axis=1)
+                size = 1 + abs(places.states[some, j]).max(axis=1)
+                same[some] &= (found.period_numbers == places.numbers[some, j]) & (
+                    far <= _SAME * size
                 )
-                return []
-            self.program = replace(self.program, unit=self.program.unit * max(1.0, slope))
-        return chosen
-
-    def _chosen(
-        self,
-        points: Matrix,
-        found: Overview,
-        known: list[int],
-        others: Sequence[Scenario],
-        most: int,
-    ) -> list[Vector]:
-        """The best of the known points in all scenarios; `found` has the first one, or all."""
-        sizes = self.program.sizes[: found.slacks.shape[1]]
-
-        def ranked(
-            worst: float, slacks: Vector, i: int, whole: bool
-        ) -> tuple[float, float, int, bool]:
-            """A cell as cells are taken; not `whole` if only its first scenario is run."""
-            beyond = max(0.0, -float((slacks / sizes).min(initial=np.inf)))
-            if whole and (self.best is None or (beyond, worst) < self.best[:2]):
-                self.best = beyond, worst, points[i]
-            return beyond, worst, i, whole
-
-        cells = [ranked(float(found.worst[i]), found.slacks[i], i, not others) for i in known]
-        heapify(cells)
-        chosen: list[Vector] = []
-        # No further scenario makes a cell better: only the best have to be run in all of them.
-        while cells and len(chosen) < most:
-            check_time()
-            _, worst, i, whole = heappop(cells)
-            if any(abs(points[i] - one).max() <= _APART for one in chosen):
-                continue
-            if whole:
-                chosen.append(points[i])
-                continue
-            more = overview(self.program, points[i : i + 1], others)
-            if np.isfinite(more.worst[0]):
-                slacks = np.minimum(found.slacks[i], more.slacks[0])
-                heappush(cells, ranked(max(worst, float(more.worst[0])), slacks, i, True))
-        return chosen
+        return same
 
     def scale(self, found: Overview) -> None:
         """Measure the objective and the limits in units of what was found."""
@@ -206,3 +384,10 @@ def spread(dimension: int, count: int, seed: int) -> Any:
     steps = root ** -np.arange(1.0, dimension + 1)
     begin = np.random.default_rng(seed).uniform(size=dimension) if seed else 0.5
     return (begin + np.outer(np.arange(1, count + 1), steps)) % 1.0
+
+
+def with_faces(points: Matrix) -> Matrix:
+    """The points, every third moved away from the middle, to the bounds at most."""
+    found = points.copy()  # optima often lie at bounds
+    found[2::3] = np.clip((found[2::3] - 0.5) * _ON_FACES + 0.5, 0.0, 1.0)
+    return found

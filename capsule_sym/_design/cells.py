@@ -1,0 +1,162 @@
+"""Objective and limits of many motions at once: what `Program.at` gives of one place, in arrays.
+
+A metric is a `Slope` whose value has shape (n,) and whose slope (k, n), by the k scaled variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.evaluation import drifting
+from capsule_sym._design.program import Program, Scenario
+from capsule_sym._design.quantities import Function, valued, values_of
+from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.metrics.many import METRICS, Performances
+from capsule_sym._parameters import Scene, SceneDevice
+from capsule_sym._units import mean_power
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Values:
+    """Of n motions the objective (n,), to be least, and the slacks (n, limits), in no units.
+
+    Derivatives (n, k) and (n, limits, k) are by the scaled variables. What has no number is
+    infinite: the worst there is.
+    """
+
+    objective: Vector
+    objective_by: Matrix
+    slacks: Matrix
+    slacks_by: NDArray[np.float64]
+
+
+class Grid:
+    """The parameters of a scenario at points u (n, k) of a program, and metrics there."""
+
+    def __init__(self, program: Program, scenario: Scenario, u: Matrix) -> None:
+        self.program, self.count = program, len(u)
+        system, span = program.system, program.high - program.low
+        self.scene: Scene = system.scene
+        at = np.where(u == 1.0, program.high, program.low + u * span)
+        given: dict[str, Slope] = {
+            name: Slope(value, 0.0) for name, value in values_of(system).items()
+        }
+        for i, name in enumerate(program.names):
+            slope = np.zeros((len(span), 1))
+            slope[i] = span[i]
+            given[name] = Slope(at[:, i], slope)
+        for name, by in scenario.factors.items():
+            given[name] = given[name] * by
+        self.own = self.scene.values(**given)
+        self.device = isinstance(system, SceneDevice)
+        with np.errstate(all="ignore"):
+            ratios = self.own.ratios() if self.device else given
+        plain = [_lifted(ratios[name]) for name in self.scene.facts.PARAMETERS]
+        self.rows = np.array([np.broadcast_to(one.value, self.count) for one in plain]).T.copy()
+        """The dimensionless parameters, (n, p)."""
+        shape = len(span), self.count
+        self.rows_by = np.array([np.broadcast_to(one.slope, shape) for one in plain])
+        """Their derivatives by the scaled variables, (p, k, n)."""
+
+    @property
+    def allowed(self) -> NDArray[np.bool_]:
+        """Which points have parameters that the scene allows, (n,)."""
+        low, high = np.array([*self.scene.facts.RANGES.values()]).T
+        found: NDArray[Any] = ((self.rows >= low) & (self.rows <= high)).all(axis=1)
+        gaps = [self.scene.facts.PARAMETERS.index(name) for name, _ in self.scene.facts.STOPS]
+        return found & (self.rows[:, gaps].sum(axis=1) > 0) if len(gaps) > 1 else found
+
+    def of(self, found: Performances) -> Values:
+        """Objective and slacks of one motion at each point; nan where it is not closed."""
+        values, gradients = found.values, found.gradients.copy()
+        drift = np.isin(METRICS, ("velocity", "progression"))
+        at_rest = ~drifting(
+            self.scene, self.rows, found.fields, values, abs(found.multipliers[:, 0])
+        )
+        values[at_rest[:, None] & drift] = 0.0
+        gradients[at_rest[:, None] & drift] = 0.0
+        with np.errstate(all="ignore"):
+            by = np.einsum("nmp,pkn->mkn", gradients, self.rows_by)
+            metrics = {name: Slope(values[:, i], by[i]) for i, name in enumerate(METRICS)}
+            every = self._with_derived(metrics)
+            objective, slope = self._valued("metric", self.program.function, every, "")
+            objective, slope = objective * self.program.sign, slope * self.program.sign
+            slacks = np.empty((self.count, len(self.program.limits)))
+            slacks_by = np.empty((*slacks.shape, len(self.program.names)))
+            for j, limit in enumerate(self.program.limits):
+                held, by_u = self._valued("subject_to", limit.function, every, limit.text)
+                slacks[:, j] = np.where(
+                    np.isfinite(held), (held - limit.value) * limit.sign, -np.inf
+                )
+                slacks_by[:, j] = by_u * limit.sign
+        return Values(np.where(np.isfinite(objective), objective, np.inf), slope, slacks, slacks_by)
+
+    def _with_derived(self, metrics: Mapping[str, Slope]) -> dict[str, Slope]:
+        """All metrics and parameters by name, in SI units where the system is a device."""
+        plain = dict(zip(self.scene.facts.PARAMETERS, self.rows.T, strict=True))
+        own = {
+            name: Slope(plain[name], self.rows_by[i])
+            for i, name in enumerate(self.scene.facts.PARAMETERS)
+        }
+        work = metrics["work"]
+        forward = np.where(metrics["velocity"].value < 0, -1.0, 1.0)
+        way = metrics["progression"] * forward
+        nowhere = Slope(np.full(self.count, np.inf), 0 * work.slope)
+        cost = nowhere
+        for sign, bound in self.scene.facts.BOUNDS.items():
+            there = (forward == sign) & (way.value > 0)
+            cost = _where(there, work / (own[bound] * way), cost)
+        found = dict(metrics) | {
+            "speed": metrics["velocity"] * forward,
+            "power": mean_power(work, own["omega"]),
+            "speed_per_work": _where(work.value > 0, way / work, 0 * work),
+            "cost_of_transport": cost,
+        }
+        if self.device:
+            scaled = {name: one * self.own.scale(name) for name, one in found.items()}
+            found = scaled
+        every: dict[str, Slope] = found | vars(self.own)
+        return every
+
+    def _valued(
+        self, field: str, function: Function, every: Mapping[str, Slope], text: str
+    ) -> tuple[Vector, Matrix]:
+        """Values (n,) and derivatives (n, k) of a function of the metrics, in one go or by one."""
+        shape = self.count, len(self.program.names)
+        try:
+            found: Any = function(every)
+            value = np.broadcast_to(np.asarray(found.value), self.count)
+            slope = np.broadcast_to(np.asarray(found.slope, dtype=float), shape[::-1]).T
+            if np.iscomplexobj(value) or not isinstance(found, Slope):
+                raise TypeError
+        except Exception:  # a function that is none of arrays, or none at all: see one by one
+            value, slope = np.empty(self.count), np.zeros(shape)
+            full = shape[::-1]
+            for i in range(self.count):
+                one = {
+                    name: Slope(
+                        float(np.broadcast_to(each.value, self.count)[i]),
+                        np.broadcast_to(each.slope, full)[:, i],
+                    )
+                    for name, each in every.items()
+                }
+                value[i], slope[i] = valued(field, function, one, text)
+        return value.astype(float), np.where(np.isfinite(value)[:, None], slope, 0.0)
+
+
+def _lifted(value: Any) -> Slope:
+    return value if isinstance(value, Slope) else Slope(value, 0.0)
+
+
+def _where(condition: NDArray[np.bool_], one: Slope, other: Slope) -> Slope:
+    """A quantity that is one of two, by a condition (n,)."""
+    value = np.where(condition, one.value, other.value)
+    return Slope(value, np.where(condition, one.slope, other.slope))

@@ -1,0 +1,132 @@
+"""The steady motions that many starts lead to, closed in batches by the core."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._map.itinerary import begun
+from capsule_sym._map.many import simulate_many
+from capsule_sym._map.steady import LONGEST
+from capsule_sym._native import present
+from capsule_sym._orbits.metrics.many import MOST_SEGMENTS, Performances, performance_many
+from capsule_sym._parameters import Scene
+
+_REPEATED = 1e-2  # change over its periods, in units of the motion's size, at which it is closed
+_NEAR = 1e-2  # distance of the closed motion from the run that led to it
+_ARRIVED = 1e-7  # distance at which a run is on its motion
+Vector = NDArray[np.float64]
+
+
+class Settled(NamedTuple):
+    """The motions of n starts: closed ones, and how many excitation periods each takes, (n,).
+
+    The number is 0 where a start was not seen to lead to a motion.
+    """
+
+    found: Performances
+    period_numbers: NDArray[np.int64]
+
+    def branch(self, i: int) -> tuple[int, ...]:
+        """Period number and itinerary of motion i."""
+        return branch_of(self.found, i, int(self.period_numbers[i]))
+
+
+def branch_of(found: Performances, i: int, period_number: int) -> tuple[int, ...]:
+    """Period number and fields of one period of motion i, begun as its itinerary is."""
+    passed = found.fields[i][: found.records["segments"][i]].tolist()
+    if len(passed) > 1 and passed[0] == passed[-1]:
+        passed.pop()
+    return (period_number, *begun(passed, found.scene))
+
+
+def joined(parts: Sequence[Settled]) -> Settled:
+    """Motions of several blocks as one."""
+    first = parts[0].found
+    records, stops, fields = (
+        np.concatenate([getattr(one.found, name) for one in parts])
+        for name in ("records", "stops", "fields")
+    )
+    numbers = np.concatenate([one.period_numbers for one in parts])
+    return Settled(Performances(records, stops, fields, first.scene), numbers)
+
+
+def settle_many(
+    rows: Vector,
+    states: ArrayLike,
+    phases: ArrayLike = 0.0,
+    *,
+    first: int,
+    most: int,
+    gradients: bool = False,
+    scene: Scene,
+) -> Settled:
+    """The motions that starts (n, 3) lead to, at rows (n, k) of the parameters of a scene.
+
+    Each run is looked at after `first` excitation periods; what has not settled goes on for twice
+    as long, and so on for stretches of at most `most`.
+    """
+    count = len(rows)
+    stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
+    records, numbers = np.zeros(count, scene.interface.ORBIT), np.zeros(count, np.int64)
+    left, length = np.arange(count), first
+    begin = np.broadcast_to(np.asarray(states, dtype=float), (count, 3))
+    at = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
+    while len(left) and length <= most and not present().over:
+        run = simulate_many(
+            rows[left],
+            begin,
+            at,
+            length,
+            keep="stroboscopic",
+            max_seconds=present().left,
+            scene=scene,
+        )
+        left = left[run.success]
+        seen = min(length, 2 * LONGEST + 1)
+        marks = run.kept[run.offsets[1:][run.success, None] + np.arange(-seen, 0)]
+        found, number = _arrived(rows[left], marks, gradients, scene)
+        here = left[number > 0]
+        records[here], fields[here] = found.records[number > 0], found.fields[number > 0]
+        numbers[here] = number[number > 0]
+        begin, at = marks[number == 0, -1], np.zeros(int((number == 0).sum()))
+        left, length = left[number == 0], 2 * length
+    return Settled(Performances(records, stops, fields, scene), numbers)
+
+
+def _arrived(
+    rows: Vector, marks: Vector, gradients: bool, scene: Scene
+) -> tuple[Performances, NDArray[np.int64]]:
+    """The motions that the ends of n runs are on, by their last stroboscopic states (n, m, 3)."""
+    count, last = len(rows), marks[:, -1]
+    stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
+    records, numbers = np.zeros(count, scene.interface.ORBIT), np.zeros(count, np.int64)
+    size, least = 1 + abs(marks[:, -LONGEST:]).max(axis=(1, 2), initial=0.0), np.full(count, np.inf)
+    for number in range(1, min(LONGEST, (marks.shape[1] - 1) // 2) + 1):
+        before = marks[:, -1 - number]
+        change = abs(last - before).max(axis=1)
+        # Where another number of periods repeats better, this one is not looked at.
+        some = np.flatnonzero((change <= _REPEATED * size) & (change < least) & (numbers == 0))
+        if not len(some):
+            continue
+        least[some] = change[some]
+        found = performance_many(rows[some], last[some], number, gradients=gradients, scene=scene)
+        good = attracting(found, gradients)
+        far = abs(last[some] - found.states).max(axis=1)
+        nearer = (far <= _NEAR * size[some]) & (far < abs(before[some] - found.states).max(axis=1))
+        # The run is on it, or comes closer to it period by period.
+        good &= (far <= _ARRIVED * size[some]) | nearer
+        records[some[good]], fields[some[good]] = found.records[good], found.fields[good]
+        numbers[some[good]] = number
+    return Performances(records, stops, fields, scene), numbers
+
+
+def attracting(found: Performances, gradients: bool = False) -> NDArray[np.bool_]:
+    """Which motions are closed, attract those near them, and have all numbers, shape (n,)."""
+    with np.errstate(invalid="ignore"):
+        good: NDArray[Any] = found.closed & (abs(found.multipliers[:, 0]) < 1)
+    good &= np.isfinite(found.values).all(axis=1)
+    return good & np.isfinite(found.gradients).all(axis=(1, 2)) if gradients else good
