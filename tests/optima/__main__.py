@@ -26,7 +26,7 @@ from tests.orbits.kept import Record, kept
 WORSE, SEEDS_APART = 1e-6, 1e-9
 ENDED = ("optimal", "optimal-at-border")
 BESIDE = 8  # places next to an answer
-LIMIT = 120.0  # seconds after which an answer is given up
+LIMIT = 60.0  # seconds after which an answer is given up
 
 
 def forced(number: int, cells: int) -> Record:
