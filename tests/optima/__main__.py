@@ -138,6 +138,7 @@ def report(known: list[Record], answers: list[Record], out: Path | None) -> int:
     rows = {
         "problems": len(misses),
         "missed by more than 1e-6": sum(miss > WORSE for miss in misses),
+        "brute force is worse by as much": sum(miss < -WORSE for miss in misses),
         "worst miss": f"{max(misses, default=0):.3g}",
         "seeds differ by more than 1e-9": sum(spread > SEEDS_APART for spread in spreads),
         "largest difference of seeds": f"{max(spreads, default=0):.3g}",
