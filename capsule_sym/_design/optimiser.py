@@ -20,7 +20,7 @@ from capsule_sym._map.dragging import mean_force
 from capsule_sym._native import check_time
 from capsule_sym._parameters import SceneDevice
 
-_HOPEFUL = 0.2  # units of the objective that a polish may gain
+_HOPEFUL = 0.05  # units of the objective that a polish may gain, if none has gained more
 _SAME = 1e-6  # of the bounds: one place
 _REACH = 0.05  # of the bounds, of the first box of places that the starts lead to
 _NEAR = 1e-4  # the same where no border of what the starts lead to is known
@@ -70,23 +70,19 @@ class Optimiser:
             if runs[0][0].beyond:
                 return self.infeasible(runs[0][0])
         runs = [places for places in runs if not places[0].beyond]
-        rests = list[Rest]()
+        rests, hope = list[Rest](), _HOPEFUL
         for places in sorted(runs, key=lambda places: places[0].worst):
             check_time()
             self.program.tell(f"search {len(rests) + 1}")
-            if all(self.promising(places[0], rest) for rest in rests):
+            if all(promising(places[0], rest, hope) for rest in rests):
                 self.followed += 1
                 rests.append(self.checked(self.polished(places)))
+                hope = max(hope, 2 * (places[0].worst - rests[-1].found.place.worst))
         best = min(rests, key=lambda rest: (not rest.whole, rest.found.place.worst))
         bound = min(rests, key=lambda rest: np.fmin(rest.limit, rest.found.place.worst))
         if bound.limit < best.found.place.worst:  # what is best is elsewhere, and not reached
             best = replace(best, bifurcation=bound.bifurcation, limit=bound.limit)
         return self.optimum(best)
-
-    def promising(self, place: Place, rest: Rest) -> bool:
-        """Whether a place may lead to more than an optimum that was found."""
-        found = rest.found.place
-        return place.worst < found.worst + _HOPEFUL and abs(place.u - found.u).max() > _SAME
 
     def optimum(self, rest: Rest) -> Optimum:
         """The result of a place, with a hint where it needs one."""
@@ -210,6 +206,12 @@ class Optimiser:
             return all(motion.multiplier < 1 for motion in place.motions)
         settled = self.program.settled(place.u)
         return settled is not None and all(map(agrees, place.motions, settled))
+
+
+def promising(place: Place, rest: Rest, hope: float) -> bool:
+    """Whether a place may lead to more than an optimum that was found, if it gains so much."""
+    found = rest.found.place
+    return place.worst < found.worst + hope and abs(place.u - found.u).max() > _SAME
 
 
 def _beside_dragging(found: Optimum) -> str:
