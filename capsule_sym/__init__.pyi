@@ -45,6 +45,10 @@ from capsule_sym._design.steering import Break as Break
 from capsule_sym._design.steering import Steering as Steering
 from capsule_sym._design.steering import SteeringStatus as SteeringStatus
 from capsule_sym._design.steering import steer as steer
+from capsule_sym._design.tolerances import Probability as Probability
+from capsule_sym._design.tolerances import Tolerances as Tolerances
+from capsule_sym._design.tolerances import tolerances as tolerances
+from capsule_sym._design.variance import MetricSpread as MetricSpread
 from capsule_sym._enclosures.certificates.certify import certify_bifurcation as certify_bifurcation
 from capsule_sym._enclosures.certificates.certify import certify_orbit as certify_orbit
 from capsule_sym._enclosures.certificates.certify import certify_run as certify_run
@@ -83,6 +87,7 @@ from capsule_sym._figures.style import save_figure as save_figure
 from capsule_sym._figures.sweeps import plot_basin as plot_basin
 from capsule_sym._figures.sweeps import plot_pareto as plot_pareto
 from capsule_sym._figures.switching import plot_switching as plot_switching
+from capsule_sym._figures.tolerances import plot_tolerances as plot_tolerances
 from capsule_sym._map.many import Trajectories as Trajectories
 from capsule_sym._map.many import simulate_many as simulate_many
 from capsule_sym._map.segments import Instant as Instant

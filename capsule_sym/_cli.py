@@ -103,6 +103,7 @@ for _name, _module, _text in (
     ("steer", "optimise", "Find the best drives both ways, and a path."),
     ("pulse", "pulse", "Switch to another motion by a pulse of the drive."),
     ("fit", "fit", "Find parameters from measured series."),
+    ("tolerances", "tolerances", "Show what tolerances do to metrics."),
     ("figure", "figures", "Draw a figure of the case study."),
     ("diagram", "figures", "Draw branches of orbits, labelled."),
     ("sweep-figure", "figures", "Draw the results of a sweep or a basin."),

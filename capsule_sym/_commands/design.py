@@ -23,8 +23,11 @@ from capsule_sym._commands.optimise import (
     with_unit,
 )
 from capsule_sym._commands.signature import command
+from capsule_sym._commands.tolerances import print_tolerances
 from capsule_sym._design.counts import POINTS
 from capsule_sym._errors import InvalidInput
+
+_SAMPLES = 1024  # of tolerances
 
 
 @command()
@@ -45,7 +48,8 @@ def design(
 
     The drive is alpha and omega, or P_d and Omega of a device; without --over it goes from a tenth
     of the friction force to twice that, and from half the natural frequency to one and a half.
-    With --tolerance there is also the most robust one: that whose worst motion is fastest.
+    With --tolerance there is also the most robust one: that whose worst motion is fastest, and how
+    speed and cost spread there.
 
     Exits with 2 where the constraints cannot be satisfied, and with 3 where an optimum is missing.
     """
@@ -58,7 +62,7 @@ def design(
     which = device or parameters
     bounds = over or usual_drive(which)
     scenarios_of(((0.0, 0.0, 0.0),), tolerances, which)  # refused before work begins
-    watch = Watch(checked_seconds(max_seconds))
+    watch, spread = Watch(checked_seconds(max_seconds)), None
     with telling("") as progress:
 
         def asked(doing: str) -> dict[str, Any]:
@@ -83,6 +87,15 @@ def design(
         if tolerances:
             robust = {"tolerances": tolerances, **asked("Robust")}
             found["most robust"] = capsule_sym.optimise("speed", bounds, which, **robust)
+            if found["most robust"].orbits:
+                spread = capsule_sym.tolerances(
+                    metrics,
+                    tolerances,
+                    found["most robust"].system,
+                    samples=_SAMPLES,
+                    max_seconds=watch.left,
+                    progress=lambda said: progress(f"Tolerances: {said}"),
+                )
     for one in found.values():
         if one.status is capsule_sym.OptimumStatus.INFEASIBLE:
             raise InvalidInput("subject_to", list(subject_to), f"possible: {one.message}")
@@ -91,17 +104,23 @@ def design(
             **{name.replace(" ", "_"): one.to_dict() for name, one in found.items()},
             "front": front.to_dict(),
             "steering": steering.to_dict(),
+            **({} if spread is None else {"tolerances": spread.to_dict()}),
         }
     )
 
     def show() -> None:
         _print(found, units_of(which))
+        if spread is not None:
+            print_tolerances(spread)
         print_steering(steering)
 
     files = {"design.json": record, "front.csv": table_of(front), "path.csv": table_of(steering)}
     pictures = {"front.svg": drawing("front", front)} if front.points else {}
     if steering.branches:
         pictures["path.svg"] = drawing("steering", steering)
+    if spread is not None and spread.metrics:
+        files["tolerances.csv"] = table_of(spread)
+        pictures["tolerances.svg"] = drawing("tolerances", spread)
     present.result(lambda: record, show, as_json, out, lambda: files, pictures)
     missing = {name: one.message for name, one in found.items() if not one.success}
     if front.status is capsule_sym.OptimumStatus.TIME_LIMIT:

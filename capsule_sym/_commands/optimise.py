@@ -38,7 +38,7 @@ class NamedRange(options.Range):
         return name, (options.Range.convert(options.Range(), ends, param, ctx) if mark else None)
 
 
-def _by_name(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> dict[str, Any]:
+def by_name(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> dict[str, Any]:
     """Pairs as a dictionary; raises InvalidInput for a name that is there twice."""
     found = dict(pairs)
     if len(found) < len(pairs):
@@ -50,7 +50,7 @@ over_option = option(
     "A parameter that varies, and its bounds: dimensionless, or of the device. Any number.",
     type=NamedRange(),
     multiple=True,
-    callback=_by_name,
+    callback=by_name,
 )
 subject_option = option(
     "A constraint, such as 'peak_force <= 2'. Any number.",
@@ -64,7 +64,7 @@ tolerance_option = option(
     "--tolerance",
     type=(str, float),
     multiple=True,
-    callback=_by_name,
+    callback=by_name,
     metavar="NAME SHARE",
 )
 _search = several(
@@ -205,7 +205,9 @@ def table_of(found: Any) -> tuple[list[dict[str, Any]], list[str]]:
 
 def drawing(name: str, found: Any) -> Callable[[], Figure]:
     """What draws a result: a front, a steering or a fit."""
-    draw = {"front": "plot_front", "steering": "plot_steering", "fit": "plot_residuals"}[name]
+    draw = {"front": "plot_front", "steering": "plot_steering", "fit": "plot_residuals"}.get(
+        name, f"plot_{name}"
+    )
     return lambda: getattr(capsule_sym, draw)(found)
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from capsule_sym._design.steering import Steering
 
 
-def _label(name: str, system: Any) -> str:
+def metric_label(name: str, system: Any) -> str:
     """A quantity with its unit where the system is a device, else as elsewhere."""
     from capsule_sym._design.quantities import units_of
     from capsule_sym._units import METRIC_UNITS
@@ -55,8 +55,8 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
         chosen = [str(point.status) == status for point in front.points]
         mark, colour, label = kinds.get(status, ("x", "0.4", "not proved an optimum"))
         axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=label)
-    axes.set_ylabel(_label(front.metrics[0], system))
-    axes.set_xlabel(_label(front.metrics[1], system))
+    axes.set_ylabel(metric_label(front.metrics[0], system))
+    axes.set_xlabel(metric_label(front.metrics[1], system))
     axes.legend(loc="best")
     return describe(figure, f"Pareto front of {front.metrics[0]} and {front.metrics[1]}")
 
@@ -82,11 +82,11 @@ def plot_steering(
     upper, middle, lower = page.subplots(3, sharex=True)
     upper.plot(share, columns["velocity"], color=STABLE)
     upper.axhline(0.0, color="0.6", linewidth=0.6)
-    upper.set_ylabel(_label("velocity", system))
+    upper.set_ylabel(metric_label("velocity", system))
     for place, name in enumerate(steering.names):
         row = middle if place == 0 else middle.twinx()
         row.plot(share, columns[name], color=SERIES[place])
-        row.set_ylabel(_label(name, system), color=SERIES[place])
+        row.set_ylabel(metric_label(name, system), color=SERIES[place])
     lower.plot(share, columns["largest_multiplier"], color=UNSTABLE)
     lower.axhline(1.0, color="0.6", linewidth=0.6)
     lower.set_ylabel("largest multiplier")

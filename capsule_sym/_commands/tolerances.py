@@ -1,0 +1,138 @@
+"""The command `tolerances`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import capsule_sym
+from capsule_sym._commands import options, present
+from capsule_sym._commands.optimise import (
+    by_name,
+    end,
+    report,
+    telling,
+    tolerance_option,
+    units_of,
+    with_unit,
+)
+from capsule_sym._commands.signature import command, option
+from capsule_sym._design.counts import SEED
+from capsule_sym._errors import InvalidInput
+
+
+@command()
+def tolerances(
+    system: options.System = options.parameters(),
+    metric: tuple[str, ...] = option(
+        "A metric, or arithmetic of metrics. Any number.", multiple=True, type=str, metavar="METRIC"
+    ),
+    shares: dict[str, float] = tolerance_option,
+    normal: dict[str, float] = option(
+        "A parameter that is normally distributed, with this standard deviation as a share. Any "
+        "number.",
+        "--normal",
+        type=(str, float),
+        multiple=True,
+        callback=by_name,
+        metavar="NAME SHARE",
+    ),
+    samples: int = options.count("Samples, a power of two.", 4096),
+    seed: int = options.count("Decides the samples.", 0, *SEED),
+    state: tuple[float, float, float] = options.state(),
+    max_seconds: float = options.max_seconds(),
+    out: options.Path | None = options.out(
+        "Write the JSON, the indices as CSV and the picture here."
+    ),
+    as_json: bool = options.as_json,
+) -> None:
+    """Show how tolerances of parameters spread metrics, and which of them matters.
+
+    With --tolerance a parameter lies evenly within a share below and above its value. Each metric
+    has its mean, deviation and quantiles over the samples, and Sobol's indices: the shares of its
+    variance by each parameter. Besides, how probably the motion changes its itinerary or its
+    attractor.
+
+    Exits with 3 where the time is over.
+    """
+    options.require("design", "scipy")
+    parameters, device = system.load()
+    which = device or parameters
+    over: dict[str, Any] = dict(shares)
+    for name, share in normal.items():
+        if name in over:
+            raise InvalidInput("--normal", name, "a parameter without --tolerance")
+        over[name] = _normal(which, name, share)
+    with telling("Sampling") as progress:
+        found = capsule_sym.tolerances(
+            metric or ("velocity",),
+            over,
+            which,
+            start=state,
+            samples=samples,
+            seed=seed,
+            max_seconds=max_seconds,
+            progress=progress,
+        )
+    report(found, "tolerances", lambda: print_tolerances(found), out, as_json)
+    end(found)
+
+
+def _normal(which: Any, name: str, share: float) -> Any:
+    """A normal distribution about a parameter's value; raises InvalidInput."""
+    from scipy.stats import norm
+
+    nominal = getattr(which, name, None)
+    if not isinstance(nominal, float):
+        raise InvalidInput("--normal", name, "a parameter")
+    if not (0 < share < 1 and nominal):
+        raise InvalidInput(
+            f"deviation of {name}", share, "a share between 0 and 1 of a value not 0"
+        )
+    return norm(nominal, share * abs(nominal))
+
+
+def print_tolerances(found: capsule_sym.Tolerances) -> None:
+    """Print the spread of each metric, its indices, and how probably the motion changes."""
+    if not found.metrics:
+        return
+    units = units_of(found.system)
+    heads = ("metric", "nominal", "mean", "deviation", "2.5 %", "97.5 %")
+    rows = [
+        (
+            one.metric.replace("_", " "),
+            *(
+                with_unit(value, units.get(one.metric, ""))
+                for value in (
+                    one.nominal,
+                    one.mean,
+                    one.deviation,
+                    *(one.quantiles[:1] + one.quantiles[-1:]),
+                )
+            ),
+        )
+        for one in found.metrics
+    ]
+    present.table(heads, rows, right=heads[1:], gap=2)
+    columns = found.columns
+    heads = ("metric", "parameter", "first order", "95 %", "total", "95 %")
+    rows = [
+        (
+            one.replace("_", " "),
+            name,
+            f"{columns['first_order'][i]:.3f}",
+            f"{columns['first_order_low'][i]:.3f} to {columns['first_order_high'][i]:.3f}",
+            f"{columns['total'][i]:.3f}",
+            f"{columns['total_low'][i]:.3f} to {columns['total_high'][i]:.3f}",
+        )
+        for i, (one, name) in enumerate(zip(columns["metric"], columns["parameter"], strict=True))
+    ]
+    present.table(heads, rows, right=heads[2:], gap=2)
+    told = {
+        "periodic motion": found.periodic,
+        "another itinerary": found.changed,
+        "another attractor": found.elsewhere,
+        "the motion is lost": found.lost,
+    }
+    present.grid(
+        (name, f"{one.value:.4g} ({one.low:.4g} to {one.high:.4g})") for name, one in told.items()
+    )

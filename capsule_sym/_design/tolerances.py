@@ -1,0 +1,341 @@
+"""How tolerances of parameters spread the metrics of a steady motion, and which of them matters.
+
+Monte Carlo on a scrambled Sobol sequence, and Sobol's indices of the variance (Saltelli 2010), both
+by SciPy. Every sample's motion is the one that the start leads to there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._attractors.attractors import interval
+from capsule_sym._design.cells import Grid
+from capsule_sym._design.continued import continued
+from capsule_sym._design.counts import SEED
+from capsule_sym._design.optimise import program_of, system_of
+from capsule_sym._design.program import Program
+from capsule_sym._design.quantities import (
+    Function,
+    System,
+    allowed,
+    function_of,
+    named,
+    real,
+    record,
+)
+from capsule_sym._design.settled import Settled, joined, settle_many
+from capsule_sym._design.variance import MetricSpread, spreads
+from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.labelled import Labelled, package
+from capsule_sym._native import Watch, check_time
+from capsule_sym._parameters import names_of
+
+_FIRST, _MOST = 64, 1024  # excitation periods after which a run is looked at, and at most
+_BLOCK = 4096  # runs between two looks at the time
+_SHOWN = 5  # itineraries, the most frequent ones
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+
+class Probability(NamedTuple):
+    """A share of samples, and its 95 % interval by Clopper and Pearson."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Tolerances(Labelled):
+    """The spread of metrics under tolerances of the parameters, and how often the motion changes.
+
+    All is in SI units where the system is a device, else dimensionless.
+    """
+
+    system: System
+    """The nominal parameters."""
+    names: tuple[str, ...]
+    """The k parameters that vary."""
+    metrics: tuple[MetricSpread, ...]
+    """What each metric comes to."""
+    samples: int
+    """Samples of the Monte Carlo, n; the indices take k + 2 runs for each."""
+    itinerary: tuple[str, ...]
+    """Fields of the nominal motion."""
+    periodic: Probability
+    """How probably the start leads to a periodic motion."""
+    changed: Probability
+    """How probably its itinerary, or its period number, is not the nominal one."""
+    elsewhere: Probability
+    """How probably the nominal motion is still there, but the start leads to another attractor."""
+    lost: Probability
+    """How probably the nominal motion, continued to the sample, is not there as a stable one."""
+    itineraries: tuple[tuple[str, float], ...]
+    """The most frequent itineraries, with their shares of the samples."""
+    parameters: Matrix
+    """Values of the parameters in each sample, shape (n, k)."""
+    values: Matrix
+    """Metrics of each sample, shape (n, metrics); nan where there is no number."""
+    status: Status
+    """How it ended."""
+    message: str
+    """The same as a sentence."""
+    dimension = "index"
+
+    @property
+    def success(self) -> bool:
+        """Whether all samples were run."""
+        return self.status is Status.FINISHED
+
+    def __repr__(self) -> str:
+        told = ", ".join(
+            f"{one.metric} {one.mean:.4g} +- {one.deviation:.2g}" for one in self.metrics
+        )
+        return f"<Tolerances of {', '.join(self.names)}: {told}>"
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Sobol's indices: a row for each metric and parameter."""
+        pairs = [(one, k) for one in self.metrics for k in range(len(self.names))]
+        return {
+            "metric": np.array([one.metric for one, _ in pairs], np.str_),
+            "parameter": np.array([self.names[k] for _, k in pairs], np.str_),
+            "first_order": np.array([one.first[k] for one, k in pairs]),
+            "first_order_low": np.array([one.first_interval[k, 0] for one, k in pairs]),
+            "first_order_high": np.array([one.first_interval[k, 1] for one, k in pairs]),
+            "total": np.array([one.total[k] for one, k in pairs]),
+            "total_low": np.array([one.total_interval[k, 0] for one, k in pairs]),
+            "total_high": np.array([one.total_interval[k, 1] for one, k in pairs]),
+        }
+
+    def attributes(self) -> dict[str, Any]:
+        """How it ended."""
+        return {"status": str(self.status), "message": self.message}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The results by name, of numbers, texts and lists, without the samples."""
+        told = record(self, "success status message names samples itinerary")
+        chances = {
+            name: getattr(self, name)._asdict()
+            for name in ("periodic", "changed", "elsewhere", "lost")
+        }
+        metrics = [
+            {
+                name: value.tolist() if isinstance(value, np.ndarray) else value
+                for name, value in one._asdict().items()
+            }
+            for one in self.metrics
+        ]
+        return told | chances | {"itineraries": self.itineraries, "metrics": metrics}
+
+
+def tolerances(
+    metrics: str | Function | Sequence[str | Function],
+    over: Mapping[str, Any],
+    base: System | None = None,
+    *,
+    start: Sequence[float] = (0.0, 0.0, 0.0),
+    samples: int = 4096,
+    seed: int = 0,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
+) -> Tolerances:
+    """The spread of metrics of the steady motion where parameters have tolerances.
+
+    `metrics` are one or several, as in `optimise`. `over` has for each parameter that varies a
+    share, such as {"mu": 0.1} for values evenly from 10 % below the nominal one to 10 % above it,
+    or a frozen distribution of SciPy, of the parameter's values. `base` has the nominal ones. The
+    motion of a sample is the one that `start`, a state (x_r, v_r, v_c) at phase 0, dimensionless,
+    leads to there. `samples` is a power of two. Given are mean, deviation, quantiles, and Sobol's
+    indices of first order and total, with intervals by bootstrap; a sample without a number, such
+    as one without a periodic motion, counts there as the mean. Besides, how probably the motion
+    changes: its itinerary, or its attractor.
+
+    After `max_seconds` nothing is given but the status. Raises InvalidInput for names, values and
+    distributions that are not allowed, and where a sample leaves the range of a parameter.
+    """
+    system = system_of(base)
+    given = [metrics] if isinstance(metrics, str) or callable(metrics) else metrics
+    if not isinstance(given, Sequence) or not given:
+        raise InvalidInput("metrics", metrics, "a metric or several")
+    functions = [function_of("metrics", one, system) for one in given]
+    spread = _distributions(over, system)
+    check_count("samples", samples, 64, 2**20)
+    if samples & (samples - 1):
+        raise InvalidInput("samples", samples, "a power of two")
+    check_count("seed", seed, *SEED)
+    # The two halves of the columns are two samples, from which the indices mix their own.
+    cubes = _sobol(2 * len(spread), samples, seed)
+    one, other = (
+        np.array([spread[name].ppf(part) for name, part in zip(spread, half.T, strict=True)]).T
+        for half in np.split(cubes, 2, axis=1)
+    )
+    sampling = _Sampling(system, tuple(spread), functions, (one, other), start, seed, progress)
+    with Watch(checked_seconds(max_seconds)):
+        return sampling.run()
+    return sampling.unfinished()
+
+
+def _sobol(dimension: int, count: int, seed: int) -> Matrix:
+    """Points of a scrambled Sobol sequence within (0, 1), shape (count, dimension)."""
+    sequence = package("scipy.stats.qmc", "design").Sobol(
+        dimension, rng=np.random.default_rng(seed)
+    )
+    found: Matrix = sequence.random(count).clip(2.0**-53, 1 - 2.0**-53)
+    return found
+
+
+def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
+    """A frozen distribution for each parameter that varies; raises InvalidInput."""
+    if not isinstance(over, Mapping) or not over:
+        raise InvalidInput("over", over, "one parameter or more, each with its tolerance")
+    found, stats = {}, package("scipy.stats", "design")
+    for name, by in over.items():
+        if name not in names_of(system):
+            raise InvalidInput("over", name, f"of {', '.join(names_of(system))}")
+        nominal = float(getattr(system, name))
+        if real(by) and 0 < by < 1:
+            if not nominal:
+                raise InvalidInput(f"tolerance of {name}", by, "a distribution, as its value is 0")
+            found[name] = stats.uniform(nominal - by * abs(nominal), 2 * by * abs(nominal))
+        elif callable(getattr(by, "ppf", None)):
+            found[name] = by
+        else:
+            told = "a share between 0 and 1, or a frozen distribution of SciPy"
+            raise InvalidInput(f"tolerance of {name}", by, told)
+    return found
+
+
+class _Sampling:
+    """The samples of parameters and what they lead to."""
+
+    def __init__(
+        self,
+        system: System,
+        names: tuple[str, ...],
+        functions: Sequence[Function],
+        pair: tuple[Matrix, Matrix],
+        start: Sequence[float],
+        seed: int,
+        progress: Callable[[str], object] | None,
+    ) -> None:
+        self.seed = seed
+        self.system, self.names, self.pair, self.functions = system, names, pair, functions
+        nominal = np.array([[getattr(system, name) for name in names]])
+        low, high = (pick(np.vstack([*pair, nominal]), axis=0) for pick in (np.min, np.max))
+        for i, name in enumerate(names):
+            least, most = allowed(system, name)
+            if not (np.isfinite([low[i], high[i]]).all() and least <= low[i] < high[i] <= most):
+                told = f"a distribution of different values within [{least:g}, {most:g}]"
+                raise InvalidInput(f"tolerance of {name}", (float(low[i]), float(high[i])), told)
+        over = {name: (low[i], high[i]) for i, name in enumerate(names)}
+        try:
+            self.program: Program = program_of(
+                functions[0], over, system, False, (), None, (start,), None, progress
+            )
+        except InvalidInput as error:
+            field = error.field.replace("bounds", "tolerance")
+            raise InvalidInput(field, error.value, error.allowed) from None
+        self.nominal = self.grid(nominal)
+
+    def grid(self, values: Matrix) -> Grid:
+        """Parameter sets with these values of what varies, (n, k)."""
+        low, span = self.program.low, self.program.high - self.program.low
+        return Grid(self.program, self.program.scenarios[0], (values - low) / span)
+
+    def settled(self, grid: Grid, doing: str) -> Settled:
+        """The motions that the start leads to."""
+        state, parts = self.program.scenarios[0].state, []
+        for first in range(0, grid.count, _BLOCK):
+            self.program.tell(f"{doing}, {first} of {grid.count} runs")
+            rows = grid.rows[first : first + _BLOCK]
+            parts.append(settle_many(rows, state, first=_FIRST, most=_MOST, scene=grid.scene))
+            check_time()
+        return joined(parts)
+
+    def metrics(self, grid: Grid, found: Settled) -> Matrix:
+        """Metrics of motions, shape (n, metrics); nan where there is no number."""
+        values = []
+        for function in self.functions:
+            grid.program = replace(self.program, function=function)
+            values.append(grid.of(found.found).objective)
+        rows = np.array(values).T
+        rows[(found.period_numbers == 0)[:, None] | ~np.isfinite(rows)] = np.nan
+        return rows
+
+    def run(self) -> Tolerances:
+        """All samples, and what they say."""
+        own = self.settled(self.nominal, "nominal motion")
+        if not own.period_numbers[0]:
+            told = "a state that leads to a periodic motion at the nominal parameters"
+            raise InvalidInput("start", self.program.scenarios[0].state, told)
+        one, other = self.pair
+        grid = self.grid(one)
+        found = self.settled(grid, "first sample")
+        values = self.metrics(grid, found)
+        further = self.grid(other)
+        beside = self.metrics(further, self.settled(further, "second sample"))
+        mixed = []
+        for k, name in enumerate(self.names):
+            changed = one.copy()
+            changed[:, k] = other[:, k]
+            these = self.grid(changed)
+            mixed.append(self.metrics(these, self.settled(these, f"indices of {name}")))
+        return self.told(own, found, (values, beside, np.array(mixed)))
+
+    def told(
+        self, own: Settled, found: Settled, values: tuple[Matrix, Matrix, Matrix]
+    ) -> Tolerances:
+        """The result."""
+        n, branch = len(values[0]), own.branch(0)
+        branches = [found.branch(i) if found.period_numbers[i] else () for i in range(n)]
+        kept, there = continued(own, self.nominal.rows[0], found, self.grid(self.pair[0]).rows)
+        texts, counts = np.unique([_shown(one) for one in branches], return_counts=True)
+        order = np.argsort(-counts, kind="stable")[:_SHOWN]
+        nominal = self.metrics(self.nominal, own)[0]
+        names = [named(one) for one in self.functions]
+        return Tolerances(
+            system=self.system,
+            names=self.names,
+            metrics=spreads(names, nominal, values, self.seed),
+            samples=n,
+            itinerary=tuple(f"F{field}" for field in branch[1:]),
+            periodic=_probability(found.period_numbers > 0),
+            changed=_probability(np.array([one != branch for one in branches])),
+            elsewhere=_probability(there & ~kept),
+            lost=_probability(~there),
+            itineraries=tuple((str(texts[i]), float(counts[i] / n)) for i in order),
+            parameters=self.pair[0],
+            values=values[0],
+            status=Status.FINISHED,
+            message=f"{n} samples",
+        )
+
+    def unfinished(self) -> Tolerances:
+        """The result without samples."""
+        none = Probability(math.nan, math.nan, math.nan)
+        empty = np.empty((0, len(self.names)))
+        return Tolerances(
+            self.system, self.names, (), 0, (), none, none, none, none, (), empty,
+            np.empty((0, len(self.functions))), Status.TIME_LIMIT, "the time is over",
+        )  # fmt: skip
+
+
+def _shown(branch: tuple[int, ...]) -> str:
+    """A period number and fields as text."""
+    if not branch:
+        return "no periodic motion"
+    fields = " ".join(f"F{field}" for field in branch[1:])
+    return fields if branch[0] == 1 else f"{fields}, {branch[0]} periods"
+
+
+def _probability(chosen: ArrayLike) -> Probability:
+    count, total = int(np.count_nonzero(chosen)), int(np.size(chosen))
+    return Probability(count / total, *interval(count, total))

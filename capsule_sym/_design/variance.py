@@ -1,0 +1,88 @@
+"""The spread of metrics over samples: moments, quantiles, and Sobol's indices of the variance.
+
+The indices are SciPy's, by Saltelli's estimators of 2010, with intervals by bootstrap.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._map.labelled import package
+
+QUANTILES = 0.025, 0.25, 0.5, 0.75, 0.975
+"""Shares of the samples below the quantiles that are told."""
+_RESAMPLED = range(200)  # for the intervals of the indices
+_INTERVAL = 0.025, 0.975
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+
+class MetricSpread(NamedTuple):
+    """The spread of one metric, in SI units where the system is a device.
+
+    `quantiles` are by `QUANTILES`; `first` and `total`, (k,), are Sobol's indices by the k
+    parameters, with their 95 % intervals (k, 2). `numbers` is the share of samples that have a
+    number: those without a periodic motion have none.
+    """
+
+    metric: str
+    nominal: float
+    mean: float
+    deviation: float
+    quantiles: tuple[float, ...]
+    first: Vector
+    first_interval: Matrix
+    total: Vector
+    total_interval: Matrix
+    numbers: float
+
+
+def _indices(values: Sequence[Matrix], chosen: Any) -> tuple[Vector, Vector]:
+    """Sobol's indices, of first order and total, from some of the samples."""
+    # Twice the same output: of one output of one parameter SciPy has no array.
+    a, b, ab = (np.stack([part[..., chosen]] * 2, axis=-2) for part in values)
+    stats = package("scipy.stats", "design")
+    found = stats.sobol_indices(func={"f_A": a, "f_B": b, "f_AB": ab}, n=a.shape[-1])
+    return found.first_order.reshape(2, -1)[0], found.total_order.reshape(2, -1)[0]
+
+
+def spreads(
+    names: Sequence[str],
+    nominal: Vector,
+    values: tuple[Matrix, Matrix, Matrix],
+    seed: int,
+) -> tuple[MetricSpread, ...]:
+    """The spread of each metric, from both samples and those mixed of them, (k, n, metrics)."""
+    rng, found = np.random.default_rng(seed), []
+    for j, name in enumerate(names):
+        one, other, mixed = (part[..., j] for part in values)
+        numbers = one[np.isfinite(one)]
+        share = float(np.mean([np.isfinite(part).mean() for part in (one, other, *mixed)]))
+        mean = float(numbers.mean()) if len(numbers) else math.nan
+        filled = [np.where(np.isfinite(part), part, mean) for part in (one, other, mixed)]
+        first = total = np.full(len(mixed), math.nan)
+        ends = [np.full((len(mixed), 2), math.nan)] * 2
+        if len(numbers) and np.ptp(np.concatenate(filled[:2])) > 0:
+            first, total = _indices(filled, slice(None))
+            again = [_indices(filled, rng.integers(0, len(one), len(one))) for _ in _RESAMPLED]
+            ends = list(np.quantile(again, _INTERVAL, axis=0).transpose(1, 2, 0))
+        found.append(
+            MetricSpread(
+                name,
+                float(nominal[j]),
+                mean,
+                float(numbers.std()) if len(numbers) else math.nan,
+                tuple(np.quantile(numbers, QUANTILES).tolist()) if len(numbers) else (),
+                first,
+                ends[0],
+                total,
+                ends[1],
+                share,
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,60 @@
+"""The spread of metrics under tolerances of the parameters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure, SubFigure
+
+from capsule_sym._figures.design import metric_label
+from capsule_sym._figures.layout import canvas
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, figure_style
+
+if TYPE_CHECKING:
+    from capsule_sym._design.tolerances import Tolerances
+
+_BINS = 40
+_HALF = 0.2  # height of half a bar, and how far it is from the middle of its pair
+
+
+@figure_style()
+def plot_tolerances(
+    found: Tolerances, *, width: float = PAGE, figure: Figure | SubFigure | None = None
+) -> Figure:
+    """The samples of each metric as a histogram, and beside it Sobol's indices with intervals.
+
+    `found` is what `tolerances` gives. Lines mark the nominal value and the middle 95 % of the
+    samples. Drawn into `figure`, a figure or a part of one, if it is given.
+    """
+    rows = max(1, len(found.metrics))
+    height = 0.4 + rows * max(1.7, 0.3 + 0.35 * len(found.names))
+    page = canvas(figure, width, height, layout="constrained")
+    panels = page.subplots(rows, 2, squeeze=False)
+    places = np.arange(len(found.names))
+    for k, one in enumerate(found.metrics):
+        left, right = panels[k]
+        numbers = found.values[:, k]
+        left.hist(numbers[np.isfinite(numbers)], _BINS, color=STABLE, alpha=0.7)
+        left.axvline(one.nominal, color=UNSTABLE, label="nominal")
+        for end in (one.quantiles[0], one.quantiles[-1]) if one.quantiles else ():
+            left.axvline(end, color="0.4", linestyle=":")
+        left.set_xlabel(metric_label(one.metric, found.system))
+        left.set_ylabel("samples")
+        left.legend(loc="best")
+        bars = (
+            (one.first, one.first_interval, "first order"),
+            (one.total, one.total_interval, "total"),
+        )
+        for side, (values, ends, name) in zip((-_HALF, _HALF), bars, strict=True):
+            beside = np.maximum(abs(ends.T - values), 0.0)
+            right.barh(
+                places + side, values, 2 * _HALF, xerr=beside, color=SERIES[side > 0], label=name
+            )
+        right.set_yticks(places, found.names)
+        right.invert_yaxis()
+        right.set_xlim(left=min(0.0, *right.get_xlim()))
+        right.set_xlabel(f"share of the variance of {one.metric.replace('_', ' ')}")
+        right.legend(loc="best")
+    return describe(page, f"Spread of {', '.join(one.metric for one in found.metrics)}")
