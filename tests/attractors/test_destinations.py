@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from capsule_sym import (
+    Destinations,
     InvalidInput,
     Itinerary,
     Orbit,
     Parameters,
+    SceneParameters,
     attractors,
     scenes,
     simulate,
@@ -15,10 +17,9 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from capsule_sym._attractors.destinations import NONE, Destinations
+from capsule_sym._attractors.destinations import NONE
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._orbits.shooting.identity import same
-from capsule_sym._parameters import SceneParameters
 
 BISTABLE = Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
 # Of periods 4 and 6, the second with a small basin in the middle of the first's.

@@ -17,6 +17,7 @@ from capsule_sym import (
     PhysicalParameters,
     Pulse,
     PulseStatus,
+    SceneParameters,
     scenes,
     simulate,
     simulate_many,
@@ -25,7 +26,6 @@ from capsule_sym import (
 )
 from capsule_sym._cli import main
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
-from capsule_sym._parameters import SceneParameters
 from tests.attractors import brute_pulses
 from tests.design.clock import LIMIT, Clock
 

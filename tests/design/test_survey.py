@@ -3,13 +3,20 @@
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, Parameters, PhysicalParameters, optimise, scenes, solve_orbit
+from capsule_sym import (
+    InvalidInput,
+    Parameters,
+    PhysicalParameters,
+    optimise,
+    performance_many,
+    scenes,
+    solve_orbit,
+)
 from capsule_sym._design.climb import climb, places_of
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.polish import BASIN
 from capsule_sym._design.settled import settle_many
 from capsule_sym._design.survey import overview
-from capsule_sym._orbits.metrics.many import performance_many
 
 START = ((0.0, 0.0, 0.0),)
 DEVICE = PhysicalParameters(
