@@ -144,11 +144,11 @@ class ContinuedAttractors(Labelled):
     @property
     def message(self) -> str:
         """What was found, in words."""
-        located = sum(one.bifurcation is not None for one in self.changes)
-        text = (
-            f"{len(self.branches)} attractors at {len(self.values)} values of {self.name}, "
-            f"{located} of {len(self.changes)} births and deaths at a located bifurcation"
-        )
+        found = len(self.branches)
+        text = f"{found} attractor{'s' * (found != 1)} at {len(self.values)} values of {self.name}"
+        if self.changes:
+            located = sum(one.bifurcation is not None for one in self.changes)
+            text += f", {located} of {len(self.changes)} births and deaths at a located bifurcation"
         if late := int(self.unsettled.sum()):
             text += f"; {late} of {self.starts * len(self.values)} runs have not settled"
         return text if self.status is Status.FINISHED else f"{text}; the time was over before"

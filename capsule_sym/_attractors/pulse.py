@@ -25,7 +25,7 @@ Interval = tuple[float, float]
 
 
 class PulseStatus(StrEnum):
-    """Whether a pulse was found, or why there is none."""
+    """Outcome of the search for a pulse."""
 
     #: A pulse leads from one attractor to the other.
     FOUND = "found"

@@ -59,7 +59,7 @@ class Cycle(NamedTuple):
 
 
 class Arrivals(NamedTuple):
-    """Where n runs came to."""
+    """The attractors at which n runs arrived."""
 
     numbers: NDArray[np.int16]
     """Number of each run's attractor, NONE for another one or for none."""

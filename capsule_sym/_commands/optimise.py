@@ -58,9 +58,9 @@ subject_option = option(
     multiple=True,
     metavar="LIMIT",
 )
-margin_option = option("Every Floquet multiplier is at most 1 less this.", type=float)
+margin_option = option("Floquet multipliers are at most 1 - MARGIN.", type=float)
 tolerance_option = option(
-    "The worst counts of a parameter's values this share below and above. Any number.",
+    "The worst case within ±SHARE of a parameter counts. Any number.",
     "--tolerance",
     type=(str, float),
     multiple=True,

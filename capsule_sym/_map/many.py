@@ -217,8 +217,11 @@ def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
 def _times(phases: ArrayLike, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
     """The phases at which runs start, in excitation periods of these lengths, shape (n,)."""
     times = spread("phases", phases, lengths.shape)
-    if not _all((times >= 0.0) & (times < lengths)):
-        raise InvalidInput("phases", phases, "times in [0, 2 pi/omega)")
+    within = (times >= 0.0) & (times < lengths)
+    if not _all(within):
+        worst = int(np.argmin(within))
+        must = f"times in [0, 2 pi/omega), here up to {lengths[worst]:.6g}"
+        raise InvalidInput("phases", float(times[worst]), must)
     return times
 
 

@@ -56,6 +56,7 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
     status, out, _ = call(*system, "--along", "P_d=3:6:2", "--json")
     record = json.loads(out)
     assert (status, record["parameter"], record["values"]) == (0, "P_d", [3.0, 6.0])
+    assert record["message"] == "1 attractor at 2 values of P_d"
     status, _, err = call(*system, "--along", "Q=3:6:2")
     assert (status, len(err)) == (2, 1)
 
@@ -71,6 +72,7 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
         (("--x-r", "0:1", "--along", "alpha=2:1:3"), "ascending"),
         (("--x-r", "0:1", "--along", "alpha=1:2"), "LOW:HIGH:COUNT"),
         (("--x-r", "0:1", "--along", "1:2:3"), "NAME=LOW:HIGH:COUNT"),
+        (("--phase", "0:100"), "phases = 50.0: must be times in"),
     ],
 )
 def test_bad_input_is_one_line(call, arguments, told) -> None:
