@@ -13,7 +13,6 @@ import sys
 import time
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -56,8 +55,8 @@ def answered(number: int, seed: int) -> Record:
         "status": str(found.status),
         "message": found.message,
         "value": found.value,
-        "limit": getattr(found, "limit", math.nan),
-        "bifurcation": str(getattr(found, "bifurcation", "") or ""),
+        "limit": found.limit,
+        "bifurcation": found.bifurcation,
         "multiplier": found.multiplier,
         "over": found.over,
         "wrong": wrong(given, found),
@@ -172,7 +171,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "optima")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    count: Any = 0 if given.known else given.problems
+    count = 0 if given.known else given.problems
 
     def force(number: int) -> Record:
         return forced(number, given.cells)
