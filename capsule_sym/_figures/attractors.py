@@ -43,19 +43,21 @@ def plot_attractors(
     figure, axes = axes_for(axes, width, 0.5 * width)
     places, shares = _columns(found)
     below = np.zeros(len(places))
+    fine = np.linspace(found.values[0], found.values[-1], 401)
     colours = _colours(found)
     for branch, colour in zip(found.branches, colours, strict=True):
         fractions = np.zeros(len(found.values))
         fractions[np.searchsorted(found.values, branch.values)] = branch.fractions
         height = shares @ fractions
         axes.fill_between(places, below, below + height, color=colour, linewidth=0)
-        wide_part = np.flatnonzero(height >= _LARGE * height.max())
-        most = int(wide_part[abs(places[wide_part] - places[wide_part].mean()).argmin()])
+        heights = np.interp(fine, places, height)
+        large = np.flatnonzero(heights >= _LARGE * heights.max())
+        most = int(large[abs(fine[large] - fine[large].mean()).argmin()])
         wide = np.ptp(branch.values) >= _NARROW * np.ptp(found.values)
-        if height[most] >= _NAMED and wide:
-            middle = below[most] + height[most] / 2
+        if heights[most] >= _NAMED and wide:
+            middle = np.interp(fine[most], places, below + height / 2)
             text: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(colour)}
-            axes.text(_inward(places, most), middle, str(branch.number), **text)
+            axes.text(_inward(fine, most), middle, str(branch.number), **text)
         below = below + height
     for mark, label, chosen in (
         ("^", "birth", [one.birth for one in found.branches]),
