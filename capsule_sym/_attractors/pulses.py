@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,6 +156,8 @@ class _Search:
     """Windows that a thorough search has not parted."""
     best: tuple[PulseWindow, float] | None = None
     """Its window and value."""
+    early: dict[str, Any] = field(default_factory=dict)
+    """The pulse in the middle of the widest window, for a search that is cut short."""
     lost: str = ""
     done: bool = False
 
@@ -186,6 +189,8 @@ class _Search:
                 if found:
                     break
             self.windows += found
+            if found:  # measured now: a run would not start once the time is over
+                self.early = self.measured(*self.broadest())
             if least == "periods" and (widest := self.widest()) is not None:
                 self.best = widest, (widest.low + widest.high) / 2
                 break
@@ -296,9 +301,6 @@ class _Search:
         """The best pulse that was found, or why there is none."""
         low, high = self.bounds
         told = f"of at most {most} periods with {self.name} from {low:.6g} to {high:.6g}"
-        if self.best is None and not self.done and self.windows:
-            window = max(self.windows, key=lambda one: one.width)
-            self.best = window, (window.low + window.high) / 2
         if self.lost:
             status, message = PulseStatus.ATTRACTOR_LOST, self.lost
         elif not self.done:
@@ -310,19 +312,26 @@ class _Search:
         ends, windows = (self.start, self.end), tuple(self.windows)
         none = Pulse(*ends, self.system, self.name, windows, status, message)
         if self.best is None:
-            return none
-        window, value = self.best
+            return replace(none, **self.early)
+        return replace(none, **self.measured(*self.best))
+
+    def broadest(self) -> tuple[PulseWindow, float]:
+        """The widest window so far, and the value in its middle."""
+        window = max(self.windows, key=lambda one: one.width)
+        return window, (window.low + window.high) / 2
+
+    def measured(self, window: PulseWindow, value: float) -> dict[str, Any]:
+        """The fields of the result that describe a pulse."""
         units = [unit_of(self.system, name) for name in ("x_r", "v_r", "v_c")]
-        return replace(
-            none,
-            value=value,
-            periods=window.periods,
-            begins=window.begins,
-            state=tuple((stroboscopic(self.start)[window.begins] * units).tolist()),
-            interval=(window.low, window.high),
-            work=self.work(window, value) * unit_of(self.system, "work"),
-            transient=self.transient(window, value),
-        )
+        return {
+            "value": value,
+            "periods": window.periods,
+            "begins": window.begins,
+            "state": tuple((stroboscopic(self.start)[window.begins] * units).tolist()),
+            "interval": (window.low, window.high),
+            "work": self.work(window, value) * unit_of(self.system, "work"),
+            "transient": self.transient(window, value),
+        }
 
     def transient(self, window: PulseWindow, value: float) -> int:
         """Excitation periods from a pulse on until the motion stays close to the end."""

@@ -101,9 +101,11 @@ def _print(found: capsule_sym.Shock, device: options.Device) -> None:
                 if device is None
                 else {f"  {k}": f"{v:.6g}" for k, v in _in_si(found, device).items()}
             ),
-            "edge state": _motion(record["edge"]),
-            "beyond it": _motion(record["attractor"]),
         }
+        if found.success or found.edge is not None:
+            rows["edge state"] = _motion(record["edge"])
+        if found.success or found.attractor is not None:
+            rows["beyond it"] = _motion(record["attractor"])
     present.grid(rows.items())
     click.echo(f"{found.status.value}: {found.message}")
 

@@ -25,6 +25,7 @@ from capsule_sym import (
     switch_by_pulse,
 )
 from capsule_sym._cli import main
+from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
 from tests.attractors import brute_pulses
 from tests.design.clock import LIMIT, Clock
@@ -239,6 +240,20 @@ def test_a_search_that_is_out_of_time_says_so(monkeypatch) -> None:
     found = switch_by_pulse(*ends, **how)
     assert (found.status, found.success, found.periods) == ("time-limit", False, 1)
     assert found.interval[0] < found.value < found.interval[1]
+
+
+def test_an_interrupted_search_keeps_the_pulse_it_has(monkeypatch) -> None:
+    def interrupt(said: str) -> None:
+        if said == "the least work":
+            monkeypatch.setattr(Watch, "interrupted", True)
+
+    ends = motions(BOTH_WAYS, BACK, FORTH)
+    how = {"most_periods": 2, "values": 200, "progress": interrupt, "max_seconds": 1e6}
+    found = switch_by_pulse(*ends, least="work", **how)
+    assert (found.status, found.success) == ("time-limit", False)
+    monkeypatch.undo()
+    run = simulate(found.drives[1], found.state, periods=found.periods)
+    assert found.work == pytest.approx(drive_work(run), rel=1e-9)
 
 
 def test_a_device_has_its_pulse_in_its_units(reversal) -> None:
