@@ -21,7 +21,7 @@ LONGEST = 16  # excitation periods of the longest motion
 LENGTHS = (16, 32, 64, 128, 256, 512)  # excitation periods of runs by their damping
 DECAY, LONG_DECAY = 5.0, 20.0  # e-foldings of the linear transients within them
 REPEATED, NEAR, ON = 1e-2, 1e-3, 1e-7  # distances over the size of a motion
-MORE = 16  # periods of a motion after which a run is to be closer to it
+MORE = (16, 64, 256)  # periods of a motion after which a run is to be closer to it
 STILL = 1e-12  # progression of a motion that goes nowhere
 Vector = NDArray[np.float64]
 
@@ -64,9 +64,16 @@ def settled(
         good = closed.closed & (largest < 1) & (off < REPEATED)
         good &= np.isfinite(closed.values).all(axis=1)
         if sure and (slow := np.flatnonzero(good & (off > ON))).size:
-            more = simulate_many(rows[at[slow]], ends[at[slow]], periods=MORE * number, scene=scene)
-            after = abs(closed.states[slow] - more.states).max(axis=1) / size[slow]
-            good[slow] = (off[slow] < NEAR) & (after < off[slow])
+            state, before = ends[at[slow]], off[slow]
+            closer = np.zeros(len(slow), bool)
+            for more in MORE:
+                run = simulate_many(rows[at[slow]], state, periods=more * number, scene=scene)
+                after = abs(closed.states[slow] - run.states).max(axis=1) / size[slow]
+                closer |= (before < NEAR) & (after < before)
+                if closer.all():
+                    break
+                state, before = run.states, after
+            good[slow] = closer
         found[at[good]], multiplier[at[good]] = closed.values[good], largest[good]
         states[at[good]], numbers[at[good]] = closed.states[good], number
 
