@@ -45,7 +45,7 @@ Matrix = NDArray[np.float64]
 
 
 class Probability(NamedTuple):
-    """A share of samples, and its 95 % interval by Clopper and Pearson."""
+    """A share of samples, dimensionless, and its 95 % interval by Clopper and Pearson."""
 
     value: float
     low: float
@@ -102,7 +102,7 @@ class Tolerances(Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Sobol's indices: a row for each metric and parameter."""
+        """Sobol's indices as arrays of shape (n,): a row for each metric and parameter."""
         pairs = [(one, k) for one in self.metrics for k in range(len(self.names))]
         return {
             "metric": np.array([one.metric for one, _ in pairs], np.str_),

@@ -36,6 +36,7 @@ RUNS = {
     "optimise": "--maximise speed --over X --samples 1",
     "steer": "--over X --samples 1",
     "fit": "measured.csv --unknown x",
+    "tolerances": "--tolerance x 0.01 --samples 64",
 }
 DRAWN = {
     "design": "--over X --points 2",
@@ -65,7 +66,7 @@ def lines(name: str, device: bool) -> dict[str, str]:
         near, wide = f"{drive}:{1.02 * drive}", f"{0.45 * drive}:{drive}"
         words = options.replace("--XX", f"--{x} {wide}").replace("--X", f"--{x} {near}")
         words = words.replace("--Y", f"--{y} {rate}:{1.01 * rate}").replace("X", f"{x}={near}")
-        return words.replace("--unknown x", f"--unknown {x}")
+        return words.replace("--unknown x", f"--unknown {x}").replace("e x ", f"e {x} ")
 
     every = {of: f"{of} {written(options)} {chosen}" for of, options in (RUNS | DRAWN).items()}
     return every | {of: of for of in STORED}

@@ -42,6 +42,7 @@ SHORT = {
     "pulse": "--alpha 2.5 --omega 0.41 --delta 0.41 --zeta 0.025 --beta 12 --gamma 2.2 "
     "--state 0.5 -0.9 -0.9 --to 0.4 0.9 0.1 --most-periods 1",
     "fit": "measured.csv --unknown alpha",
+    "tolerances": "--tolerance alpha 0.01 --samples 64",
     "curve": "--alpha 0.36:0.37 --gamma 3.29:3.3 --bifurcation adding --points 1 --at 3.3",
 }
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full")

@@ -164,7 +164,7 @@ def test_an_optimum_beyond_which_the_start_leads_elsewhere_names_the_boundary() 
 def test_a_search_that_ends_where_the_drive_drags_the_device_says_so() -> None:
     """The velocity grows with the mean force, alpha D, up to friction, 1: there is no best."""
     bounds = {"D": (0.2, 0.9)}
-    found = optimise("velocity", bounds, scenes.prototype.Parameters(alpha=2), samples=16)
+    found = optimise("velocity", bounds, scenes.prototype.Parameters(alpha=2))
     assert (found.status, 2 * found.system.D > 0.99) == ("optimal-at-border", True)
     assert "; there the mean force of drive and load, 0.99" in found.message
     assert found.message.endswith("nearly reaches friction, 1")

@@ -294,8 +294,9 @@ def test_names_in_prose_are_those_of_the_project() -> None:
     for path in (path for source in sources for path in source.rglob("*")):
         if path.suffix in {".py", ".pyi", ".pyx", ".c", ".h", ".m", ".toml", ".txt", ".in"}:
             known |= set(re.findall(r"\w+", path.read_text(encoding="utf-8")))
-    # Those of COCO, AUTO and MATLAB, which two pages and the glossary translate, and of CMake.
+    # Those of COCO, AUTO and MATLAB, which two pages and the glossary translate, of CMake, SciPy.
     others = {"coco_bd_read", "coco_read_solution", "next_mode", "h_max", "ode_", "ode_PD2"}
+    others |= {"differential_evolution", "dual_annealing"}
     others |= {"PKG_CONFIG_PATH", "DCMAKE_PREFIX_PATH", "test_certificate"}
     assert "solve_orbit" in known
     for page in PAGES:

@@ -24,10 +24,12 @@ from capsule_sym import (
     plot_residuals,
     plot_steering,
     plot_switching,
+    plot_tolerances,
     plot_work_precision,
     simulate,
     solve_orbit,
     switch_by_pulse,
+    tolerances,
 )
 from capsule_sym._study.events import CROSSINGS
 from capsule_sym._study.sections import SCHEMATIC, sections
@@ -43,6 +45,10 @@ def fitted() -> Any:
     times = np.linspace(0.0, 20.0, 60)
     x_r, *_, x_c = simulate(Parameters(), periods=3)(times, position=True).T
     return fit({"t": times, "x_m": x_r + x_c, "x_c": x_c}, Parameters(alpha=0.71), ("alpha",))
+
+
+def spread() -> Any:
+    return tolerances(("speed", "work"), {"alpha": 0.02}, Parameters(), samples=64)
 
 
 def pulse() -> Any:
@@ -80,6 +86,7 @@ COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
     "work-precision": (plot_work_precision, lambda settled: (RECORD,)),
     "steering": (plot_steering, lambda settled: (STEERING,)),
     "residuals": (plot_residuals, lambda settled: (fitted(),)),
+    "tolerances": (plot_tolerances, lambda settled: (spread(),)),
     "pulse": (plot_pulse, lambda settled: (pulse(),)),
 }
 
