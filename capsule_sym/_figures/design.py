@@ -100,12 +100,13 @@ def plot_residuals(
 ) -> Figure:
     """The residuals of a fit over time: a row for each measured column, a column for each run.
 
-    They are in units of the noise; bands show one and two of it. Drawn into `figure`, a figure or
-    a part of one, if it is given.
+    They are in units of the noise; bands show one and two of it. Triangles at the edge are outliers
+    beyond it. Drawn into `figure`, a figure or a part of one, if it is given.
     """
     every = [one.data for one in fit.problem.recorded]
     names = list(dict.fromkeys(name for data in every for name in data.names))
     noise = fit.noise or 1.0
+    edge = max(6.0, 3.0 * float(np.quantile(abs(fit.residuals), 0.9)) / noise)
     height = max(1.5, 0.2 * width) * len(names) + 0.4
     page = canvas(figure, width, height, layout="constrained")
     panels = page.subplots(len(names), len(every), sharex="col", sharey="row", squeeze=False)
@@ -117,7 +118,14 @@ def plot_residuals(
             panel.axhspan(-1, 1, color="0.86", linewidth=0)
             if name in data.names:
                 chosen = data.column == data.names.index(name)
-                panel.plot(data.times[chosen], own[chosen], ".", color=SERIES[place])
+                times, shown = data.times[chosen], own[chosen]
+                for mark, part in (
+                    (".", abs(shown) <= edge),
+                    ("^", shown > edge),
+                    ("v", shown < -edge),
+                ):
+                    at = np.clip(shown[part], -edge, edge)
+                    panel.plot(times[part], at, mark, color=SERIES[place])
             if k == 0:
                 panel.set_ylabel(f"{name}, residual over noise")
         panels[0, k].set_title(fit.runs[k].name)

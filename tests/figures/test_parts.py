@@ -160,3 +160,16 @@ def test_a_key_in_a_sliver_of_a_page_is_wrapped(settled) -> None:
     page = Figure(figsize=(5, 3))
     left, _ = page.subfigures(1, 2, width_ratios=(1, 20))
     assert plot_fig7([settled(0.7)], figure=left) is page
+
+
+def test_an_outlier_does_not_flatten_the_residuals() -> None:
+    times = np.linspace(0.0, 20.0, 60)
+    x_r, *_ = simulate(Parameters(), periods=3)(times, position=True).T
+    x_r = x_r + 1e-3 * np.random.default_rng(0).normal(size=60)
+    x_r[30] += 10.0
+    found = fit({"t": times, "x_r": x_r}, Parameters(alpha=0.71), ("alpha",), loss="cauchy")
+    (panel,) = plot_residuals(found).axes
+    _, above, below = (np.transpose(line.get_data()) for line in panel.lines)
+    beyond = np.concatenate([above, below])
+    assert (beyond[:, 0] == times[30]).any()
+    assert np.abs(panel.get_ylim()).max() < 20
