@@ -125,7 +125,8 @@ class Attractors(Labelled):
         found = len(self.attractors)
         text = f"{len(self.numbers)} starts lead to {found} attractor{'s' * (found != 1)}"
         if self.status is not Status.FINISHED:
-            return f"{text}; the time was over before {self.unsettled} of them had settled"
+            why = "the time was over, or the work was interrupted"
+            return f"{text}; {why}, before {self.unsettled} of them had settled"
         late = f"{self.unsettled} have not settled within {self.periods} excitation periods"
         return f"{text}; {late}" if self.unsettled else text
 

@@ -151,7 +151,9 @@ class ContinuedAttractors(Labelled):
             text += f", {located} of {len(self.changes)} births and deaths at a located bifurcation"
         if late := int(self.unsettled.sum()):
             text += f"; {late} of {self.starts * len(self.values)} runs have not settled"
-        return text if self.status is Status.FINISHED else f"{text}; the time was over before"
+        if self.status is not Status.FINISHED:
+            text += "; the time was over, or the work was interrupted, before the end"
+        return text
 
     @property
     def scene(self) -> Scene:

@@ -35,6 +35,7 @@ _SETTLED = 1e-9  # the same where its periods are over
 _NEARLY = 1e-3  # the same at which it may be near to an orbit
 _NEAR = 1e-2  # distance, in these units, of an orbit from the end that it is closed from
 _SAME = 1e-8  # the same of two orbits that are one
+_BLOCK = 4096  # runs that are followed together: what is done of them is kept at a limit of time
 _FAILURES = 20  # ends of one parameter set from which no new orbit closes, before it is given up
 
 
@@ -140,9 +141,25 @@ class Settling:
         With `find` orbits that are not known are closed and added. `report` is told how many have
         arrived. Raises TimeUp where the present watch is over; the runs are as far as they came.
         """
-        found, (numbers, _, ends, _) = runs, runs
-        times = spread("phases", phases, (len(ends),)).copy()
-        left, done, length = np.arange(len(ends)), 0, min(_FIRST, periods)
+        times = spread("phases", phases, (len(runs.states),)).copy()
+        for first in range(0, len(times), _BLOCK):
+            block = np.arange(first, min(first + _BLOCK, len(times)))
+            self._follow(groups, runs, times, block, periods, find, report)
+        return runs
+
+    def _follow(
+        self,
+        groups: NDArray[np.intp],
+        runs: Arrivals,
+        times: Vector,
+        left: NDArray[np.intp],
+        periods: int,
+        find: bool,
+        report: Callable[[int], object] | None,
+    ) -> None:
+        """Take the runs `left` on, as `follow` does; those before them are done."""
+        numbers, repeats, ends, passed = runs
+        last, done, length = int(left[-1]) + 1, 0, min(_FIRST, periods)
         while left.size and length > 1:
             check_time()
             # Of the last periods all states are kept, to see whether the run repeats itself.
@@ -150,7 +167,7 @@ class Settling:
             left, marks = self._marks(groups, ends, times, left, length - short, short)
             ends[left], times[left] = marks[:, -1], 0.0
             done += length
-            found.periods[left] = done
+            passed[left] = done
             change, guess = _changes(marks)
             at_rest = change <= (_REPEATED if done < periods else _SETTLED)
             numbers[left] = self.inside(groups[left], ends[left])
@@ -162,12 +179,11 @@ class Settling:
                     numbers[left] == NONE, self.inside(groups[left], ends[left]), numbers[left]
                 )
             open_ = numbers[left] == NONE
-            found.repeats[left] = open_ & at_rest
+            repeats[left] = open_ & at_rest
             left = left[open_ & ~at_rest]
             length = min(2 * length, periods - done)
             if report is not None:
-                report(len(ends) - left.size)
-        return found
+                report(last - left.size)
 
     def identify(
         self,

@@ -15,6 +15,7 @@ from capsule_sym import (
 )
 from capsule_sym._attractors.attractors import interval
 from capsule_sym._attractors.neighbourhoods import NONE
+from capsule_sym._native import present
 from tests.attractors.test_destinations import BISTABLE, SMALL
 
 CHAOTIC = Parameters(alpha=1.88, omega=0.32, delta=0.03, zeta=0.05, beta=17.57, gamma=7.47)
@@ -122,6 +123,23 @@ def test_the_interval_of_a_fraction_is_that_of_clopper_and_pearson():
 def test_bad_input_is_refused(starts, how, named):
     with pytest.raises(InvalidInput, match=named):
         attractors(Parameters(), starts, **how)
+
+
+def test_what_is_done_of_many_starts_is_kept_where_the_work_is_stopped(monkeypatch):
+    monkeypatch.setattr("capsule_sym._attractors.settling._BLOCK", 16)
+    whole = attractors(BISTABLE, BOX, count=64)
+
+    def stop(done, total):
+        if done >= 32:
+            present().stop()
+
+    part = attractors(BISTABLE, BOX, count=64, max_seconds=1e9, progress=stop)
+    assert part.status == "time-limit"
+    assert "interrupted" in part.message
+    assert np.count_nonzero(part.numbers != NONE) >= 32
+    states = [one.states for one in whole.attractors]
+    for one in part.attractors:
+        assert any(one.states.shape == s.shape and np.allclose(one.states, s) for s in states)
 
 
 def test_the_end_of_the_time_gives_what_is_found():
