@@ -156,7 +156,7 @@ def minimal_shock(
     by default 1024 and those in which a motion that attracts slowly does so by e^20.
     The size of a knock is the root of the sum of squares of its components times their `weights`;
     a component of infinite weight stays as it is. Knocks up to the size `largest` are tried, by
-    default 4 times 1 + the largest of |x_r|, |v_r|, |v_c|, times the least weight. `others` are
+    default 4 times 1 + the largest size of x_r, v_r and v_c, times the least weight. `others` are
     attractors that are known; those that are missing are found on the way. All is dimensionless.
 
     Where the boundary of the motion's basin leads to a periodic edge state the knock is the nearest
