@@ -112,6 +112,7 @@ def design(
         _print(found, units_of(which))
         if spread is not None:
             print_tolerances(spread)
+            click.echo()
         print_steering(steering)
 
     files = {"design.json": record, "front.csv": table_of(front), "path.csv": table_of(steering)}

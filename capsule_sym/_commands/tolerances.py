@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import click
+
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import (
@@ -113,6 +115,7 @@ def print_tolerances(found: capsule_sym.Tolerances) -> None:
         for one in found.metrics
     ]
     present.table(heads, rows, right=heads[1:], gap=2)
+    click.echo()
     columns = found.columns
     heads = ("metric", "parameter", "first order", "95 %", "total", "95 %")
     rows = [
@@ -127,6 +130,7 @@ def print_tolerances(found: capsule_sym.Tolerances) -> None:
         for i, (one, name) in enumerate(zip(columns["metric"], columns["parameter"], strict=True))
     ]
     present.table(heads, rows, right=heads[2:], gap=2)
+    click.echo()
     told = {
         "periodic motion": found.periodic,
         "another itinerary": found.changed,
