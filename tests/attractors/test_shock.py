@@ -58,7 +58,9 @@ def losses(orbit: Orbit, size: float, count: int, seed: int) -> int:
     times = random.uniform(0, number * period, count)
     knocks = random.normal(size=(count, 3))
     states = run(times) + size * knocks / np.linalg.norm(knocks, axis=1)[:, None]
-    ends = simulate_many([orbit.parameters] * count, states, times % period, 100).states
+    # Long enough for what comes back to shrink by e^20.
+    length = max(100, math.ceil(-20 / math.log(max(abs(orbit.multipliers)))))
+    ends = simulate_many([orbit.parameters] * count, states, times % period, length).states
     return int((abs(ends[:, None] - marks).max(axis=2).min(axis=1) > 1e-6).sum())
 
 
