@@ -48,7 +48,7 @@ def _plain(value: Any) -> Any:
     if is_dataclass(value):
         return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
     if hasattr(value, "_asdict"):
-        return value._asdict()
+        return {name: _plain(one) for name, one in value._asdict().items()}
     if isinstance(value, Mapping):
         return {name: _plain(one) for name, one in value.items()}
     return [_plain(one) for one in value] if isinstance(value, list | tuple) else value

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import present
@@ -37,10 +36,7 @@ class Settled(NamedTuple):
 
 def branch_of(found: Performances, i: int, period_number: int) -> tuple[int, ...]:
     """Period number and fields of one period of motion i, begun as its itinerary is."""
-    passed = found.fields[i][: found.records["segments"][i]].tolist()
-    if len(passed) > 1 and passed[0] == passed[-1]:
-        passed.pop()
-    return (period_number, *begun(passed, found.scene))
+    return (period_number, *found.cycle(i))
 
 
 def joined(parts: Sequence[Settled]) -> Settled:

@@ -121,19 +121,8 @@ class Tolerances(Labelled):
 
     def to_dict(self) -> dict[str, Any]:
         """The results by name, of numbers, texts and lists, without the samples."""
-        told = record(self, "success status message names samples itinerary")
-        chances = {
-            name: getattr(self, name)._asdict()
-            for name in ("periodic", "changed", "elsewhere", "lost")
-        }
-        metrics = [
-            {
-                name: value.tolist() if isinstance(value, np.ndarray) else value
-                for name, value in one._asdict().items()
-            }
-            for one in self.metrics
-        ]
-        return told | chances | {"itineraries": self.itineraries, "metrics": metrics}
+        told = "success status message names samples itinerary periodic changed elsewhere lost"
+        return record(self, f"{told} itineraries metrics")
 
 
 def tolerances(
@@ -288,15 +277,15 @@ class _Sampling:
             changed[:, k] = other[:, k]
             these = self.grid(changed)
             mixed.append(self.metrics(these, self.settled(these, f"indices of {name}")))
-        return self.told(own, found, (values, beside, np.array(mixed)))
+        return self.told(own, grid, found, (values, beside, np.array(mixed)))
 
     def told(
-        self, own: Settled, found: Settled, values: tuple[Matrix, Matrix, Matrix]
+        self, own: Settled, grid: Grid, found: Settled, values: tuple[Matrix, Matrix, Matrix]
     ) -> Tolerances:
         """The result."""
         n, branch = len(values[0]), own.branch(0)
         branches = [found.branch(i) if found.period_numbers[i] else () for i in range(n)]
-        kept, there = continued(own, self.nominal.rows[0], found, self.grid(self.pair[0]).rows)
+        kept, there = continued(own, self.nominal.rows[0], found, grid.rows)
         texts, counts = np.unique([_shown(one) for one in branches], return_counts=True)
         order = np.argsort(-counts, kind="stable")[:_SHOWN]
         nominal = self.metrics(self.nominal, own)[0]

@@ -98,12 +98,16 @@ class Performances:
         return multipliers_of(self.records["monodromy"].reshape(-1, 3, 3), self.records["sticks"])
 
     def itinerary(self, i: int) -> tuple[str, ...]:
-        """Fields of one period of motion i, begun as `SteadyMotion.itinerary` is."""
+        """Names of the fields of one period of motion i, begun as `SteadyMotion.itinerary` is."""
+        return tuple(f"F{field}" for field in self.cycle(i))
+
+    def cycle(self, i: int) -> tuple[int, ...]:
+        """Numbers of these fields."""
         passed = self.fields[i][: self.records["segments"][i]].tolist()
         # The run begins and ends within one segment, but where a switch falls on the angle 0.
         if len(passed) > 1 and passed[0] == passed[-1]:
             passed.pop()
-        return tuple(f"F{field}" for field in begun(passed, self.scene))
+        return tuple(begun(passed, self.scene))
 
 
 def performance_many(
