@@ -11,7 +11,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import finite, table_of
-from capsule_sym._commands.signature import command, option, several
+from capsule_sym._commands.signature import command, option
 
 
 class _Along(options.Range):
@@ -32,18 +32,10 @@ class _Along(options.Range):
         return name.replace("-", "_"), *range_.convert(ends, param, ctx)
 
 
-_WINDOW = options.Range()
-
-
 @command()
 def attractors(
     system: options.System = options.parameters(),
-    windows: dict[str, Any] = several(
-        x_r=option("Starts along x_r.", type=_WINDOW),
-        v_r=option("Starts along v_r.", type=_WINDOW),
-        v_c=option("Starts along v_c.", type=_WINDOW),
-        phase=option("Starts along the phase.", type=_WINDOW),
-    ),
+    windows: dict[str, Any] = options.windows(),
     state: tuple[float, float, float] = options.state("What no range changes of the start."),
     count: int = options.count("Starts in the box.", 400),
     along: tuple[str, float, float, int] | None = option(

@@ -87,6 +87,17 @@ class Range(click.ParamType):  # type: ignore[type-arg]
         return numbers
 
 
+def windows(counted: bool = False) -> Any:
+    """The options --x-r, --v-r, --v-c and --phase: ranges of starts, with counts on request."""
+    kind = Range(counted)
+    return several(
+        x_r=option("Starts along x_r.", type=kind),
+        v_r=option("Starts along v_r.", type=kind),
+        v_c=option("Starts along v_c.", type=kind),
+        phase=option("Starts along the phase.", type=kind),
+    )
+
+
 class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
     """A value, or a range LOW:HIGH, which `ranges` gives; the option is then None.
 

@@ -22,8 +22,6 @@ from capsule_sym._errors import InvalidInput
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
 
-_RANGE = options.Range()
-
 
 @command()
 def pulse(
@@ -38,12 +36,7 @@ def pulse(
         metavar="FROM TO",
     ),
     reverse: bool = option("To the fastest of those attractors that goes the other way."),
-    windows: dict[str, Any] = several(
-        x_r=option("Starts along x_r, as in `attractors`.", type=_RANGE),
-        v_r=option("Starts along v_r.", type=_RANGE),
-        v_c=option("Starts along v_c.", type=_RANGE),
-        phase=option("Starts along the phase.", type=_RANGE),
-    ),
+    windows: dict[str, Any] = options.windows(),
     over: dict[str, Any] = over_option,
     how: dict[str, Any] = several(
         most_periods=options.count("Periods of the pulse at most.", 8, 1, 1000),

@@ -118,18 +118,10 @@ def _over(
     return capsule_sym.read_plan({"scene": scene, **base, "axes": axes, **settings})
 
 
-_WINDOW = options.Range(counted=True)
-
-
 @command()
 def basin(
     system: options.System = options.parameters(),
-    windows: dict[str, Any] = several(
-        x_r=option("Starts along x_r.", type=_WINDOW),
-        v_r=option("Starts along v_r.", type=_WINDOW),
-        v_c=option("Starts along v_c.", type=_WINDOW),
-        phase=option("Starts along the phase.", type=_WINDOW),
-    ),
+    windows: dict[str, Any] = options.windows(counted=True),
     state: tuple[float, float, float] = options.state("What no axis changes of the start."),
     periods: int = options.count("Excitation periods to run.", 300),
     tolerance: float = option("Within which a motion repeats.", default=1e-9, show_default=True),
