@@ -144,9 +144,10 @@ attraction: $(READY)  ## prove where the motions from rest go, for SECONDS more 
 	@mv results/attraction.json.part results/attraction.json
 	@cat results/attraction.json
 
-lint: $(READY)  ## check style and format
+lint: $(READY)  ## check style, format and English
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/python -m benchmarks.prose
 
 types: $(READY)  ## check types, strictly
 	$(BIN)/mypy
