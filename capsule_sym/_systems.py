@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
-from enum import Enum
 from itertools import product
-from typing import Any
-
-import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import is_real
@@ -31,27 +26,6 @@ def real(value: object) -> bool:
 def values_of(system: System) -> dict[str, float]:
     """The parameters of a system with their values."""
     return {name: getattr(system, name) for name in names_of(system)}
-
-
-def record(result: object, names: str) -> dict[str, Any]:
-    """Attributes of a result by names with spaces between, as numbers, texts, lists and dicts."""
-    return {name: _plain(getattr(result, name)) for name in names.split()}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, SceneParameters | SceneDevice):
-        return values_of(value)
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, Enum):
-        return str(value)
-    if is_dataclass(value):
-        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
-    if hasattr(value, "_asdict"):
-        return {name: _plain(one) for name, one in value._asdict().items()}
-    if isinstance(value, Mapping):
-        return {name: _plain(one) for name, one in value.items()}
-    return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
 def drives(system: System) -> dict[str, float]:

@@ -18,6 +18,7 @@ from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.labelled import Labelled, package
 from capsule_sym._map.many import spread
+from capsule_sym._map.result import Result, record
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -74,21 +75,15 @@ class Attractor:
 
     def to_dict(self) -> dict[str, Any]:
         """The attractor as plain values."""
-        return {
-            "itinerary": self.itinerary,
-            "period_number": self.period_number,
-            "progression": self.progression,
-            "multipliers": [[value.real, value.imag] for value in self.orbit.multipliers.tolist()],
-            "count": self.count,
-            "fraction": self.fraction,
-            "interval": list(self.interval),
-            "mirror": self.mirror,
-            "states": self.states.tolist(),
-        }
+        return (
+            record(self, "itinerary period_number progression")
+            | record(self.orbit, "multipliers")
+            | record(self, "count fraction interval mirror states")
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class Attractors(Labelled):
+class Attractors(Result, Labelled):
     """Attractors of one parameter set, that of the most starts first; dimensionless.
 
     `numbers` says of each start to which of the `attractors` it leads, -1 where it has not settled
@@ -108,6 +103,12 @@ class Attractors(Labelled):
     """Excitation periods after which a run counts as not settled."""
     status: Status
     dimension = "attractor"
+    _recorded = "parameters starts unsettled periods attractors"
+
+    @property
+    def starts(self) -> int:
+        """Number of starts."""
+        return len(self.numbers)
 
     @property
     def unsettled(self) -> int:
@@ -115,15 +116,10 @@ class Attractors(Labelled):
         return int((self.numbers == NONE).sum())
 
     @property
-    def success(self) -> bool:
-        """Whether all starts were followed as far as asked for."""
-        return self.status is Status.FINISHED
-
-    @property
     def message(self) -> str:
         """What was found, in words."""
         found = len(self.attractors)
-        text = f"{len(self.numbers)} starts lead to {found} attractor{'s' * (found != 1)}"
+        text = f"{self.starts} starts lead to {found} attractor{'s' * (found != 1)}"
         if self.status is not Status.FINISHED:
             why = "the time was over, or the work was interrupted"
             return f"{text}; {why}, before {self.unsettled} of them had settled"
@@ -154,24 +150,7 @@ class Attractors(Labelled):
 
     def attributes(self) -> dict[str, Any]:
         """Parameters, number of starts, and how many did not settle."""
-        counts = {"starts": len(self.numbers), "unsettled": self.unsettled}
-        return {**self.parameters.to_dict(), **counts, "status": str(self.status)}
-
-    def to_dict(self) -> dict[str, Any]:
-        """All as plain values, but the starts and their numbers."""
-        return {
-            "success": self.success,
-            "status": str(self.status),
-            "message": self.message,
-            "parameters": self.parameters.to_dict(),
-            "starts": len(self.numbers),
-            "unsettled": self.unsettled,
-            "periods": self.periods,
-            "attractors": [one.to_dict() for one in self.attractors],
-        }
-
-    def __repr__(self) -> str:
-        return f"<Attractors: {self.message}>"
+        return self.parameters.to_dict() | record(self, "starts unsettled status")
 
 
 def attractors(

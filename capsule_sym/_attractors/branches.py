@@ -16,6 +16,7 @@ from capsule_sym._attractors.neighbourhoods import Vector
 from capsule_sym._attractors.settling import Cycle
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import Result, plain, record
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._native import core_of
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
@@ -43,9 +44,8 @@ class Change(NamedTuple):
         """The change as plain values."""
         found = self.bifurcation
         about = {} if found is None else {"line": found.line, "uncertainty": found.uncertainty}
-        value = None if math.isnan(self.value) else self.value
-        told = {"value": value, "type": self.type, "interval": list(self.interval)}
-        return {**told, **about, "message": self.message}
+        told = record(self, "value type interval") | about | {"message": self.message}
+        return told | ({"value": None} if math.isnan(self.value) else {})
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,22 +95,17 @@ class AttractorBranch:
     def to_dict(self) -> dict[str, Any]:
         """The branch as plain values."""
         return {
-            "number": self.number,
-            "values": self.values.tolist(),
-            "counts": self.counts.tolist(),
-            "fractions": self.fractions.tolist(),
-            "intervals": self.intervals.tolist(),
+            **record(self, "number values counts fractions intervals"),
             "period_numbers": [len(cycle.states) for cycle in self.cycles],
             "itineraries": [text for text, _ in self.shown],
             "progressions": [progression for _, progression in self.shown],
             "largest_multipliers": [cycle.multiplier for cycle in self.cycles],
-            "birth": None if self.birth is None else self.birth.to_dict(),
-            "death": None if self.death is None else self.death.to_dict(),
+            **record(self, "birth death"),
         }
 
 
 @dataclass(frozen=True, eq=False)
-class ContinuedAttractors(Labelled):
+class ContinuedAttractors(Result, Labelled):
     """Attractors along a parameter, in the order of their first values; dimensionless.
 
     `unsettled` counts at each value the starts that have not settled on a closed orbit.
@@ -129,11 +124,6 @@ class ContinuedAttractors(Labelled):
     status: Status
     base: SceneParameters
     dimension = "point"
-
-    @property
-    def success(self) -> bool:
-        """Whether all was run, and births and deaths sought."""
-        return self.status is Status.FINISHED
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -183,25 +173,13 @@ class ContinuedAttractors(Labelled):
 
     def attributes(self) -> dict[str, Any]:
         """Starts at each value, and the status."""
-        return {"starts": self.starts, "status": str(self.status)}
+        return record(self, "starts status")
 
     def to_dict(self) -> dict[str, Any]:
-        """All as plain values."""
-        return {
-            "success": self.success,
-            "status": str(self.status),
-            "message": self.message,
-            "parameter": self.name,
-            "parameters": self.base.to_dict(),
-            "values": self.values.tolist(),
-            "starts": self.starts,
-            "periods": self.periods,
-            "unsettled": self.unsettled.tolist(),
-            "attractors": [one.to_dict() for one in self.branches],
-        }
-
-    def __repr__(self) -> str:
-        return f"<ContinuedAttractors: {self.message}>"
+        """The result by name, of numbers, texts, lists and dicts."""
+        told = {"parameter": self.name, "parameters": self.base.to_dict()}
+        found = record(self, "values starts periods unsettled")
+        return super().to_dict() | told | found | {"attractors": plain(self.branches)}
 
 
 def row_at(path: ParameterPath, base: SceneParameters, value: float) -> list[float]:

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import Result, record
 from capsule_sym._orbits.metrics.work import drive_force
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
-from capsule_sym._systems import System, dimensionless, record
+from capsule_sym._systems import System, dimensionless
 
 _SHOWN, _BEFORE, _AFTER = 100, 2, 4  # times a period, and periods beside pulse and transient
 Vector = NDArray[np.float64]
@@ -55,7 +56,7 @@ class PulseWindow(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Pulse(Labelled):
+class Pulse(Result, Labelled):
     """A change of the drive for some periods that leads from one attractor to another.
 
     In SI units where the system is a device, else dimensionless. Without a pulse `value`, `work`
@@ -88,17 +89,14 @@ class Pulse(Labelled):
     transient: int = 0
     """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
     dimension = "time"
+    _good = (PulseStatus.FOUND,)
+    _recorded = "parameter value periods begins state interval work duration transient"
 
     def __repr__(self) -> str:
         if not self.periods:
             return f"<Pulse: {self.status}>"
         drive = f"{self.parameter} = {self.value:.6g}"
         return f"<Pulse of {drive} over {self.periods} periods, {self.status}>"
-
-    @property
-    def success(self) -> bool:
-        """Whether a pulse was found, by a search that came to its end."""
-        return self.status is PulseStatus.FOUND
 
     @property
     def scene(self) -> Scene:
@@ -163,17 +161,10 @@ class Pulse(Labelled):
         scales = [unit_of(self.system, unit) if unit else 1.0 for unit in units]
         return {name: row * scale for name, row, scale in zip(names, found, scales, strict=True)}
 
-    def attributes(self) -> dict[str, Any]:
-        """How it ended."""
-        return {"status": str(self.status), "message": self.message}
-
     def to_dict(self) -> dict[str, Any]:
-        """The results by name, of numbers, texts and lists."""
-        names = "success status message parameter value periods begins state interval work"
-        told = record(self, f"{names} duration transient")
+        """The result by name, of numbers, texts, lists and dicts."""
         orbits = {"start": str(self.start.itinerary), "end": str(self.end.itinerary)}
-        windows = [window._asdict() for window in self.windows]
-        return told | orbits | {"windows": windows}
+        return super().to_dict() | orbits | record(self, "windows")
 
 
 def pulsed(system: System, name: str, value: float) -> SceneParameters:

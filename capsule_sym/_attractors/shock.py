@@ -16,6 +16,7 @@ from capsule_sym._attractors.smallest import Search, ShockStatus
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
+from capsule_sym._map.result import Result, record
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene
@@ -30,7 +31,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Shock:
+class Shock(Result):
     """The smallest knock after which a motion is lost; dimensionless.
 
     The knock leads onto the boundary of the motion's basin: one that is longer by 1e-9 of it loses
@@ -61,14 +62,11 @@ class Shock:
     """How it ended."""
     message: str
     """The same as a sentence."""
+    _good = (ShockStatus.FOUND, ShockStatus.SAMPLED, ShockStatus.NOT_LOST)
+    _recorded = "size phase tried"
 
     def __repr__(self) -> str:
         return f"<Shock of size {self.size:.6g}: {self.status}>"
-
-    @property
-    def success(self) -> bool:
-        """Whether the search was finished."""
-        return self.status is not ShockStatus.TIME_LIMIT
 
     @property
     def scene(self) -> Scene:
@@ -102,39 +100,29 @@ class Shock:
         return inner, outer
 
     def to_dict(self) -> dict[str, Any]:
-        """The results by name, of numbers, texts and lists."""
+        """The result by name, of numbers, texts, lists and dicts."""
+        states = {"knock": self.knock, "start": self.start, "state": self.state}
+        orbits = {"motion": self.orbit, "edge": self.edge, "attractor": self.attractor}
         names = self.scene.facts.STATE
-
-        def state(values: Vector | None) -> dict[str, float] | None:
-            return None if values is None else dict(zip(names, values.tolist(), strict=True))
-
         return {
             **self.scene.entry,
+            **super().to_dict(),
             "parameters": self.orbit.parameters.to_dict(),
-            "motion": _orbit_record(self.orbit),
             "weights": [one if one < math.inf else None for one in self.weights],
-            "size": self.size,
-            "knock": state(self.knock),
-            "phase": self.phase,
-            "start": state(self.start),
-            "state": state(self.state),
-            "edge": _orbit_record(self.edge),
-            "attractor": _orbit_record(self.attractor),
-            "tried": self.tried,
-            "success": self.success,
-            "status": str(self.status),
-            "message": self.message,
+            **{
+                key: None if one is None else dict(zip(names, one.tolist(), strict=True))
+                for key, one in states.items()
+            },
+            **{key: None if one is None else _orbit_record(one) for key, one in orbits.items()},
         }
 
 
-def _orbit_record(orbit: Orbit | None) -> dict[str, Any] | None:
-    if orbit is None:
-        return None
+def _orbit_record(orbit: Orbit) -> dict[str, Any]:
     return {
         "itinerary": [f"F{field}" for field in orbit.itinerary.whole.fields],
         "period_number": orbit.itinerary.period_number,
         "progression": float(orbit.progression),
-        "multipliers": [[one.real, one.imag] for one in orbit.multipliers.tolist()],
+        **record(orbit, "multipliers"),
     }
 
 

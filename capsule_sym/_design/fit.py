@@ -23,6 +23,7 @@ from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._map.labelled import package
+from capsule_sym._map.result import Result
 from capsule_sym._native import Watch, check_time
 from capsule_sym._parameters import names_of
 
@@ -62,7 +63,7 @@ class FittedRun:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(Result):
     """Result of a fit.
 
     Values are dimensionless, or in SI units where the system that was fitted is a device. Standard
@@ -105,11 +106,8 @@ class Fit:
     """The sum's growth where a value is a standard error off, the others fitted anew, (k,)."""
     bootstrap: Bootstrap | None
     """Fits anew to resampled residuals, if they were asked for."""
-
-    @property
-    def success(self) -> bool:
-        """Whether the fit converged and the measurements determine every unknown."""
-        return self.status is FitStatus.CONVERGED
+    _good = (FitStatus.CONVERGED,)
+    _recorded = "evaluations values standard_errors covariance"
 
     @property
     def system(self) -> System:
@@ -154,10 +152,8 @@ class Fit:
         return f"<Fit: {told}, {self.status}>"
 
     def to_dict(self) -> dict[str, Any]:
-        """The results by name, of numbers, texts and lists."""
-        found = record(
-            self, "success status message evaluations values standard_errors covariance"
-        ) | {"parameters": values_of(self.system)}
+        """The result by name, of numbers, texts, lists and dicts."""
+        found = super().to_dict() | {"parameters": values_of(self.system)}
         names = "noise autocorrelation singular_values open_combinations border"
         found |= record(self, f"state phase {names}")
         if self.runs[0].name:

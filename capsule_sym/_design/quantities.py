@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.result import record as record
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters, names_of
 from capsule_sym._systems import System as System
 from capsule_sym._systems import dimensionless as dimensionless
 from capsule_sym._systems import real as real
-from capsule_sym._systems import record as record
 from capsule_sym._systems import values_of as values_of
 from capsule_sym._units import METRIC_UNITS, UNITS, mean_power
 

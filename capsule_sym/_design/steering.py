@@ -19,11 +19,12 @@ from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._design.optimise import checked_survey, program_of, system_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
-from capsule_sym._design.quantities import System, dimensionless, record
+from capsule_sym._design.quantities import System, dimensionless
 from capsule_sym._design.reachable import Reachable
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import Result, plain
 from capsule_sym._native import Watch, check_time, core_of
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
 from capsule_sym._orbits.continuation.branches.continuing import continue_straight
@@ -65,7 +66,7 @@ class Break:
 
 
 @dataclass(frozen=True, eq=False)
-class Steering(Labelled):
+class Steering(Result, Labelled):
     """The best drives forward and backward, and the path between them.
 
     In SI units where the system is a device, else dimensionless.
@@ -84,11 +85,8 @@ class Steering(Labelled):
     message: str
     """The same as a sentence."""
     dimension = "point"
-
-    @property
-    def success(self) -> bool:
-        """Whether both drives were found, and a path between them."""
-        return self.status is SteeringStatus.CONNECTED
+    _good = (SteeringStatus.CONNECTED,)
+    _recorded = "forward backward path breaks"
 
     def __repr__(self) -> str:
         ways = f"{self.forward.value:.6g} forward, {self.backward.value:.6g} backward"
@@ -127,20 +125,9 @@ class Steering(Labelled):
         )
         return {"points": len(self.columns["stretch"]), "evaluations": evaluations}
 
-    def attributes(self) -> dict[str, Any]:
-        """How it ended."""
-        return {"status": str(self.status), "message": self.message}
-
     def to_dict(self) -> dict[str, Any]:
-        """The results by name, of numbers, texts and lists."""
-        drives = {"forward": self.forward.to_dict(), "backward": self.backward.to_dict()}
-        points = {name: column.tolist() for name, column in self.columns.items()}
-        return (
-            record(self, "success status message")
-            | drives
-            | record(self, "path breaks")
-            | {"points": points, "statistics": self.statistics}
-        )
+        """The result by name, of numbers, texts, lists and dicts."""
+        return super().to_dict() | {"points": plain(self.columns), "statistics": self.statistics}
 
     def _drive(self, orbit: Orbit) -> Drive:
         return drive_at(self.forward.system, self.names, orbit.parameters)

@@ -27,13 +27,13 @@ from capsule_sym._design.quantities import (
     function_of,
     named,
     real,
-    record,
 )
 from capsule_sym._design.settled import Settled, joined, settle_many
 from capsule_sym._design.variance import MetricSpread, spreads
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import Labelled, package
+from capsule_sym._map.result import Result
 from capsule_sym._native import Watch, check_time
 from capsule_sym._parameters import names_of
 
@@ -53,7 +53,7 @@ class Probability(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Tolerances(Labelled):
+class Tolerances(Result, Labelled):
     """The spread of metrics under tolerances of the parameters, and how often the motion changes.
 
     All is in SI units where the system is a device, else dimensionless.
@@ -88,11 +88,7 @@ class Tolerances(Labelled):
     message: str
     """The same as a sentence."""
     dimension = "index"
-
-    @property
-    def success(self) -> bool:
-        """Whether all samples were run."""
-        return self.status is Status.FINISHED
+    _recorded = "names samples itinerary periodic changed elsewhere lost itineraries metrics"
 
     def __repr__(self) -> str:
         told = ", ".join(
@@ -114,15 +110,6 @@ class Tolerances(Labelled):
             "total_low": np.array([one.total_interval[k, 0] for one, k in pairs]),
             "total_high": np.array([one.total_interval[k, 1] for one, k in pairs]),
         }
-
-    def attributes(self) -> dict[str, Any]:
-        """How it ended."""
-        return {"status": str(self.status), "message": self.message}
-
-    def to_dict(self) -> dict[str, Any]:
-        """The results by name, of numbers, texts and lists, without the samples."""
-        told = "success status message names samples itinerary periodic changed elsewhere lost"
-        return record(self, f"{told} itineraries metrics")
 
 
 def tolerances(

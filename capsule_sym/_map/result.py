@@ -1,0 +1,72 @@
+"""Results: how work ended, and what it found by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from capsule_sym._errors import Status
+
+
+class Result:
+    """A result with a status and a message.
+
+    A class of results declares its fields, and names those of its record.
+    """
+
+    __slots__ = ()
+    _good: ClassVar[tuple[Enum, ...]] = (Status.FINISHED,)
+    """The statuses of success."""
+    _recorded: ClassVar[str] = ""
+    """Names in the record beside how it ended, with spaces between."""
+
+    if TYPE_CHECKING:  # fields or properties of each result
+
+        @property
+        def status(self) -> Enum: ...
+        @property
+        def message(self) -> str: ...
+
+    @property
+    def success(self) -> bool:
+        """Whether the result is whole; where it is not, `status` and `message` say why."""
+        return self.status in self._good
+
+    def attributes(self) -> dict[str, Any]:
+        """How it ended."""
+        return record(self, "status message")
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result by name, of numbers, texts, lists and dicts."""
+        return record(self, f"success status message {self._recorded}")
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.message}>"
+
+
+def record(result: object, names: str) -> dict[str, Any]:
+    """Attributes of a result by names with spaces between, as numbers, texts, lists and dicts."""
+    return {name: plain(getattr(result, name)) for name in names.split()}
+
+
+def plain(value: Any) -> Any:
+    """A value as numbers, texts, lists and dicts; a complex number is a pair."""
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Enum):
+        return str(value)
+    if isinstance(value, complex):
+        return [value.real, value.imag]
+    if is_dataclass(value):
+        return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+    if hasattr(value, "_asdict"):
+        return {name: plain(one) for name, one in value._asdict().items()}
+    if isinstance(value, Mapping):
+        return {name: plain(one) for name, one in value.items()}
+    return [plain(one) for one in value] if isinstance(value, list | tuple) else value
