@@ -17,6 +17,7 @@ from typing import NoReturn, TextIO
 import click
 
 from capsule_sym._commands.options import meant
+from capsule_sym._commands.renamed import renewed
 from capsule_sym._commands.signature import Command
 from capsule_sym._errors import CapsuleError, InvalidInput
 
@@ -27,17 +28,30 @@ _COMPLETE = "_CAPSULE_SYM_COMPLETE"  # the variable through which a shell asks f
 class _Elsewhere(click.Command):
     """A command named here, whose module is imported only when it is called."""
 
-    def __init__(self, name: str, module: str, short_help: str) -> None:
+    def __init__(self, name: str, module: str, short_help: str, section: str) -> None:
         super().__init__(name, short_help=short_help)
-        self.module = module
+        self.module, self.section = module, section
 
 
 class Group(click.Group):
-    """A group of commands that are imported when they are called."""
+    """A group of commands that are imported when they are called, in the order of their use."""
 
-    def add(self, name: str, module: str, short_help: str) -> None:
+    def add(self, name: str, module: str, short_help: str, section: str = "Commands") -> None:
         """Add the command that a module has under this name, with _ for -."""
-        self.add_command(_Elsewhere(name, module, short_help))
+        self.add_command(_Elsewhere(name, module, short_help, section))
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The names in the order in which they were added."""
+        return list(self.commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands by section."""
+        every = [one for one in self.commands.values() if isinstance(one, _Elsewhere)]
+        width = max(len(name) for name in self.commands)
+        for section in dict.fromkeys(one.section for one in every):
+            with formatter.section(section):
+                own = (one for one in every if one.section == section)
+                formatter.write_dl([(f"{one.name:{width}}", str(one.short_help)) for one in own])
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write which scenes there are below the commands."""
@@ -50,6 +64,9 @@ class Group(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
+        args, told = renewed(args)
+        if told and not ctx.resilient_parsing:  # not while a shell asks for completions
+            click.echo(f"note: {told}", err=True)
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _Elsewhere):
             command = getattr(import_module(command.module), (command.name or "").replace("-", "_"))
@@ -84,33 +101,33 @@ def group(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _name, _module, _text in (
-    ("run", "run", "Run the map and show its steady motion."),
-    ("paper", "paper", "Compute the case study beside the paper."),
-    ("verify", "verify", "Prove the derivations with SymPy."),
-    ("enclose", "enclose", "Prove Section 4 in ball arithmetic."),
-    ("bench", "bench", "Measure speed against error, beside peers."),
-    ("sweep", "sweep", "Run a grid of parameters or starts, resumably."),
-    ("basin", "sweep", "Run a basin of attraction; tell its attractors."),
-    ("attractors", "attractors", "Find all attractors that starts lead to."),
-    ("sweep-info", "sweep", "Show what the results of a sweep hold."),
-    ("orbit", "orbit", "Close the periodic orbit exactly."),
-    ("shock", "shock", "Find the smallest knock that loses a motion."),
-    ("branch", "branch", "Follow an orbit in a parameter, with bifurcations."),
-    ("curve", "curve", "Follow bifurcations in two parameters."),
-    ("design", "design", "Study the drives of one device."),
-    ("optimise", "optimise", "Find the best parameters for a metric."),
-    ("steer", "optimise", "Find the best drives both ways, and a path."),
-    ("pulse", "pulse", "Switch to another motion by a pulse of the drive."),
-    ("fit", "fit", "Find parameters from measured series."),
-    ("tolerances", "tolerances", "Show what tolerances do to metrics."),
-    ("figure", "figures", "Draw a figure of the case study."),
-    ("diagram", "figures", "Draw branches of orbits, labelled."),
-    ("sweep-figure", "figures", "Draw the results of a sweep or a basin."),
-    ("report", "figures", "Write the case study as one page of HTML."),
-    ("explore", "explore", "Open the exact map as a page in a browser."),
+_EVERYDAY = "Commands"
+_CHECKS = "For reviewers and developers"
+for _section, _name, _module, _text in (
+    (_EVERYDAY, "run", "run", "Run the map and show its steady motion."),
+    (_EVERYDAY, "orbit", "orbit", "Solve for a periodic orbit, or search for all."),
+    (_EVERYDAY, "branch", "branch", "Follow an orbit in a parameter, with bifurcations."),
+    (_EVERYDAY, "curve", "curve", "Follow bifurcations in two parameters."),
+    (_EVERYDAY, "figure", "figures", "Draw a figure, branches, curves, a sweep or a basin."),
+    (_EVERYDAY, "sweep", "sweep", "Run a grid of parameters or starts, resumably."),
+    (_EVERYDAY, "basin", "sweep", "Run basins of attraction over a grid of starts."),
+    (_EVERYDAY, "sweep-info", "sweep", "Show the contents of a sweep or a basin."),
+    (_EVERYDAY, "attractors", "attractors", "Find all attractors of a box of starts."),
+    (_EVERYDAY, "shock", "shock", "Find the smallest knock that loses a motion."),
+    (_EVERYDAY, "pulse", "pulse", "Switch to another motion by a pulse of the drive."),
+    (_EVERYDAY, "optimise", "optimise", "Find the best parameters for a metric."),
+    (_EVERYDAY, "steer", "optimise", "Find the best drives both ways, and a path."),
+    (_EVERYDAY, "design", "design", "Study the drives of one device."),
+    (_EVERYDAY, "tolerances", "tolerances", "Show the effect of tolerances on metrics."),
+    (_EVERYDAY, "fit", "fit", "Fit parameters to measured series."),
+    (_EVERYDAY, "explore", "explore", "Open the exact map as a page in a browser."),
+    (_CHECKS, "paper", "paper", "Compute the case study beside the paper."),
+    (_CHECKS, "report", "figures", "Write the case study as one page of HTML."),
+    (_CHECKS, "verify", "verify", "Prove the derivations with SymPy."),
+    (_CHECKS, "enclose", "enclose", "Prove Section 4 in ball arithmetic."),
+    (_CHECKS, "bench", "bench", "Measure speed against error, beside other tools."),
 ):
-    group.add(_name, f"capsule_sym._commands.{_module}", _text)
+    group.add(_name, f"capsule_sym._commands.{_module}", _text, _section)
 
 
 def main(arguments: Sequence[str] | None = None, commands: click.Group = group) -> NoReturn:

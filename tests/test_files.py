@@ -199,7 +199,7 @@ def test_json_that_is_none_is_refused(text: str, tmp_path: Path) -> None:
         next(adversarial.run(1, 1, path))
     with pytest.raises(InvalidInput):
         regions.begun(path)
-    for line in ("diagram FILE --out a.svg", "sweep-figure s --curve FILE --out a.svg"):
+    for line in ("figure FILE --out a.svg", "figure s --curve FILE --out a.svg"):
         assert _status(line.replace("FILE", str(path)).split()) == 2
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +18,31 @@ from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
 
 if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
     from matplotlib.figure import Figure
+
+
+class _Subject(click.ParamType):  # type: ignore[type-arg]
+    """The name of a figure, or the path of a result."""
+
+    name = "figure"
+
+    def convert(self, value: str, param: Any, ctx: Any) -> str:
+        """The name, or the path, which exists."""
+        store = os.path.exists(os.path.join(value, "results.zarr"))
+        if store and value in FIGURES:
+            self.fail(f"{value!r} is a figure and a sweep: write ./{value} for the sweep", param)
+        if value not in FIGURES and not os.path.exists(value):
+            names = ", ".join(FIGURES)
+            self.fail(f"{value!r} is no file, no directory and none of the figures {names}", param)
+        return value
+
+    def shell_complete(self, ctx: Any, param: Any, incomplete: str) -> list[CompletionItem]:
+        """The names that begin so, else files."""
+        from click.shell_completion import CompletionItem
+
+        names = [CompletionItem(name) for name in FIGURES if name.startswith(incomplete)]
+        return names or [CompletionItem(incomplete, type="file")]
 
 
 def _list() -> str:
@@ -44,11 +70,6 @@ class Picture:
             raise InvalidInput("width", self.width, f"from {NARROWEST:g} to {WIDEST:g} inches")
         return PAGE if self.width is None else self.width
 
-    def save(self, drawn: Figure, as_json: bool, **more: Any) -> None:
-        """Write the picture and say so."""
-        capsule_sym.save_figure(drawn, self.out, dpi=self.dpi)
-        present.tell_written(self.out, as_json=as_json, **more)
-
 
 _picture = several(
     Picture,
@@ -73,94 +94,28 @@ _colours = option(
 
 @command(epilog=_list())
 def figure(
-    name: str = argument(type=click.Choice(list(FIGURES)), metavar="NAME"),
+    subjects: tuple[str, ...] = argument(
+        type=_Subject(), nargs=-1, required=True, metavar="NAME|RESULT..."
+    ),
     picture: Picture = _picture,
     system: options.System = options.parameters(),
     colours: Any = _colours,
-    as_json: bool = options.as_json,
-) -> None:
-    """Draw a figure of the case study, or the same of another system.
-
-    The paper's figures and those that it could not draw. `figure motion` with a file name that
-    ends in .gif or .mp4 gives an animation. What is computed is kept in the user's cache
-    directory, so that drawing it again takes a second; the parameters are in the picture's
-    metadata.
-    """
-    moving = name == "motion" and picture.out.suffix.lower() in MOVING
-    wide = picture.check(moving)
-    from capsule_sym._figures.style import describe
-    from capsule_sym._study.data import Store
-
-    parameters, device = system.load()
-    with present.tracking() as track:
-        study = Study(Store(track), parameters, colours, wide, system.chosen, device)
-        if not moving:
-            drawn = describe(FIGURES[name].drawn(study), FIGURES[name].title)
-            picture.save(drawn, as_json, figure=name)
-            return
-        (motion,) = study.store.motions([parameters])
-        look: Any = {"colours": colours, "width": wide, "dpi": picture.dpi or 100.0}
-        capsule_sym.animate(motion, picture.out, device=device, **look)
-    present.tell_written(picture.out, as_json=as_json, figure=name)
-
-
-@command()
-def diagram(
-    paths: tuple[Path, ...] = argument(
-        type=click.Path(path_type=Path, dir_okay=False),
-        nargs=-1,
-        required=True,
-        metavar="FILE...",
-    ),
-    picture: Picture = _picture,
     quantity: str = option(
-        "Stroboscopic x_r, v_r or v_c, average velocity, or progression in a period.",
+        "Of branches: stroboscopic x_r, v_r or v_c, average velocity, or progression in a period.",
         "--of",
         type=click.Choice(["x_r", "v_r", "v_c", "velocity", "progression"]),
         default="x_r",
         show_default=True,
     ),
-    as_json: bool = options.as_json,
-) -> None:
-    """Draw files that `branch --out` or `curve --out` wrote.
-
-    Of branches, with those that leave theirs, a colour is a branch; stable orbits are solid,
-    unstable ones dashed; every bifurcation has its label. Of the curves of one curves.json a colour
-    is a type of bifurcation; a circle is a point of codimension two.
-    """
-    wide = picture.check()
-    from capsule_sym._figures.curves import plot_curves
-    from capsule_sym._orbits.continuation.branches.saved import read_curves
-
-    curves = read_curves(paths[0]) if len(paths) == 1 else None
-    if curves and options.is_given("quantity"):
-        raise click.UsageError(f"--of is for branches, and {paths[0]} has curves")
-    records = [] if curves else [capsule_sym.read_branch(path) for path in paths]
-    try:
-        if curves:
-            drawn = plot_curves(curves, width=wide)
-        else:
-            drawn = capsule_sym.plot_diagram(records, quantity, width=wide)
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        if isinstance(error, InvalidInput):
-            raise
-        whole = "a whole branch.json or curves.json, which this is not"
-        raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
-    picture.save(drawn, as_json, of=quantity)
-
-
-@command()
-def sweep_figure(
-    store: Path = argument(type=click.Path(path_type=Path, exists=False), metavar="STORE"),
-    picture: Picture = _picture,
     kind: str | None = option(
-        "Itineraries over two axes, attractors over two starts, or speed against cost of "
-        "transport.  [default: what the sweep is]",
+        "Of a sweep: itineraries over two axes, attractors over two starts, or speed against cost "
+        "of transport.  [default: what the sweep is]",
         "--as",
         type=click.Choice(["chart", "basin", "pareto"]),
     ),
     curves: tuple[Path, ...] = option(
-        "A file of `curve --json` or --out, whose curves bound a chart's regions; any number.",
+        "Of a sweep: a file of `curve --json` or --out, whose curves bound a chart's regions; any "
+        "number.",
         "--curve",
         type=click.Path(path_type=Path, dir_okay=False),
         multiple=True,
@@ -168,24 +123,106 @@ def sweep_figure(
     ),
     as_json: bool = options.as_json,
 ) -> None:
-    """Draw the results of `sweep` or `basin`.
+    """Draw a figure by its name, or results.
 
-    A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
+    A NAME is one of those below, of the paper's system or of another. `figure motion` with a file
+    name that ends in .gif or .mp4 gives an animation. What is computed is kept in the user's cache
+    directory, so that drawing it again takes a second; the parameters are in the picture's
+    metadata.
+
+    A RESULT is a file that `branch --out` wrote, or several, a file of `curve --out`, or the
+    directory of `sweep` or `basin`. Of branches, with those that leave theirs, a colour is a
+    branch; stable orbits are solid, unstable ones dashed; every bifurcation has its label. Of
+    curves a colour is a type of bifurcation; a circle is a point of codimension two.
     """
-    wide = picture.check()
+    first = subjects[0]
+    moving = first == "motion" and picture.out.suffix.lower() in MOVING
+    wide = picture.check(moving)
+    by_name, is_sweep = first in FIGURES, os.path.isdir(first)
+    if (by_name or is_sweep) and len(subjects) > 1:
+        raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")
+    drawn: Figure | None
+    told: dict[str, Any]
+    if by_name:
+        _check_own(system, "figures by name", first)
+        drawn, told = _of_name(first, picture, system, colours, moving), {"figure": first}
+    elif is_sweep:
+        _check_own(system, "sweeps", first)
+        drawn, told = _of_sweep(Path(first), kind, curves, wide)
+    else:
+        drawn, told = _of_files(system, [*map(Path, subjects)], quantity, wide)
+    if drawn is not None:
+        capsule_sym.save_figure(drawn, picture.out, dpi=picture.dpi)
+    present.tell_written(picture.out, as_json=as_json, **told)
+
+
+_OWN = {"branches": ("quantity",), "sweeps": ("kind", "curves")}
+
+
+def _check_own(system: options.System, what: str, subject: str) -> None:
+    """Raises UsageError for an option that is for other subjects."""
+    own = {"figures by name": (*system.names, "colours"), **_OWN}
+    for other in own.keys() - {what}:
+        for name in filter(options.is_given, own[other]):
+            raise click.UsageError(f"{options.flag(name)} is for {other}, which {subject} is not")
+
+
+def _of_name(
+    name: str, picture: Picture, system: options.System, colours: Any, moving: bool
+) -> Figure | None:
+    """A figure by its name; None for an animation, which is written."""
+    from capsule_sym._figures.style import describe
+    from capsule_sym._study.data import Store
+
+    parameters, device = system.load()
+    wide = picture.check(moving)
+    with present.tracking() as track:
+        study = Study(Store(track), parameters, colours, wide, system.chosen, device)
+        if not moving:
+            return describe(FIGURES[name].drawn(study), FIGURES[name].title)
+        (motion,) = study.store.motions([parameters])
+        look: Any = {"colours": colours, "width": wide, "dpi": picture.dpi or 100.0}
+        capsule_sym.animate(motion, picture.out, device=device, **look)
+    return None
+
+
+def _of_files(
+    system: options.System, paths: Sequence[Path], quantity: str, wide: float
+) -> tuple[Figure, dict[str, Any]]:
+    """The figure of one or more files of branches, or of one of curves."""
+    from capsule_sym._figures.curves import plot_curves
+    from capsule_sym._orbits.continuation.branches.saved import read_curves
+
+    curves = read_curves(paths[0]) if len(paths) == 1 else None
+    _check_own(system, "curves" if curves else "branches", str(paths[0]))
+    try:
+        if curves:
+            return plot_curves(curves, width=wide), {"of": "curves"}
+        records = [capsule_sym.read_branch(path) for path in paths]
+        return capsule_sym.plot_diagram(records, quantity, width=wide), {"of": quantity}
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        whole = "a whole branch.json or curves.json, which this is not"
+        raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
+
+
+def _of_sweep(
+    store: Path, kind: str | None, curves: Sequence[Path], wide: float
+) -> tuple[Figure, dict[str, Any]]:
+    """The figure of the results of a sweep or a basin."""
     options.require("sweep", "xarray", "zarr")
     lines = [one for path in curves for one in _curves(path)]
     with capsule_sym.open_results(store) as results:
         if kind is None:
             kind = "basin" if "attractor" in results else "chart"
-        if lines and kind != "chart":
-            raise click.UsageError(f"--curve is for a chart, and this is {kind}")
+        told = {"figure": kind}
         if kind == "chart":
-            drawn = capsule_sym.plot_chart(results, lines, width=wide)
-        else:
-            draw = capsule_sym.plot_basin if kind == "basin" else capsule_sym.plot_pareto
-            drawn = draw(results, width=wide)
-        picture.save(drawn, as_json, figure=kind)
+            return capsule_sym.plot_chart(results, lines, width=wide), told
+        if lines:
+            raise click.UsageError(f"--curve is for a chart, and this is {kind}")
+        draw = capsule_sym.plot_basin if kind == "basin" else capsule_sym.plot_pareto
+        return draw(results, width=wide), told
 
 
 def _curves(path: Path) -> list[Any]:

@@ -375,23 +375,23 @@ def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[st
 
     That is without any of those it `needs`, or beside one that it is `never` given with.
     """
-    flags = {
-        str(one.name): one.opts[0]
-        if isinstance(one, click.Option)
-        else str(one.metavar).strip("[]")
-        for one in click.get_current_context().command.params
-    }
     if not is_given(name):
         return
     if needs and not any(map(is_given, needs)):
         raise click.UsageError(
-            f"{flags[name]} is for {' or '.join(flags[one] for one in needs)}, which is missing"
+            f"{flag(name)} is for {' or '.join(map(flag, needs))}, which is missing"
         )
-    for one in never:
-        if is_given(one):
-            raise click.UsageError(
-                f"{flags[name]} and {flags[one]} exclude each other: leave one of them out"
-            )
+    for one in filter(is_given, never):
+        raise click.UsageError(
+            f"{flag(name)} and {flag(one)} exclude each other: leave one of them out"
+        )
+
+
+def flag(name: str) -> str:
+    """The running command's option or argument, by the name of its value, as a line has it."""
+    params = click.get_current_context().command.params
+    given = next(one for one in params if one.name == name)
+    return given.opts[0] if isinstance(given, click.Option) else str(given.metavar).strip("[]")
 
 
 def is_given(name: str) -> bool:

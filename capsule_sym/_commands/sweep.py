@@ -19,7 +19,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
 
 _EXTRA = ("sweep", "xarray", "zarr", "filelock")
-_store = option("Where results go.", required=True, metavar="DIR")
+_store = option("Where results go.", "--out", required=True, metavar="DIR")
 _running = several(
     resume=option("Go on with what the store holds.", is_flag=True),
     any_core=option(

@@ -176,7 +176,7 @@ def prepare(folder: Path, patch: pytest.MonkeyPatch) -> None:
         patch.setattr(module, "undisturbed", contextlib.nullcontext)
         patch.setattr(module, "end", _Here.shutdown)
     with _inside(folder):
-        assert run(["sweep", "sweep.toml", "--store", "store"], seconds=60).status == 0
+        assert run(["sweep", "sweep.toml", "--out", "store"], seconds=60).status == 0
 
 
 @contextlib.contextmanager

@@ -27,10 +27,11 @@ def asked(instruction: str, words: str = "") -> subprocess.CompletedProcess[str]
 @pytest.mark.parametrize(
     ("words", "found"),
     [
-        ("capsule-sym sw", {"sweep", "sweep-figure", "sweep-info"}),
+        ("capsule-sym sw", {"sweep", "sweep-info"}),
         ("capsule-sym sweep --re", {"--refine", "--resume"}),
         ("capsule-sym run --backend n", {"numpy"}),
         ("capsule-sym figure fig8", {"fig8", "fig8-exact"}),
+        ("capsule-sym diagram fig9-", {"fig9-exact"}),
         ("capsule-sym verify --o", {"--only"}),
     ],
 )

@@ -30,8 +30,8 @@ RUNS = {
     "orbit": "",
     "shock": "--samples 100 --largest 0.01",
     "branch": "--X --points 2 --out branch",
-    "sweep": "--X:2 --Y:2 --compute itinerary,energies,forces --periods 200 --store chart",
-    "basin": "--x-r 0:0.1:2 --v-r 0:0.1:2 --periods 50 --store basin",
+    "sweep": "--X:2 --Y:2 --compute itinerary,energies,forces --periods 200 --out grid",
+    "basin": "--x-r 0:0.1:2 --v-r 0:0.1:2 --periods 50 --out basin",
     "attractors": "--x-r 0:0.1 --count 5 --periods 200",
     "optimise": "--maximise speed --over X --samples 1",
     "steer": "--over X --samples 1",
@@ -43,8 +43,8 @@ DRAWN = {
     "curve": "--XX --Y --bifurcation all --points 1 --max-seconds 5",
     **{f"figure {name}": "--out a.png" for name, one in FIGURES.items() if one.general},
 }
-STORED = ("sweep-info chart", "sweep-figure chart --out a.png", "sweep-figure basin --out a.png")
-STORED += ("sweep-figure chart --as pareto --out a.png", "diagram branch/branch.json --out a.png")
+STORED = ("sweep-info grid", "figure grid --out a.png", "figure basin --out a.png")
+STORED += ("figure grid --as pareto --out a.png", "figure branch/branch.json --out a.png")
 PAPERS = {name: "is about the capsule of the paper alone" for name in ("paper", "enclose", "bench")}
 PAPERS |= {"report": PAPERS["paper"], "explore": "shows all scenes on one page"}
 

@@ -89,9 +89,9 @@ def test_thousands_of_command_lines(folder: Path, part: int, line: list[str]) ->
     ("line", "status"),
     [
         (["run", "--gamma", "5e-324", "--periods", "1"], None),
-        (["sweep", "not.toml", "--store", "new"], 2),
-        (["sweep", "sweep.toml", "--store", "sweep.toml/below"], 2),
-        (["basin", "--store", "new", "--x-r", "0", "nan", "3"], 2),
+        (["sweep", "not.toml", "--out", "new"], 2),
+        (["sweep", "sweep.toml", "--out", "sweep.toml/below"], 2),
+        (["basin", "--out", "new", "--x-r", "0", "nan", "3"], 2),
         (["figure", "fig2", "--out", "folder/.svg"], 2),
     ],
 )

@@ -236,7 +236,7 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
         (("paper", "--out", f"{__file__}/new"), "no writable directory"),
         (("branch", "--alpha", "1:"), "'1:' is not LOW:HIGH, such as 0.1:2"),
         (
-            ("basin", "--x-r", "0:1", "--store", "new"),
+            ("basin", "--x-r", "0:1", "--out", "new"),
             "'0:1' is not LOW:HIGH:COUNT, such as 0.1:2:20",
         ),
     ],
@@ -334,7 +334,7 @@ def test_curves_that_leave_a_point_are_followed_and_drawn(capsys, tmp_path: Path
         "adding-sliding and period doubling",
     )
     status, _, _ = call(
-        capsys, "diagram", str(tmp_path / "curves.json"), "--out", str(tmp_path / "curves.svg")
+        capsys, "figure", str(tmp_path / "curves.json"), "--out", str(tmp_path / "curves.svg")
     )
     assert status == 0
     drawn = (tmp_path / "curves.svg").read_text(encoding="utf-8")
@@ -418,7 +418,7 @@ def test_a_range_of_a_device_needs_one(capsys) -> None:
         count = ":3" if command == "sweep" else ""
         line = [command, "--P-d", f"3:4{count}", "--Omega", f"7.9:8.1{count}"]
         line += ["--bifurcation", "all"] if command == "curve" else []
-        line += ["--store", "none"] if command == "sweep" else []
+        line += ["--out", "none"] if command == "sweep" else []
         if command == "branch":
             line = line[:3]
         status, _, err = call(capsys, *line)
@@ -475,7 +475,7 @@ def test_a_pulsed_branch_with_a_start_at_a_rise_is_drawn_and_restarted(capsys, t
         status, _, err = call(capsys, "branch", *again)
         assert (status, err) == (0, "")
     picture = tmp_path / "diagram.png"
-    assert call(capsys, "diagram", str(file), "--out", str(picture))[0] == 0
+    assert call(capsys, "figure", str(file), "--out", str(picture))[0] == 0
     assert picture.exists()
 
 

@@ -50,7 +50,7 @@ REFUSED = [
     ("run --params number.toml", f"scene = 1: must be {_KNOWN}, or a folder that"),
     ("run --scene slope --f-b 1", "No such option '--f-b'"),
     ("run --s 0.1", "No such option '--s'. --scene slope or prototype has it."),
-    ("sweep --D 0.1:0.9:9 --store s", "--D'. --scene prototype or reaction_pulse has it."),
+    ("sweep --D 0.1:0.9:9 --out s", "--D'. --scene prototype or reaction_pulse has it."),
     ("run --params duty.toml", "duty = 35.0: must be such that D, the duty cycle, is in [1e-09,"),
     (
         "run --params preload.toml",
@@ -79,7 +79,7 @@ REFUSED = [
     ("run --params device.toml --s 0.1", "s = 0.1: must be absent where device.toml is in SI"),
     ("branch --scene slope --f-b 1:2", "No such option '--f-b'"),
     ("branch --restart a.json PD1 --to 2 --scene slope", "--scene and --restart exclude each"),
-    ("sweep a.toml --store s --scene slope", "--scene and FILE.toml exclude each other"),
+    ("sweep a.toml --out s --scene slope", "--scene and FILE.toml exclude each other"),
     ("paper --scene slope", "--scene = 'slope': must be absent: paper is about the capsule of the"),
     ("enclose --scene slope", "must be absent: enclose is about the capsule of the paper alone"),
     ("report --scene slope", "must be absent: report is about the capsule of the paper alone"),
@@ -172,7 +172,7 @@ def test_commands_follow_orbits_in_a_parameter_of_the_scene(inside: Command, fil
 
 
 def test_a_sweep_over_options_is_of_the_scene_of_its_line(command: Command, tmp_path: Path) -> None:
-    line = f"sweep --scene prototype --D 0.2:0.4:2 --periods 3 --store {tmp_path / 'store'}"
+    line = f"sweep --scene prototype --D 0.2:0.4:2 --periods 3 --out {tmp_path / 'store'}"
     assert command(*line.split()).returncode == 0
     assert open_results(tmp_path / "store").attrs["scene"] == "prototype"
 

@@ -28,8 +28,8 @@ SHORT = {
     "paper": "",
     "verify": "",
     "bench": "--quick",
-    "sweep": "two.toml --store one",
-    "basin": "--x-r 0:1:2 --periods 2 --store two",
+    "sweep": "two.toml --out one",
+    "basin": "--x-r 0:1:2 --periods 2 --out two",
     "attractors": "--x-r 0:1 --count 2 --periods 40",
     "sweep-info": "done",
     "enclose": "",
@@ -50,7 +50,7 @@ needs_full = pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full
 
 def test_every_command_that_prints_results_is_here() -> None:
     assert set(SHORT) == set(group.commands) - {
-        *("diagram", "explore", "figure", "report", "sweep-figure"),
+        *("explore", "figure", "report"),
     }
 
 
@@ -82,7 +82,7 @@ def test_a_full_disk_is_one_line(
 ) -> None:
     if name == "sweep-info":
         with pytest.raises(SystemExit):
-            main(["sweep", "two.toml", "--store", "done"])
+            main(["sweep", "two.toml", "--out", "done"])
         capsys.readouterr()
     with FULL.open("w") as stream:
         monkeypatch.setattr(sys, "stdout", stream)

@@ -16,16 +16,16 @@ compute = ["itinerary"]
 alpha = { from = 0.01, to = 2.0, count = COUNT }
 gamma = { from = 1.0, to = 5.0, count = 9 }
 """
-NO_PROGRESS = {"run", "sweep-figure", "sweep-info", "diagram", "explore"}
+NO_PROGRESS = {"run", "sweep-info", "explore"}
 NO_PROGRESS |= {"design", "optimise", "steer", "fit"}
 # What each command is called with, and what it shows when it is in the middle of that.
 MIDDLE = {
     "paper": ([], "Running the case study"),
     "verify": ([], "deriving"),
     "bench": (["--only", "SciPy"], "trajectory"),
-    "sweep": (["long.toml", "--store", "store"], r"\d of 810,000 cells"),
+    "sweep": (["long.toml", "--out", "store"], r"\d of 810,000 cells"),
     "basin": (
-        ["--x-r", "-1:1:900", "--v-r", "-1:1:900", "--store", "store"],
+        ["--x-r", "-1:1:900", "--v-r", "-1:1:900", "--out", "store"],
         r"\d of 810,000 cells",
     ),
     "attractors": (
@@ -61,8 +61,8 @@ MIDDLE = {
 }
 ENDS = {
     "verify": ["--only", "erratum.equation.6"],
-    "sweep": ["short.toml", "--store", "store"],
-    "basin": ["--x-r", "-1:1:3", "--v-r", "-1:1:4", "--periods", "40", "--store", "store"],
+    "sweep": ["short.toml", "--out", "store"],
+    "basin": ["--x-r", "-1:1:3", "--v-r", "-1:1:4", "--periods", "40", "--out", "store"],
     "orbit": ["--starts", "2"],
     "figure": ["margins", "--out", "margins.svg"],
 }

@@ -46,6 +46,8 @@ def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProc
         ("fig99 --out x.png", "fig99"),
         ("fig2 --out x.jpg", "out = 'x.jpg': must be a file name that ends in .png, .svg, .pdf"),
         ("fig2", "--out"),
+        ("fig2 fig3 --out x.png", "fig2 is drawn alone: leave fig3 out"),
+        ("fig2 --of v_c --out x.png", "--of is for branches, which fig2 is not"),
         ("fig7 --out x.png --gamma -1", "gamma = -1.0"),
         ("fig2 --out x.png --colours loud", "loud"),
         ("work-precision --out x.png", "capsule-sym bench"),

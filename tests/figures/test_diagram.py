@@ -58,14 +58,14 @@ def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
     file, out = tmp_path / "branch.json", tmp_path / "branch.svg"
     file.write_text(dumps(record))
     with pytest.raises(SystemExit) as stopped:
-        main(["diagram", str(file), "--of", "progression", "--out", str(out), "--json"])
+        main(["figure", str(file), "--of", "progression", "--out", str(out), "--json"])
     assert stopped.value.code == 0
     told = {"of": "progression", "files": [{"path": str(out), "bytes": out.stat().st_size}]}
     assert capsys.readouterr() == (json.dumps(told) + "\n", "")
     assert out.read_text().startswith("<?xml")
     file.write_text("{}")
     with pytest.raises(SystemExit) as stopped:
-        main(["diagram", str(file), "--out", str(out)])
+        main(["figure", str(file), "--out", str(out)])
     assert stopped.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity, progression"):

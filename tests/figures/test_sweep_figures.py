@@ -72,7 +72,7 @@ def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
     [("grid", []), ("basin", []), ("grid", ["--as", "pareto"])],
 )
 def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, more) -> None:
-    done = run_here("sweep-figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
+    done = run_here("figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "wrote x.png\n")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
@@ -89,7 +89,7 @@ def test_curves_that_the_command_wrote_are_drawn(
     done = run_here(*line, "--points", "1", "--json", cwd=tmp_path)
     whole = json.loads(done.stdout)
     (tmp_path / "c.json").write_text(json.dumps(whole["curves"][0] if alone else whole))
-    line = ["sweep-figure", str(stores / "grid"), "--out", "x.png", "--curve", "c.json"]
+    line = ["figure", str(stores / "grid"), "--out", "x.png", "--curve", "c.json"]
     assert run_here(*line, cwd=tmp_path).returncode == 0
     ((curve,),) = drawn
     assert (curve["type"], curve["points"]) == ("adding-sliding", whole["curves"][0]["points"])
@@ -132,7 +132,7 @@ def test_the_phase_of_a_dimensionless_start_has_no_unit(tmp_path: Path) -> None:
 
 
 def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
-    line = ["sweep-figure", str(stores / "basin"), "--out", "x.png", "--json"]
+    line = ["figure", str(stores / "basin"), "--out", "x.png", "--json"]
     done = run_here(*line, cwd=tmp_path)
     size = (tmp_path / "x.png").stat().st_size
     told = {"figure": "basin", "files": [{"path": "x.png", "bytes": size}]}
@@ -145,6 +145,7 @@ def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
         (["nowhere"], "nowhere"),
         (["STORE", "--curve", "none.json"], "--curve = 'none.json': must be readable"),
         (["STORE", "--as", "basin"], "a basin over two coordinates"),
+        (["STORE", "--gamma", "2"], "--gamma is for figures by name, which "),
         (["LINE"], "itineraries over two parameters"),
         (["ROW"], "two values or more of each parameter"),
     ],
@@ -152,7 +153,7 @@ def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
 def test_bad_input_is_one_line(stores: Path, tmp_path: Path, arguments, part) -> None:
     named = {"STORE": "grid", "LINE": "line", "ROW": "row"}
     given = [str(stores / named[one]) if one in named else one for one in arguments]
-    done = run_here("sweep-figure", *given, "--out", "x.png", cwd=tmp_path)
+    done = run_here("figure", *given, "--out", "x.png", cwd=tmp_path)
     assert done.returncode == 2
     assert part in done.stderr
     assert done.stderr.count("\n") == 1

@@ -130,7 +130,7 @@ def sweeping(
 ) -> Iterator[tuple[subprocess.Popen[str], Path]]:
     path, store = tmp_path / "sweep.toml", tmp_path / "store"
     path.write_text(FILE.format(periods=periods))
-    command = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--store", str(store)]
+    command = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--out", str(store)]
     with subprocess.Popen(
         [*command, "--dask", cluster.address],
         stdout=subprocess.PIPE,

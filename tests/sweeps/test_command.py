@@ -42,7 +42,7 @@ def test_a_sweep_is_run_and_told(
     file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     store = str(tmp_path / "store")
-    text = said(capsys, ["sweep", file, "--store", store])
+    text = said(capsys, ["sweep", file, "--out", store])
     for expected in ("axis alpha", "excitation periods per second and core", "converged", "F5"):
         assert expected in text
     record = json.loads(said(capsys, ["sweep-info", store, "--json"]))
@@ -60,7 +60,7 @@ def test_a_store_may_have_brackets_and_colons_in_its_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store = str(tmp_path / "a[/b][red]:cat:")
-    line = ["sweep", "--alpha", "0.1:0.2:2", "--periods", "2", "--store", store]
+    line = ["sweep", "--alpha", "0.1:0.2:2", "--periods", "2", "--out", store]
     monkeypatch.setattr(sys, "argv", ["capsule-sym", *line])
     assert store in "".join(said(capsys, line).split())
     assert store in "".join(said(capsys, ["sweep-info", store]).split())
@@ -75,7 +75,7 @@ def test_help_shows_a_file_line_by_line(capsys: pytest.CaptureFixture[str]) -> N
 def test_json_is_one_object_with_the_speed(
     file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ["sweep", file, "--store", str(tmp_path / "store"), "--workers", "1", "--json"]
+    arguments = ["sweep", file, "--out", str(tmp_path / "store"), "--workers", "1", "--json"]
     record = json.loads(said(capsys, arguments))
     rate = record["computed"] * 40 / record["seconds"] / record["workers"]
     assert record["periods_per_second_and_core"] == pytest.approx(rate)
@@ -84,7 +84,7 @@ def test_json_is_one_object_with_the_speed(
 
 def test_a_chart_is_refined(file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     store = str(tmp_path / "store")
-    text = said(capsys, ["sweep", file, "--store", store, "--refine", "4", "--json"])
+    text = said(capsys, ["sweep", file, "--out", store, "--refine", "4", "--json"])
     record = json.loads(text)
     assert record["cells"] == 81
     assert record["fraction_computed"] == record["computed"] / 81
@@ -93,7 +93,7 @@ def test_a_chart_is_refined(file: str, tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = [*BASIN, "--alpha", "1.2", "--store", str(tmp_path / "store")]
+    arguments = [*BASIN, "--alpha", "1.2", "--out", str(tmp_path / "store")]
     record = json.loads(said(capsys, [*arguments, "--json"]))
     (only,) = record["attractors"]
     assert (only["itinerary"], only["period_number"], only["fraction"]) == (
@@ -113,7 +113,7 @@ def test_a_check_tells_what_is_damaged(
     file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     store = tmp_path / "store"
-    said(capsys, ["sweep", file, "--store", str(store)])
+    said(capsys, ["sweep", file, "--out", str(store)])
     assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
     (store / "results.zarr" / "alpha" / "c" / "0").unlink()
     (store / "results.zarr" / "itinerary" / "c" / "0" / "0").write_bytes(b"x")
@@ -124,7 +124,7 @@ def test_a_check_tells_what_is_damaged(
     assert "damaged           2" in text
     for part in ("results.zarr/alpha/c/0", "chunk 0"):
         assert part in text
-    resumed = said(capsys, ["sweep", file, "--store", str(store), "--resume", "--json"])
+    resumed = said(capsys, ["sweep", file, "--out", str(store), "--resume", "--json"])
     assert json.loads(resumed)["damaged"] == 2
     assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
 
@@ -132,13 +132,13 @@ def test_a_check_tells_what_is_damaged(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["sweep", "FILE", "--store", "STORE"], "or continued with --resume"),
-        (["sweep", "none.toml", "--store", "new"], "must be readable"),
-        (["sweep", "FILE", "--store", "STORE", "--resume", "--workers", "0"], "workers = 0"),
-        (["sweep", "FILE", "--store", "new", "--refine", "3"], "a power of two"),
-        (["sweep", "FILE", "--store", "new", "--dask", "nonsense://x"], "of a Dask scheduler"),
-        (["sweep", "FILE"], "--store"),
-        (["basin", "--store", "new"], "give a range of starts"),
+        (["sweep", "FILE", "--out", "STORE"], "or continued with --resume"),
+        (["sweep", "none.toml", "--out", "new"], "must be readable"),
+        (["sweep", "FILE", "--out", "STORE", "--resume", "--workers", "0"], "workers = 0"),
+        (["sweep", "FILE", "--out", "new", "--refine", "3"], "a power of two"),
+        (["sweep", "FILE", "--out", "new", "--dask", "nonsense://x"], "of a Dask scheduler"),
+        (["sweep", "FILE"], "--out"),
+        (["basin", "--out", "new"], "give a range of starts"),
         (["sweep-info", "nowhere"], "the directory of a sweep"),
     ],
 )
@@ -152,7 +152,7 @@ def test_bad_input_ends_with_2_and_says_what_is_allowed(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     store = str(tmp_path / "store")
-    said(capsys, ["sweep", file, "--store", store])
+    said(capsys, ["sweep", file, "--out", store])
     given = [file if a == "FILE" else store if a == "STORE" else a for a in arguments]
     assert message in said(capsys, given, status=2)
 
@@ -160,7 +160,7 @@ def test_bad_input_ends_with_2_and_says_what_is_allowed(
 def test_ctrl_c_leaves_a_store_that_goes_on(tmp_path: Path) -> None:
     path = tmp_path / "long.toml"
     path.write_text(FILE.replace("periods = 40", "periods = 20000\nchunk = [1, 1]"))
-    arguments = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--store"]
+    arguments = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--out"]
     program = subprocess.Popen(
         [*arguments, str(tmp_path / "store")], stderr=subprocess.PIPE, text=True
     )
@@ -182,7 +182,7 @@ def test_a_limit_of_time_ends_with_3_and_says_how_it_goes_on(
     more: list[str], file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     line = more if more == BASIN else ["sweep", file, *more]
-    line = [*line, "--store", str(tmp_path / "store")]
+    line = [*line, "--out", str(tmp_path / "store")]
     assert "--resume goes on" in said(capsys, [*line, "--max-seconds", "1e-9"], status=3)
     with pytest.raises(SystemExit):
         main([*line, "--resume", "--max-seconds", "1e-9", "--json"])
@@ -198,7 +198,7 @@ def test_a_run_that_cannot_write_ends_with_1(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    text = said(capsys, ["sweep", file, "--store", str(tmp_path / "store")], status=1)
+    text = said(capsys, ["sweep", file, "--out", str(tmp_path / "store")], status=1)
     assert "No space left on device" in text
 
 
@@ -220,10 +220,10 @@ def test_ranges_are_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     path.write_text(DEVICE)
     ask = ["--periods", "120", "--compute", "itinerary,energies"]
     newtons = ["--params", str(path), "--P-d", "2:4:3", "--Omega", "7.5:8.5:2"]
-    said(capsys, ["sweep", *newtons, *ask, "--store", str(one)])
+    said(capsys, ["sweep", *newtons, *ask, "--out", str(one)])
     plain = [f"--delta={50 * 0.0017 / FORCE!r}", "--gamma=3.3", "--zeta=0.05", "--beta=1.5"]
     ranges = ["--alpha", f"{2 / FORCE!r}:{4 / FORCE!r}:3", "--omega", "0.75:0.85:2"]
-    said(capsys, ["sweep", *plain, *ranges, *ask, "--store", str(other)])
+    said(capsys, ["sweep", *plain, *ranges, *ask, "--out", str(other)])
     with open_results(one) as si, open_results(other) as scaled:
         assert si["P_d"].values.tolist() == [2.0, 3.0, 4.0]
         assert si["P_d"].attrs["units"] == "N"
@@ -238,7 +238,7 @@ def test_ranges_are_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     text = f"periods = 120\ncompute = ['itinerary', 'energies']\n[device]\n{DEVICE}[axes]\n"
     text += "P_d = {from = 2.0, to = 4.0, count = 3}\nOmega = [7.5, 8.5]\n"
     (tmp_path / "plan.toml").write_text(text)
-    line = ["sweep", str(tmp_path / "plan.toml"), "--store", str(one), "--resume", "--json"]
+    line = ["sweep", str(tmp_path / "plan.toml"), "--out", str(one), "--resume", "--json"]
     assert json.loads(said(capsys, line))["computed"] == 0
 
 
@@ -254,4 +254,4 @@ def test_ranges_are_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 )
 def test_what_is_no_sweep_ends_with_2(more, part, file: str, tmp_path, capsys) -> None:
     given = [file if one == "FILE" else one for one in more]
-    assert part in said(capsys, ["sweep", *given, "--store", str(tmp_path / "new")], 2)
+    assert part in said(capsys, ["sweep", *given, "--out", str(tmp_path / "new")], 2)

@@ -105,7 +105,7 @@ def test_ctrl_c_ends_a_sweep_of_days_in_one_line(
     """The terminal sends it to all processes at once, while they start and when they work."""
     path, store = tmp_path / "days.toml", tmp_path / "store"
     path.write_text(FILE)
-    command = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--store", str(store), *how]
+    command = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--out", str(store), *how]
     program = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )

@@ -44,7 +44,7 @@ export function asPython(state: State, periodic: boolean): string {
 }
 
 export function asCommand(state: State): string {
-  if (state.view !== "motion") return `capsule-sym sweep sweep.toml --store sweep${state.view === "chart" ? " --refine 16" : ""}\n`;
+  if (state.view !== "motion") return `capsule-sym sweep sweep.toml --out sweep${state.view === "chart" ? " --refine 16" : ""}\n`;
   const p = parameters(state);
   const flags = state.units === "device"
     ? ["--params device.toml"]
