@@ -132,14 +132,14 @@ certificates: $(READY)  ## write results/certificates.json, and check it with co
 SECONDS ?= 3600
 regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); resumes
 	@mkdir -p results
-	$(BIN)/capsule-sym enclose --region results/regions.jsonl --seconds $(SECONDS) --json \
+	$(BIN)/capsule-sym enclose --region results/regions.jsonl --max-seconds $(SECONDS) --json \
 	    > results/regions.json.part
 	@mv results/regions.json.part results/regions.json
 	@cat results/regions.json
 
 attraction: $(READY)  ## prove where the motions from rest go, for SECONDS more (3600); resumes
 	@mkdir -p results
-	$(BIN)/capsule-sym enclose --from-rest results/from-rest.jsonl --seconds $(SECONDS) --json \
+	$(BIN)/capsule-sym enclose --from-rest results/from-rest.jsonl --max-seconds $(SECONDS) --json \
 	    > results/attraction.json.part
 	@mv results/attraction.json.part results/attraction.json
 	@cat results/attraction.json
@@ -169,7 +169,7 @@ check-generated: $(READY)  ## check that generated/ is what the derivation gives
 
 # The documentation shows what `verify` finds: results/verify.md, made anew where what it is made from is newer.
 results/verify.md: $(PROVED) | $(READY)
-	$(BIN)/capsule-sym verify --write $@ > /dev/null
+	$(BIN)/capsule-sym verify --out $@ > /dev/null
 
 # What the pages are built with is installed once, for it takes as long as the pages.
 .venv/.docs: $(READY)

@@ -211,7 +211,7 @@ def test_every_file_to_write_is_looked_at_before_work_begins() -> None:
         for command in commands
         if command
         for one in command.params
-        if one.name in ("out", "certify", "write", "region", "from_rest")
+        if one.name in ("out", "certify", "region", "from_rest")
         and not isinstance(one.type, WritablePath)
     ]
     assert files == []

@@ -14,41 +14,19 @@ from capsule_sym._commands.optimise import finite, table_of
 from capsule_sym._commands.signature import command, option
 
 
-class _Along(options.Range):
-    """NAME=LOW:HIGH:COUNT as a name and three numbers."""
-
-    def __init__(self) -> None:
-        super().__init__(counted=True)
-        self.name = "NAME=LOW:HIGH:COUNT"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Name and range of a text."""
-        if isinstance(value, tuple):
-            return value
-        name, mark, ends = value.partition("=")
-        if not name or not mark:
-            self.fail(f"{value!r} is not {self.name}, such as alpha=0.1:2:100", param, ctx)
-        range_ = options.Range(counted=True)
-        return name.replace("-", "_"), *range_.convert(ends, param, ctx)
-
-
 @command()
 def attractors(
-    system: options.System = options.parameters(),
+    system: options.System = options.ranged_parameters(counted=True),
     windows: dict[str, Any] = options.windows(),
     state: tuple[float, float, float] = options.state("What no range changes of the start."),
-    count: int = options.count("Starts in the box.", 400),
-    along: tuple[str, float, float, int] | None = option(
-        "Follow all attractors along a parameter, or P_d, Omega, G, c or k2 of a device.",
-        type=_Along(),
-    ),
+    count: int = options.count("Starts in the box.", 400, None, None, "--starts"),
     periods: int | None = option(
-        "Excitation periods after which a run counts as not settled.  [default: 4096, along a "
-        "parameter 1024]"
+        "Excitation periods after which a run counts as not settled.  [default: 4096, over a range "
+        "of a parameter 1024]"
     ),
-    threads: int = options.count("Threads that run starts.", 1),
+    threads: int = options.count("Threads that run starts.", 1, None, None, "--workers"),
     out: options.Path | None = options.out(
-        "Write the JSON and the table as CSV here, of --along the picture too."
+        "Write the JSON and the table as CSV here, over a range of a parameter the picture too."
     ),
     max_seconds: float = options.max_seconds(),
     as_json: bool = options.as_json,
@@ -57,8 +35,9 @@ def attractors(
 
     Starts are low-discrepancy points in the ranges given. Each attractor is a closed orbit, with
     its multipliers, its mirror image where there is one, and a 95 % interval of the fraction. What
-    has not settled is counted. With --along all are followed along a parameter: births and deaths
-    are located at the bifurcations of their branches.
+    has not settled is counted. A parameter that is given a range with a count, such as
+    --alpha 0.5:4:100, has all followed over it: births and deaths are located at the bifurcations
+    of their branches.
 
     Exits with 3 where the time was over before. Ctrl-C ends it early too: what was found is shown
     and written.
@@ -69,6 +48,7 @@ def attractors(
     from capsule_sym._native.watch import TOLD
 
     options.require("design", "scipy")
+    over = options.only_range()
     given = {name: window for name, window in windows.items() if window}
     if not given:
         raise click.UsageError("give a range of starts, such as --x-r -1:1")
@@ -81,11 +61,11 @@ def attractors(
         how["periods"] = periods
     found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors
     with present.stoppable(limit, "Settling"):
-        if along is None:
+        if over is None:
             found = capsule_sym.attractors(parameters, starts, **how)
         else:
-            name, low, high, number = along
-            values = linspace(low, high, max(number, 0)).tolist()
+            name, (low, high, number) = over
+            values = linspace(low, high, max(int(number), 0)).tolist()
             if device is not None and name not in parameters.to_dict():
                 how["ties"] = capsule_sym.device_path(device, name)
             found = capsule_sym.continue_attractors(parameters, name, values, starts, **how)

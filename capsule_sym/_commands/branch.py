@@ -22,20 +22,35 @@ if TYPE_CHECKING:
 _SAME_SIZE = 1e-6  # entries of a term that differ by a smaller share are as large
 
 
+class _Target(options.Named):
+    """VALUE or NAME=VALUE as a name, if there is one, and a value."""
+
+    def __init__(self) -> None:
+        super().__init__(click.FLOAT)
+        self.name = "[NAME=]VALUE"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Name and value of a text."""
+        if isinstance(value, str) and "=" not in value:
+            return None, self.of.convert(value, param, ctx)
+        return super().convert(value, param, ctx)
+
+
 @command()
 def branch(
     system: options.System = options.ranged_parameters(),
-    parameter: str | None = option(
-        "What varies with --from and --to where it has no option: a name of --with.",
-        callback=lambda context, option, name: name and name.replace("-", "_"),
+    along: tuple[str, tuple[float, float]] | None = option(
+        "The range of what varies and has no option of its own: a name of --with.",
+        type=options.Named(example="s=0.1:2"),
     ),
-    begin: float | None = option("Its value at the begin.", "--from"),
-    end: float | None = option("Its value at the end.", "--to"),
     points: int = options.count("Least number of steps.", 100),
     restart: tuple[str, str] | None = option(
-        "Begin at a labelled point, such as PD1, of a branch.json, in place of --from.",
+        "Begin at a labelled point, such as PD1, of a branch.json.",
         nargs=2,
         metavar="FILE LABEL",
+    ),
+    to: tuple[str | None, float] | None = option(
+        "With --restart: the value to go to, of another parameter as NAME=VALUE.", type=_Target()
     ),
     cascade: int = options.count(
         "Follow the branches of doubled orbits too, and those that leave them.",
@@ -43,9 +58,10 @@ def branch(
         0,
         metavar="DEPTH",
     ),
-    ties: tuple[str, ...] = option(
-        "A parameter that varies too, such as alpha=0.5*omega**2; may be repeated.",
+    ties: dict[str, Any] = options.by_name(
+        "A parameter that varies too, such as alpha=0.5*omega**2. Any number.",
         "--with",
+        of=options.Named(click.STRING, "alpha=0.5*omega**2"),
         metavar="NAME=FORMULA",
     ),
     state: tuple[float, float, float] = options.state(),
@@ -60,9 +76,8 @@ def branch(
     The branch begins with the orbit on which the motion settles there, or at a labelled point
     of a branch that --out wrote. It is followed through folds, stable or not, and from itinerary to
     itinerary where an inequality of the itinerary fails. With --restart all branches are followed
-    that leave the point towards --to: at a period doubling the doubled one too. With --with the
-    parameter may also be a name of one's own, of which one of the parameters given so is an affine
-    function, or a quantity of a device in SI units, such as P_d.
+    that leave the point towards --to: at a period doubling the doubled one too. --along may name
+    what is no parameter, of which a parameter of --with is an affine function.
 
     In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
     "label", "type", "line", "parameter", "value", "uncertainty", "itinerary_before",
@@ -77,31 +92,30 @@ def branch(
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.settings import check_points
 
-    for name in (*system.names, *options.ranges(), "begin", "state"):
+    for name in (*system.names, *options.ranges(), "along", "state"):
         options.check_beside(name, never=("restart",))
+    options.check_beside("to", needs=("restart",))
     device, limit = None, Watch(max_seconds)
-    parameter, begin, end = _range(parameter, begin, end, restart)
-    if parameter is not None and parameter in system.of.facts.PARAMETERS:
-        options.check_beside(parameter, never=("begin",))
     check_points(points)
     if restart is not None:
+        if to is None:
+            raise click.UsageError("--restart needs --to VALUE")
+        end = to[1]
         with present.stoppable(limit, "Following"):
             found = capsule_sym.continue_from(
                 *restart,
                 end,
-                parameter=parameter,
+                parameter=to[0],
                 points=points,
-                ties=_ties(ties) or None,
+                ties=ties or None,
                 max_seconds=limit.left,
             )
     else:
-        if parameter is None or begin is None:
-            raise click.UsageError("--to needs --parameter and --from, or --restart in their place")
+        parameter, begin, end = _range(along)
         parameters, device = system.load()
-        tied = _ties(ties)
-        if device is not None and not tied and parameter not in parameters.to_dict():
-            tied = capsule_sym.device_path(device, parameter)
-        found = (followed(parameters, parameter, begin, end, points, state, limit, tied),)
+        if device is not None and not ties and parameter not in parameters.to_dict():
+            ties = capsule_sym.device_path(device, parameter)
+        found = (followed(parameters, parameter, begin, end, points, state, limit, ties),)
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent where several parameters vary")
     for one in found:
@@ -125,18 +139,14 @@ def branch(
     tell_early_end(ended)
 
 
-def _range(
-    parameter: str | None, begin: float | None, end: float | None, restart: object
-) -> tuple[str | None, float | None, float]:
-    """What varies, from where to where, by its own option or by those that name it."""
-    for name, (low, high, *_) in options.ranges().items():
-        if parameter is not None or begin is not None or end is not None:
-            raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
-        parameter, begin, end = name, low, high
-    if end is None:
-        beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"
-        raise click.UsageError(f"give a range of what varies, such as --alpha 0.1:2{beside}")
-    return parameter, begin, end
+def _range(along: tuple[str, tuple[float, float]] | None) -> tuple[str, float, float]:
+    """What varies, from where to where, by its own option or by --along."""
+    for name in (along[0], *options.ranges()) if along else ():
+        options.check_beside(name, never=("along",))
+    if not (given := options.only_range() or along):
+        raise click.UsageError("give a range of what varies, such as --alpha 0.1:2")
+    name, (begin, end, *_) = given
+    return name, begin, end
 
 
 def _goes_on(ended: capsule_sym.Branch, out: Path | None, end: float) -> str:
@@ -172,17 +182,6 @@ def _files(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[
         "points.csv": (points,),
         "bifurcations.csv": (rows, columns),
     }
-
-
-def _ties(given: Sequence[str]) -> dict[str, str]:
-    """Formulas by the name of the parameter, from NAME=FORMULA."""
-    found = {}
-    for text in given:
-        name, equals, formula = text.partition("=")
-        if not equals:
-            raise InvalidInput("with", text, "NAME=FORMULA, such as alpha=0.5*omega**2")
-        found[name.strip()] = formula
-    return found
 
 
 def tell_early_end(found: capsule_sym.Branch) -> None:

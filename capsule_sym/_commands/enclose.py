@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from capsule_sym._native import Watch
 
 
+_HOUR = 3600.0
+
+
 def _growing(text: str) -> Any:
     """An option that names a file of proved parts, which grows."""
     return option(text, type=options.WritablePath(file=True), metavar="FILE")
@@ -32,13 +35,9 @@ def enclose(
     from_rest: options.Path | None = _growing(
         "Prove where the motions from rest go instead, going on with FILE."
     ),
-    seconds: float = option(
-        "With --region or --from-rest: how long.",
-        type=options.Seconds(),
-        default=3600.0,
-        show_default=True,
+    max_seconds: float = options.max_seconds(
+        shown="no limit; with --region or --from-rest an hour"
     ),
-    max_seconds: float = options.max_seconds(),
     out: options.Path | None = options.out(
         "Write certificates of all bifurcations, and of the orbits of Fig. 7, here.", "FILE.json"
     ),
@@ -60,11 +59,11 @@ def enclose(
     alpha in [0.001, 2], the motion from (0, 0, 0) is proved to tend to a periodic one, interval by
     interval. Both tell what share of the whole is proved.
     """
-    options.check_beside("region", never=("from_rest", "thresholds", "out", "max_seconds"))
-    options.check_beside("from_rest", never=("thresholds", "out", "max_seconds"))
-    options.check_beside("seconds", needs=("region", "from_rest"))
+    options.check_beside("region", never=("from_rest", "thresholds", "out"))
+    options.check_beside("from_rest", never=("thresholds", "out"))
     options.require("proof", "flint")
     if region is not None or from_rest is not None:
+        seconds = max_seconds if options.is_given("max_seconds") else _HOUR
         _parts(region, from_rest, seconds, as_json)
         return
     from capsule_sym._enclosures.case import GAMMAS

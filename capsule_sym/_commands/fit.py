@@ -11,7 +11,7 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.optimise import NamedRange, end, report, telling, units_of
+from capsule_sym._commands.optimise import end, report, telling, units_of
 from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._design.counts import BOOTSTRAP, SEED, STARTS
 
@@ -25,7 +25,7 @@ def fit(
     unknown: tuple[Any, ...] = option(
         "What is fitted, with bounds if it has any: a parameter, x_r, v_r, v_c, phase or x_c. "
         "Any number.",
-        type=NamedRange(bare=True),
+        type=options.Named(bare=True),
         multiple=True,
     ),
     how: dict[str, Any] = several(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -21,36 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class NamedRange(options.Range):
-    """NAME=LOW:HIGH as a name and a pair; where the range may be missing, NAME and None."""
-
-    def __init__(self, bare: bool = False) -> None:
-        super().__init__()
-        self.bare, self.name = bare, "NAME[=LOW:HIGH]" if bare else "NAME=LOW:HIGH"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Name and range of a text."""
-        if isinstance(value, tuple):
-            return value
-        name, mark, ends = value.partition("=")
-        if not name or not (mark or self.bare):
-            self.fail(f"{value!r} is not {self.name}, such as alpha=0.1:2", param, ctx)
-        return name, (options.Range.convert(options.Range(), ends, param, ctx) if mark else None)
-
-
-def by_name(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> dict[str, Any]:
-    """Pairs as a dictionary; raises InvalidInput for a name that is there twice."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise InvalidInput(given.opts[0], [name for name, _ in pairs], "different parameters")
-    return found
-
-
-over_option = option(
+over_option = options.by_name(
     "A parameter that varies, and its bounds: dimensionless, or of the device. Any number.",
-    type=NamedRange(),
-    multiple=True,
-    callback=by_name,
+    "--over",
+    of=options.Named(),
 )
 subject_option = option(
     "A constraint, such as 'peak_force <= 2'. Any number.",
@@ -59,13 +33,11 @@ subject_option = option(
     metavar="LIMIT",
 )
 margin_option = option("Floquet multipliers are at most 1 - MARGIN.", type=float)
-tolerance_option = option(
+tolerance_option = options.by_name(
     "The worst case within ±SHARE of a parameter counts. Any number.",
     "--tolerance",
-    type=(str, float),
-    multiple=True,
-    callback=by_name,
-    metavar="NAME SHARE",
+    of=options.Named(click.FLOAT, "alpha=0.05"),
+    metavar="NAME=SHARE",
 )
 _search = several(
     subject_to=subject_option,

@@ -32,17 +32,18 @@ def count(
     default: int | None,
     least: int | None = None,
     most: int | None = None,
+    *flags: str,
     **settings: Any,
 ) -> Any:
     """An option that takes a whole number within limits, if there are any."""
     kind = click.INT if least is None else click.IntRange(least, most)
-    return option(help, type=kind, default=default, show_default=True, **settings)
+    return option(help, *flags, type=kind, default=default, show_default=True, **settings)
 
 
 def state(help: str = "State at phase 0 from which the motion settles.") -> Any:
     """The option --state: x_r, v_r and v_c at the start, at rest if not given."""
     at_rest, text = (0.0, 0.0, 0.0), f"{help}  [default: 0 0 0]"
-    return option(text, type=float, nargs=3, default=at_rest, metavar="XR VR VC")
+    return option(text, type=float, nargs=3, default=at_rest, metavar="X_R V_R V_C")
 
 
 _DASH = r"(?<=\d)(-|–|\.\.|;)(?=[-\d.])"  # what is written between numbers
@@ -87,6 +88,38 @@ class Range(click.ParamType):  # type: ignore[type-arg]
         return numbers
 
 
+class Named(click.ParamType):  # type: ignore[type-arg]
+    """NAME=VALUE as a name and a value of a type; where it may be missing, NAME and None."""
+
+    def __init__(self, of: Any = None, example: str = "alpha=0.1:2", bare: bool = False) -> None:
+        self.of, self.example, self.bare = of or Range(), example, bare
+        value = self.of.name if isinstance(self.of, Range) else "VALUE"
+        self.name = f"NAME[={value}]" if bare else f"NAME={value}"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Name and value of a text."""
+        if isinstance(value, tuple):
+            return value
+        name, mark, text = value.partition("=")
+        if not name or not (mark or self.bare):
+            shown = param.metavar or self.name
+            self.fail(f"{value!r} is not {shown}, such as {self.example}", param, ctx)
+        return name.strip().replace("-", "_"), self.of.convert(text, param, ctx) if mark else None
+
+
+def by_name(help: str, *flags: str, of: Any, **settings: Any) -> Any:
+    """An option of NAME=VALUE pairs, as a dictionary; a name that is there twice is refused."""
+
+    def check(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            names = [name for name, _ in pairs]
+            raise InvalidInput(given.opts[0], names, "different parameters")
+        return found
+
+    return option(help, *flags, type=of, multiple=True, callback=check, **settings)
+
+
 def windows(counted: bool = False) -> Any:
     """The options --x-r, --v-r, --v-c and --phase: ranges of starts, with counts on request."""
     kind = Range(counted)
@@ -129,6 +162,15 @@ _RANGES = f"{__name__}.ranges"
 def ranges() -> dict[str, tuple[float, ...]]:
     """The ranges that the running command's parameters were given, in that order."""
     return dict(click.get_current_context().meta.get(_RANGES, {}))
+
+
+def only_range() -> tuple[str, tuple[float, ...]] | None:
+    """The name and the range of the one parameter that was given a range, if one was."""
+    found = ranges()
+    for name, ends in [*found.items()][1:]:
+        shown = ":".join(f"{end:g}" for end in ends)
+        raise InvalidInput(name, shown, "the only thing that varies")
+    return next(iter(found.items()), None)
 
 
 def ranged_parameters(counted: bool = False) -> Any:
@@ -336,7 +378,7 @@ class WritablePath(click.Path):
         return path
 
 
-def out(what: str, metavar: str = "DIRECTORY", **settings: Any) -> Any:
+def out(what: str, metavar: str = "DIR", **settings: Any) -> Any:
     """The option --out, which says `what` it does: of a directory, or of a FILE by its metavar."""
     return option(
         what, "--out", type=WritablePath(metavar[:4] == "FILE"), metavar=metavar, **settings
@@ -360,13 +402,13 @@ class Seconds(click.FloatRange):
         return number
 
 
-def max_seconds(default: float = math.inf) -> Any:
+def max_seconds(default: float = math.inf, shown: str = "no limit") -> Any:
     """The option --max-seconds, the limit of time of a command that can take long."""
     return option(
         "Stop after so long and show what was found; inf for no limit.",
         type=Seconds(),
         default=default,
-        show_default="no limit" if default == math.inf else True,
+        show_default=shown if default == math.inf else True,
     )
 
 

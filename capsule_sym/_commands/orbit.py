@@ -24,10 +24,9 @@ def orbit(
         "Search from a grid of states up to these x_r, v_r, v_c: attractors, others.",
         metavar="X_R V_R V_C",
     ),
-    along: tuple[str, float, float] | None = option(
+    along: tuple[str, tuple[float, float]] | None = option(
         "With --box: follow each orbit in a parameter too, to others and to isolas.",
-        type=(str, float, float),
-        metavar="NAME LOW HIGH",
+        type=options.Named(),
     ),
     max_seconds: float = options.max_seconds(),
     certify: options.Path | None = options.certify("the orbit"),
@@ -60,13 +59,9 @@ def orbit(
     search: capsule_sym.BoxSearch | capsule_sym.FoundOrbits | None = None
     found: Sequence[capsule_sym.Orbit]
     if box is not None:
-        name, *ends = along or (None,)
+        name, ends = along or (None, None)
         search = boxes = capsule_sym.search_box(
-            parameters,
-            box,
-            along=name and name.replace("-", "_"),
-            ends=tuple(ends) or None,
-            max_seconds=max_seconds,
+            parameters, box, along=name, ends=ends, max_seconds=max_seconds
         )
         found = boxes.orbits
         present.result(

@@ -28,7 +28,7 @@ def pulse(
     system: options.System = options.parameters(),
     state: tuple[float, float, float] = options.state("State that leads to the motion now."),
     to: tuple[float, float, float] | None = option(
-        "State that leads to the motion that is wanted.", metavar="XR VR VC"
+        "State that leads to the motion that is wanted.", metavar="X_R V_R V_C"
     ),
     between: tuple[int, int] | None = option(
         "Numbers of both motions among the attractors of the ranges below.",
@@ -39,7 +39,7 @@ def pulse(
     windows: dict[str, Any] = options.windows(),
     over: dict[str, Any] = over_option,
     how: dict[str, Any] = several(
-        most_periods=options.count("Periods of the pulse at most.", 8, 1, 1000),
+        most_periods=options.count("Periods of the pulse at most.", 8, 1, 1000, "--max-periods"),
         least=option(
             "What is least of the pulse: its periods, or the work of the drive.",
             type=click.Choice(["periods", "work"]),
@@ -49,12 +49,9 @@ def pulse(
         tolerances=tolerance_option,
     ),
     max_seconds: float = options.max_seconds(),
-    csv: options.Path | None = option(
-        "Write the drive and both displacements over time here.",
-        type=options.WritablePath(file=True),
-        metavar="FILE",
+    out: options.Path | None = options.out(
+        "Write the JSON here, the drive and both displacements over time as CSV, and the picture."
     ),
-    out: options.Path | None = options.out("Write the JSON, that table and its picture here."),
     as_json: bool = options.as_json,
 ) -> None:
     """Switch from one motion to another by a pulse of the drive, the shortest or cheapest.
@@ -74,7 +71,7 @@ def pulse(
     options.check_beside("to", never=("between", "reverse"))
     options.check_beside("between", never=("state", "reverse"))
     if to is None and between is None and not reverse:
-        raise click.UsageError("give --to XR VR VC, --between FROM TO or --reverse")
+        raise click.UsageError("give --to X_R V_R V_C, --between FROM TO or --reverse")
     if over and len(over) != 1:
         raise InvalidInput("--over", list(over), "one parameter of the drive")
     parameters, device = system.load()
@@ -86,12 +83,6 @@ def pulse(
         found = capsule_sym.switch_by_pulse(*ends, over or None, device or parameters, **how)
     files = {"pulse.json": finite(found.to_dict()), "pulse.csv": table_of(found)}
     pictures = {"pulse.svg": lambda: capsule_sym.plot_pulse(found)} if found.periods else {}
-    if csv is not None and found.periods:
-        from capsule_sym._files import write_whole
-        from capsule_sym._records import table
-
-        write_whole(csv, table(*table_of(found)), "--csv")
-        click.echo(f"wrote {csv}", err=True)
     present.result(
         lambda: finite(found.to_dict()), lambda: _show(found), as_json, out, lambda: files, pictures
     )

@@ -5,10 +5,28 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+_V = r"[\0=]([^\0=]+)"
+_WORD = r"\0([^\0=]+)"
 # Regular expressions of old words by command, on a line whose words are separated by \0.
-_OLD = {
+_OLD: dict[str, list[tuple[str, str]]] = {
     r"diagram|sweep-figure": [(r"diagram|sweep-figure", "figure")],
     r"sweep|basin": [("--store", "--out")],
+    "verify": [("--write", "--out")],
+    "enclose": [("--seconds", "--max-seconds")],
+    "attractors": [
+        ("--count", "--starts"),
+        ("--threads", "--workers"),
+        (rf"--along{_V}=([^\0]+)", r"--\1\0\2"),
+    ],
+    "orbit": [(rf"--along{_V}{_WORD}{_WORD}", r"--along\0\1=\2:\3")],
+    "pulse": [("--most-periods", "--max-periods")],
+    "branch": [
+        (rf"--parameter{_V}\0--from{_V}\0--to{_V}", r"--along\0\1=\2:\3"),
+        (rf"--parameter{_V}\0--to{_V}", r"--to\0\1=\2"),
+    ],
+    "design|optimise|pulse|tolerances": [
+        (rf"--(tolerance|normal){_V}{_WORD}", r"--\1\0\2=\3"),
+    ],
 }
 
 

@@ -124,7 +124,6 @@ def basin(
     windows: dict[str, Any] = options.windows(counted=True),
     state: tuple[float, float, float] = options.state("What no axis changes of the start."),
     periods: int = options.count("Excitation periods to run.", 300),
-    tolerance: float = option("Within which a motion repeats.", default=1e-9, show_default=True),
     store: str = _store,
     how: dict[str, Any] = _running,
     as_json: bool = options.as_json,
@@ -141,7 +140,7 @@ def basin(
         raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
     _check_run()
     parameters, _ = system.load()
-    chosen = capsule_sym.Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
+    chosen = capsule_sym.Sweep(axes, parameters, state, periods=periods)
     with _executor(**how) as settings:
         summary, _ = capsule_sym.run_basin(chosen, store, **settings)
     _tell(_summary(summary, periods, store), as_json)

@@ -9,7 +9,6 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import (
-    by_name,
     end,
     report,
     telling,
@@ -29,14 +28,12 @@ def tolerances(
         "A metric, or arithmetic of metrics. Any number.", multiple=True, type=str, metavar="METRIC"
     ),
     shares: dict[str, float] = tolerance_option,
-    normal: dict[str, float] = option(
+    normal: dict[str, float] = options.by_name(
         "A parameter that is normally distributed, with this standard deviation as a share. Any "
         "number.",
         "--normal",
-        type=(str, float),
-        multiple=True,
-        callback=by_name,
-        metavar="NAME SHARE",
+        of=options.Named(click.FLOAT, "alpha=0.05"),
+        metavar="NAME=SHARE",
     ),
     samples: int = options.count("Samples, a power of two.", 4096),
     seed: int = options.count("Decides the samples.", 0, *SEED),

@@ -31,18 +31,14 @@ def verify(
     only: str | None = option(
         "Prove this statement alone; --json gives the names as id.", metavar="NAME"
     ),
-    write: options.Path | None = option(
-        "Write the report with formulas here.",
-        type=options.WritablePath(file=True),
-        metavar="FILE.md",
-    ),
+    out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
     freeze: bool = option("Make what is found the expected verdicts."),
     as_json: bool = options.as_json,
 ) -> Sequence[Result]:
     """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
-    witness in --json and --write) or conditional. Exit status 1 when one is left unproved, or
+    witness in --json and --out) or conditional. Exit status 1 when one is left unproved, or
     when any differs from the expected verdicts.
 
     With --scene, the statements that hold of any scene: one that ships, or a file that declares
@@ -50,7 +46,7 @@ def verify(
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
-    options.check_beside("only", never=("write", "freeze"))
+    options.check_beside("only", never=("out", "freeze"))
     options.check_beside("scene", never=("freeze",))
     options.require("proof", "sympy")
     start = perf_counter()
@@ -76,9 +72,9 @@ def verify(
     results = [result for section in report.values() for result in section]
     if as_json:
         click.echo(json.dumps({"items": [items.record(result) for result in results]}))
-    if write is not None:
-        write_whole(write, theory.markdown(report), "--write")
-        click.echo(f"wrote {write}", err=True)
+    if out is not None:
+        write_whole(out, theory.markdown(report), "--out")
+        click.echo(f"wrote {out}", err=True)
     unproved = [result.item.id for result in results if not result.settled]
     took = f"{perf_counter() - start:.0f} s"
     click.echo(f"{len(results)} statements, {len(unproved)} unproved, {took}", err=True)

@@ -28,7 +28,7 @@ def call(capfd):
 
 
 def test_it_prints_what_the_function_finds(call) -> None:
-    box = ("--x-r", "-2:2", "--v-r", "-2:2", "--count", "50")
+    box = ("--x-r", "-2:2", "--v-r", "-2:2", "--starts", "50")
     status, out, err = call(*SYSTEM, *box)
     assert (status, err) == (0, [])
     assert "50 starts lead to 2 attractors" in out
@@ -37,8 +37,8 @@ def test_it_prints_what_the_function_finds(call) -> None:
 
 
 def test_along_a_parameter_it_writes_table_record_and_picture(call, tmp_path) -> None:
-    box = ("--x-r", "-2:2", "--v-r", "-2:2", "--count", "30", "--out", str(tmp_path / "out"))
-    status, out, err = call(*SYSTEM, *box, "--along", "alpha=2.1:2.2:3")
+    box = ("--x-r", "-2:2", "--v-r", "-2:2", "--starts", "30", "--out", str(tmp_path / "out"))
+    status, out, err = call(*SYSTEM, *box, "--alpha", "2.1:2.2:3")
     assert status == 0
     assert "2.14808303 period" in out
     assert err[0].startswith("wrote ")
@@ -52,13 +52,11 @@ def test_along_a_parameter_it_writes_table_record_and_picture(call, tmp_path) ->
 def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
     file = tmp_path / "device.toml"
     file.write_text(DEVICE)
-    system = ("--params", str(file), "--x-r", "-1:1", "--count", "5")
-    status, out, _ = call(*system, "--along", "P_d=3:6:2", "--json")
+    system = ("--params", str(file), "--x-r", "-1:1", "--starts", "5")
+    status, out, _ = call(*system, "--P-d", "3:6:2", "--json")
     record = json.loads(out)
     assert (status, record["parameter"], record["values"]) == (0, "P_d", [3.0, 6.0])
     assert record["message"] == "1 attractor at 2 values of P_d"
-    status, _, err = call(*system, "--along", "Q=3:6:2")
-    assert (status, len(err)) == (2, 1)
 
 
 @pytest.mark.parametrize(
@@ -66,12 +64,11 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
     [
         ((), "give a range of starts"),
         (("--x-r", "1:1"), "extent"),
-        (("--x-r", "0:1", "--count", "0"), "count"),
-        (("--x-r", "0:1", "--along", "beth=1:2:3"), "beth"),
-        (("--x-r", "0:1", "--along", "alpha=1:2:0"), "values"),
-        (("--x-r", "0:1", "--along", "alpha=2:1:3"), "ascending"),
-        (("--x-r", "0:1", "--along", "alpha=1:2"), "LOW:HIGH:COUNT"),
-        (("--x-r", "0:1", "--along", "1:2:3"), "NAME=LOW:HIGH:COUNT"),
+        (("--x-r", "0:1", "--starts", "0"), "count"),
+        (("--x-r", "0:1", "--alpha", "1:2:3", "--beta", "1:2:3"), "the only thing that varies"),
+        (("--x-r", "0:1", "--alpha", "1:2:0"), "values"),
+        (("--x-r", "0:1", "--alpha", "2:1:3"), "ascending"),
+        (("--x-r", "0:1", "--alpha", "1:2"), "LOW:HIGH:COUNT"),
         (("--phase", "0:100"), "phases = 50.0: must be times in"),
     ],
 )

@@ -346,12 +346,12 @@ def call(capfd, tmp_path, monkeypatch):
 
 
 def test_the_command_writes_what_it_finds(call, tmp_path, reversal) -> None:
-    line = "--state 0.5 -0.9 -0.9 --to 0.4 0.9 0.1 --json --csv drive.csv --out found"
+    line = "--state 0.5 -0.9 -0.9 --to 0.4 0.9 0.1 --json --out found"
     status, out, err = call(line)
     assert status == 0
-    assert err == ["wrote drive.csv", "wrote found/pulse.json, found/pulse.csv, found/pulse.svg"]
+    assert err == ["wrote found/pulse.json, found/pulse.csv, found/pulse.svg"]
     assert json.loads(out)["interval"] == pytest.approx(reversal.interval)
-    rows = list(csv.DictReader((tmp_path / "drive.csv").read_text().splitlines()))
+    rows = list(csv.DictReader((tmp_path / "found/pulse.csv").read_text().splitlines()))
     assert list(rows[0]) == ["time", "alpha", "drive", "x_r", "x_c"]
     assert len(rows) == len(reversal.columns["time"])
 
@@ -368,11 +368,11 @@ def test_the_command_takes_numbers_of_attractors_or_the_other_way(call) -> None:
     ("line", "said"),
     [
         ("--to 0.5 -0.9 -0.9 --state 0.5 -0.9 -0.9", "another orbit than the start"),
-        ("--to 0.4 0.9 0.1 --most-periods 0", "1<=x<=1000"),
+        ("--to 0.4 0.9 0.1 --max-periods 0", "1<=x<=1000"),
         ("--to 0.4 0.9 0.1 --over delta=0:1", "bounds of one of alpha, omega"),
         ("--x-r -2:2 --between 0 9", "--between"),
         ("--reverse", "a range of starts"),
-        ("", "--to XR VR VC"),
+        ("", "--to X_R V_R V_C"),
     ],
 )
 def test_the_command_refuses_in_one_line(call, line, said) -> None:

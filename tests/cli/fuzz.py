@@ -26,8 +26,7 @@ import capsule_sym
 from benchmarks.__main__ import group as developers
 from benchmarks.hardcases import adversarial, table
 from capsule_sym._cli import _ended, _status, group
-from capsule_sym._commands.optimise import NamedRange
-from capsule_sym._commands.options import Range
+from capsule_sym._commands.options import Named, Range
 
 NOT_PROVED, INTERRUPTED = 4, 130
 ENDS = {0, 2, 3}
@@ -77,10 +76,9 @@ def _value(kind: click.ParamType) -> st.SearchStrategy[list[str]]:
     """The words of one value of a type."""
     if isinstance(kind, click.Tuple):
         return st.tuples(*map(_value, kind.types)).map(lambda parts: list(chain(*parts)))
-    if isinstance(kind, NamedRange):
-        ends = st.tuples(_numbers, _numbers).map(":".join)
+    if isinstance(kind, Named):
         name = st.sampled_from([*_NAMES, "P_d", "Omega"])
-        return st.tuples(name, ends).map("=".join).map(lambda one: [one])
+        return st.tuples(name, _value(kind.of)).map(lambda two: [f"{two[0]}={two[1][0]}"])
     if isinstance(kind, Range):
         parts = [_numbers, _numbers, *[_integers] * kind.counted]
         return st.tuples(*parts).map(":".join).map(lambda one: [one])

@@ -32,11 +32,11 @@ RUNS = {
     "branch": "--X --points 2 --out branch",
     "sweep": "--X:2 --Y:2 --compute itinerary,energies,forces --periods 200 --out grid",
     "basin": "--x-r 0:0.1:2 --v-r 0:0.1:2 --periods 50 --out basin",
-    "attractors": "--x-r 0:0.1 --count 5 --periods 200",
+    "attractors": "--x-r 0:0.1 --starts 5 --periods 200",
     "optimise": "--maximise speed --over X --samples 1",
     "steer": "--over X --samples 1",
     "fit": "measured.csv --unknown x",
-    "tolerances": "--tolerance x 0.01 --samples 64",
+    "tolerances": "--tolerance x=0.01 --samples 64",
 }
 DRAWN = {
     "design": "--over X --points 2",
@@ -66,7 +66,7 @@ def lines(name: str, device: bool) -> dict[str, str]:
         near, wide = f"{drive}:{1.02 * drive}", f"{0.45 * drive}:{drive}"
         words = options.replace("--XX", f"--{x} {wide}").replace("--X", f"--{x} {near}")
         words = words.replace("--Y", f"--{y} {rate}:{1.01 * rate}").replace("X", f"{x}={near}")
-        return words.replace("--unknown x", f"--unknown {x}").replace("e x ", f"e {x} ")
+        return words.replace("--unknown x", f"--unknown {x}").replace("e x=", f"e {x}=")
 
     every = {of: f"{of} {written(options)} {chosen}" for of, options in (RUNS | DRAWN).items()}
     return every | {of: of for of in STORED}

@@ -54,7 +54,7 @@ def test_several_orbits(capsys) -> None:
 
 
 def test_a_branch(capsys, tmp_path: Path) -> None:
-    arguments = ("--parameter", "alpha", "--from", "0.9", "--to", "1.0", "--points", "10")
+    arguments = ("--alpha", "0.9:1.0", "--points", "10")
     status, out, err = call(capsys, "branch", *arguments, "--out", str(tmp_path), "--json")
     assert status == 0
     assert err.startswith("wrote ")
@@ -82,16 +82,16 @@ def test_a_branch(capsys, tmp_path: Path) -> None:
 
 
 def test_a_range_is_what_varies_from_its_first_number_to_its_second(capsys) -> None:
-    """Down or up, as --parameter, --from and --to have it."""
+    """Down or up, as --along has it."""
     arguments = ("branch", "--points", "3", "--json")
-    _, named, _ = call(capsys, *arguments, "--parameter", "alpha", "--from", "1.0", "--to", "0.9")
+    _, named, _ = call(capsys, *arguments, "--along", "alpha=1.0:0.9")
     status, out, _ = call(capsys, *arguments, "--alpha", "1.0:0.9")
     assert (status, out) == (0, named)
     assert json.loads(out)["points"][0]["value"] == 1.0
 
 
 def test_a_branch_as_text(capsys) -> None:
-    arguments = ("--parameter", "alpha", "--from", "0.9", "--to", "0.95", "--points", "5")
+    arguments = ("--alpha", "0.9:0.95", "--points", "5")
     status, out, _ = call(capsys, "branch", *arguments)
     assert status == 0
     assert re.search(r"line +alpha +uncertainty", out)
@@ -101,7 +101,7 @@ def test_a_branch_as_text(capsys) -> None:
 
 def test_a_branch_that_ends_early_says_why(capsys) -> None:
     arguments = ("--alpha", "0.3", "--delta", "0.3", "--zeta", "0.01", "--beta", "30")
-    arguments += ("--parameter", "omega", "--from", "1.6", "--to", "0.7", "--points", "20")
+    arguments += ("--omega", "1.6:0.7", "--points", "20")
     status, out, err = call(capsys, "branch", *arguments, "--json")
     assert status == 3
     assert err.startswith("the branch ends (turned-back): omega = 1.6")
@@ -172,7 +172,7 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
     itinerary = json.loads(out)["itinerary"]
     _, out, _ = call(capsys, "orbit", *settings, "--json")
     assert json.loads(out)["itinerary"] == itinerary
-    arguments = ("--parameter", "alpha", "--from", "1.53", "--to", "1.5", "--points", "2")
+    arguments = ("--alpha", "1.53:1.5", "--points", "2")
     _, out, _ = call(capsys, "branch", *arguments, "--json")
     branch = json.loads(out)
     assert branch["points"][0]["itinerary"] == itinerary
@@ -193,17 +193,17 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
         (("orbit", "--alpha", "-1"), "alpha = -1.0: must be finite and >= 0"),
         (("orbit", "--alpha", "x"), "is not a valid float"),
         (
-            ("branch", "--parameter", "speed", "--from", "0", "--to", "1"),
+            ("branch", "--along", "speed=0:1"),
             "parameter = 'speed': must be one of",
         ),
         (
-            ("branch", "--parameter", "alpha", "--from", "0.5", "--to", "0.5"),
+            ("branch", "--alpha", "0.5:0.5"),
             "to = 0.5: must be other than 0.5",
         ),
-        (("branch", "--parameter", "gamma", "--from", "3", "--to", "0"), "gamma = 0.0: must be"),
+        (("branch", "--gamma", "3:0"), "gamma = 0.0: must be"),
         (
-            ("branch", "--parameter", "alpha", "--from", "0.5"),
-            "give a range of what varies, such as --alpha 0.1:2, or --parameter, --from and --to",
+            ("branch", "--alpha", "0.5"),
+            "give a range of what varies, such as --alpha 0.1:2",
         ),
         (
             (*("curve", "--alpha", "0.9:1", "--gamma", "3:4", "--bifurcation", "fold"),),
@@ -267,7 +267,7 @@ def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
     monkeypatch.setattr(capsule_sym, "solve_orbit", lambda *arguments, **_: nothing)
     for arguments in (
         ("orbit",),
-        ("branch", "--parameter", "alpha", "--from", "0.5", "--to", "1"),
+        ("branch", "--alpha", "0.5:1"),
     ):
         status, out, err = call(capsys, *arguments)
         assert (status, out) == (3, "")
@@ -275,7 +275,7 @@ def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
 
 
 def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> None:
-    first = ("branch", "--zeta", "0.005", "--parameter", "alpha", "--from", "0.04", "--to", "0.05")
+    first = ("branch", "--zeta", "0.005", "--alpha", "0.04:0.05")
     status, _, _ = call(capsys, *first, "--points", "5", "--cascade", "1", "--out", str(tmp_path))
     assert status == 0
     record = json.loads((tmp_path / "branch.json").read_text())
@@ -292,21 +292,22 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
     for line, words in (
         (("--restart", file, "PD2", "--to", "1"), "label = 'PD2': must be one of PD1, EP1, EP2"),
         (
-            ("--restart", file, "PD1", "--to", "1", "--from", "2"),
+            ("--restart", file, "PD1", "--to", "1", "--along", "s=1:2"),
             "--restart exclude each other",
         ),
         (
             ("--restart", file, "PD1", "--to", "1", "--zeta", "2"),
             "--restart exclude each other",
         ),
-        (("--to", "1", "--parameter", "alpha"), "--to needs --parameter and --from"),
-        (("--to", "1"), "--to needs --parameter"),
+        (("--restart", file, "PD1"), "--restart needs --to VALUE"),
+        (("--restart", file, "PD1", "--to", "zeta="), "'' is not a valid float"),
+        (("--to", "1"), "--to is for --restart, which is missing"),
         (
-            ("--parameter", "omega", "--from", "1", "--to", "2", "--with", "alpha=1-omega"),
+            ("--omega", "1:2", "--with", "alpha=1-omega"),
             "alpha = -",
         ),
-        (("--parameter", "omega", "--from", "1", "--to", "2", "--with", "alpha"), "NAME=FORMULA"),
-        (("--parameter", "s", "--from", "1", "--to", "2"), "parameter = 's': must be one of"),
+        (("--omega", "1:2", "--with", "alpha"), "NAME=FORMULA"),
+        (("--along", "s=1:2"), "parameter = 's': must be one of"),
     ):
         status, out, err = call(capsys, "branch", *line)
         assert (status, out) == (2, "")
@@ -316,7 +317,7 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
 
 @pytest.mark.parametrize("name", ["f-b", "f_b"])
 def test_a_branch_in_the_friction_bound_is_asked_for_either_way(capsys, name: str) -> None:
-    arguments = ("--parameter", name, "--from", "1", "--to", "1.001", "--points", "2", "--json")
+    arguments = ("--along", f"{name}=1:1.001", "--points", "2", "--json")
     status, out, _ = call(capsys, "branch", *arguments)
     assert (status, json.loads(out)["parameter"]) == (0, "f_b")
 

@@ -17,6 +17,35 @@ from capsule_sym._commands.renamed import renewed
         ("basin --store=s --json", "basin --out=s --json", "--store is now --out"),
         ("sweep a.toml -- --store", "sweep a.toml -- --store", ""),
         ("figure diagram --out --store", "figure diagram --out --store", ""),
+        ("verify --write a.md", "verify --out a.md", "--write is now --out"),
+        ("enclose --seconds 9", "enclose --max-seconds 9", "--seconds is now --max-seconds"),
+        (
+            "attractors --count=9 --along f-b=1:2:3",
+            "attractors --starts=9 --f-b 1:2:3",
+            "--count is now --starts, --along f-b=1:2:3 is now --f-b 1:2:3",
+        ),
+        (
+            "orbit --box 1 1 1 --along alpha 0 1",
+            "orbit --box 1 1 1 --along alpha=0:1",
+            "--along alpha 0 1 is now --along alpha=0:1",
+        ),
+        ("orbit --along alpha=0:1 --json", "orbit --along alpha=0:1 --json", ""),
+        (
+            "branch --parameter s --from -1 --to 2 --json",
+            "branch --along s=-1:2 --json",
+            "--parameter s --from -1 --to 2 is now --along s=-1:2",
+        ),
+        (
+            "branch --restart a.json PD1 --parameter zeta --to 0.1",
+            "branch --restart a.json PD1 --to zeta=0.1",
+            "--parameter zeta --to 0.1 is now --to zeta=0.1",
+        ),
+        (
+            "pulse --most-periods 3 --tolerance mu 0.1",
+            "pulse --max-periods 3 --tolerance mu=0.1",
+            "--most-periods is now --max-periods, --tolerance mu 0.1 is now --tolerance mu=0.1",
+        ),
+        ("design --tolerance mu=0.1 --json", "design --tolerance mu=0.1 --json", ""),
         ("", "", ""),
     ],
 )

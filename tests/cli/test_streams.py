@@ -30,19 +30,19 @@ SHORT = {
     "bench": "--quick",
     "sweep": "two.toml --out one",
     "basin": "--x-r 0:1:2 --periods 2 --out two",
-    "attractors": "--x-r 0:1 --count 2 --periods 40",
+    "attractors": "--x-r 0:1 --starts 2 --periods 40",
     "sweep-info": "done",
     "enclose": "",
     "orbit": "",
     "shock": "--samples 100 --largest 0.01",
-    "branch": "--parameter alpha --from 0.7 --to 0.701 --points 1",
+    "branch": "--alpha 0.7:0.701 --points 1",
     "design": "--over alpha=0.7:0.71 --points 2",
     "optimise": "--maximise speed --over alpha=0.7:0.71 --samples 1",
     "steer": "--over alpha=0.7:0.71 --samples 1",
     "pulse": "--alpha 2.5 --omega 0.41 --delta 0.41 --zeta 0.025 --beta 12 --gamma 2.2 "
-    "--state 0.5 -0.9 -0.9 --to 0.4 0.9 0.1 --most-periods 1",
+    "--state 0.5 -0.9 -0.9 --to 0.4 0.9 0.1 --max-periods 1",
     "fit": "measured.csv --unknown alpha",
-    "tolerances": "--tolerance alpha 0.01 --samples 64",
+    "tolerances": "--tolerance alpha=0.01 --samples 64",
     "curve": "--alpha 0.36:0.37 --gamma 3.29:3.3 --bifurcation adding --points 1 --at 3.3",
 }
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full")

@@ -32,7 +32,7 @@ MIDDLE = {
         [
             *("--alpha", "1.88", "--omega", "0.32", "--delta", "0.03", "--zeta", "0.05"),
             *("--beta", "17.57", "--gamma", "7.47"),
-            *("--x-r", "-1:1", "--count", "2000", "--periods", "1000000"),
+            *("--x-r", "-1:1", "--starts", "2000", "--periods", "1000000"),
         ],
         r"Settling 0 of 2,000 runs",
     ),
@@ -40,13 +40,13 @@ MIDDLE = {
         [
             *("--alpha", "2.5", "--omega", "0.41", "--delta", "0.41", "--zeta", "0.025"),
             *("--beta", "12", "--gamma", "2.2", "--state", "0.5", "-0.9", "-0.9"),
-            *("--to", "0.4", "0.9", "0.1", "--least", "work", "--most-periods", "1000"),
+            *("--to", "0.4", "0.9", "0.1", "--least", "work", "--max-periods", "1000"),
         ],
         r"Switching pulses of \d+ of 1000",
     ),
     "orbit": (["--starts", "100000"], "Searching"),
     "tolerances": (
-        ["--tolerance", "alpha", "0.1", "--samples", "1048576"],
+        ["--tolerance", "alpha=0.1", "--samples", "1048576"],
         "Sampling: first sample",
     ),
     "shock": (["--samples", "10000000"], "Knocking: knocks of"),

@@ -230,7 +230,7 @@ REFUSED = {
     "a seed of no draw": (("fit", "data.csv", "--unknown", "alpha", "--seed", "1"), "--seed"),
     "phase": (("fit", "data.csv", "--unknown", "alpha", "--phase", "nan"), "phase"),
     "a tolerance twice": (
-        (*OPTIMISE, "--over", "alpha=1:2", *(2 * ("--tolerance", "zeta", "0.1"))),
+        (*OPTIMISE, "--over", "alpha=1:2", *(2 * ("--tolerance", "zeta=0.1"))),
         "--tolerance",
     ),
     "no range": ((*OPTIMISE, "--over", "alpha"), "NAME=LOW:HIGH"),

@@ -144,18 +144,18 @@ def test_the_picture_has_the_indices() -> None:
 
 def test_the_command_prints_and_refuses(call) -> None:
     status, out, err = call(
-        *("tolerances", "--tolerance", "alpha", "0.05", "--normal", "zeta", "0.01"),
+        *("tolerances", "--tolerance", "alpha=0.05", "--normal", "zeta=0.01"),
         *("--metric", "speed", "--samples", "64", "--json"),
     )
     assert (status, err) == (0, [])
     shown = json.loads(out)
     assert shown["names"] == ["alpha", "zeta"]
     assert shown["metrics"][0]["metric"] == "speed"
-    status, out, err = call("tolerances", "--tolerance", "alpha", "0.05", "--samples", "64")
+    status, out, err = call("tolerances", "--tolerance", "alpha=0.05", "--samples", "64")
     assert "another attractor" in out
-    status, out, err = call("tolerances", "--normal", "delta", "1")
+    status, out, err = call("tolerances", "--normal", "delta=1")
     assert (status, len(err)) == (2, 1)
     status, out, err = call(
-        "tolerances", "--normal", "alpha", "0.1", "--tolerance", "alpha", "0.1", "--samples", "64"
+        "tolerances", "--normal", "alpha=0.1", "--tolerance", "alpha=0.1", "--samples", "64"
     )
     assert (status, len(err)) == (2, 1)

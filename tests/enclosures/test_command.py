@@ -36,7 +36,7 @@ def test_orbit_is_certified(tmp_path: Path) -> None:
 
 def test_branch_certifies_its_bifurcations(tmp_path: Path) -> None:
     file = tmp_path / "branch.json"
-    options = ["--parameter", "alpha", "--from", "0.3", "--to", "0.6"]
+    options = ["--alpha", "0.3:0.6"]
     run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
     assert run.exit_code == 0, run.output
     types = [one["about"]["type"] for one in certificates(file)]
@@ -47,7 +47,7 @@ def test_branch_certifies_its_bifurcations(tmp_path: Path) -> None:
 
 def test_what_the_checker_cannot_take_is_said(tmp_path: Path) -> None:
     file = tmp_path / "branch.json"
-    options = ["--alpha", "1.6", "--parameter", "gamma", "--from", "3.0", "--to", "3.3"]
+    options = ["--alpha", "1.6", "--gamma", "3.0:3.3"]
     run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
     assert run.exit_code == 4
     assert "not proved" in run.output

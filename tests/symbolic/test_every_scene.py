@@ -108,7 +108,7 @@ def test_report_of_a_scene_has_every_statement(
 ) -> None:
     monkeypatch.setattr(every_scene, "SECTIONS", {"Cells": cells.items})
     path = tmp_path / "report.md"
-    result = CliRunner().invoke(command, ["--scene", "capsule", "--write", str(path)])
+    result = CliRunner().invoke(command, ["--scene", "capsule", "--out", str(path)])
     assert result.exit_code == 0, result.stderr
     report = path.read_text(encoding="utf-8")
     assert all(f"`{item.id}`" in report for item in cells.items())

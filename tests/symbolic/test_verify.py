@@ -175,7 +175,7 @@ def test_lines_name_status_equation_and_statement() -> None:
 
 
 def test_report_has_every_statement_and_formula(short: Path) -> None:
-    assert CliRunner().invoke(command, ["--write", "new/verify.md"]).exit_code == 0
+    assert CliRunner().invoke(command, ["--out", "new/verify.md"]).exit_code == 0
     report = (short / "new" / "verify.md").read_text(encoding="utf-8")
     for item in sample():
         assert f"`{item.id}`" in report
@@ -229,4 +229,4 @@ def test_one_statement_is_found_without_deriving_other_sections(
 def test_a_name_of_no_statement_is_refused_with_names_alike() -> None:
     with pytest.raises(InvalidInput, match=re.escape(sample()[0].id)):
         verify.item(sample()[0].id + "x")
-    assert CliRunner().invoke(command, ["--only", sample()[0].id, "--write", "x.md"]).exit_code == 2
+    assert CliRunner().invoke(command, ["--only", sample()[0].id, "--out", "x.md"]).exit_code == 2
