@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -35,6 +35,14 @@ results/hardcases.json: $(READY) capsule_sym/paper.toml $(HARD)
 	@mkdir -p results
 	$(BIN)/python -m benchmarks hardcases --json > $@.part
 	@mv $@.part $@
+
+results/enclose.json: $(READY) $(call within,_symbolic _enclosures _orbits _map _native generated)
+	@mkdir -p results
+	$(BIN)/capsule-sym enclose --json > $@.part
+	@mv $@.part $@
+
+article: paper results/enclose.json  ## write the journal paper and the note on Section 4 from these records; needs LaTeX to typeset
+	$(BIN)/python docs/paper/build.py
 
 # A test that stands still shows what each thread is at, and fails; the longest takes two minutes.
 STILL := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true --max-worker-restart 2
@@ -119,10 +127,7 @@ mutations: $(READY)  ## change every value typed from the paper; each change has
 	CAPSULE_SYM_RECORD=results/mutations.json \
 	    $(BIN)/python -m pytest -q -s -m long tests/symbolic/test_mutations.py
 
-verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
-	@mkdir -p results
-	$(BIN)/capsule-sym enclose --json > results/enclose.json.part
-	@mv results/enclose.json.part results/enclose.json
+verify: $(READY) results/enclose.json  ## prove the theory, and Section 4 in ball arithmetic
 	$(BIN)/python -m benchmarks verify
 
 certificates: $(READY)  ## write results/certificates.json, and check it with code of its own

@@ -1,0 +1,88 @@
+"""The journal paper and the note: every number from a record, every reference known."""
+
+import importlib.util
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections import Counter
+from copy import deepcopy
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "docs" / "paper"
+CITED = re.compile(r"@([a-z]+\d{4})|\\cite\{([^}]*)\}")
+
+
+@pytest.fixture(scope="module")
+def build() -> ModuleType:
+    """The script as a module."""
+    spec = importlib.util.spec_from_file_location("article", FOLDER / "build.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", ["paper.md.in", "note.tex.in"])
+def test_every_reference_is_known(name: str) -> None:
+    """Each cited key is in the bibliography, and each entry of it is cited in the paper."""
+    known = set(re.findall(r"^@\w+\{(\w+),", (FOLDER / "paper.bib").read_text("utf-8"), re.M))
+    found = CITED.findall((FOLDER / name).read_text("utf-8"))
+    cited = {key.strip() for a, b in found for key in (a or b).split(",")}
+    assert cited <= known
+    assert name != "paper.md.in" or cited == known
+
+
+@pytest.fixture(scope="module")
+def records(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """New records of the case study and of the enclosures, and the expected verdicts."""
+    folder = tmp_path_factory.mktemp("records")
+    program = str(Path(sys.executable).with_name("capsule-sym"))
+    subprocess.run([program, "paper", "--out", folder], check=True, stdout=subprocess.DEVNULL)
+    enclosed = subprocess.run([program, "enclose", "--json"], check=True, stdout=subprocess.PIPE)
+    verdicts = ROOT / "capsule_sym" / "_symbolic" / "verdicts.toml"
+    return {
+        "casestudy": json.loads((folder / "casestudy.json").read_text("utf-8")),
+        "enclosed": json.loads(enclosed.stdout),
+        "verdicts": Counter(tomllib.loads(verdicts.read_text("utf-8"))["status"].values()),
+    }
+
+
+@pytest.mark.long
+def test_the_paper_is_that_of_the_records(
+    build: ModuleType, records: dict[str, Any], tmp_path: Path
+) -> None:
+    """The committed paper is what new records give, and LaTeX takes the note."""
+    values = build.numbers(**records)
+    assert build.rendered("paper.md.in", values) == (FOLDER / "paper.md").read_text("utf-8")
+    note = build.rendered("note.tex.in", values)
+    assert "<<" not in note
+    latex = shutil.which("pdflatex")
+    if not latex:
+        pytest.skip("pdflatex is missing")
+    shutil.copy(ROOT / "docs" / "explorer.png", tmp_path)
+    drawn = note.replace("bifurcations.pdf", "explorer.png")
+    (tmp_path / "note.tex").write_text(drawn, encoding="utf-8")
+    command = [latex, "-interaction=nonstopmode", "-halt-on-error", "note.tex"]
+    subprocess.run(command, cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
+
+
+@pytest.mark.long
+def test_records_that_differ_are_refused(build: ModuleType, records: dict[str, Any]) -> None:
+    """A case study that locates another bifurcation, or steps left unproved, end the build."""
+    changed = deepcopy(records)
+    changed["casestudy"]["bifurcations"]["thresholds"][0]["exact"] += 1e-6
+    with pytest.raises(SystemExit, match="the records differ in grazing"):
+        build.numbers(**changed)
+    changed = deepcopy(records)
+    changed["enclosed"]["sections"][1]["intervals"] = []
+    with pytest.raises(SystemExit, match="unproved"):
+        build.numbers(**changed)
