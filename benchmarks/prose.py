@@ -15,7 +15,7 @@ from typing import Any
 
 from proselint.checks import __register__ as shipped
 from proselint.registry.checks import Check, CheckResult, types
-from proselint.registry.checks.engine import Fast, RegexOptions
+from proselint.registry.checks.engine import Fancy, RegexOptions
 
 ROOT = Path(__file__).parents[1]
 _STRINGS = r'"""(?:\\.|[^\\])*?"""|"(?:\\.|[^"\\\n])*"' + r"|'(?:\\.|[^'\\\n])*'"
@@ -45,7 +45,7 @@ def checks() -> tuple[Check, ...]:
     own = [
         Check(
             check_type=types.ExistenceSimple(rule["not"].replace(" ", r"[\s*#]+")),
-            engine=Fast(RegexOptions(case_insensitive=not rule.get("case", False))),
+            engine=Fancy(RegexOptions(case_insensitive=not rule.get("case", False))),
             path=f"house.{rule['name']}",
             message=f"'{{}}': say {rule['say']}",
         )

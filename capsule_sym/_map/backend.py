@@ -1,7 +1,7 @@
-"""The two number systems in which the one map runs: double precision and mpmath.
+"""Number systems of the map: double precision and mpmath.
 
 A backend gives the generated kernels of its number system and the few operations that differ
-between them. Everything else in this package is written once, for either.
+between them. Everything else in this package is written once for both.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ Number = Any  # float, or a number of the mpmath kernels
 
 
 class Backend:
-    """What the map asks of a number system: by mpmath's functions, or what stands for them."""
+    """Operations that the map needs from a number system, by mpmath's functions or replacements."""
 
     name: str
     scene: Scene
-    """The scene whose kernels these are."""
+    """Scene of the kernels."""
     kernels: Any
     unit: Number
     """Unit roundoff."""
@@ -40,7 +40,7 @@ class Backend:
         self.unit, self.full_turn = functions.eps / 2, 2 * functions.pi
 
     def number(self, value: object) -> Number:
-        """The value in this number system, exactly if it is a float."""
+        """Value in this number system, exact for a float."""
         return self._functions.mpf(value)
 
     def sqrt(self, value: Number) -> Number:
@@ -52,19 +52,19 @@ class Backend:
         return self._functions.sqrt(x * x + y * y)
 
     def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
-        """The forcing angle at a time, and by how much it is more than rounded."""
+        """Forcing angle at a time, and its rounding error."""
         return phase * omega, phase * 0
 
     def edge(self, share: Number) -> tuple[Number, Number]:
-        """The forcing angle after a share of a period, and by how much it is more than rounded."""
+        """Forcing angle after a share of a period, and its rounding error."""
         return share * self.full_turn, share * 0
 
     def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
-        """Cosine and sine of an angle and what rounding took from it."""
+        """Cosine and sine of an angle and its rounding error."""
         return self._functions.cos_sin(angle + rest)  # type: ignore[no-any-return]
 
     def turns(self, angle: Number) -> tuple[int, Number]:
-        """Whole turns in an angle >= 0, and the rest in [0, 2 pi)."""
+        """Whole turns in an angle >= 0, and the remainder in [0, 2 pi)."""
         whole = int(self._functions.floor(angle / self.full_turn))
         return whole, angle - whole * self.full_turn
 
@@ -98,7 +98,7 @@ class NumpyBackend(Backend):
 
     def angle(self, phase: float, omega: float) -> tuple[float, float]:
         angle = phase * omega
-        # Exactly, in whole numbers, whose quotient Python rounds once.
+        # Exactly, in integers, whose quotient Python rounds once.
         (a, b), (c, d), (e, f) = (x.as_integer_ratio() for x in (phase, omega, angle))
         return angle, (a * c * f - e * b * d) / (b * d * f)
 
@@ -126,10 +126,10 @@ class NumpyBackend(Backend):
 
 
 class MpmathBackend(Backend):
-    """Numbers of so many decimal digits, whatever `mpmath.mp` is set to, on the mpmath kernels."""
+    """Numbers with a fixed count of decimal digits, independent of `mpmath.mp`."""
 
     name = "mpmath"
-    # Some hundred operations are less by far: the arbiter's bounds rest on no measurement.
+    # Some hundred operations round far less: the reference's bounds rest on no measurement.
     closed_form_units = 10**GUARD_DIGITS
 
     def __init__(self, digits: int = MOST_DIGITS, scene: Scene = CAPSULE) -> None:
@@ -139,13 +139,13 @@ class MpmathBackend(Backend):
 
 
 def default_backend(scene: Scene = CAPSULE) -> str:
-    """The fastest backend: "c" where the scene's core was compiled, else "numpy"."""
+    """Fastest backend: "c" if the scene's core is compiled, else "numpy"."""
     return "c" if _is_compiled(scene) else "numpy"
 
 
 @cache
 def _is_compiled(scene: Scene) -> bool:
-    """Whether the scene's core is there; warns once if it is not."""
+    """True if the scene's core is there; warns once if it is not."""
     from capsule_sym._native import core_of
 
     if core_of(scene) is not None:
@@ -161,7 +161,7 @@ def _is_compiled(scene: Scene) -> bool:
 
 
 def how_compiled(scene: Scene) -> str:
-    """What compiles the core of a scene."""
+    """Command or advice to compile the core of a scene."""
     if scene.source in SHIPPED:
         return "install capsule-sym where there is a C compiler"
     return f"run python -m capsule_sym.codegen --scene FILE --out {scene.source} --core"
@@ -169,11 +169,9 @@ def how_compiled(scene: Scene) -> str:
 
 @contextmanager
 def backend(name: str, scene: Scene = CAPSULE) -> Iterator[Backend]:
-    """The backend of this name, `numpy`, or `mpmath` with 50 digits and 10 to guard them.
+    """Backend of this name, `numpy`, or `mpmath` with 50 digits and 10 guard digits.
 
-    Its kernels are those of the scene.
-
-    Raises InvalidInput for another name.
+    Its kernels are those of the scene. Raises InvalidInput for another name.
     """
     if name == "numpy":
         yield NumpyBackend(scene)

@@ -1,4 +1,4 @@
-"""What a run may be asked for: ranges of parameters, states, phases and counts."""
+"""Checks of the arguments of a run: ranges of parameters, states, phases and counts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LARGEST_STATE = 1e20
 
 
 def is_real(value: object) -> TypeGuard[float]:
-    """Whether a value is a number that a double can stand for; not so bool, or digits as text."""
+    """True for a number that a double can represent, but not for bool or digits as text."""
     kinds = int | float | np.integer | np.floating
     return isinstance(value, kinds) and not isinstance(value, bool)
 
@@ -39,7 +39,7 @@ def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
 
 
 def checked_seconds(value: float, field: str = "max_seconds") -> float:
-    """The limit of time; raises InvalidInput unless it is a number > 0."""
+    """Limit of time in seconds; raises InvalidInput unless it is a number > 0."""
     if not is_real(value) or not value > 0:
         raise InvalidInput(field, value, "a number > 0")
     return value
@@ -47,7 +47,7 @@ def checked_seconds(value: float, field: str = "max_seconds") -> float:
 
 @lru_cache
 def _check_scales(parameters: SceneParameters) -> None:
-    """Refuse parameters whose powers and quotients double precision cannot carry."""
+    """Refuse parameters whose powers and quotients overflow or underflow double precision."""
     for field, (low, high) in parameters.scene.facts.RANGES.items():
         value = getattr(parameters, field)
         if not low <= value <= high:
@@ -58,7 +58,7 @@ def _check_scales(parameters: SceneParameters) -> None:
 def check_start(
     parameters: SceneParameters, state: Sequence[float], phase: float, periods: int
 ) -> tuple[float, float, float]:
-    """The state as three floats; raises InvalidInput for any argument that is not allowed."""
+    """State as three floats; raises InvalidInput for any argument that is not allowed."""
     if not isinstance(parameters, SceneParameters):
         device = isinstance(parameters, SceneDevice)
         allowed = "Parameters" + ", which .dimensionless() of a device gives" * device
@@ -71,7 +71,7 @@ def check_start(
 
 
 def check_count(field: str, value: object, least: int = 1, most: int = _LARGEST_COUNT) -> None:
-    """Raises InvalidInput unless the value is a whole number from `least` to `most`, 10^12."""
+    """Raise InvalidInput unless the value is a whole number from `least` to `most`, 10^12."""
     whole = isinstance(value, Integral) and not isinstance(value, bool)
     if not (whole and least <= value <= most):  # type: ignore[operator]
         raise InvalidInput(field, value, f"a whole number from {least} to {most}")

@@ -1,7 +1,7 @@
-"""Fifty digits for a decision that double precision leaves open: by MPFR if gmpy2 is installed.
+"""Fifty digits for switches that doubles cannot decide: by MPFR if gmpy2 is installed.
 
-MPFR computes what mpmath does in a tenth of the time, as each of its numbers is one C object. Its
-precision is that of the thread's context, which is set while the digits are in use.
+MPFR takes a tenth of mpmath's time, since each of its numbers is one C object. Its precision is
+that of the thread's context, which is set while the digits are in use.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ try:
 except ImportError:  # an optional dependency
     gmpy2 = None
 
-_BITS = 203  # the 60 digits that the mpmath backend has
+_BITS = 203  # the 60 digits of the mpmath backend
 
 
 @contextmanager
 def fifty_digits(scene: Scene = CAPSULE) -> Iterator[Backend]:
-    """A scene's number system with 50 digits, and 10 to guard them, while in use."""
+    """Number system of a scene with 50 digits and 10 guard digits, for a `with` block."""
     if gmpy2 is None:
         with backend("mpmath", scene) as numbers:
             yield numbers
@@ -35,7 +35,7 @@ def fifty_digits(scene: Scene = CAPSULE) -> Iterator[Backend]:
 
 
 class MpfrBackend(MpmathBackend):
-    """Numbers of 203 bits by MPFR, in what stands for mpmath."""
+    """Numbers of 203 bits by MPFR, with mpmath's function names."""
 
     name = "mpfr"
 

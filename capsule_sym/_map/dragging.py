@@ -1,4 +1,4 @@
-"""Where drive and load drag the device, so that no motion is periodic.
+"""Drift without end: drive and load exceed friction, so that no motion is periodic.
 
 The equations of both bodies add up to
 
@@ -20,7 +20,7 @@ _ROUNDINGS = 2.0**-48  # share of the terms by which rounding alone may exceed a
 
 
 def dragged(parameters: SceneParameters) -> str:
-    """How the device is dragged, in words; empty where the mean force is within the bounds."""
+    """Message that the device is dragged; empty if the mean force is within the friction bounds."""
     force, bound, roundings = mean_force(parameters)
     if abs(force) - bound <= roundings:
         return ""
@@ -31,7 +31,7 @@ def dragged(parameters: SceneParameters) -> str:
 
 
 def mean_force(parameters: SceneParameters) -> tuple[float, float, float]:
-    """Mean force of drive and load, the size of the friction bound against it, and roundings."""
+    """Mean force of drive and load, size of the friction bound against it, and rounding error."""
     scene, values = parameters.scene, parameters.to_dict().values()
     fields = {level: field for field, level in scene.facts.LEVELS.items()}
     levels = [scene.kernels.constants(fields[level], *values) for level in sorted(fields)]

@@ -1,4 +1,4 @@
-"""Whether a steady motion drifts, or only seems to by its rounding."""
+"""Drift of a steady motion, distinguished from rounding errors."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._parameters import CAPSULE, Scene
 
 UNIT = 2.0**-53
-"""Of rounding in double precision."""
-_ROUNDED = 8.0  # such units by which the advance of one segment may be off, of its largest term
+"""Unit roundoff of double precision."""
+_ROUNDED = 8.0  # units of the largest term, by which a segment's advance may be off
 
 
 def drifts(
@@ -26,21 +26,22 @@ def drifts(
     unit: float = UNIT,
     scene: Scene = CAPSULE,
 ) -> NDArray[np.bool_]:
-    """Whether n steady motions drift, of a scene's parameters by row, or one of one row.
+    """True for steady motions that drift; n motions of a scene's parameters by row, or one.
 
-    Each (n,), or one: `contact` is whether it comes into contact; `progression` is its advance and
-    `way` the length of the capsule's way, both per excitation period; `segments` is their number;
-    `attracting` is whether it is known to attract all motions near it.
+    Each argument has shape (n,) or is one number: `contact` is true for motions with contact;
+    `progression` is the advance and `way` the length of the capsule's way, both per excitation
+    period; `segments` is their number; `attracting` is true for motions known to attract all
+    motions near them.
 
-    Without contact, or on a stop of no stiffness, all forces are monotone and two motions never
-    move apart. With damping, zeta > 0, two periodic ones then have the same v_r, since the damper
-    would bring them together else, and drift alike. The mirror image of a motion, half a period
-    later, is a motion too and drifts the other way: so none drifts. Without damping their
-    difference may also be a free oscillation for ever; then those between them are periodic too,
-    and neither attracts them: one that attracts is its own mirror image. Elsewhere a drift counts
-    that is above its rounding: the advance of a segment is a sum of terms of the size of the
-    capsule's way, and of f h^2 with f the larger bound, a bias and a constant drive, and of
-    alpha/omega^2, over 1 + gamma.
+    Without contact, or on a stop of zero stiffness, all forces are monotone and two motions never
+    move apart. With damping, zeta > 0, two periodic motions then have the same v_r, since the
+    damper would otherwise bring them together, and the same drift. The mirror image of a motion,
+    half a period later, is also a motion and drifts in the other direction, so none drifts. Without
+    damping their difference may also be a free oscillation that never ends. The motions between
+    them are then periodic too, and neither attracts them; a motion that attracts is its own mirror
+    image. In all other cases a drift counts if it is above its rounding error. The advance of a
+    segment is a sum of terms of the size of the capsule's way, of f h^2 with f the larger bound, a
+    bias and a constant drive, and of alpha/omega^2, over 1 + gamma.
     """
     facts, formulas = scene.facts, scene.formulas.Formulas
     p = dict(zip(facts.PARAMETERS, np.asarray(parameters, dtype=float).T, strict=True))

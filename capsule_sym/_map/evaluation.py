@@ -1,4 +1,4 @@
-"""States at any times of a run, from its records: in the core in one pass, or by NumPy."""
+"""States at any times of a run, from its records: in one pass of the core, or by NumPy."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from capsule_sym._parameters import Scene, SceneParameters
 
 @cache
 def _maps(scene: Scene) -> tuple[list[Any], Callable[[SceneParameters], tuple[float, ...]]]:
-    """Maps of a scene that nobody has, and the numbers that one is made of."""
+    """Free maps of a scene, and the numbers from which one is made."""
     return [], attrgetter(*scene.facts.PARAMETERS)
 
 
 def borrowed(parameters: SceneParameters) -> Any:
-    """The core's map at these parameters, in the place of one that is kept for their scene.
+    """Map of the core at these parameters, from those kept for their scene.
 
-    It has to be given back by `give_back`. No other thread, and no handler of signals, has it until
-    then: as many are kept as were ever used at a time.
+    Return it with `give_back`. Until then no other thread or signal handler uses it. As many are
+    kept as were ever used at the same time.
     """
     kept, numbers = _maps(parameters.scene)
     try:
@@ -41,21 +41,21 @@ def borrowed(parameters: SceneParameters) -> Any:
 
 
 def give_back(parameters: SceneParameters, native: Any) -> None:
-    """Keeps a map for the next one who borrows it."""
+    """Keep a map for its next use."""
     _maps(parameters.scene)[0].append(native)
 
 
 def check(times: NDArray[np.float64], first: float, last: float, name: str = "t") -> None:
-    """Raises InvalidInput for a time that is not in [first, last]."""
+    """Raise InvalidInput for a time that is not in [first, last]."""
     if times.size and not (first <= times.min() and times.max() <= last):
         outside = ~((times >= first) & (times <= last))
         raise InvalidInput(name, float(times[outside].flat[0]), f"a time in [{first!r}, {last!r}]")
 
 
 def real(name: str, value: ArrayLike, allowed: str) -> NDArray[np.float64]:
-    """An array of real numbers, nan where one is masked or is pandas' NA.
+    """Array of real numbers, nan for masked entries and pandas' NA.
 
-    Raises InvalidInput for anything else.
+    Raises InvalidInput for other values.
     """
     try:
         given = np.asarray(value)
@@ -75,15 +75,15 @@ def _ascend(times: NDArray[np.float64]) -> bool:
 
 
 def in_order(times: NDArray[np.float64]) -> NDArray[np.int64] | None:
-    """The order in which times ascend, None if they do as they are."""
+    """Order in which times ascend; None if they already do."""
     return None if _ascend(times) else np.argsort(times)
 
 
 def _nearly_in_order(times: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """An order in which times ascend but for tiny steps back: sorted are whole numbers.
+    """Order in which times ascend except for tiny steps back, by sorting whole numbers.
 
-    Each has the time in its first bits, 43 for a million times, and its place in the others:
-    NumPy sorts numbers several times as fast as it finds an order.
+    Each number has the time in its first bits, 43 for a million times, and its place in the rest.
+    NumPy sorts numbers several times faster than it finds an order.
     """
     bits = np.uint64(len(times).bit_length())
     low, high = times.min(), times.max()

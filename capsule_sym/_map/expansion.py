@@ -41,10 +41,10 @@ class Guard(Enum):
 
 
 class Point(NamedTuple):
-    """A state and forcing angle within a segment, with bounds on the error of each quantity.
+    """State and forcing angle within a segment, with error bounds of each quantity.
 
-    `gap` is by the field's own stop, `other` by the other one of two; `margin` is Q - friction. The
-    error bounds are 0 for a segment's start, which is given.
+    `gap` is relative to the field's own stop, `other` to the second stop; `margin` is Q - friction.
+    Error bounds are 0 at a segment's start, which is given.
     """
 
     x_r: Number
@@ -78,28 +78,28 @@ class Expansion:
 
 
 def watched(c: Any) -> tuple[Guard, ...]:
-    """The guards that can fire in a segment with these constants, but for edges of the drive."""
+    """Guards that can fire in a segment with these constants, except edges of the drive."""
     gaps = (Guard.GAP,) if c.contact or not hasattr(c, "stop") else (Guard.GAP, Guard.BACK)
     return (*gaps, Guard.DRIFT) if c.drift else (*gaps, Guard.UPPER, Guard.LOWER)
 
 
 def pulsed(c: Any) -> bool:
-    """Whether the drive is constant in a segment, and ends it at its next edge."""
+    """True if the drive is constant in a segment, which ends at its next edge."""
     return hasattr(c, "high")
 
 
 def side_of(c: Any) -> int:
-    """The sign of the gap by the field's own stop within the field: 1 in contact in front."""
+    """Sign of the gap to the field's own stop within the field: 1 in contact in front."""
     return 1 if c.contact == 1 else -1
 
 
 def amplitude_of(c: Any) -> Number:
-    """Amplitude of the forcing of x_r: 0 of pulses, whose level is a constant of the field."""
+    """Amplitude of the forcing of x_r: 0 for pulses, whose level is a constant of the field."""
     return c.alpha * 0 if pulsed(c) else c.forcing_terms_size()[0]
 
 
 def reaction_of(c: Any) -> Number:
-    """Amplitude of the drive's own part of the pull Q, which varies with its angle."""
+    """Amplitude of the drive's own part of the pull Q, which varies with the angle."""
     zero = c.alpha * 0
     return zero if pulsed(c) else c.pull_size(zero, zero, zero)
 
@@ -116,14 +116,14 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
     order = kernels.JET_ORDER
     x = [at.x_r, at.v_r]
     jet = kernels.jet(c, at.x_r, at.gap, at.v_r, at.cos_theta, at.sin_theta)
-    # An error of the point counts as if it were so many roundings of its value.
+    # An error of the point counts as a number of roundings of its value.
     sizes = [abs(at.x_r) + at.error_x / unit, abs(at.v_r) + at.error_v / unit]
     gap_size = abs(at.gap) + at.error_x / unit
     bounds = kernels.jet_magnitudes(c, sizes[0], gap_size, sizes[1])
     x += jet[:order]
     sizes += bounds[:order]
-    # Each step of the recurrence commits at most five roundings of the magnitude, and its
-    # constants carry three more; the forcing has the error of its angle besides.
+    # Each step of the recurrence makes at most five rounding errors of the magnitude, and its
+    # constants contribute three more; the forcing also has the error of its angle.
     slack = [(8 * n + 8) * unit + at.error_angle for n in range(order + 2)]
     error_x = [at.error_x, at.error_v] + [slack[n] * sizes[n] for n in range(2, order + 2)]
     p = list(jet[order:])
@@ -177,7 +177,7 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
 
 
 def margin_error(c: Any, at: Point, unit: Number) -> Number:
-    """Bound on the error of Q - friction: of the point's quantities, and of adding them up."""
+    """Bound on the error of Q - friction, from errors of the point and of the summation."""
     added = c.margin_at_size(abs(at.x_r), abs(at.gap), abs(at.v_r))
     carried = c.force_change_size(at.error_x, at.error_v) + at.error_angle * reaction_of(c)
     return carried + c.MARGIN_AT_UNITS * unit * added

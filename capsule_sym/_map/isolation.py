@@ -1,11 +1,11 @@
-"""The first root of a function known only through its expansion: excluded, isolated, or open.
+"""First root of a function known by its expansion: excluded, isolated, or undecided.
 
-Everything is decided on polynomials that bound the function from below and above, by the signs of
-their Bernstein coefficients: where all are positive on an interval, so is the polynomial. Nothing
-is sampled.
+All decisions use polynomials that bound the function from below and above, and the signs of their
+Bernstein coefficients: if all are positive on an interval, so is the polynomial. Nothing is
+sampled.
 
-The polynomials are doubles whatever the number system of the expansion. More digits would tell no
-more: where a sign is hidden by rounding beside larger coefficients, a shorter interval shows it.
+The polynomials are doubles in every number system of the expansion. More digits would not help:
+where rounding hides a sign beside larger coefficients, a shorter interval shows it.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Number
 from capsule_sym._map.expansion import Expansion, factorials
 
-_DEPTH = 6  # an interval is halved this often before its end is left to a new expansion
+_DEPTH = 6  # halvings of an interval before its end needs a new expansion
 _NARROW = 2.0**-20  # relative width of a bracket
 _TINY = 1e-290
-# Roundings counted for an expansion that has more digits: far more than its own conversion takes,
-# so that its signs rest on no close count of roundings.
+# Roundings counted for an expansion with more digits: far more than its conversion makes, so that
+# its signs do not rest on an exact count.
 _COARSE = 2.0**-40
 _SMALL = 1e-250  # below this, underflow might count
-_ROOM = 1e-100  # from here on coefficients of more digits are enlarged to doubles far from that
+_ROOM = 1e-100  # below this, coefficients of more digits are scaled up
 
 
 @dataclass(frozen=True)
 class Search:
-    """What is proved of a guard on an interval that begins where the expansion stands.
+    """Result for a guard on an interval that begins at the expansion's instant.
 
-    The guard is positive on (0, `clear`). With a bracket (low, high) it has exactly one root
-    there, is positive before and negative after; low is then `clear`.
+    The guard is positive on (0, `clear`). With a bracket (low, high) it has exactly one root there,
+    positive before and negative after; low is then `clear`.
     """
 
     clear: Number
@@ -47,7 +47,7 @@ class Search:
 
 @dataclass(frozen=True)
 class _Bounds:
-    """Coefficients of bounds from below and above, and of one from above on the derivative."""
+    """Coefficients of lower and upper bounds, and of an upper bound of the derivative."""
 
     lower: list[float]
     upper: list[float]
@@ -61,7 +61,7 @@ def _bounds(e: Expansion, zeros: int, unit: Number) -> _Bounds:
         unit, e = _COARSE, _enlarged(e)
     n = len(e.values)
     inverse = [1 / factorial for factorial in factorials(n + 1)]
-    # The roundings made from here on (scaling, Bernstein form) are covered by a few units more.
+    # Roundings made from here on (scaling, Bernstein form) are covered by a few more units.
     slack = 8 * n * unit
     value = [float(e.values[i]) * inverse[i] for i in range(zeros, n)]
     error = [
@@ -78,7 +78,7 @@ def _bounds(e: Expansion, zeros: int, unit: Number) -> _Bounds:
 
 
 def _enlarged(e: Expansion) -> Expansion:
-    """An expansion of more digits times a power of two, such that doubles can hold it."""
+    """Expansion of more digits times a power of two, such that doubles can hold it."""
     largest = max(*map(abs, e.values), e.rest, e.growth)
     scale = largest * 0 + 1
     while 0 < largest * scale < _ROOM:
@@ -91,17 +91,17 @@ def _enlarged(e: Expansion) -> Expansion:
 
 @lru_cache(maxsize=16)
 def _matrices(size: int) -> tuple[Any, Any, Any, Any]:
-    """What takes coefficients of powers to Bernstein form, and that to the halves' forms."""
+    """Matrices from power to Bernstein coefficients, and from these to those of both halves."""
     pascal = np.array([[comb(j, i) for j in range(size)] for i in range(size)], dtype=float)
     left = pascal / 2.0 ** np.arange(size)
     return pascal[:, -1], pascal, left, left[::-1, ::-1]
 
 
 def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Search:
-    """What the expansion proves about the first root in (0, reach].
+    """Result of the expansion for the first root in (0, reach].
 
-    `zeros` derivatives of the guard, from the guard itself on, vanish at the start; that root is
-    divided out.
+    `zeros` derivatives of the guard, starting with the guard itself, vanish at the start; that root
+    is divided out.
     """
     bounds, end = _bounds(expansion, zeros, unit), float(reach)
     if end < reach:
@@ -115,7 +115,7 @@ def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Sea
     while pending:
         forms, start, end, depth = pending.pop()
         low, high = forms.min(axis=1), forms.max(axis=1)
-        # Rounding errors of Bernstein coefficients, the few subdivisions included.
+        # Rounding errors of Bernstein coefficients, including the few subdivisions.
         doubt = 16 * bounds.unit * np.maximum(high, -low)
         if low[0] > doubt[0]:
             continue
@@ -132,7 +132,7 @@ def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Sea
 
 
 def positive_at(expansion: Expansion, d: Number, unit: Number) -> bool:
-    """Whether the guard is certainly positive a duration d after the expansion's instant."""
+    """True if the guard is certainly positive a duration d after the expansion's instant."""
     return bool(_value(_bounds(expansion, 0, unit).lower, float(d)) > 0)
 
 
@@ -144,14 +144,14 @@ def _value(coefficients: list[Number], d: Number) -> Number:
 
 
 def _narrowed(bounds: _Bounds, start: float, end: float) -> tuple[float, float]:
-    """The same bracket as small as the bounds allow; the guard decreases all over it."""
+    """Smallest bracket that the bounds allow; the guard decreases on all of it."""
     low, _ = _bisect(bounds.lower, start, end)
     _, high = _bisect(bounds.upper, low, end)
     return low, high
 
 
 def _bisect(coefficients: list[float], low: float, high: float) -> tuple[float, float]:
-    """Ends of a small interval at which a polynomial is positive (or the start) and negative."""
+    """Ends of a short interval at which a polynomial is positive (or the start) and negative."""
     while high - low > high * _NARROW:
         middle = (low + high) / 2
         if _value(coefficients, middle) > 0:
@@ -166,10 +166,10 @@ def _bisect(coefficients: list[float], low: float, high: float) -> tuple[float, 
 def polish(
     about: Callable[[Number], Expansion], bracket: tuple[Number, Number], unit: Number
 ) -> Number:
-    """The root in a bracket that holds exactly one, from the function's expansions within it.
+    """Root in a bracket that holds exactly one, from the function's expansions within it.
 
-    It is the root of the expansion there, made anew until all of its error but that of the value
-    itself is below rounding; so near to the root, once or twice is enough. The function decreases.
+    The expansion is repeated at its root until its error, apart from that of the value itself, is
+    below rounding; this close to the root, once or twice is enough. The function decreases.
     """
     low, high = bracket
     h, last = (low + high) / 2, 4 * (high - low)
@@ -180,7 +180,7 @@ def polish(
         inverse = factorials(len(e.errors) + 1)
         terms = [*e.errors[1:], e.rest + e.growth * size]
         added = sum(a * size**i / inverse[i] for i, a in enumerate(terms, 1))
-        # Near a tangency the slope there is far below the one that the step was taken from.
+        # Near a tangency the slope there is far below the slope at the previous step.
         slope = sum(a * step**i / inverse[i] for i, a in enumerate(e.values[1:]))
         if added <= unit * h * abs(slope) or 2 * size > last or h in bracket:
             return h
@@ -190,9 +190,9 @@ def polish(
 def _descending_root(
     derivatives: list[Number], low: Number, high: Number, tolerance: Number
 ) -> Number:
-    """The root of a polynomial, given by its derivatives at 0, that decreases from low to high.
+    """Root of a polynomial, given by its derivatives at 0, that decreases from low to high.
 
-    Brent's method; an end of the bracket where the polynomial does not change sign.
+    Uses Brent's method; returns an end of the bracket if the polynomial does not change sign.
     """
     inverse = factorials(len(derivatives))
     values = [a / b for a, b in zip(derivatives, inverse, strict=True)]
@@ -210,7 +210,7 @@ def _descending_root(
 
 
 LEAST = 2.0**-51
-"""A relative tolerance of `brent` at which its least step moves every double."""
+"""Relative tolerance of `brent` at which its least step changes every double."""
 
 
 def brent(
@@ -220,12 +220,12 @@ def brent(
     absolute: Number,
     relative: float = 0.0,
 ) -> Number:
-    """The root of f between a and b, where it changes sign, as SciPy's `brentq` finds it.
+    """Root of f between a and b, where it changes sign, as in SciPy's `brentq`.
 
-    It is located within twice the sum of the absolute tolerance, and the relative one times itself.
-    Inverse quadratic interpolation, the secant, or bisection where these gain too little (R. P.
-    Brent, Algorithms for Minimization Without Derivatives, 1973, chapter 4), in any number system.
-    Raises InvalidInput where an end, or the value of f there, is not a number.
+    Its error is at most twice the sum of the absolute tolerance and the relative one times the
+    root. Inverse quadratic interpolation, the secant, or bisection where these gain too little (R.
+    P. Brent, Algorithms for Minimization Without Derivatives, 1973, chapter 4), in any number
+    system. Raises InvalidInput if an end, or the value of f there, is not a number.
     """
     before, here = a, b
     f_before, f_here = f(before), f(here)
@@ -252,7 +252,7 @@ def brent(
                 to_kept = (f_kept - f_here) / (kept - here)
                 share = to_kept * to_before * (f_kept - f_before)
                 trial = -f_here * (f_kept * to_kept - f_before * to_before)
-                # Where the share underflows the bracket is halved: the whole of it is no step.
+                # If the quotient underflows, the bracket is halved.
                 trial = trial / share if share else kept - here
             gained = 2 * abs(trial) < min(abs(last), 3 * abs(middle) - tolerance)
             last, step = (step, trial) if gained else (middle, middle)

@@ -1,4 +1,4 @@
-"""Where a cyclic itinerary is begun to be written."""
+"""Order in which a cyclic itinerary is written."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ def _ranks(scene: Scene) -> dict[int, int]:
 
 
 def cyclic_start(fields: Sequence[int], scene: Scene = CAPSULE) -> int:
-    """Index of the segment at which the paper begins a cycle of a scene's fields.
+    """Index of the segment with which the paper starts a cycle of a scene's fields.
 
-    It is in contact, at rest if there is such a segment; what follows decides between several.
+    It is in contact, and at rest if there is such a segment; the next segments decide ties.
     """
     ranks = [_ranks(scene)[field] for field in fields]
     return min(range(len(ranks)), key=lambda i: ranks[i:] + ranks[:i])
 
 
 def begun(fields: Sequence[int], scene: Scene = CAPSULE) -> list[int]:
-    """The same cycle of fields, begun where the paper begins it."""
+    """The same cycle of fields, starting where the paper starts it."""
     first = cyclic_start(fields, scene)
     return [*fields[first:], *fields[:first]]

@@ -1,4 +1,4 @@
-"""What a run keeps on its way, in pieces: memory grows with that, and not with its periods."""
+"""Kept results of a run, in pieces: memory grows with them, not with the number of periods."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from capsule_sym._parameters import SceneParameters
 
 CHOICES = ("segments", "final", "stroboscopic", "switches")
 MOST_KEPT = 1_000_000
-"""Segments of a run that keeps something of each, unless another limit is given."""
+"""Default limit on the segments of a run that keeps data of each segment."""
 MOST_BYTES = 2**32
-"""Memory of what one call keeps: 4 GiB."""
+"""Memory limit of the results of one call: 4 GiB."""
 _PIECE = 512
-"""Records written at a time, whatever is kept: where a run pauses, it goes on within a rounding."""
+"""Records written at a time, for every `keep`: a run that pauses resumes within a rounding."""
 STATE = STROBE = 32  # bytes of (x_r, v_r, v_c, x_c); of a state at a period's end, with its number
 _GROWTH = 65_536  # rows by which an array grows at most
 
 
 def checked(keep: str | ArrayLike, first: float, last: float) -> str | NDArray[np.float64]:
-    """What to keep: one of CHOICES, or times in [first, last]. Raises InvalidInput otherwise."""
+    """Value of `keep`: one of CHOICES, or times in [first, last]. Raises InvalidInput otherwise."""
     allowed = f"one of {', '.join(CHOICES)}, or an array of times"
     if isinstance(keep, str):
         if keep not in CHOICES:
@@ -37,7 +37,7 @@ def checked(keep: str | ArrayLike, first: float, last: float) -> str | NDArray[n
 
 
 def check_memory(field: str, value: object, size: int) -> None:
-    """Raises InvalidInput for a value by which a call would keep so many bytes, if too many."""
+    """Raise InvalidInput if a call with this value would keep too many bytes."""
     if size > MOST_BYTES:
         gib = 2**30
         allowed = f"less: {size / gib:.3g} GiB would be kept, {MOST_BYTES / gib:.3g} GiB may be"
@@ -45,39 +45,39 @@ def check_memory(field: str, value: object, size: int) -> None:
 
 
 class Growing:
-    """Rows that become more at the end; those there are stay where they are, as far as can be."""
+    """Array that grows at its end; rows stay in place as far as possible."""
 
     def __init__(self, dtype: Any, shape: tuple[int, ...] = ()) -> None:
         self._rows, self.count = np.empty((_PIECE, *shape), dtype), 0
 
     def tail(self, count: int) -> NDArray[Any]:
-        """So many free rows at the end. They must not be used after the next call."""
+        """Free rows at the end, valid until the next call."""
         room = len(self._rows)
         if self.count + count > room:
             self._resize(room + max(count, min(room, _GROWTH)))
         return self._rows[self.count : self.count + count]
 
     def append(self, rows: NDArray[Any]) -> None:
-        """Adds rows."""
+        """Append rows."""
         self.tail(len(rows))[...] = rows
         self.count += len(rows)
 
     def done(self) -> NDArray[Any]:
-        """The rows, read-only, in no more memory than they need."""
+        """All rows, read-only, in no more memory than they need."""
         self._resize(self.count)
         self._rows.flags.writeable = False
         return self._rows
 
     def _resize(self, room: int) -> None:
-        # Who holds a view of the rows was told not to use it any more.
+        # Views of the rows are not used any more: see `tail`.
         self._rows.resize((room, *self._rows.shape[1:]), refcheck=False)
 
 
 class Keeper:
-    """Takes the records of a run piece by piece, and keeps what was asked for.
+    """Collects the records of a run piece by piece, and keeps what `keep` names.
 
-    It has one part in `share` of the memory that a call may keep: at `most` records, or where it is
-    `full` of other things, the run ends.
+    It may use one part in `share` of the memory limit of a call. The run ends at `most` records, or
+    when this memory is `full`.
     """
 
     def __init__(
@@ -105,25 +105,25 @@ class Keeper:
             self._states, self._at = np.full((keep.size, 4), np.nan), 0
 
     def strobe(self, states: NDArray[np.float64], periods: NDArray[np.int64]) -> None:
-        """Takes states at the ends of these periods."""
+        """Add states at the ends of these periods."""
         if self._strobes and self._strobe_periods:
             self._strobes.append(states)
             self._strobe_periods.append(periods)
 
     @property
     def full(self) -> bool:
-        """Whether there is no memory left for more."""
+        """True if no memory is left."""
         strobes = self._strobes.count if self._strobes else 0
         held = self.count * self._size + strobes * STROBE
         return held >= self._room or self.count >= self.most
 
     def room(self, most: int) -> Records:
-        """Where the core may write records, at most so many."""
+        """Buffer for the core, of at most so many records."""
         count = min(most, _PIECE)
         return self._rows.tail(count) if self._rows else self._piece[:count]
 
     def wrote(self, native: Any, count: int) -> None:
-        """So many records were written into the last room."""
+        """Register records that were written into the last buffer."""
         if self._rows:
             records = self._rows.tail(count)
             self._rows.count += count
@@ -132,7 +132,7 @@ class Keeper:
         self._take(native, records)
 
     def append(self, native: Any, records: Records, tangencies: Tangencies) -> None:
-        """Takes records that were made elsewhere, with the tangencies of some, by their index."""
+        """Add records made elsewhere, with the tangencies of some of them, by index."""
         if self._rows:
             self._tangencies |= {self.count + i: found for i, found in tangencies.items() if found}
             self._rows.append(records)
@@ -151,7 +151,7 @@ class Keeper:
             self._last = records[-1:].copy()
 
     def kept(self, native: Any, end: float) -> Kept:
-        """All that was kept of a run until a time, by the map that it ran on."""
+        """All kept results of a run until a time, given the map on which it ran."""
         if self.what == "times":
             left = self._sorted[self._at :]
             left = left[left <= end]
@@ -174,12 +174,12 @@ class Keeper:
 
     @property
     def statistics(self) -> Statistics:
-        """What the run took so far."""
+        """Statistics of the run so far."""
         return Statistics(self.count, self.evaluations, self.escalations)
 
 
 def reduced(run: Trajectory, keep: str | NDArray[np.float64]) -> Kept:
-    """What is to be kept of a run that has all its segments."""
+    """Results of `keep` from a run that has all its segments."""
     if not isinstance(keep, str):
         last = run.span[1]
         states = np.full((*keep.shape, 4), np.nan)
@@ -192,9 +192,9 @@ def reduced(run: Trajectory, keep: str | NDArray[np.float64]) -> Kept:
 
 
 def most_segments(keep: str | NDArray[np.float64], given: int | None, backend: str) -> int:
-    """The limit of a run's segments: the given one, else one on what is kept of each.
+    """Limit of a run's segments: the given one, else one that limits kept segments.
 
-    The core keeps what was asked for, the other backends all segments on the way.
+    The core keeps only what `keep` names; the other backends keep all segments meanwhile.
     """
     if given is not None:
         return given

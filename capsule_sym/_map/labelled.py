@@ -38,13 +38,13 @@ _NAMES = {
     "residual": "largest entry of the equations' residual",
     "status": "whether the equations are solved",
 }
-"""What the columns of all tables mean, but parameters and states of their scene."""
+"""Long names of the columns of all tables, except parameters and states of their scene."""
 _COUNTED = ("period", "evaluations", "period_number")
 _MOST_ROWS = 8  # of a table in a notebook
 
 
 def lock(result: Any) -> None:
-    """Makes the arrays of a result read-only, by views: whoever else holds them may write on."""
+    """Make the arrays of a result read-only, by views; other references stay writable."""
     held = vars(result)
     for name, value in held.items():
         if isinstance(value, np.ndarray):
@@ -53,27 +53,27 @@ def lock(result: Any) -> None:
 
 
 class Labelled:
-    """What has columns, and so can be a table of pandas or xarray."""
+    """Base of results with columns, which can be tables of pandas or xarray."""
 
     dimension: ClassVar[str]
-    """What a row is."""
+    """Name of a row, such as "segment"."""
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The columns, arrays of shape (n,)."""
+        """Columns, as arrays of shape (n,)."""
         raise NotImplementedError
 
     @property
     def scene(self) -> Scene:
-        """The scene whose parameters and states are among the columns."""
+        """Scene whose parameters and states are among the columns."""
         return CAPSULE
 
     def attributes(self) -> dict[str, Any]:
-        """What holds for all rows."""
+        """Values that hold for all rows."""
         return {}
 
     def _repr_html_(self) -> str:
-        """The result in a line, and its first rows as a table, for notebooks."""
+        """Result in a line, and its first rows as a table, for notebooks."""
         from html import escape
 
         said = f"<p>{escape(repr(self))}</p>"
@@ -90,9 +90,9 @@ class Labelled:
         return f"{said}{table}{more}"
 
     def to_dataframe(self, device: SceneDevice | None = None) -> DataFrame:
-        """The columns as a pandas DataFrame, texts as categories.
+        """Return the columns as a pandas DataFrame, with texts as categories.
 
-        Dimensionless, or in SI units (s, m, m/s) where a device is given, parameters excepted.
+        Dimensionless, or in SI units (s, m, m/s) if a device is given, except parameters.
         Raises ImportError without pandas.
         """
         pandas = package("pandas", "sweep")
@@ -105,9 +105,9 @@ class Labelled:
         return made
 
     def to_xarray(self, device: SceneDevice | None = None) -> Dataset:
-        """The columns as an xarray Dataset, each with its `units` and `long_name`.
+        """Return the columns as an xarray Dataset, each with its `units` and `long_name`.
 
-        Dimensionless, or in SI units (s, m, m/s) where a device is given, parameters excepted.
+        Dimensionless, or in SI units (s, m, m/s) if a device is given, except parameters.
         Raises ImportError without xarray.
         """
         xarray = package("xarray", "sweep")
@@ -126,7 +126,7 @@ class Labelled:
 
 
 def _names(scene: Scene) -> dict[str, str]:
-    """What columns mean. Those that have no name here keep their own."""
+    """Long names of columns; a column without one keeps its name."""
     facts = scene.facts
     own = {
         name: text + " at the start" * (name in facts.STATE) for name, text in facts.LABELS.items()
@@ -135,7 +135,7 @@ def _names(scene: Scene) -> dict[str, str]:
 
 
 def in_units(values: dict[str, Any], device: SceneDevice | None) -> dict[str, Any]:
-    """Values by name in SI units where a device is given; those that have none stay as they are."""
+    """Values by name in SI units if a device is given; values without a unit stay unchanged."""
     if device is None:
         return values
     return {
@@ -149,7 +149,7 @@ def _text(value: Any) -> str:
 
 
 def package(name: str, extra: str) -> Any:
-    """An optional package; raises NotInstalled, which names the extra that brings it."""
+    """Optional package; raises NotInstalled, which names the extra that installs it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

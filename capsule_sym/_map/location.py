@@ -1,4 +1,4 @@
-"""The first switch of a segment, certified: every earlier time is excluded by a bound."""
+"""Location of the first switch of a segment, certified: a bound excludes every earlier time."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from capsule_sym._map.expansion import (
 from capsule_sym._map.isolation import Search, polish, positive_at, search
 from capsule_sym._native import Watch
 
-_REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
+_REACH = 3  # longest trial step of an expansion, over the fastest rate of the segment
 _SHRINK = 8
-_SHORTEST = 1e-250  # start of the durations that are looked at, over the fastest rate
+_SHORTEST = 1e-250  # shortest duration considered, over the fastest rate
 _MOST_EVALUATIONS = 200_000
-# A step that is shorter than this, relative to the time passed and to the segment's own time scale,
-# hardly advances. Steps towards a close miss and away from it are, but at least double or halve.
+# A step shorter than this, relative to the time passed and to the segment's own time scale, hardly
+# advances. Steps towards a close miss and away from it are short, but at least double or halve.
 _SHORT = 2.0**-20
 
 
 class Start(NamedTuple):
-    """The start of a segment: state, forcing angle, and which guards vanish there exactly.
+    """Start of a segment: state, forcing angle, and the guards that vanish there exactly.
 
-    `gap` is by the field's own stop, `other` by the other one of two. `zeros` gives, for each such
-    guard, how many derivatives from the guard itself on vanish.
+    `gap` is relative to the field's own stop, `other` to the second stop. `zeros` gives, for each
+    such guard, how many derivatives vanish, counted from the guard itself.
     """
 
     x_r: Number
@@ -54,7 +54,7 @@ class Start(NamedTuple):
 
 @dataclass(frozen=True)
 class SegmentStart:
-    """The successor field at a state, and the start of its segment."""
+    """Successor field at a state, and the start of its segment."""
 
     field: int
     start: Start
@@ -62,10 +62,10 @@ class SegmentStart:
 
 @dataclass(frozen=True)
 class Tangency:
-    """A guard that came within its error bound of zero and turned back, some time after the start.
+    """Guard that came within its error bound of zero and turned back, some time after the start.
 
-    GRAZE for the gap (line L9), SLIDING_TANGENCY for friction's guards (lines L1 to L4). Whether
-    it touched, missed, or crossed twice, is open at this precision.
+    GRAZE for the gap (line L9), SLIDING_TANGENCY for friction's guards (lines L1 to L4). This
+    precision cannot decide if it touched, missed, or crossed twice.
     """
 
     outcome: Outcome
@@ -75,7 +75,7 @@ class Tangency:
 
 @dataclass(frozen=True)
 class Switch:
-    """The end of a segment: when, which guards fired, the state there, and how it was found.
+    """End of a segment: time, guards that fired, state, and outcome.
 
     `guards` is empty where none fired (END, NEVER). `evaluations` counts evaluations of the closed
     form.
@@ -90,7 +90,7 @@ class Switch:
 
     @property
     def certain(self) -> bool:
-        """Whether nothing about it is open at the precision it was found with."""
+        """True if nothing about it is undecided at its precision."""
         return self.outcome in _CERTAIN and not self.tangencies
 
 
@@ -98,7 +98,7 @@ _CERTAIN = (Outcome.REGULAR, Outcome.END, Outcome.NEVER)
 
 
 class Flow:
-    """The closed form of one segment from one start, with error bounds and a count of calls."""
+    """Closed form of one segment from one start, with error bounds and a count of calls."""
 
     def __init__(self, backend: Backend, c: Any, begin: SegmentStart) -> None:
         self.backend, self.c, self.start = backend, c, begin.start
@@ -130,10 +130,10 @@ class Flow:
         magnitudes = abs(start.x_r), abs(start.gap), abs(start.v_r)
         self._force = c.rest_force_size(*magnitudes[:2])
         self._root_K = backend.sqrt(c.K)
-        # What the margin was added up from; where a slip begins it is 0 and exact.
+        # Terms of the margin's sum; where a slip begins it is 0 and exact.
         exact = start.zeros.get(Guard.DRIFT, 0) > 1
         self._margin = zero if exact else c.margin_at_size(*magnitudes)
-        # The response to forcing from rest, in units of its amplitude, never exceeds these.
+        # Bounds of the response to forcing from rest, in units of its amplitude.
         detuning = abs(c.K - c.omega * c.omega)
         self._bounded = not pulsed(c) and c.Z2 > 0
         if self._bounded:
@@ -144,7 +144,7 @@ class Flow:
             )
 
     def __call__(self, h: Number) -> Point:
-        """The point at a duration h > 0."""
+        """State at a duration h > 0."""
         self.evaluations += 1
         c, start, number = self.c, self.start, self.backend.number
         values = self.backend.kernels.flow(c, self.closed, h)
@@ -160,7 +160,7 @@ class Flow:
         return self._beside(point, position)
 
     def _beside(self, point: Point, position: Number) -> Point:
-        """The point with its gap by the other one of two stops."""
+        """The point with its gap to the second stop."""
         if self.start.other is None:
             return point
         other = self.start.other + position
@@ -168,7 +168,7 @@ class Flow:
         return point._replace(other=other, error_other=error)
 
     def to_edge(self) -> tuple[Number, Number]:
-        """The duration up to the drive's next edge, and a bound on its error."""
+        """Duration up to the drive's next edge, and a bound on its error."""
         c, start, unit = self.c, self.start, self.backend.unit
         angle, rest = self.backend.edge(c.high_share() if c.high else start.x_r * 0 + 1)
         h = ((angle - start.angle) + (rest - start.angle_rest)) / c.omega
@@ -176,11 +176,11 @@ class Flow:
         return max(h, h * 0), off * angle / c.omega + 4 * unit * abs(h)
 
     def at_mark(self, h: Number) -> Point:
-        """The point at a duration h > 0 after which the forcing's angle is 0, however long it is.
+        """State at a duration h > 0, of any length, after which the forcing's angle is 0.
 
-        The closed form takes the forcing's phase from h, with an error in proportion to h. Here
-        the forced response is that at the two angles, both known, and the duration is left to the
-        free part; where forcing is so near to resonance that this would lose more, it is not done.
+        The closed form takes the forcing's phase from h, with an error in proportion to h. Here the
+        forced response is evaluated at the two angles, both known, and only the free part uses the
+        duration. It is skipped so near to resonance that this would lose more digits.
         """
         c, start = self.c, self.start
         if pulsed(c) or c.omega * h * self.backend.sqrt(c.Z2) < 8 * (c.K + c.omega * c.omega):
@@ -212,7 +212,7 @@ class Flow:
     ) -> tuple[Number, Number, Number]:
         """Bounds on the errors of x_r, v_r and v_c, from the largest terms of the closed form.
 
-        The phases of forced and of oscillating free motion carry an error in proportion to the
+        The phases of forced and of oscillating free motion have an error in proportion to the
         duration; that of the free motion decays with it.
         """
         c, start, unit = self.c, self.start, self.backend.unit
@@ -225,7 +225,7 @@ class Flow:
         terms_v = abs(start.v_r) + self._force * g + alpha * forced_v
         phase = c.fast * h / (1 + c.sigma * h) if c.q >= 0 else 1
         units = self.backend.closed_form_units * unit * (1 + phase + c.omega * h)
-        # Errors of the start's gap and angle are carried along.
+        # Propagated errors of the start's gap and angle.
         carried = 2 * (1 + c.zeta) * self._error_gap + 2 * unit * start.angle * alpha * forced_x
         error_x = units * terms_x + unit * abs(x_r) + carried
         carried = 2 * (1 + c.zeta) * self._root_K * self._error_gap
@@ -254,10 +254,10 @@ class Flow:
 
 
 def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
-    """The first switch of the segment within (0, limit], an edge of pulses at the latest.
+    """First switch of the segment within (0, limit], at the latest an edge of pulses.
 
-    A switch that is not told apart from the edge is a CORNER with it; else it is as of
-    `_locate_guard`, or REGULAR at the edge's own time.
+    A switch that cannot be distinguished from the edge is a CORNER with it. Otherwise it is that of
+    `_locate_guard`, or REGULAR at the time of the edge.
     """
     if not pulsed(flow.c):
         return _locate_guard(flow, limit, watch)
@@ -265,7 +265,7 @@ def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
     at_edge = Switch(Outcome.REGULAR, (Guard.EDGE,), edge, flow.origin, flow.evaluations)
     if edge == 0:
         return at_edge
-    # What is proved positive up to here is so wherever within its error the edge is.
+    # The edge may lie anywhere within its error: positive up to here covers all cases.
     found = _locate_guard(flow, edge + error, watch)
     on_the_way = tuple(t for t in found.tangencies if t.duration < edge)
     if found.outcome in (Outcome.END, Outcome.NEVER):
@@ -279,13 +279,13 @@ def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
 
 
 def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
-    """The first time within (0, limit] at which a guard of the segment vanishes.
+    """First time within (0, limit] at which a guard of the segment vanishes.
 
-    The outcome is REGULAR (one guard crosses zero), CORNER (two cross and are not told apart),
+    The outcome is REGULAR (one guard crosses zero), CORNER (two cross and cannot be distinguished),
     GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
     NEVER (proved: no guard fires at any later time), END (proved: none fires up to the limit),
-    STALLED (given up as steps do not advance), or UNDECIDED (given up after very many evaluations,
-    or where the watch stops it).
+    STALLED (given up since steps do not advance), or UNDECIDED (given up after very many
+    evaluations, or stopped by the watch).
     """
     backend, c = flow.backend, flow.c
     unit = backend.unit
@@ -316,7 +316,7 @@ def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Swit
             found = {g: s for g, s in searches.items() if s.bracket is not None}
             blocked = [g for g in guards if searches[g].clear < ahead and g not in found]
             horizon = min(s.clear for s in searches.values())
-            # A guard within its error of zero now stays so however short the interval.
+            # A guard within its error of zero now remains so on every shorter interval.
             if (
                 horizon > 0
                 or ahead <= smallest
@@ -346,11 +346,12 @@ def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Swit
             tangencies += [Tangency(_tangency(guard), guard, now) for guard in stuck]
             horizon = turned
         if now + horizon >= limit:
-            # What rests for ever does so at the end too, wherever the expansions stood.
+            # A state that rests forever does so at the end too, whatever the instant of the
+            # expansions.
             last = flow(limit)
             outcome = Outcome.NEVER if at_rest_forever(backend, c, last) else Outcome.END
             return Switch(outcome, (), limit, last, flow.evaluations, tuple(tangencies))
-        # The next step is longer after one that was cleared whole, else of the length cleared.
+        # Double the next step if the whole of the last was cleared, else the cleared length.
         reach = 2 * ahead if horizon >= ahead else 2 * horizon
         short = short + 1 if horizon < _SHORT * min(now, 1 / c.rate) else 0
         now, zeros = now + horizon, {}
@@ -358,12 +359,12 @@ def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Swit
 
 
 def _hidden(expansion: Expansion, zeros: int) -> bool:
-    """Whether what is left after dividing out the zeros is not above its error at the start."""
+    """True if the rest after division by the zeros is not above its error at the start."""
     return bool(expansion.values[zeros] <= expansion.errors[zeros])
 
 
 def _further(flow: Flow, guards: list[Guard], at: Point, least: Number, most: Number) -> Number:
-    """How far the expansion of the forced response alone excludes a switch, 0 if below `least`."""
+    """Duration in which the forced response alone excludes a switch; 0 if below `least`."""
     rate = quasistatic.rate(flow.c)
     if rate is None:
         return least * 0
@@ -389,10 +390,10 @@ def _turning(
     most: Number,
     unit: Number,
 ) -> Number | None:
-    """How far to go until guards that are zero within their error are certainly positive again.
+    """Duration after which guards that are zero within their error are certainly positive again.
 
-    On the way each of them stays above zero but for a few times its error, and every other guard
-    is proved positive. None if there is no such stretch: a guard crosses.
+    Meanwhile each of them stays above minus a few times its error, and every other guard is proved
+    positive. None if there is no such duration: a guard crosses.
     """
     lifted = dict(expansions)
     for guard in stuck:
@@ -411,7 +412,7 @@ def _turning(
 def _first(
     flow: Flow, now: Number, searches: Mapping[Guard, Search], found: Mapping[Guard, Search]
 ) -> Switch | None:
-    """The switch, if one bracket comes before whatever else is possible; None if that is open."""
+    """Switch, if one bracket precedes all other candidates; None if that is undecided."""
     brackets = {guard: s.bracket for guard, s in found.items() if s.bracket is not None}
     first = min(brackets, key=lambda guard: brackets[guard][1])
     end = brackets[first][1]
@@ -433,7 +434,7 @@ def _first(
     )
     outcome = Outcome.CORNER if len(together) > 1 else Outcome.REGULAR
     if outcome is Outcome.REGULAR and now + brackets[first][0] == 0:
-        # At the very start the guard is within its error of a zero more than is divided out.
+        # At the start itself the guard is within its error of one more zero than is divided out.
         outcome = _tangency(first)
     return Switch(outcome, together, roots[first], point, flow.evaluations)
 
@@ -451,15 +452,15 @@ def _time_error(flow: Flow, guard: Guard, h: Number) -> Number:
 
 
 def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
-    """Whether a sticking segment without contact is proved to last for ever.
+    """True if a sticking segment without contact is proved to last forever.
 
     x_r is the forced response plus a free part whose energy never grows, so its future is bounded;
     so is that of the interaction force. Rounding is covered by the inflation of each bound.
     """
     if c.drift or c.contact or pulsed(c):
         return False
-    # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate. Rounding of K - omega^2 is
-    # felt in it near resonance; there the proof is not tried.
+    # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate. Near resonance it magnifies
+    # the rounding of K - omega^2; the proof is not tried there.
     distance = backend.sqrt(c.Z2)
     rounded = 4 * backend.unit * (c.K + c.omega * c.omega)
     if distance <= 64 * rounded:

@@ -1,4 +1,4 @@
-"""Many runs at once, and what is kept of each: one array for all, with the offsets of the runs."""
+"""Many runs at once, with their kept results in one array and the offsets of the runs."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ _Result = TypeVar("_Result")
 
 @dataclass(frozen=True, eq=False)
 class Trajectories:
-    """Many runs of the exact map: where each came to, how it went, and what was kept of it.
+    """Result of many runs of the exact map: final states, statuses, and kept data.
 
-    `kept[offsets[i]:offsets[i + 1]]` is what was kept of run i, and `self[i]` gives it: records of
+    `kept[offsets[i]:offsets[i + 1]]` is the kept data of run i, and `self[i]` gives it: records of
     its segments or switches, its stroboscopic states (3), or its states (x_r, v_r, v_c, x_c) at the
-    times asked for (4). All quantities are dimensionless, and all arrays read-only.
+    requested times (4). All quantities are dimensionless, and all arrays read-only.
     """
 
     parameters: NDArray[np.float64]
@@ -46,21 +46,21 @@ class Trajectories:
     states: NDArray[np.float64]
     """Final states, shape (n, 3)."""
     advances: NDArray[np.float64]
-    """Changes of the capsules' positions x_c over the runs, shape (n,)."""
+    """Displacements of the capsules over the runs (changes of x_c), shape (n,)."""
     periods: NDArray[np.int64]
-    """Whole excitation periods that were passed, shape (n,)."""
+    """Whole excitation periods completed, shape (n,)."""
     status: NDArray[np.str_]
-    """How each run ended, a `Status`, shape (n,)."""
+    """Status of each run, a `Status`, shape (n,)."""
     what: str
-    """What was kept: segments, final, stroboscopic, switches or times."""
+    """Kind of the kept data: segments, final, stroboscopic, switches or times."""
     offsets: NDArray[np.int64]
-    """Where in `kept` the runs begin, and its length, shape (n + 1,)."""
+    """Offsets of the runs in `kept`, followed by its length, shape (n + 1,)."""
     kept: NDArray[Any]
-    """What was kept of all runs, one after another."""
+    """Kept data of all runs, one after another."""
     tangencies: Tangencies
     """Contacts that did not end a segment, by the index of the segment in `kept`."""
     scene: Scene = CAPSULE
-    """The scene of the parameters."""
+    """Scene of the parameters."""
 
     def __post_init__(self) -> None:
         lock(self)
@@ -85,7 +85,7 @@ class Trajectories:
 
     @property
     def success(self) -> NDArray[np.bool_]:
-        """Which runs came to the end of their periods, shape (n,)."""
+        """True for runs that finished all their periods, shape (n,)."""
         return np.equal(self.status, Status.FINISHED.value)
 
 
@@ -101,15 +101,15 @@ def simulate_many(
     threads: int = 1,
     scene: Scene | str | None = None,
 ) -> Trajectories:
-    """The runs of n parameter sets, each as `simulate` gives it.
+    """Run the map for n parameter sets, each as by `simulate`.
 
-    `parameters` are n `Parameters` of one scene, or rows (n, 7) of those of `scene`, or of its name
-    or folder, if none is given the paper's; states are (n, 3) or (3,), phases (n,) or one; `keep`
-    is as in `simulate`, times are the same for all runs. Final and stroboscopic states are computed
-    side by side in vector lanes, and agree with those of single runs but for roundings.
-    `max_segments` limits the others, `max_seconds` all together. All that is kept takes at most 4
-    GiB, of which each run has the same part: it ends with the status memory-limit where that is
-    used up, and counts that are sure to take more are refused. All quantities are dimensionless.
+    `parameters` are n `Parameters` of one scene, or rows (n, 7) of those of `scene` (its name or
+    folder; by default the paper's). States are (n, 3) or (3,), phases (n,) or one number. `keep` is
+    as in `simulate`; times are the same for all runs. Final and stroboscopic states are computed in
+    vector lanes, and agree with those of single runs up to rounding. `max_segments` limits each
+    other run, `max_seconds` all runs together. Kept data take at most 4 GiB, of which each run has
+    an equal part: a run that uses up its part ends with the status memory-limit, and counts that
+    certainly take more are refused. All quantities are dimensionless.
 
     Raises InvalidInput for a value that is not allowed.
     """
@@ -149,7 +149,7 @@ def simulate_many(
 def _rows(
     parameters: Sequence[SceneParameters] | NDArray[np.float64], given: Scene | None
 ) -> tuple[Scene, NDArray[np.float64]]:
-    """The scene of parameter sets, and these as rows of their own."""
+    """Scene of parameter sets, and the sets as rows."""
     scene = given or CAPSULE
     if isinstance(parameters, np.ndarray):
         if parameters.dtype.kind not in "iuf":
@@ -190,12 +190,12 @@ def _ranges(scene: Scene) -> NDArray[np.float64]:
 
 
 def _all(within: NDArray[np.bool_]) -> bool:
-    """Whether all are true, in a third of the time that NumPy's method takes for a few."""
+    """True if all are true; three times as fast as NumPy's method for short arrays."""
     return int(np.count_nonzero(within)) == within.size
 
 
 def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """The values as an array of this shape, by the rules of broadcasting."""
+    """Values broadcast to this shape."""
     spread = np.empty(shape)
     try:
         spread[...] = values
@@ -205,7 +205,7 @@ def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.f
 
 
 def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
-    """The states that runs start from, shape (n, 3)."""
+    """Start states of runs, shape (n, 3)."""
     starts = spread("states", states, (count, 3))
     within = abs(starts) <= LARGEST_STATE
     if not _all(within):
@@ -215,7 +215,7 @@ def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
 
 
 def _times(phases: ArrayLike, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The phases at which runs start, in excitation periods of these lengths, shape (n,)."""
+    """Start phases of runs, in excitation periods of these lengths, shape (n,)."""
     times = spread("phases", phases, lengths.shape)
     within = (times >= 0.0) & (times < lengths)
     if not _all(within):
@@ -228,7 +228,7 @@ def _times(phases: ArrayLike, lengths: NDArray[np.float64]) -> NDArray[np.float6
 def _shared(
     work: Callable[[int], _Result], count: int, threads: int, watch: Watch
 ) -> list[_Result]:
-    """What work gives for 0 to count - 1, by so many threads, which Ctrl-C stops by the watch."""
+    """Results of work(0), ..., work(count - 1) by several threads, which Ctrl-C stops."""
     if threads == 1 or count == 1:
         return [work(i) for i in range(count)]
     with ThreadPoolExecutor(threads) as pool:
@@ -247,7 +247,7 @@ def _one_by_one(
     what: str,
     runs: list[Trajectory | None],
 ) -> Trajectories:
-    """The results of runs, None of one that was not begun."""
+    """Results of runs; None for a run that was not started."""
     empty = _empty(kept)
     parts = [empty if run is None else _part(run, what) for run in runs]
     ends = np.cumsum([0, *map(len, parts)])
@@ -257,7 +257,7 @@ def _one_by_one(
     all_kept = np.empty((ends[-1], *empty.shape[1:]), empty.dtype)
     for i, run in enumerate(runs):
         all_kept[ends[i] : ends[i + 1]] = parts[i]
-        runs[i], parts[i] = None, empty  # what is copied takes no room twice
+        runs[i], parts[i] = None, empty  # free the memory of copied results
         if run is not None:
             finals[i], advances[i] = run.final[1], run.advance
             passed[i], status[i] = run.final[0].period, run.status.value
@@ -279,7 +279,7 @@ def _one_by_one(
 
 
 def _empty(kept: str | NDArray[np.float64]) -> NDArray[Any]:
-    """What is kept of a run that was not begun."""
+    """Kept data of a run that was not started."""
     if not isinstance(kept, str):
         return np.full((kept.size, 4), np.nan)
     if kept in ("segments", "switches"):
@@ -288,7 +288,7 @@ def _empty(kept: str | NDArray[np.float64]) -> NDArray[Any]:
 
 
 def _part(run: Trajectory, what: str) -> NDArray[Any]:
-    """What was kept of a run, as an array."""
+    """Kept data of a run, as an array."""
     if what == "segments":
         return records_of(run.segments, run.parameters.omega)
     if what == "times":
@@ -317,8 +317,7 @@ def _side_by_side(
         strobe[:, 0] = starts
     records, stops = np.empty(count, binding.STATE), np.empty(count, np.int8)
     binding.start_many(rows, starts, phases, records, watch)
-    # Dealt out like cards, threads have as many long runs each; but enough runs in each to be taken
-    # side by side.
+    # Dealt in turn, each thread has as many long runs; but each gets enough runs to fill the lanes.
     shares = min(threads, max(1, count // _SIDE_BY_SIDE))
 
     def run_share(i: int) -> int:
@@ -359,7 +358,7 @@ def _side_by_side(
 def _finish(
     run: Run, record: NDArray[np.void], periods: int, strobe: NDArray[np.float64] | None
 ) -> Status:
-    """Takes a run on by the reference map wherever the core leaves a switch open."""
+    """Finish a run, with the reference map wherever the core cannot decide a switch."""
     native = core(run.scene).Map(np.array([*run.parameters.to_dict().values()]))
     run.marks = 0 if strobe is None else periods
     while record["period"] < periods and not run.watch.over:

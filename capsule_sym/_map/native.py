@@ -1,4 +1,4 @@
-"""The map by the C core; where that leaves a switch open, the reference map takes one segment."""
+"""The map in the C core, with the reference map for switches that the core cannot decide."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _Precision = CAPSULE.interface.Precision  # of all scenes
 
 
 def core(scene: Scene = CAPSULE) -> Any:
-    """The binding of a scene's core; raises InvalidInput where that was not compiled."""
+    """Binding of a scene's core; raises InvalidInput if it was not compiled."""
     found = core_of(scene)
     if found is None:
         raise InvalidInput("backend", "c", "numpy or mpmath: the C core was not compiled")
@@ -44,7 +44,7 @@ def end_of_run(
     periods: int,
     escalate: bool,
 ) -> Trajectory | None:
-    """The end of a run, of which nothing else is kept; None where the core leaves a switch open.
+    """End of a run of which nothing else is kept; None if the core cannot decide a switch.
 
     It takes the same steps as `NativeRun`, in one call.
     """
@@ -71,7 +71,7 @@ def end_of_run(
 
 
 class NativeRun:
-    """One run by the core, and the reference map for what it leaves open."""
+    """One run in the core, with the reference map for switches that it cannot decide."""
 
     def __init__(
         self,
@@ -94,9 +94,9 @@ class NativeRun:
         keep: str | NDArray[np.float64] = "segments",
         share: int = 1,
     ) -> Trajectory:
-        """The trajectory, as the reference map gives it, and what `keep` names of it.
+        """Trajectory as by the reference map, with the data that `keep` names.
 
-        It has one part in `share` of the memory that a call may keep.
+        It may use one part in `share` of the memory limit of a call.
         """
         omega = self.parameters.omega
         keeper = Keeper(self.parameters, keep, share)
@@ -124,15 +124,15 @@ class NativeRun:
     def _run(
         self, native: Any, record: NDArray[np.void], periods: int, most: int, keeper: Keeper
     ) -> tuple[Status, str]:
-        """Goes on to the end of the periods, or as far as it comes; and how it ended."""
-        # Whatever is kept, a run pauses at the same places, and so comes to the same state.
+        """Continue to the end of the periods, or as far as possible; returns status and reason."""
+        # A run pauses at the same places for every `keep`, and so reaches the same state.
         strobe = np.empty((min(periods + 1, self.core.ROWS), 3))
         while record["period"] < periods:
             left = min(most, keeper.most) - keeper.count
             stop = self._piece(native, record, periods, left, strobe, keeper)
             found = None
             if stop == self.core.OPEN and keeper.count < min(most, keeper.most):
-                # Imported where it is needed: that takes as long as all the rest.
+                # Imported late, since it takes as long as all the rest.
                 from capsule_sym._map.reference import Run, step, write
 
                 run = Run(
@@ -169,14 +169,14 @@ class NativeRun:
         strobe: NDArray[np.float64],
         keeper: Keeper,
     ) -> int:
-        """As many segments as there is room for, and why there are no more."""
+        """Compute as many segments as fit; returns the reason to stop."""
         room, before = keeper.room(most), record.copy()
         stop, count, _ = native.run(
             record, periods, room, strobe=strobe, watch=self.watch, precision=self.precision
         )
         first, last, rows = int(before["period"]) + 1, int(record["period"]), len(strobe)
         if last - first >= rows and count > 1:
-            # The last segment rests for ever, and its states took the places of those before it.
+            # The last segment rests forever, and its states replaced those before it.
             record[...] = before
             return self._piece(native, record, periods, count - 1, strobe, keeper)
         passed = np.arange(max(first, last + 1 - rows), last + 1)

@@ -1,11 +1,10 @@
-"""The functions of many-digit numbers that the mpmath kernels are computed with, and these kernels.
+"""Functions on many-digit numbers for the mpmath kernels, and these kernels.
 
-mpmath's own context is one for the whole process: its precision is the user's, and any thread may
-change it at any time. Here is a context of this package, at a precision that is set when it is made
-and never again, so that runs in all threads share it safely. It takes nothing from `mpmath.mp` and
-changes nothing there. (One for each run would do as well, but its numbers could not be pickled. Of
-mpmath's functions only those are used that do not raise the precision of their context for a while;
-what needs others works in a `workspace`.)
+mpmath's own context is global: its precision is the user's, and any thread may change it at any
+time. This module has a context of its own, whose precision is set once, so that runs in all threads
+share it safely. It neither reads nor changes `mpmath.mp`. (A context for each run would also work,
+but its numbers could not be pickled. Only those functions of mpmath are used that do not raise the
+precision of their context for a while; others need a `workspace`.)
 """
 
 from __future__ import annotations
@@ -24,14 +23,14 @@ from capsule_sym._parameters import CAPSULE, Scene
 _FUNCTIONS = ("cos", "exp", "expm1", "sin", "sqrt")
 _WARM_BITS = 4096
 
-# mpmath keeps pi and ln 2 to the most bits yet asked for, in two steps between which another thread
-# reads nonsense. More are computed here, while nobody else does, than any run asks for.
+# mpmath caches pi and ln 2 to the most bits requested so far, in two steps between which another
+# thread reads nonsense. More bits than any run needs are computed here, at import.
 pi_fixed(_WARM_BITS)
 ln2_fixed(_WARM_BITS)
 
 
 def workspace(digits: int = MOST_DIGITS) -> Any:
-    """A context of mpmath's for the caller alone, for functions that change its precision."""
+    """Context of mpmath for one caller, for functions that change its precision."""
     context = MPContext()
     context.dps = digits
     return context
@@ -39,7 +38,7 @@ def workspace(digits: int = MOST_DIGITS) -> Any:
 
 @cache
 def of_mpmath(digits: int) -> SimpleNamespace:
-    """The functions by mpmath, in numbers of so many digits."""
+    """Functions by mpmath, in numbers with this many digits."""
     context = workspace(digits)
 
     def expm1(x: Any) -> Any:
@@ -55,13 +54,13 @@ def of_mpmath(digits: int) -> SimpleNamespace:
 
 
 mpf = of_mpmath(MOST_DIGITS).mpf
-"""The numbers of a run with the backend `mpmath`."""
+"""Numbers of a run with the backend `mpmath`."""
 # So that pickle finds the class.
 mpf.__module__, mpf.__qualname__ = __name__, "mpf"
 
 
 def kernels_by(functions: SimpleNamespace, scene: Scene = CAPSULE) -> ModuleType:
-    """A scene's kernels generated for mpmath, with these functions in the place of mpmath's."""
+    """Kernels of a scene generated for mpmath, with these functions instead of mpmath's."""
     plain = scene.exact_kernels
     spec = find_spec(plain.__name__)
     assert spec is not None
@@ -79,5 +78,5 @@ def kernels_by(functions: SimpleNamespace, scene: Scene = CAPSULE) -> ModuleType
 
 @cache
 def mpmath_kernels(digits: int, scene: Scene = CAPSULE) -> ModuleType:
-    """The kernels of a scene in numbers of so many digits."""
+    """Kernels of a scene in numbers with this many digits."""
     return kernels_by(of_mpmath(digits), scene)

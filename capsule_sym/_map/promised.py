@@ -1,5 +1,5 @@
-"""Digits of the map's numbers where 50 are promised."""
+"""Digits of the map's numbers: 50 correct ones need a few more."""
 
 GUARD_DIGITS = 10
 MOST_DIGITS = 50 + GUARD_DIGITS
-"""What 50 digits are computed with."""
+"""Digits in the computation of 50 correct ones."""

@@ -1,10 +1,10 @@
-"""Expansions for segments that the forcing outlasts by far: slow forcing, and stiff segments.
+"""Expansions for segments that end long before the forcing varies: slow forcing, stiff segments.
 
-The motion is the forced response, a harmonic known exactly, plus a free part. Where the segment's
-own rates are much faster than the forcing, the free part soon is negligible, yet an expansion of
-the whole motion cannot look further ahead than those rates. Here the forced response is expanded
-and the free part only bounded: as a whole by its energy, which never grows; in an overdamped
-segment its slow mode is expanded too, and the fast one bounded by its present size.
+The motion is the forced response, a harmonic known exactly, plus a free part. If the segment's own
+rates are much faster than the forcing, the free part is soon negligible, but an expansion of the
+whole motion reaches no further than those rates allow. Here the forced response is expanded and the
+free part only bounded: as a whole by its energy, which never grows. In an overdamped segment its
+slow mode is expanded too, and the fast one bounded by its present size.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from capsule_sym._map.expansion import (
     watched,
 )
 
-_FASTER = 8  # the free part must be this much faster than what is expanded
+_FASTER = 8  # least ratio of the rates of the free and the expanded part
 
 
 def rate(c: Any, with_slow: bool = True) -> Number | None:
-    """The fastest rate that is expanded, None where nothing would be gained."""
+    """Fastest rate that is expanded; None if nothing would be gained."""
     slowest = max(c.omega, -c.slow) if c.q < 0 and with_slow else c.omega
     resonant = not pulsed(c) and c.resonant
     return slowest if c.rate > _FASTER * slowest and not resonant else None
@@ -36,7 +36,7 @@ def rate(c: Any, with_slow: bool = True) -> Number | None:
 def expand_forced(
     backend: Backend, c: Any, at: Point, derivative: int = 0, with_slow: bool = True
 ) -> dict[Guard, Expansion]:
-    """Expansions of all watched guards, or of a derivative of each, the fast free part bounded.
+    """Expansions of all watched guards, or of a derivative of each, with the fast part bounded.
 
     The slow mode of an overdamped segment is expanded, or bounded like the rest of the free part.
     The bounds for a derivative hold for its values, not for its slope. Meaningful only away from
@@ -79,7 +79,7 @@ def expand_forced(
 
 
 class _Free(NamedTuple):
-    """Bounds on the fast free part: of x_r, of changes of v_r, of P, and of its rate of change."""
+    """Bounds on the fast free part: x_r, changes of v_r, P, and the rate of change of P."""
 
     x: Number
     v: Number
@@ -168,7 +168,7 @@ def _guards(
 
 
 def load_of(c: Any) -> Number:
-    """The constant force on both bodies together, with pulses' level if they do not react."""
+    """Constant force on both bodies together, with the pulses' level if they do not react."""
     load = c.load_force()
     if not pulsed(c):
         return load

@@ -37,15 +37,15 @@ from capsule_sym._map.transitions import State, Undetermined, select_field, star
 from capsule_sym._native import Watch
 from capsule_sym._parameters import SceneParameters
 
-# Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
+# Below this, doubles soon underflow. A motion without forcing that is this small stays small.
 _NOTHING = 1e-200
-# After a start on several surfaces at once a few segments that hardly last may follow each other.
+# After a start on several surfaces at once a few segments of almost no duration may follow.
 _MOST_STILL = 16
 _ROOM = 256  # segments that follow one another from a record of the core
 
 
 class RunState(NamedTuple):
-    """Where a run stands: state, what follows, switching plane, whole periods passed, and x_c."""
+    """State of a run: state, next segment, switching plane, whole periods passed, and x_c."""
 
     state: State
     begin: SegmentStart | None
@@ -55,7 +55,7 @@ class RunState(NamedTuple):
 
 
 class Run:
-    """One run: the constants of all segments, and what has been passed so far."""
+    """One run: the constants of all segments, and the results so far."""
 
     def __init__(
         self,
@@ -77,17 +77,17 @@ class Run:
         self.stroboscopic: list[Triple] = []
         self.stroboscopic_periods: list[int] = []
         self.marks = 2 * LONGEST
-        """At how many periods' ends a segment is recorded: the last ones, which `steady` reads."""
+        """Number of last periods at whose ends segments are recorded, for `steady`."""
         self.escalations = 0
         self.exact: State | None = None
-        """The present state in 50 digits, where these settled the switch that led to it."""
+        """Present state in 50 digits, if they decided the switch that led to it."""
         self.still = 0
-        """How many segments up to here did not advance in time."""
+        """Number of last segments that did not advance in time."""
 
     def go(
         self, values: tuple[float, float, float], phase: float, periods: int, most: int
     ) -> Trajectory:
-        """The trajectory from a state at a phase."""
+        """Trajectory from a state at a phase."""
         number = self.numbers.number
         x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
         angle, rest = self.numbers.angle(number(phase), self.omega)
@@ -124,7 +124,7 @@ class Run:
         )
 
     def ended(self, run_state: RunState, periods: int, most: int) -> tuple[Status, str]:
-        """How the run ended, and why."""
+        """Status and reason of the end of the run."""
         if run_state.periods >= periods:
             return Status.FINISHED, FINISHED
         if self.watch.over:
@@ -141,12 +141,12 @@ class Run:
         return Status.UNDECIDED, why
 
     def begin_segment(self, state: State, source: str, turns: int, position: Number) -> RunState:
-        """A run that goes on from a state it came to otherwise."""
+        """Run state that continues from a given state."""
         state, begin = self._begin(state)
         return RunState(state, begin, source, turns, position)
 
     def follow(self, run_state: RunState, periods: int, most: int) -> RunState:
-        """Goes on until the periods are over, for at most so many segments in all."""
+        """Continue until the periods are over, for at most this many segments in all."""
         state, begin, source, turns, position = run_state
         while begin and turns < periods and len(self.segments) < most:
             if self.watch.over:
@@ -193,13 +193,13 @@ class Run:
         return RunState(state, begin, source, turns, position)
 
     def _state(self, x_r: Number, v_r: Number, v_c: Number, angle: Number) -> State:
-        """A state of which the gaps are known by the position alone."""
+        """State whose gaps are known by the position alone."""
         front, *behind = map(self.numbers.number, self.stops)
         back = x_r + behind[0] if behind else None
         return State(x_r, x_r - front, v_r, v_c, angle, back=back)
 
     def level(self, angle: Number, rest: Number) -> int:
-        """The level of pulses just after an angle, 1 where it is low."""
+        """Level of pulses just after an angle: 1 for the low level."""
         if not self.pulsed:
             return 0
         fall, fall_rest = self.numbers.edge(self.constants[0].high_share())
@@ -209,7 +209,7 @@ class Run:
         return (periods * self.numbers.full_turn - angle) / self.omega
 
     def _begin(self, state: State, source: int | None = None) -> tuple[State, SegmentStart | None]:
-        """A state that a segment begins at, rest if it is next to that, and the field to come."""
+        """State at which a segment begins (rest if next to it), and the successor field."""
         size = max(abs(state.x_r), abs(state.v_r))
         unforced = self.parameters.alpha == 0 and not self.pulsed
         if unforced and state.v_c == 0 and 0 < size < _NOTHING:
@@ -221,7 +221,7 @@ class Run:
         return state, self._escalate_start(state, source)
 
     def next_segment(self, state: State, source: int | None = None) -> SegmentStart | None:
-        """The successor field, after a segment of F`source`; None where that stays open."""
+        """Successor field after a segment of F`source`; None if undecided."""
         try:
             return select_field(self.numbers, self.constants, state, source)
         except Undetermined:
@@ -233,7 +233,7 @@ class Run:
             return None
 
     def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Flow, Switch]:
-        """The closed form of the segment from a state, and its first switch up to a duration."""
+        """Closed form of the segment from a state, and its first switch up to a duration."""
         flow = Flow(self.numbers, self.constants[begin.field - 1], begin)
         switch = locate(flow, limit, self.watch)
         decided = switch.outcome is Outcome.UNDECIDED or (switch.certain and tells(flow, switch))
@@ -243,10 +243,10 @@ class Run:
             self.exact = None
         return flow, switch
 
-    # Fifty digits look at the same doubles, or go on from where they came to themselves; what
-    # they decide comes back rounded once.
+    # Fifty digits start from the same doubles, or continue from their own last state; results are
+    # rounded once.
     def exactly(self, numbers: Backend, state: State) -> State:
-        """The present state in a wider number system."""
+        """Present state in a wider number system."""
         if self.exact is not None:
             return self.exact
         return state.exactly(numbers.number, *self.stops)
@@ -283,7 +283,7 @@ class Run:
     def _arrive(
         self, flow: Flow, switch: Switch, angle: Number, rest: Number
     ) -> tuple[State, SegmentStart | None, str]:
-        """State at a switch with what is known exactly there, what follows, and its plane."""
+        """State at a switch with its exactly known quantities, the successor, and its plane."""
         state = reached(flow, switch, angle)._replace(angle_rest=rest)
         if not switch.guards:
             return state, None, ""
@@ -308,7 +308,7 @@ class Run:
 
 
 def _turned(flow: Flow, state: State, switch: Switch) -> tuple[int, Number, Number]:
-    """Whole turns up to a switch, the angle there, and by how much it is more than rounded."""
+    """Whole turns up to a switch, the angle there, and its rounding error."""
     c, numbers = flow.c, flow.backend
     turned = c.omega * switch.duration + state.angle_rest
     if not pulsed(c):
@@ -321,10 +321,10 @@ def _turned(flow: Flow, state: State, switch: Switch) -> tuple[int, Number, Numb
 
 
 def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> RunState:
-    """One segment of the reference map from a state record of the core.
+    """Take one segment of the reference map from a state record of the core.
 
-    More, up to `most`, as long as 50 digits have to escalate them, or they do not advance: a record
-    has no digits, nor a count of such segments, to go on from.
+    Take more, up to `most`, while 50 digits must decide them or they do not advance: a record
+    contains neither digits nor a count of such segments.
     """
     told = dict(zip(record.dtype.names or (), record.tolist(), strict=True))
     source, v_c, rest = plane_name(told["plane"]), told["v_c"], told["angle_rest"]
@@ -345,7 +345,7 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
 
 
 def write(record: NDArray[np.void], run_state: RunState) -> None:
-    """Puts where a run of the reference map stands into a state record of the core."""
+    """Write the run state of the reference map into a state record of the core."""
     state, source = run_state.state, run_state.source
     told = {
         **state._asdict(),

@@ -1,8 +1,8 @@
-"""Where a segment ends: the state there, with what is known of it by the guards.
+"""State at the end of a segment, with the facts known from its guards.
 
-A guard that fired is exactly zero, whatever rounding makes of it. One that did not is proved
-positive; where terms cancel its computed value may be zero all the same, or negative, which is no
-knowledge.
+A guard that fired is exactly zero, whatever its rounded value. A guard that did not fire is proved
+positive; if terms cancel, its computed value may still be zero or negative, which is no
+information.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from capsule_sym._parameters import Scene
 
 
 def tells(flow: Flow, switch: Switch) -> bool:
-    """Whether the computed state at the end of a segment has the signs that are proved of it."""
+    """True if the computed state at the end of a segment has the signs that are proved."""
     return all(sign * getattr(switch.point, name) > 0 for name, sign, _ in _proved(flow, switch))
 
 
 def _proved(flow: Flow, switch: Switch) -> Iterator[tuple[str, int, Number]]:
-    """Quantities of a segment's end that are proved not to vanish: sign, and error of the value."""
+    """Quantities at a segment's end that are proved not to vanish: sign, and error of the value."""
     if switch.duration == 0 or switch.outcome is Outcome.UNDECIDED:
         return
     c, point, side = flow.c, switch.point, side_of(flow.c)
@@ -34,7 +34,7 @@ def _proved(flow: Flow, switch: Switch) -> Iterator[tuple[str, int, Number]]:
         if not stays:
             yield "other", 1, point.error_other
     if Guard.GAP not in switch.guards:
-        # At rest on the impact surface the gap is zero for ever.
+        # At rest on the impact surface the gap remains zero.
         if flow.start.zeros.get(Guard.GAP, 0) < flow.backend.kernels.JET_ORDER:
             yield "gap", side, point.error_x
     elif switch.outcome is Outcome.REGULAR:
@@ -44,9 +44,9 @@ def _proved(flow: Flow, switch: Switch) -> Iterator[tuple[str, int, Number]]:
 
 
 def reached(flow: Flow, switch: Switch, angle: Number) -> State:
-    """The state at the end of a segment.
+    """State at the end of a segment.
 
-    A sign that is proved and hidden by rounding is made to show, within the error bound.
+    A proved sign that rounding hides is restored within the error bound.
     """
     c, point, zero = flow.c, switch.point, angle * 0
     for name, sign, error in _proved(flow, switch):
@@ -77,7 +77,7 @@ def reached(flow: Flow, switch: Switch, angle: Number) -> State:
 
 
 def plane(scene: Scene, state: State, following: SegmentStart | None, edge: bool) -> str:
-    """The switching plane of a state, Eq. (24): by the field to come where the capsule rests.
+    """Switching plane of a state, Eq. (24); at rest of the capsule that of the successor field.
 
     At an edge of the drive it is that of the edge.
     """

@@ -1,8 +1,9 @@
-"""Segments of a trajectory: views of the records that the core writes, made when asked for.
+"""Segments of a trajectory: views of the records that the core writes, made on request.
 
-A record is the C library's `capsule_segment`, 160 bytes. Beside the state at the start it holds the
-gap and the force margin, for what vanishes at a switch is exactly 0 there and not a difference of
-rounded numbers, and the cosine and sine of the angle, which is known to more than a double.
+A record is the C library's `capsule_segment`, 160 bytes. Besides the state at the start it holds
+the gap and the force margin, since a quantity that vanishes at a switch is exactly 0 there, not a
+difference of rounded numbers. It also holds cosine and sine of the angle, which is known to more
+digits than a double has.
 """
 
 from __future__ import annotations
@@ -20,20 +21,20 @@ from capsule_sym._map.backend import Number
 from capsule_sym._parameters import CAPSULE, Scene
 
 SEGMENT = CAPSULE.interface.SEGMENT
-"""A record of any scene's core."""
+"""Record of any scene's core."""
 _OUTCOMES = (*map(Outcome, CAPSULE.interface.OUTCOMES), Outcome.STALLED)
 _BLOCK = 1024  # segments made at a time
 Triple = tuple[Number, Number, Number]
 Records = NDArray[np.void]
 
 SWITCH = np.dtype([("period", "i8"), ("angle", "f8"), ("field", "i4"), ("plane", "i4")])
-"""A switch: excitation periods passed, angle of the forcing, field that is left, and plane."""
+"""Switch: excitation periods passed, angle of the forcing, the field before it, and the plane."""
 
 
 class Instant(NamedTuple):
-    """A time as whole excitation periods and the phase in [0, 2 pi/omega) within the next.
+    """Time as whole excitation periods and the phase in [0, 2 pi/omega) within the next.
 
-    Dimensionless, the phase is a time too.
+    Dimensionless; the phase is a time.
     """
 
     period: int
@@ -41,7 +42,7 @@ class Instant(NamedTuple):
 
 
 def instant(periods: int, angle: Number, omega: Number) -> Instant:
-    """The time at a forcing angle in [0, 2 pi) after whole periods."""
+    """Time at a forcing angle in [0, 2 pi) after whole periods."""
     return Instant(periods, angle / omega if angle else angle * 0)
 
 
@@ -49,11 +50,11 @@ def instant(periods: int, angle: Number, omega: Number) -> Instant:
 class Segment:
     """One segment of a trajectory, from one switching plane to the next, dimensionless.
 
-    States are (x_r, v_r, v_c). `source` and `target` are switching planes, in the paper's scene
-    "Σ1" to "Σ10"; `target` is empty for a segment that the end of the run cuts off, `source` for
-    one that starts off every plane. `tangencies` are contacts within the error bound that did not
-    end the segment, with the duration after which they occur. `position` is x_c at the start,
-    `advance` its change.
+    States are (x_r, v_r, v_c). `source` and `target` are switching planes, "Σ1" to "Σ10" in the
+    paper's scene. `target` is empty for a segment cut off by the end of the run, `source` for one
+    that starts off every plane. `tangencies` are contacts within the error bound that did not end
+    the segment, with the duration after which they occur. `position` is x_c at the start, `advance`
+    its change.
     """
 
     field: int
@@ -98,7 +99,7 @@ Tangencies = Mapping[int, tuple[tuple[Outcome, Number], ...]]
 
 
 class Segments(Sequence[Segment]):
-    """The segments of a run in the order of time, each made of its record when it is asked for.
+    """Segments of a run in the order of time, each made from its record on access.
 
     Slices are views too. Equal to any sequence of equal segments.
     """
@@ -172,22 +173,22 @@ class Segments(Sequence[Segment]):
 
 
 def start_of(*values: Number) -> Any:
-    """The start of a closed form; of all scenes one class, so that pickle finds it."""
+    """Start of a closed form; one class for all scenes, so that pickle finds it."""
     return CAPSULE.kernels.Start(*values)
 
 
 def plane_name(number: int) -> str:
-    """A switching plane's name, such as "Σ1"; empty for 0."""
+    """Name of a switching plane, such as "Σ1"; empty for 0."""
     return f"Σ{number}" if number else ""
 
 
 def plane_number(name: str) -> int:
-    """A switching plane's number, from 1 on; 0 for an empty name."""
+    """Number of a switching plane, from 1 on; 0 for an empty name."""
     return int(name[1:]) if name else 0
 
 
 def records_of(segments: Iterable[Segment], omega: float) -> Records:
-    """The records of segments, in double precision."""
+    """Records of segments, in double precision."""
     if isinstance(segments, Segments):
         return segments.records
     rows = []
@@ -214,14 +215,14 @@ def records_of(segments: Iterable[Segment], omega: float) -> Records:
 
 
 def _angle(phase: float, omega: float) -> float:
-    """The angle that gives this phase, divided by omega; the next one to it where none does."""
+    """Angle that gives this phase when divided by omega, or the nearest one if none does."""
     angle = phase * omega
     near = (angle, nextafter(angle, inf), nextafter(angle, 0.0))
     return next((one for one in near if one / omega == phase), angle)
 
 
 def switches_of(records: Records) -> Records:
-    """The switches that end segments: records of `SWITCH`."""
+    """Switches that end segments, as records of `SWITCH`."""
     ended = records[records["target"] != 0]
     events = np.empty(len(ended), SWITCH)
     events["period"], events["angle"] = ended["end_period"], ended["end_angle"]
@@ -230,7 +231,7 @@ def switches_of(records: Records) -> Records:
 
 
 def columns_of(records: Records, omega: float, scene: Scene = CAPSULE) -> dict[str, NDArray[Any]]:
-    """The columns of a table of segments, arrays of numbers or of texts, shape (n,)."""
+    """Columns of a table of segments, arrays of numbers or of texts, shape (n,)."""
     last = max(*scene.switching.IMPACT_PLANES.values(), *scene.switching.EDGE_PLANES)
     planes = np.array([plane_name(i) for i in range(last + 1)])
     fields = np.array([f"F{i}" for i in range(len(scene.facts.FIELDS) + 1)])

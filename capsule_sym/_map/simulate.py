@@ -1,4 +1,4 @@
-"""Running the map: one run, or many at once, and what is kept of them."""
+"""Runs of the map, one or many at once, and their kept data."""
 
 from __future__ import annotations
 
@@ -32,25 +32,25 @@ def simulate(
     max_seconds: float = math.inf,
     progress: Callable[[int], object] | None = None,
 ) -> Trajectory:
-    """The exact trajectory over whole excitation periods, from a state (x_r, v_r, v_c) and phase.
+    """Return the exact trajectory over whole excitation periods from a state and phase.
 
-    All quantities are dimensionless; the phase is a time in [0, 2 pi/omega), the run ends at
-    phase 0 after `periods` periods. The backend is "c" (the compiled core; the default where it
-    is there), "numpy" (double precision too, the readable reference) or "mpmath" (50 digits).
-    With `escalate`, 50 digits decide what double precision cannot; the trajectory's `statistics`
-    count how often. What stays open is typed in the segments' outcomes, and taken as the exact
-    tangency or corner that it is within the error bound.
+    The state is (x_r, v_r, v_c), the phase a time in [0, 2 pi/omega); all quantities are
+    dimensionless. The run ends at phase 0 after `periods` periods. The backend is "c" (the compiled
+    core; the default if it is there), "numpy" (double precision, the readable reference) or
+    "mpmath" (50 digits). With `escalate`, 50 digits decide the switches that double precision
+    cannot; `statistics` of the trajectory count them. A switch that remains undecided has its type
+    in the segment's outcome, and is treated as the exact tangency or corner within the error bound.
 
-    `keep` names what the trajectory keeps: all its "segments", with which it can be evaluated at
-    any time, and the states at the ends of periods; only these ("stroboscopic"); its "switches";
-    only the "final" state; or, as an array, the states at absolute times. By the core memory does
-    not grow with what is not kept.
+    `keep` is one of "segments" (all segments, from which the trajectory can be evaluated at any
+    time, and the states at the ends of periods), "stroboscopic" (only these states), "switches" and
+    "final" (only the final state), or an array of absolute times at which states are kept. In the
+    core, memory does not grow with data that are not kept.
 
-    The run stops early after `max_segments` segments (10^6 if nothing else is given and something
-    of each is kept), after `max_seconds` of the clock, where what is kept takes 4 GiB, or at a
-    point that no field leaves with certainty; the trajectory has what was found until then, its
-    `status` and `message` say how it ended. `progress` is called now and then with the whole
-    periods passed. Raises InvalidInput for a value that is not allowed.
+    The run stops early after `max_segments` segments (10^6 by default if data of each are kept),
+    after `max_seconds` of wall time, if kept data reach 4 GiB, or at a point where no successor
+    field is certain. The trajectory then has the results up to that time; its `status` and
+    `message` give the reason. `progress` is called now and then with the number of periods passed.
+    Raises InvalidInput for a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
     kept = checked(keep, phase, int(periods) * parameters.period)
@@ -67,12 +67,12 @@ def simulate(
         if end is not None:
             return end
     found = run(parameters, start, kept, max_segments, watch, chosen, escalate, progress)
-    check_time()  # of the work that this run is a part of
+    check_time()  # of the work that contains this run
     return found
 
 
 def watch_of(max_seconds: float) -> Watch:
-    """The watch of a call with this limit, within that of the work that it is a part of."""
+    """Watch of a call with this limit, within the limit of the work that contains it."""
     watch = Watch(checked_seconds(max_seconds))
     watch.deadline = min(watch.deadline, present().deadline)
     return watch
@@ -89,9 +89,9 @@ def run(
     progress: Callable[[int], object] | None = None,
     share: int = 1,
 ) -> Trajectory:
-    """The trajectory from a state, phase and number of periods, all of it checked.
+    """Trajectory from a state, phase and number of periods, all of them checked.
 
-    The run may keep one part in `share` of what a call may.
+    The run may use one part in `share` of the memory limit of a call.
     """
     most = most_segments(kept, max_segments, chosen)
     if chosen == "c":

@@ -1,4 +1,4 @@
-"""The periodic motion that a run ends in, read off its last periods."""
+"""Periodic motion at the end of a run, from its last periods."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Segment, Triple
 from capsule_sym._parameters import SceneParameters
 
-LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
+LONGEST = 16  # longest period number that is tried
 _Run = Any  # a `Trajectory` that has ended, whose module imports this one
 
 
 @dataclass(frozen=True)
 class SteadyMotion:
-    """A periodic motion modulo drift: its segments over one period of the motion.
+    """Periodic motion modulo drift: its segments over one period of the motion.
 
     `period_number` counts excitation periods; `progression` is the advance of x_c per
     excitation period, dimensionless.
@@ -53,7 +53,7 @@ class SteadyMotion:
 
 
 def shown_progression(motion: SteadyMotion) -> float:
-    """The progression as it is shown: 0 where the motion does not drift but by its rounding."""
+    """Progression as shown: 0 if the motion drifts only by rounding."""
     segments, number, scene = motion.segments, motion.period_number, motion.parameters.scene
     drifting = drifts(
         list(motion.parameters.to_dict().values()),
@@ -68,11 +68,11 @@ def shown_progression(motion: SteadyMotion) -> float:
 
 
 def steady_motion(run: _Run, tolerance: float, longest: int) -> SteadyMotion | None:
-    """The periodic motion at the end of a run, as `Trajectory.steady` gives it."""
+    """Periodic motion at the end of a run, as in `Trajectory.steady`."""
     if not (is_real(tolerance) and 0 < tolerance < math.inf):
         raise InvalidInput("tolerance", tolerance, "a finite number > 0")
     check_count("longest", longest)
-    _ = run.segments  # which have to be kept
+    _ = run.segments  # raises if they were not kept
     if _rests(run, tolerance):
         return SteadyMotion((_rest(run),), 1, run.segments[-1].advance * 0, run.parameters)
     states = np.array(run.stroboscopic[-2 * longest :], dtype=float)
@@ -102,7 +102,7 @@ def steady_motion(run: _Run, tolerance: float, longest: int) -> SteadyMotion | N
 
 
 def _rests(run: _Run, tolerance: float) -> bool:
-    """Whether it is proved that the run stays this near to rest for ever, and never slips."""
+    """True if the run is proved to stay this near to rest forever, and never slips."""
     p, (x_r, v_r, v_c) = run.parameters, map(float, run.final[1])
     # Twice the energy at rest: v_r^2 + k x_r^2 + kappa (x_r - stop)^2 in contact.
     facts, numbers = p.scene.facts, NumpyBackend(p.scene)
@@ -129,7 +129,7 @@ def _rests(run: _Run, tolerance: float) -> bool:
 
 
 def _rest(run: _Run) -> Segment:
-    """The last excitation period, at rest."""
+    """Last excitation period, at rest."""
     zero, end = run.segments[-1].duration * 0, run.final[0].period
     facts = run.parameters.scene.facts
     # The region with contact is the closed one.
@@ -141,7 +141,7 @@ def _rest(run: _Run) -> Segment:
 
 
 def _last_period(run: _Run, state: Triple, field: int) -> Segment:
-    """The last excitation period of a run that ends without switches, as a segment."""
+    """Last excitation period of a run that ends without switches, as a segment."""
     last: Segment = run.segments[-1]
     x_r, v_r, v_c = state
     number = type(x_r)
@@ -164,7 +164,7 @@ def _last_period(run: _Run, state: Triple, field: int) -> Segment:
 
 
 def _last_periods(run: _Run, period_number: int, back: int) -> tuple[Segment, ...]:
-    """The segments that end in the given number of whole periods before the run's end."""
+    """Segments that end in the given number of whole periods before the run's end."""
     ends, switched = run.records["end_period"], run.records["target"] != 0
     stop = int(ends[-1]) - back * period_number
     first, beyond = np.searchsorted(ends, (stop - period_number, stop)).tolist()
@@ -185,5 +185,5 @@ def _steady(
 
 
 def abbreviated(text: str, length: int = 60) -> str:
-    """The text, cut off where it is longer."""
+    """Text, shortened if it is longer than `length`."""
     return text if len(text) <= length else f"{text[: length - 4]} ..."

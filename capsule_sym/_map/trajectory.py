@@ -1,4 +1,4 @@
-"""What a run of the map gives: segments, states at any time, and how it went."""
+"""Trajectory: result of a run, with segments, states at any time, and statistics."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ MEMORY_IS_FULL = "as what it keeps takes all the memory that it may"
 
 
 def after(most: int) -> str:
-    """Why a run ended that has as many segments as it may have."""
+    """Reason of a run that ended at its limit of segments."""
     return f"after {most} segments"
 
 
 class Statistics(NamedTuple):
-    """What a run took: segments, evaluations, and how often more digits decided.
+    """Counts of a run: segments, evaluations, and decisions by more digits.
 
-    `escalations` counts switches and successor fields that double precision left open: 106 bits or
-    50 digits looked at them.
+    `escalations` counts switches and successor fields that double precision could not decide and
+    106 bits or 50 digits were tried on.
     """
 
     segments: int = 0
@@ -61,7 +61,7 @@ _MOST_POINTS = 100_000  # of a run that is drawn
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """What a run keeps on its way; None is what it does not."""
+    """Kept data of a run; None for data that are not kept."""
 
     what: str
     segments: Sequence[Segment] | None = None
@@ -77,10 +77,10 @@ class Kept:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory(Labelled):
-    """A run of the exact map: what was asked to be kept of it, and how it went.
+    """Result of a run of the exact map: the kept data, status and statistics.
 
-    All quantities are dimensionless. What was not kept raises InvalidInput when it is asked for.
-    Arrays that it keeps, and views of them such as columns, are read-only.
+    All quantities are dimensionless. Access to data that were not kept raises InvalidInput. Arrays
+    of a trajectory, and views of them such as columns, are read-only.
     """
 
     parameters: SceneParameters
@@ -90,13 +90,13 @@ class Trajectory(Labelled):
     final: tuple[Instant, Triple]
     """Time and state at the end of the run."""
     advance: Number
-    """Change of the capsule's position x_c over the run."""
+    """Displacement of the capsule over the run (change of x_c)."""
     status: Status
-    """How the run ended."""
+    """Status of the run."""
     message: str
-    """The same as a sentence."""
+    """Description of the status, as a sentence."""
     statistics: Statistics
-    """What the run took."""
+    """Counts of segments, evaluations and escalations."""
     kept: Kept
     dimension = "segment"
 
@@ -108,7 +108,7 @@ class Trajectory(Labelled):
         origin: tuple[Instant, Triple],
         segments: Sequence[Segment],
     ) -> Trajectory:
-        """A finished run of these segments."""
+        """Finished run of these segments."""
         last = segments[-1]
         evaluations = sum(segment.evaluations for segment in segments)
         return cls(
@@ -133,40 +133,40 @@ class Trajectory(Labelled):
 
     @property
     def scene(self) -> Scene:
-        """The scene of its parameters."""
+        """Scene of the parameters."""
         return self.parameters.scene
 
     @property
     def success(self) -> bool:
-        """Whether the run came to the end of its periods."""
+        """True if the run finished all its periods."""
         return self.status is Status.FINISHED
 
     @property
     def segments(self) -> Sequence[Segment]:
-        """The segments in the order of time."""
+        """Segments in the order of time."""
         return self._kept("segments", self.kept.segments)
 
     @property
     def stroboscopic(self) -> NDArray[Any]:
         """States (x_r, v_r, v_c) at phase 0 in the order of time, shape (n, 3).
 
-        Of a segment over very many periods there are only the last: 8,192 by the core, 32 by the
+        A segment over very many periods has only the last states: 8,192 in the core, 32 with the
         other backends; `stroboscopic_periods` numbers them. With 50 digits they are objects.
         """
         return self._kept("stroboscopic", self.kept.stroboscopic)
 
     @property
     def stroboscopic_periods(self) -> NDArray[np.int64]:
-        """After how many periods each stroboscopic state is, shape (n,)."""
+        """Number of periods before each stroboscopic state, shape (n,)."""
         return self._kept("stroboscopic", self.kept.stroboscopic_periods)
 
     @property
     def switches(self) -> Records:
-        """All switches: an array with fields period, angle, field and plane.
+        """All switches, as an array with fields period, angle, field and plane.
 
-        The time of a switch is `period` excitation periods and the forcing's `angle` in [0, 2 pi);
-        `field` is left there (1 to 6 in the paper's scene), and `plane` (there 1 to 10) is the
-        switching plane it happens on.
+        The time of a switch is `period` excitation periods and the forcing's `angle` in [0, 2 pi).
+        `field` is the field before it (1 to 6 in the paper's scene), and `plane` the switching
+        plane on which it lies (1 to 10).
         """
         if self.kept.segments is not None:
             return switches_of(self.records)
@@ -174,17 +174,17 @@ class Trajectory(Labelled):
 
     @property
     def times(self) -> NDArray[np.float64]:
-        """The times at which states were asked to be kept, shape (...)."""
+        """Requested times at which states are kept, shape (...)."""
         return self._kept("times", self.kept.times)
 
     @property
     def states(self) -> NDArray[np.float64]:
-        """States (x_r, v_r, v_c) at those times, shape (..., 3); nan after the end of the run."""
+        """States (x_r, v_r, v_c) at the requested times, shape (..., 3); nan after the run."""
         return self._kept("times", self.kept.states)[..., :3]
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Capsule positions x_c at those times, shape (...)."""
+        """Capsule positions x_c at the requested times, shape (...)."""
         return self._kept("times", self.kept.states)[..., 3]
 
     def _kept(self, name: str, value: Kind | None) -> Kind:
@@ -196,7 +196,7 @@ class Trajectory(Labelled):
 
     @property
     def span(self) -> tuple[float, float]:
-        """The times at which the run begins and ends."""
+        """Start and end time of the run."""
         begin, end = (
             at.period * self.parameters.period + float(at.phase)
             for at in (self.origin[0], self.final[0])
@@ -205,22 +205,22 @@ class Trajectory(Labelled):
 
     @cached_property
     def records(self) -> Records:
-        """The segments as records of `capsule_segment`, in double precision."""
+        """Segments as records of `capsule_segment`, in double precision."""
         records = records_of(self.segments, self.parameters.omega)
         records.flags.writeable = False
         return records
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The segments as columns, arrays of shape (n,), in double precision.
+        """Segments as columns, arrays of shape (n,), in double precision.
 
-        The start of each by `period` and `phase`, `x_r`, `v_r`, `v_c`, `x_c`, its `duration` and
-        `advance` of x_c; texts `field`, `source`, `target` and `outcome`; `evaluations`.
+        The start of each is in `period` and `phase`, `x_r`, `v_r`, `v_c` and `x_c`; then `duration`
+        and `advance` of x_c; texts `field`, `source`, `target` and `outcome`; `evaluations`.
         """
         return columns_of(self.records, self.parameters.omega, self.scene)
 
     def __call__(self, t: ArrayLike, *, position: bool = False) -> NDArray[np.float64]:
-        """States (x_r, v_r, v_c) at times t, shape t.shape + (3,), from the closed form.
+        """Evaluate the states (x_r, v_r, v_c) at times t, shape t.shape + (3,), in closed form.
 
         With `position` they are (x_r, v_r, v_c, x_c). Times are absolute and dimensionless:
         excitation periods times 2 pi/omega plus phase. Raises InvalidInput outside the run.
@@ -244,18 +244,18 @@ class Trajectory(Labelled):
         return evaluation.by_numpy(self.parameters, records, times)
 
     def steady(self, tolerance: float = 1e-9, longest: int = LONGEST) -> SteadyMotion | None:
-        """The periodic motion at the end of the run, None if it has not settled on one.
+        """Return the periodic motion at the end of the run, or None if it has not settled on one.
 
-        The motion has the period number m if the stroboscopic states repeat after m periods
-        within `tolerance`, and so do the segments; the least m up to `longest` is taken. Slow
-        alternating convergence to a shorter period looks almost periodic too: it is told apart by
-        asking that states within the period differ by a thousand tolerances.
+        The motion has the period number m if the stroboscopic states repeat after m periods within
+        `tolerance`, and so do the segments; the least m up to `longest` is taken. Slow alternating
+        convergence to a shorter period looks almost periodic too. To exclude it, states within the
+        period must differ by a thousand tolerances.
 
-        Without forcing a motion may die away and switch for ever, ever smaller. It is rest if its
-        energy, which never grows, keeps it within `tolerance` of that.
+        Without forcing a motion may decay with infinitely many switches. It counts as rest if its
+        energy, which never grows, keeps it within `tolerance` of rest.
 
-        Raises InvalidInput for a tolerance that is not a number > 0 and finite, and for a `longest`
-        that is no whole number from 1 on.
+        Raises InvalidInput for a tolerance that is not a finite number > 0, and for a `longest`
+        that is not a whole number from 1 on.
         """
         return steady_motion(self, tolerance, longest)
 
@@ -266,17 +266,17 @@ class Trajectory(Labelled):
     def plot(
         self, *, axes: Axes | None = None, of: str = "displacements", points: int = 400
     ) -> Axes:
-        """Draws x_r and x_c over time, or with `of="phase"` v_r over x_r, into matplotlib axes.
+        """Plot x_r and x_c over time, or with `of="phase"` v_r over x_r, into matplotlib axes.
 
-        Each period has so many `points`, the whole run at most 10^5. Gives the axes, new ones where
-        none are given. Raises InvalidInput for another `of`, ImportError without matplotlib.
+        Each period has this many `points`, the whole run at most 10^5. Returns the axes, by default
+        new ones. Raises InvalidInput for another `of`, ImportError without matplotlib.
         """
         drawn: Axes = _draw(self, axes, of, points)
         return drawn
 
 
 def _draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
-    """A run drawn into axes: displacements over time, or the phase portrait."""
+    """Plot a run into axes: displacements over time, or the phase portrait."""
     if of not in ("displacements", "phase"):
         raise InvalidInput("of", of, "displacements or phase")
     check_count("points", points, 2)

@@ -1,8 +1,8 @@
-"""Where a trajectory stands, and its successor field: the rule for every start.
+"""State of a trajectory and its successor field, by one rule for every start.
 
-At a point, a field is the successor if every one of its guards is positive just after: the first
-of the guard's time derivatives that does not vanish is positive. On S1-S10 and L1-L8 this is the
-derived switching table; the same rule serves corner points and tangencies.
+A field is the successor at a point if each of its guards is positive just after it: the first time
+derivative of the guard that does not vanish is positive. On S1-S10 and L1-L8 this is the derived
+switching table; the same rule applies at corner points and tangencies.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from capsule_sym._parameters import CAPSULE
 
 
 class State(NamedTuple):
-    """A state with what is known exactly: gap = 0 on the impact surface, v_c = 0 at rest.
+    """State with its exactly known facts: gap = 0 on the impact surface, v_c = 0 at rest.
 
-    `gap` is by the stop in front, `back` by that behind, None with one stop. `bound` is +1 (-1)
-    where Q = f_plus (-f_minus) is known to hold, else 0. `angle_rest` is by how much the forcing
-    angle is more than rounded; `level` is that of pulses just after, 1 where it is low.
+    `gap` is relative to the front stop, `back` to the back stop (None with one stop). `bound` is +1
+    (-1) if Q = f_plus (-f_minus) is known to hold, else 0. `angle_rest` is the rounding error of
+    the forcing angle; `level` is that of pulses just after the state, 1 for the low level.
     """
 
     x_r: Number
@@ -36,10 +36,10 @@ class State(NamedTuple):
     level: int = 0
 
     def exactly(self, number: Callable[[Number], Number], *stops: float) -> State:
-        """The same state in a wider number system, by the distances of stops in front and behind.
+        """State in a wider number system, given the distances of the front and back stop.
 
-        Near the impact surface the gap is what is known, elsewhere the position is: the other
-        follows without the rounding that it has here.
+        Near the impact surface the gap is the known quantity, elsewhere the position; the other
+        follows from it without the present rounding error.
         """
         x_r, gap, v_r, v_c, angle = (number(value) for value in self[:5])
         angle += number(self.angle_rest)
@@ -58,12 +58,12 @@ class State(NamedTuple):
         return State(x_r, gap, v_r, v_c, angle, self.bound, back=back, level=self.level)
 
     def gaps(self, contact: int) -> tuple[Number, Number]:
-        """The gaps by the stop of a field of this contact, and by the other one of two."""
+        """Gaps to the stop of a field of this contact, and to the other one of two."""
         return (self.back, self.gap) if contact == 2 else (self.gap, self.back)
 
 
 class Undetermined(Exception):
-    """No field, or more than one, is the successor with certainty at this precision."""
+    """Raised if no field, or more than one, is certain to be the successor at this precision."""
 
 
 def select_field(
@@ -74,12 +74,12 @@ def select_field(
     *,
     vanish: bool = False,
 ) -> SegmentStart:
-    """The successor field at a state; `constants` are those of F1 to F6, in order.
+    """Successor field at a state; `constants` are those of F1 to F6, in order.
 
-    After a segment of field F`source` of the paper's scene only those fields are considered that
-    the derived switching table allows there; elsewhere the guards alone tell. A derivative within
-    its error bound of zero leaves the decision open, or, with `vanish`, is taken to be zero. Raises
-    Undetermined where no field, or more than one, may be the successor.
+    After a segment of field F`source` of the paper's scene, only the fields that the derived
+    switching table allows are considered; otherwise the guards alone decide. A derivative within
+    its error bound of zero is undecided, or taken to be zero with `vanish`. Raises Undetermined if
+    no field, or more than one, may be the successor.
     """
     begins = []
     candidates = _candidates(backend.scene.facts, state)
@@ -110,9 +110,9 @@ def _candidates(facts: ModuleType, state: State) -> list[int]:
 
 
 def place_of(backend: Backend, constants: Any, state: State) -> str | None:
-    """The surface, line or corner point a state is on, Eqs. (13)-(14): such as "S7" or "L6".
+    """Surface, line or corner point of a state, Eqs. (13)-(14), such as "S7" or "L6".
 
-    None off all of them, and where rounding leaves open on which of them the state is.
+    None if it is on none of them, or if rounding makes the choice undecidable.
     """
     places = backend.scene.switching.PLACES
     signs = _sign(state.v_c), _sign(state.gap), _sign(state.v_r)
@@ -135,7 +135,7 @@ def _sign(value: Number) -> int:
 
 
 def start_at(c: Any, state: State, cosine: Number = None) -> Start:
-    """The start of a segment with constants `c` at a state, before its zeros are known.
+    """Start of a segment with constants `c` at a state, before its zeros are known.
 
     The forcing's cosine is needed if the drive reacts.
     """
@@ -157,9 +157,9 @@ def _departing(
     forcing: tuple[Number, Number],
     vanish: bool,
 ) -> dict[Guard, int] | None:
-    """Leading zeros of each guard if the field is the successor, None if it does not.
+    """Leading zeros of each guard if the field is the successor; None if it is not.
 
-    Raises Undetermined where a sign that decides is open.
+    Raises Undetermined if a sign that decides is unknown.
     """
     zero, turned = state.x_r * 0, 2 * backend.unit * start.angle
     point = Point(*start[:5], *forcing, zero, zero, zero, turned, start.other, zero)
@@ -179,7 +179,7 @@ def _departing(
 
 
 def _exact_zeros(c: Any, guard: Guard, state: State) -> tuple[bool, ...]:
-    """Which of the guard's first derivatives vanish by what is known of the state."""
+    """True for the guard's first derivatives that are known to vanish at the state."""
     if guard in (Guard.GAP, Guard.BACK):
         touches = state.gaps(c.contact)[guard is Guard.BACK] == 0
         return (touches, touches and state.v_r == 0)
@@ -191,7 +191,7 @@ def _exact_zeros(c: Any, guard: Guard, state: State) -> tuple[bool, ...]:
 def _first_sign(
     expansion: Expansion, exact: tuple[bool, ...], vanish: bool, closed: int
 ) -> tuple[int, int]:
-    """Number of leading zeros, and the sign of what follows (0 where rounding leaves it open)."""
+    """Number of leading zeros, and the next sign (0 if rounding hides it)."""
     for count, (value, error) in enumerate(zip(expansion.values, expansion.errors, strict=True)):
         if count < len(exact) and exact[count]:
             continue

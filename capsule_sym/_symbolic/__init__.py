@@ -2,6 +2,6 @@
 
 import os
 
-# SymPy forgets all but its last 1,000 results by default, and derives the others again: proofs take
-# a third longer. It reads this when it is imported.
+# SymPy caches its last 1,000 results by default; proofs then take a third longer. It reads this
+# when it is imported.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")

@@ -1,8 +1,8 @@
-"""The verdicts that are expected: `verdicts.toml`, changed on purpose only.
+"""Expected verdicts: `verdicts.toml`, which is changed on purpose only.
 
-It holds the status of every statement, and of each that is set beside the paper what is printed,
-what is derived and the witness. `differences` tells what is otherwise now: a changed verdict, an
-erratum that reads differently, a statement that is missing or new.
+It holds the status of every statement and, for each comparison with the paper, the printed text,
+the derived one and the witness. `differences` lists changed verdicts, errata with another text, and
+statements that are missing or new.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Result
 PATH = Path(__file__).with_name("verdicts.toml")
 
 _HEAD = """\
-# What `capsule-sym verify` is expected to find. Written by `capsule-sym verify --freeze`; a change
-# here is a change of what the project claims, to be made on purpose and read before it is kept.
+# Expected verdicts of `capsule-sym verify`, written by `capsule-sym verify --freeze`. A change here
+# changes the claims of the project: make it on purpose, and read it before it is kept.
 """
 
 
 @dataclass(frozen=True)
 class Expected:
-    """Statuses by identifier, and what comparisons with the paper say."""
+    """Statuses by identifier, and the texts of comparisons with the paper."""
 
     statuses: Mapping[str, str]
     words: Mapping[str, Mapping[str, str]]
@@ -35,15 +35,15 @@ class Expected:
 
 @cache
 def expected() -> Expected:
-    """The expected verdicts that are shipped."""
+    """Expected verdicts that are shipped."""
     document = tomllib.loads(PATH.read_text(encoding="utf-8")) if PATH.exists() else {}
     return Expected(document.get("status", {}), document.get("words", {}))
 
 
 def words(item: Item, witness: Mapping[str, str]) -> dict[str, str]:
-    """What a comparison with the paper says; nothing for other statements.
+    """Texts of a comparison with the paper; empty for other statements.
 
-    That what is derived is as printed goes without saying.
+    A derived text equal to the printed one is left out.
     """
     if not item.printed:
         return {}
@@ -54,7 +54,7 @@ def words(item: Item, witness: Mapping[str, str]) -> dict[str, str]:
 
 
 def differences(results: Iterable[Result], frozen: Expected, whole: bool = True) -> Iterator[str]:
-    """Lines that tell where results differ from what is expected; `whole`: of all statements."""
+    """Differences between results and expected verdicts; `whole` if all statements were run."""
     found = {result.item.id: result for result in results}
     for name, result in found.items():
         if name not in frozen.statuses:
@@ -91,6 +91,6 @@ def _lines(results: Iterable[Result]) -> Iterator[str]:
 
 
 def freeze(results: Iterable[Result], path: Path = PATH) -> None:
-    """Make the results what is expected."""
+    """Save the results as the expected verdicts."""
     write_whole(path, "\n".join(_lines(results)) + "\n", "--freeze")
     expected.cache_clear()

@@ -1,7 +1,7 @@
-"""The report of `capsule-sym verify --write` on the paper: Markdown, in the order of the paper.
+"""Report of `capsule-sym verify --write` on the paper: Markdown, in the order of the paper.
 
-Errata and the printed statements that hold are written out one by one; Tables 1, 2 and 3 are set
-beside the printed ones; every other statement is a row of a table with its formula.
+Errata and the printed statements that hold are written one by one; Tables 1, 2 and 3 are compared
+with the printed ones; every other statement is a row of a table with its formula.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from capsule_sym._symbolic.proofs.reachability import witnesses
 from capsule_sym._symbolic.proofs.table_proofs import mechanism
 
 _HEAD = """\
-# What is proved
+# Proved statements
 
 Written by `capsule-sym verify --write`. Equation, table, figure and section numbers are those of
 B. Guo and Y. Liu, *Three-dimensional map for a piecewise-linear capsule system with bidirectional
@@ -52,7 +52,7 @@ encloses the values themselves.
 
 
 def _values() -> Iterator[str]:
-    """The printed bifurcation values beside the proved brackets."""
+    """Printed bifurcation values with the proved brackets."""
     yield _SECTION_4
     yield from table(
         ("Event", "Line", "Printed α", *(f"α at γ = {ratio}" for ratio in BRACKETS)),
@@ -160,9 +160,9 @@ _TABLES = {
     "Table 2": _tables_1_2,
     "Table 3": _table_3,
 }
-"""What stands at the beginning of a section, by how its title begins."""
+"""Tables at the beginning of a section, by the beginning of its title."""
 
 
 def markdown(report: Report) -> str:
-    """The report: every item in the order of the sections, formulas in LaTeX."""
+    """Report with every item in the order of the sections, formulas in LaTeX."""
     return document(report, _HEAD, "Place in the paper", _TABLES)

@@ -1,4 +1,4 @@
-"""Every proof of the theory in one list, by the sections of its report."""
+"""All proofs of the theory, by the sections of the report."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from capsule_sym._symbolic.proofs.items import Item, Verdict
 
 
 def _flow_items() -> tuple[Item, ...]:
-    """The proofs of the closed-form flow."""
+    """Proofs of the closed-form flow."""
     return (*basis_proofs.proofs(), *flow_proofs.proofs())
 
 
@@ -25,7 +25,7 @@ def _compared() -> tuple[Item, ...]:
 
 
 def _printed(verdict: Verdict) -> tuple[Item, ...]:
-    """The comparisons with the printed paper that end with a verdict."""
+    """Comparisons with the printed paper that have a given verdict."""
     return tuple(item for item in _compared() if item.verdict == verdict)
 
 
@@ -50,23 +50,23 @@ SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
     **{title: partial(theorems.items, *families) for title, families in _THEOREMS.items()},
     _FLOW: _flow_items,
 }
-"""What is verified, in the order of the report: a title and the items under it."""
+"""Statements to verify, in the order of the report: a title and its items."""
 
 FAMILIES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(_PRINTED, ("printed", "erratum")),
     **_THEOREMS,
     _FLOW: ("basis", "flow", "jets", "jacobian"),
 }
-"""With what the names of a section's statements begin, so that one is found among few."""
+"""First words of the names of a section's statements, to find one without deriving all."""
 
 
 def items() -> dict[str, tuple[Item, ...]]:
-    """Every statement of the theory with its proof, by section title."""
+    """All statements of the theory with their proofs, by section title."""
     return {title: section() for title, section in SECTIONS.items()}
 
 
 def item(name: str) -> dict[str, tuple[Item, ...]]:
-    """The statement of this name with its proof, by section title; raises InvalidInput for none."""
+    """Statement of this name with its proof, by section title; raises InvalidInput for none."""
     family = name.partition(".")[0]
     names = [*frozen.expected().statuses]
     for title, section in SECTIONS.items():

@@ -1,1 +1,1 @@
-"""The derivation beside the printed paper (`capsule_sym._paper`), statement by statement."""
+"""The derivation compared with the printed paper (`capsule_sym._paper`), statement by statement."""

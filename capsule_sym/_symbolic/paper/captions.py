@@ -1,4 +1,4 @@
-"""Checks of the captions of Figs. 7 to 9, and of what refers to figures."""
+"""Checks of the captions of Figs. 7 to 9, and of references to figures."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ Place = tuple[Point, str, int, int]
 
 @checker
 def names_event(alpha: str, kind: str, line: str, printed: Sequence[Event]) -> bool:
-    """Whether a caption names an event of Section 4: its value, type and line."""
+    """Check that a caption names an event of Section 4 by its value, type and line."""
     return any((e.alpha, e.type, e.line[:2]) == (alpha, kind, line[:2]) for e in printed)
 
 
 @checker
 def coloured(printed: str, field: int, colours: Sequence[str]) -> bool:
-    """Whether a colour is that of a field, each field having one of its own."""
+    """Check that a colour is that of a field, with one colour for each field."""
     return len(set(colours)) == 6 and colours[field - 1] == printed
 
 
 @checker
 def does(at: Point, field: int, printed: str) -> bool:
-    """Whether the motion at a point has a field, has it not, or ends it on a surface."""
+    """Check that the motion at a point has a field, lacks it, or ends it on a surface."""
     local_maps = maps(steady_orbit(at).fields)
     if printed.startswith("S"):
         return [m.target for m in local_maps if m.field == field] == [f"Σ{printed[1:]}"]
@@ -42,7 +42,7 @@ def does(at: Point, field: int, printed: str) -> bool:
 
 
 def _begins(segments: Place) -> list[int]:
-    """The segments of the motion that begin on a line out of one field with another."""
+    """Segments of the motion that begin on a line between two given fields."""
     at, _, before, after = segments
     fields = steady_orbit(at).fields
     return [i for i, field in enumerate(fields) if (fields[i - 1], field) == (before, after)]
@@ -50,7 +50,7 @@ def _begins(segments: Place) -> list[int]:
 
 @checker
 def begins_on(places: Sequence[Place], printed: str) -> bool:
-    """Whether the segments begin on the named part of a line, as derived."""
+    """Check that the segments begin on the named part of a line, as derived."""
     numbers = {
         number_of(one[1], steady_orbit(one[0]), place, one[0])
         for one in places
@@ -61,7 +61,7 @@ def begins_on(places: Sequence[Place], printed: str) -> bool:
 
 @checker
 def outside(places: Sequence[Place], printed: Texts, part: str) -> bool:
-    """Whether the segments begin on a part as derived, at no v_r of a printed interval."""
+    """Check that the segments begin on a derived part, at no v_r of the printed interval."""
     for one in places:
         for place in _begins(one):
             for speed in steady_orbit(one[0]).speeds[place]:
@@ -73,13 +73,13 @@ def outside(places: Sequence[Place], printed: Texts, part: str) -> bool:
 
 @checker
 def refers(figure: str, alpha: str, captions: Mapping[str, str]) -> bool:
-    """Whether a figure has a panel, and its caption the amplitude, where it has any."""
+    """Check that a figure has a panel, and its caption the amplitude if there is one."""
     return captions.get(figure) in ("", alpha)
 
 
 @checker
 def borders(printed: Sequence[str]) -> bool:
-    """Whether these are the lines on P1 = 0, P2 = delta for delta < f_b."""
+    """Check that these are the lines on P1 = 0, P2 = delta for delta < f_b."""
     plane, narrow = sp.Eq(PIECES["L5"].relations[1].lhs, delta), scope(["zeta > 0", "δ < f_b"])
     lines = {
         name
@@ -100,7 +100,7 @@ def _speeds(places: Sequence[Place]) -> dict[str, str]:
 
 
 def _places(context: Context) -> tuple[Place, ...]:
-    """Where a caption's segment begins: at its amplitudes, beside a bifurcation, or at both."""
+    """Places where a caption's segment begins: at its amplitudes, beside a bifurcation, or both."""
     paper, entry = context["paper"], context["e"]
     found = []
     if context["near"]:
@@ -114,7 +114,7 @@ def _places(context: Context) -> tuple[Place, ...]:
 
 
 def _captions(context: Context) -> dict[str, str]:
-    """The amplitude of each panel by figure; empty for what is one picture."""
+    """Amplitude of each panel by figure; empty for a figure without panels."""
     paper = context["paper"]
     own = [paper[f"figure.{name}"] for name in ("8.a", "8.c", "9.a", "9.b", "9.c", "9.d")]
     return {

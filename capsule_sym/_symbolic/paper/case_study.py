@@ -1,6 +1,6 @@
 """The motions of Section 4, proved in ball arithmetic, at the printed mass ratio and at 3.0.
 
-The proofs are given by the command, with `prove_by`: this package imports no ball arithmetic.
+The command supplies the prover with `prove_by`: this package imports no ball arithmetic.
 `steady_orbit` is the stable orbit at an amplitude, `from_rest` the one to which the motion from
 (0, 0, 0) tends; `BRACKETS` encloses each bifurcation by two amplitudes with different motions.
 """
@@ -23,10 +23,10 @@ from capsule_sym._symbolic.model.symbols import PARAMETERS
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
 
 OTHER = "3.0"
-"""The mass ratio at which the printed order of the bifurcations comes out."""
+"""Mass ratio that gives the printed order of the bifurcations."""
 
 Itinerary = tuple[int, ...]
-"""The fields of one period in order of time."""
+"""Fields of one period in order of time."""
 Maps = tuple[LocalMap, ...]
 T = TypeVar("T")
 
@@ -45,12 +45,12 @@ class Point:
 
     @property
     def values(self) -> dict[sp.Symbol, sp.Rational]:
-        """All parameters, exactly."""
+        """All parameters as exact numbers."""
         return {symbol: sp.Rational(self[str(symbol)]) for symbol in PARAMETERS}
 
 
 def point(paper: Paper, alpha: str, gamma: str | None = None) -> Point:
-    """The printed parameters at an amplitude, with another mass ratio if one is given."""
+    """Printed parameters at an amplitude, with another mass ratio if one is given."""
     entry = paper["section.4.parameters"]
     numbers = {str(symbol): entry.printed.get(str(symbol), alpha) for symbol in PARAMETERS}
     return Point(tuple((numbers | {"gamma": gamma or entry["gamma"], "alpha": alpha}).items()))
@@ -72,9 +72,9 @@ class SteadyOrbit(Protocol):
 
 @dataclass(frozen=True)
 class Prover:
-    """What proves motions at parameters that are given as decimals by name.
+    """Functions that prove motions at parameters given as decimals by name.
 
-    Each of its functions raises `unproved` where it does not succeed.
+    Each function raises `unproved` if it does not succeed.
     """
 
     steady_orbit: Callable[[Mapping[str, str]], SteadyOrbit]
@@ -87,7 +87,7 @@ _provers: list[Prover] = []
 
 
 def prove_by(prover: Prover) -> None:
-    """Has motions proved by this."""
+    """Set the prover of motions."""
     _provers[:] = [prover]
 
 
@@ -106,24 +106,24 @@ def _decided(found: Callable[[Mapping[str, str]], T], at: Point) -> T:
 
 @cache
 def steady_orbit(at: Point) -> SteadyOrbit:
-    """The stable orbit near which the motion from rest settles."""
+    """Stable orbit near which the motion from rest settles."""
     return _decided(_prover().steady_orbit, at)
 
 
 @cache
 def from_rest(at: Point) -> Itinerary:
-    """The fields of the orbit to which the motion from rest is proved to tend."""
+    """Fields of the orbit to which the motion from rest is proved to tend."""
     return _decided(_prover().from_rest, at)
 
 
 @cache
 def first_fields(at: Point) -> Itinerary:
-    """The fields of the motion from rest within one period."""
+    """Fields of the motion from rest within one period."""
     return _decided(_prover().first_fields, at)
 
 
 def maps(itinerary: Itinerary) -> Maps:
-    """The local maps of a periodic sequence of fields; none for a single field."""
+    """Local maps of a periodic sequence of fields; none for a single field."""
 
     def plane(before: int, after: int) -> str:
         old, new = SEGMENTS[before - 1], SEGMENTS[after - 1]
@@ -142,14 +142,14 @@ def global_map(local_maps: Maps) -> str:
 
 
 def cycle(local_maps: Maps) -> Maps:
-    """The same cycle begun at its least map."""
+    """The same cycle, starting with its least map."""
     start = local_maps.index(min(local_maps)) if local_maps else 0
     return (*local_maps[start:], *local_maps[:start])
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """Two amplitudes with their motions, between which a bifurcation is."""
+    """Two amplitudes with different motions that enclose a bifurcation."""
 
     below: str
     first: Itinerary

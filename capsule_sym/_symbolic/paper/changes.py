@@ -1,4 +1,4 @@
-"""What happens between two motions: the type of a bifurcation and its line, from the itineraries.
+"""Bifurcation between two motions, its type and line, from their itineraries.
 
 By the definitions of Figs. 4 and 5: adding-sliding inserts a drift into stick; grazing-sliding
 takes the stick out of one drift, crossing-sliding out of two opposite ones; switching-sliding lets
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 
 Itinerary = tuple[int, ...]
-"""The fields of one period in order of time."""
+"""Fields of one period in order of time."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class Change:
 
 
 def cyclic(itinerary: Itinerary) -> Itinerary:
-    """The same cycle begun at its least rotation."""
+    """Least rotation of a cycle."""
     return min(itinerary[i:] + itinerary[:i] for i in range(len(itinerary)))
 
 
 def _edge(contact: int, drift: int) -> str:
-    """The line on which stick ends into a drift."""
+    """Line on which stick ends in a drift."""
     return f"L{(1 if drift > 0 else 2) + 2 * contact}"
 
 
@@ -40,7 +40,7 @@ def _fields(*indices: int) -> tuple[Segment, ...]:
 
 
 def _shortened(longer: Itinerary, shorter: Itinerary) -> Change | None:
-    """The change that takes one or two segments out of an itinerary."""
+    """Bifurcation that removes one or two segments from an itinerary."""
     n = len(longer)
     for i in range(n):
         turned = longer[i:] + longer[:i]
@@ -67,7 +67,7 @@ def _shortened(longer: Itinerary, shorter: Itinerary) -> Change | None:
 
 
 def _replaced(first: Itinerary, second: Itinerary) -> Change | None:
-    """The change that replaces one segment between a drift and stick of the other contact."""
+    """Bifurcation that replaces one segment between a drift and stick of the other contact."""
     if len(first) != len(second):
         return None
     n = len(first)
@@ -86,7 +86,7 @@ def _replaced(first: Itinerary, second: Itinerary) -> Change | None:
 
 
 def change(first: Itinerary, second: Itinerary) -> Change | None:
-    """The bifurcation between two words; None where it has no name."""
+    """Bifurcation between two itineraries; None if it has no name."""
     if len(first) == len(second):
         return _replaced(first, second)
     longer, shorter = sorted((first, second), key=len, reverse=True)
@@ -94,7 +94,7 @@ def change(first: Itinerary, second: Itinerary) -> Change | None:
 
 
 def common(first: Itinerary, second: Itinerary) -> Itinerary:
-    """The itinerary at a boundary-intersection crossing: the replaced segment has no duration."""
+    """Itinerary at a boundary-intersection crossing: the replaced segment has no duration."""
     found = change(first, second)
     if found is None or found.type != "boundary-intersection crossing":
         raise ValueError((first, second))

@@ -1,4 +1,4 @@
-"""Checks of Section 2 in physical quantities: Eqs. (1)-(5), scaled as it is printed."""
+"""Checks of Section 2 in physical quantities: Eqs. (1)-(5), scaled as printed."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from capsule_sym._symbolic.proofs.relations import derived, scope
 from capsule_sym._symbolic.proofs.rows import FACTS, WITNESSES, Context, checker
 
 Printed = Mapping[str, str]
-"""What Section 2 prints, by key, for one of the two cases of contact."""
+"""Printed texts of Section 2 by key, for one of the two cases of contact."""
 
 _POSITIVE = ("k_1", "k_2", "c", "G", "P_d", "P_f", "Omega", "M_c", "mu", "g")
 _REAL = ("X_m", "X_c", "V_m", "V_c", "A_m", "A_c", "F_f", "t")
-_W = sp.Symbol("W", positive=True)  # the natural frequency: M_m = k_1/W^2 keeps all rational
+_W = sp.Symbol("W", positive=True)  # the natural frequency; with M_m = k_1/W^2 all is rational
 _PHYSICAL: dict[str, sp.Expr] = {
     **{name: sp.Symbol(name, positive=True) for name in _POSITIVE},
     **{name: sp.Symbol(name, real=True) for name in _REAL},
@@ -31,7 +31,7 @@ _FRICTION, _SPEED = _PHYSICAL["F_f"], _PHYSICAL["V_c"]
 
 
 def _scaling(texts: Printed) -> dict[str, sp.Expr]:
-    """The printed dimensionless quantities in physical ones, for dry friction."""
+    """Printed dimensionless quantities in terms of physical ones, for dry friction."""
     names = _PHYSICAL | {"F_max": _BOUND}
     names["Omega_0"] = formula(texts["Omega_0"], names)
     scaled = {str(s): formula(texts[str(s)], names) for s in (*PARAMETERS, tau)}
@@ -43,12 +43,12 @@ def _scaling(texts: Printed) -> dict[str, sp.Expr]:
 
 
 def _in_physical(expression: sp.Expr, scaled: Mapping[str, sp.Expr]) -> sp.Expr:
-    """A dimensionless expression in physical quantities."""
+    """Dimensionless expression in physical quantities."""
     return expression.xreplace({s: scaled[str(s)] for s in expression.free_symbols})
 
 
 def _side(text: str, unknown: str) -> sp.Expr:
-    """The value that a printed equation gives an unknown."""
+    """Value of an unknown according to a printed equation."""
     equation, symbol = formula(text, _PHYSICAL), _PHYSICAL[unknown]
     if not isinstance(equation, sp.Eq):
         raise NotAFormula(text)
@@ -65,7 +65,7 @@ def _friction(texts: Printed, segment: Segment) -> sp.Expr:
 
 @checker
 def newton(field: int, texts: Printed) -> bool:
-    """Whether the printed equations of motion, scaled as printed, are a field at f_b = 1."""
+    """Check that the printed equations of motion, scaled as printed, give a field at f_b = 1."""
     segment, scaled = SEGMENTS[field - 1], _scaling(texts)
     mass = _side(texts["mass"], "A_m")
     capsule = _side(texts["capsule"], "A_c").xreplace({_FRICTION: _friction(texts, segment)})
@@ -80,7 +80,7 @@ def newton(field: int, texts: Printed) -> bool:
 
 @checker
 def rates(texts: Printed) -> bool:
-    """Whether v is the rate of x, and a that of v, in the printed time."""
+    """Check that v is the rate of x, and a that of v, in the printed time."""
     names = _PHYSICAL | {"X": sp.Symbol("X"), "V": sp.Symbol("V"), "A": sp.Symbol("A")}
     names["Omega_0"] = formula(texts["Omega_0"], names)
     rate = sp.diff(formula(texts["tau"], names), _PHYSICAL["t"])
@@ -92,14 +92,14 @@ def rates(texts: Printed) -> bool:
 
 @checker
 def positive_scaling(texts: Printed) -> bool:
-    """Whether every parameter of the model is positive where the physical quantities are."""
+    """Check that every parameter of the model is positive for positive physical quantities."""
     scaled = _scaling(texts)
     return all(scaled[str(symbol)].is_positive for symbol in PARAMETERS)
 
 
 @checker
 def physical(printed: str, expected: str) -> bool:
-    """Whether printed physical formulas are the same for dry friction; equations side by side."""
+    """Check that printed physical formulas agree for dry friction, equations side by side."""
     names = _PHYSICAL | {"F_max": _BOUND}
     pair = [formula(text, names) for text in (printed, expected)]
     if not any(isinstance(one, sp.Rel) for one in pair):
@@ -114,7 +114,7 @@ _KINDS = {"<": sp.StrictLessThan, "<=": sp.LessThan, ">": sp.StrictGreaterThan}
 
 @checker
 def scaled_condition(printed: str, kind: str, force: str, texts: Printed) -> bool:
-    """Whether a printed condition on a magnitude, scaled, is |force| kind f_b."""
+    """Check that a printed condition on a magnitude, scaled, is |force| kind f_b."""
     scaled = _scaling(texts)
     reaction = {_FRICTION: _side(texts["reaction"], "F_f")} if "F_f" in printed else {}
     relation = formula(printed, _PHYSICAL)
@@ -127,7 +127,7 @@ def scaled_condition(printed: str, kind: str, force: str, texts: Printed) -> boo
 
 @checker
 def scaled_gap(printed: str, kind: str, texts: Printed) -> bool:
-    """Whether a printed condition, scaled, is x_r kind delta."""
+    """Check that a printed condition, scaled, is x_r kind delta."""
     relation = formula(printed, _PHYSICAL)
     found = _PHYSICAL["k_1"] / _BOUND * (relation.lhs - relation.rhs)
     return bool(relation.rel_op == kind) and same(found, _in_physical(x_r - delta, _scaling(texts)))
@@ -141,13 +141,13 @@ _HELD_NOT = (
 
 @checker
 def omits_spring(printed: str, texts: Printed) -> bool:
-    """Whether a condition of stick in contact is |P3| < f_b, where |P4| can exceed f_b."""
+    """Check that a condition of stick in contact is |P3| < f_b, where |P4| can exceed f_b."""
     point = example(_HELD_NOT, CASE_STUDY)
     return scaled_condition(printed, "<", "P3", texts) and point[x_r] > point[delta]
 
 
 def _texts(context: Context) -> dict[str, Any]:
-    """What Section 2 prints, by key; `frame` is its equation of the capsule, (3) or (5)."""
+    """Printed texts of Section 2 by key; `frame` is its equation of the capsule, (3) or (5)."""
     paper, frame = context["paper"], context["frame"]
     return {
         **paper["scaling.parameters"].printed,

@@ -1,4 +1,4 @@
-"""Printed relations that fail somewhere, with an exact witness; checks of printed formulas."""
+"""Printed relations that fail at an exact witness, and checks of printed formulas."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ CREST = sp.Eq(force, alpha)  # omega tau = 0
 
 @checker
 def equal(printed: Any, expected: Any) -> bool:
-    """Whether printed data are as expected."""
+    """Check that printed data are as expected."""
     return bool(printed == expected)
 
 
 @checker
 def same_formula(printed: str, expected: str | sp.Expr) -> bool:
-    """Whether a printed expression is identically the expected one."""
+    """Check that a printed expression is identically the expected one."""
     return same(formula(printed), derived(expected) if isinstance(expected, str) else expected)
 
 
 @checker
 def positive(printed: str, expected: str) -> bool:
-    """Whether a printed relation says that an expression, or it over 2 zeta, is positive."""
+    """Check that a printed relation states that an expression, or it over 2 zeta, is positive."""
     relation, value = formula(printed), derived(expected)
     gap = relation.lhs - relation.rhs
     return isinstance(relation, sp.StrictGreaterThan) and (
@@ -46,7 +46,7 @@ def positive(printed: str, expected: str) -> bool:
 
 @checker
 def same_union(whole: Texts, pieces: Sequence[str], within: Texts, end: str) -> bool:
-    """Whether a set is the union of pieces, split by the sign of a function at its end."""
+    """Check that a set is the union of pieces, split by the sign of a function at its end."""
     whole, within, split = scope(whole), scope(within), derived(end)
     sets = [PIECES[name].relations for name in pieces]
     cases = [[*whole, *within, r(split, 0)] for r in (sp.Lt, sp.Eq, sp.Gt)]
@@ -65,15 +65,15 @@ def _case_study() -> dict[sp.Symbol, Fraction]:
 
 
 CASE_STUDY = _case_study()
-"""The parameters of Section 4, with alpha of Fig. 7(f), at which witnesses are sought."""
+"""Parameters of Section 4, with alpha of Fig. 7(f), at which witnesses are searched."""
 
 
 @dataclass(frozen=True)
 class Erratum:
-    """A printed relation that fails somewhere in its scope, and what holds instead.
+    """A printed relation that fails somewhere in its scope, and the relation that holds instead.
 
     `printed` is asserted wherever all of `scope` holds; `expected` is proved wherever all of
-    `inside` holds. The witness is sought at `values` of the parameters.
+    `inside` holds. The witness is searched at `values` of the parameters.
     """
 
     scope: tuple[Relation, ...]
@@ -91,7 +91,7 @@ class Erratum:
         inside: Texts | None = None,
         at: Mapping[str, str] | None = None,
     ) -> Erratum:
-        """The erratum of a row; `inside` is `here` where nothing else is given."""
+        """Erratum of a row; `inside` defaults to `here`."""
         place = {next(s for s in CASE_STUDY if s.name == k): v for k, v in (at or {}).items()}
         return cls(
             scope(here),
@@ -102,21 +102,21 @@ class Erratum:
         )
 
     def point(self) -> dict[sp.Symbol, Fraction]:
-        """A point of the scope, at tau = 0, where the printed relation is false."""
+        """Point of the scope, at tau = 0, where the printed relation is false."""
         for wrong in negations(self.printed):
             if consistent([*self.scope, CREST, wrong]):
                 return example([*self.scope, CREST, wrong], self.values)
         raise ValueError(f"the printed relation holds everywhere: {self.printed}")
 
     def witness(self) -> dict[str, str]:
-        """The point in exact numbers, and what the printed relation becomes there."""
+        """Point in exact numbers, with both sides of the printed relation there."""
         point, relation = self.point(), self.printed
         left, right = evaluate(relation.lhs, point), evaluate(relation.rhs, point)
         sign = "=" if isinstance(relation, sp.Eq) else relation.rel_op
         return {**point_text(point), "printed relation there": f"{left} {sign} {right}, false"}
 
     def settled(self) -> bool:
-        """Whether the derived relation is proved and the printed one fails at the witness."""
+        """True if the derived relation is proved and the printed one fails at the witness."""
         try:
             point = self.point()
         except ValueError:
@@ -129,7 +129,7 @@ class Erratum:
 
     @property
     def latex(self) -> str:
-        """What is derived and where, in a shorter form of the same sign if it is one."""
+        """Derived relation and its range, in a shorter form of the same sign if there is one."""
         relation = self.expected
         if not isinstance(relation, sp.Eq):
             shorter = reduced(relation.lhs - relation.rhs, self.inside)
@@ -146,12 +146,12 @@ def fails(
     inside: Texts | None = None,
     at: Mapping[str, str] | None = None,
 ) -> bool:
-    """Whether a printed relation fails somewhere, where the expected one is proved."""
+    """Check that a printed relation fails somewhere, and that the expected one is proved."""
     return Erratum.of(here, printed, expected, inside, at).settled()
 
 
 def _holds(relation: Relation, point: Mapping[sp.Symbol, Fraction]) -> bool:
-    """Exact truth of a relation at a rational point."""
+    """Exact truth value of a relation at a rational point."""
     if relation in (sp.true, sp.false):
         return bool(relation)
     value = evaluate(relation.lhs - relation.rhs, point)
@@ -159,12 +159,12 @@ def _holds(relation: Relation, point: Mapping[sp.Symbol, Fraction]) -> bool:
 
 
 def point_text(point: Mapping[sp.Symbol, Fraction]) -> dict[str, str]:
-    """A point at tau = 0 in exact numbers, as text."""
+    """Point at tau = 0 in exact numbers, as text."""
     return {str(s): str(point[s]) for s in (*STATE, *CASE_STUDY)} | {"tau": "0"}
 
 
 def at_crest(texts: Texts) -> dict[str, str]:
-    """A point of the case study at tau = 0 in a set of states, as text."""
+    """Point of the case study at tau = 0 in a set of states, as text."""
     return point_text(example([*scope(texts), CREST], CASE_STUDY))
 
 

@@ -1,4 +1,4 @@
-"""Every printed statement beside its derivation: the rows of `claims/` with all their checks."""
+"""Every printed statement with its derivation: the rows of `claims/` and all their checks."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from capsule_sym._symbolic.proofs.items import Item
 from capsule_sym._symbolic.proofs.rows import Row, read_rows
 
 CHECKS = (captions, dimensions, errata, fields, motions, space, tables)
-"""The modules that register checks, and what rows name."""
+"""Modules that register checks and the names used in rows."""
 
 PARTS = ("section_2", "section_3", "tables", "appendices", "section_4", "captions")
-"""The files of rows, in the order of the paper."""
+"""Files of rows, in the order of the paper."""
 
 
 @cache
 def rows(parts: tuple[str, ...] = PARTS) -> tuple[Row, ...]:
-    """The rows of these files."""
+    """Rows of these files."""
     return read_rows(__package__, "claims", parts)
 
 

@@ -20,7 +20,7 @@ _COASTING = ["v_c > 0", "x_r < delta", "P3 < f_b", "P3 > -f_b"]
 
 
 def _step(argument: sp.Expr, region: tuple[Relation, ...]) -> sp.Expr | None:
-    """The Heaviside step of a function in a region; None where the region does not decide it."""
+    """Heaviside step of a function in a region; None if the region does not decide it."""
     magnitudes = argument.atoms(sp.Abs)
     branches = [argument]
     for magnitude in magnitudes:
@@ -49,9 +49,9 @@ def _literal(texts: Mapping[str, str], region: Texts, drift: int) -> tuple[sp.Ex
 def literal_field(
     field: int, texts: Mapping[str, str], regions: Sequence[Texts], drift: int | None = None
 ) -> bool:
-    """Whether Eq. (6), read literally, is a field in each of the regions.
+    """Check that Eq. (6), read literally, is a field in each of the regions.
 
-    sign(v_c) is that of the field's drift where none is given.
+    Without a given drift, sign(v_c) is that of the field's drift.
     """
     segment = SEGMENTS[field - 1]
     sign = segment.drift if drift is None else drift
@@ -60,7 +60,7 @@ def literal_field(
 
 @checker
 def printed_field(printed: Sequence[str], mode: str, field: int) -> bool:
-    """Whether a printed field and its mode are those of the model."""
+    """Check that a printed field and its mode are those of the model."""
     segment = SEGMENTS[field - 1]
     rates = map(formula, printed)
     return mode == segment.mode and all(
@@ -70,7 +70,7 @@ def printed_field(printed: Sequence[str], mode: str, field: int) -> bool:
 
 @checker
 def slope_jumps(line: Sequence[str], size: str) -> bool:
-    """Whether on the line F1 = F4, and d(F4 - F1)/dx_r = (0, -size, size/(gamma + 1))."""
+    """Check that on the line F1 = F4, and d(F4 - F1)/dx_r = (0, -size, size/(gamma + 1))."""
     jump = derived(size)
     place = {x_r: delta, v_r: 0} if list(line) == ["L9"] else {}
     free, pressed = SEGMENTS[0].field, SEGMENTS[3].field
@@ -81,16 +81,16 @@ def slope_jumps(line: Sequence[str], size: str) -> bool:
 
 
 def _side(segment: Segment, closed: bool) -> Relation:
-    """The side of the gap of a field; `closed` counts P2 = delta to contact."""
+    """Side of the gap of a field; `closed` counts P2 = delta as contact."""
     if segment.contact:
         return (sp.Ge if closed else sp.Gt)(x_r, delta)
     return sp.Lt(x_r, delta)
 
 
 def domain(field: int) -> tuple[tuple[Relation, ...], ...]:
-    """Where a field acts: its cell with P2 = delta counted to contact, and P1 = 0 where it moves.
+    """Domain of a field: its cell with P2 = delta counted as contact, and P1 = 0 where it moves.
 
-    At rest a drift acts where it accelerates the capsule in its own sense, stick where not.
+    At rest a drift acts where it accelerates the capsule in its own direction, else stick does.
     """
     segment = SEGMENTS[field - 1]
     side, rest, force = _side(segment, True), sp.Eq(v_c, 0), segment.interaction
@@ -101,7 +101,7 @@ def domain(field: int) -> tuple[tuple[Relation, ...], ...]:
 
 
 def _regions(context: Context) -> tuple[tuple[Relation, ...], ...]:
-    """Where the field acts and the force exceeds the bound (drift), or is within it (stick)."""
+    """States where the field acts, with the force beyond the bound (drift) or within it (stick)."""
     segment = SEGMENTS[context["field"] - 1]
     side, force = _side(segment, False), segment.interaction
     if segment.stick:

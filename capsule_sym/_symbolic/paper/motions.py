@@ -1,4 +1,4 @@
-"""Checks of Sections 4 and 5: proved motions and bifurcations beside what is printed."""
+"""Checks of Sections 4 and 5: proved motions and bifurcations compared with the printed ones."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
 from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
 
 Sides = tuple[Point, Point, Bracket]
-"""Two points with different motions, between which a bifurcation is."""
+"""Two points with different motions that enclose a bifurcation."""
 
 _LOCAL = re.compile(r"P_\{(Σ\d+),F(\d),(Σ\d+)\}")
 _PROOF = (
@@ -46,9 +46,9 @@ _DRIFT = {"forward": 1, "backward": -1}
 
 
 def maps_of(text: str) -> Maps:
-    """The local maps of a printed global map in order of time; none for the identity of stick.
+    """Local maps of a printed global map in order of time; none for the identity of stick.
 
-    Raises ValueError for what is no map.
+    Raises ValueError for a text that is not a map.
     """
     if text == "Id_{Σ2,F2,Σ2}":
         return ()
@@ -64,7 +64,7 @@ def maps_of(text: str) -> Maps:
 
 @checker
 def chain(printed: Maps, table: Sequence[LocalMap], corner: bool) -> bool:
-    """Whether a global map is a cycle of local maps, each a printed one (or at a corner, not)."""
+    """Check that a global map is a cycle of local maps, all printed (or at a corner, not)."""
     entered = {entry: field for field, entry in ENTRY_PLANE.items()}
     chained = all(
         one.target == printed[(i + 1) % len(printed)].source for i, one in enumerate(printed)
@@ -75,7 +75,7 @@ def chain(printed: Maps, table: Sequence[LocalMap], corner: bool) -> bool:
 
 @checker
 def adjoins(row: Row, before: str, panel: str) -> bool:
-    """Whether a row begins where the one before it ends, and a panel's amplitude is within it."""
+    """Check that a row begins where the last one ends, and contains a panel's amplitude."""
     low, high = Fraction(row.low or before), Fraction(row.high)
     value = Fraction(panel)
     here = low < value <= high if low < high else value == high
@@ -84,26 +84,26 @@ def adjoins(row: Row, before: str, panel: str) -> bool:
 
 @checker
 def moves(at: Point, expected: Maps) -> bool:
-    """Whether at a point an attracting periodic motion has the given global map."""
+    """Check that at a point an attracting periodic motion has the given global map."""
     return cycle(maps(steady_orbit(at).fields)) == cycle(expected)
 
 
 @checker
 def tends(start: Sequence[str], at: Point, expected: Maps) -> bool:
-    """Whether the motion from a start, which is rest, tends to one with the global map."""
+    """Check that the motion from a start, which is rest, tends to one with the global map."""
     return set(map(Fraction, start)) == {0} and cycle(maps(from_rest(at))) == cycle(expected)
 
 
 @checker
 def impact_without(at: Mapping[str, str], drift: str) -> bool:
-    """Whether from rest the first impact comes without any drift of a kind before it."""
+    """Check that from rest the first impact precedes any drift of a kind."""
     fields = first_fields(Point(tuple(at.items())))
     impact = next(i for i, field in enumerate(fields) if SEGMENTS[field - 1].contact)
     return not any(SEGMENTS[field - 1].drift == _DRIFT[drift] for field in fields[:impact])
 
 
 def _change(sides: Sides) -> Change | None:
-    """The bifurcation between two points whose motions are proved to be those claimed."""
+    """Bifurcation between two points, after a proof that their motions are the claimed ones."""
     below, above, bracket = sides
     if moves(below, maps(bracket.first)) and moves(above, maps(bracket.second)):
         return change(bracket.first, bracket.second)
@@ -111,7 +111,7 @@ def _change(sides: Sides) -> Change | None:
 
 
 def number_of(line: str, motion: SteadyOrbit, place: int, at: Point) -> int:
-    """The part of a line on which a segment begins, by its relative velocity."""
+    """Number of the part of a line on which a segment begins, from its relative velocity."""
     speeds = motion.speeds[place]
     for part in PARTS:
         if part.line == line and all(
@@ -124,7 +124,7 @@ def number_of(line: str, motion: SteadyOrbit, place: int, at: Point) -> int:
 
 
 def _line_parts(line: str, at: Point) -> set[str]:
-    """The parts of a line on which the segments that begin there begin."""
+    """Parts of a line on which segments begin."""
     motion = steady_orbit(at)
     drift, stick, _ = FIELDS[line]
     return {
@@ -136,7 +136,7 @@ def _line_parts(line: str, at: Point) -> set[str]:
 
 @checker
 def bifurcates(sides: Sides, kind: str, line: str) -> bool:
-    """Whether between two points a bifurcation of the printed type is, on the printed line."""
+    """Check that between two points lies a bifurcation of the printed type, on the printed line."""
     found = _change(sides)
     if found is None or (found.type, found.line) != (kind, line[:2]):
         return False
@@ -145,18 +145,18 @@ def bifurcates(sides: Sides, kind: str, line: str) -> bool:
 
 @checker
 def rounds(sides: Sides, printed: str) -> bool:
-    """Whether every number between two points with a bifurcation rounds to the printed value."""
+    """Check that every number between two points with a bifurcation rounds to the printed value."""
     return _rounding(sides, printed) == 1 and _change(sides) is not None
 
 
 @checker
 def off(sides: Sides, printed: str) -> bool:
-    """Whether no number between two points with a bifurcation rounds to the printed value."""
+    """Check that no number between two points with a bifurcation rounds to the printed value."""
     return _rounding(sides, printed) == -1 and _change(sides) is not None
 
 
 def _rounding(sides: Sides, printed: str) -> int:
-    """1 if all that is between two points rounds to a decimal, -1 if nothing does, 0 if some."""
+    """1 if all numbers between two points round to a decimal, -1 if none does, 0 if some do."""
     half = Fraction(1, 2 * 10 ** len(printed.partition(".")[2]))
     low, high = Fraction(printed) - half, Fraction(printed) + half
     first, last = (Fraction(at["alpha"]) for at in sides[:2])
@@ -165,7 +165,7 @@ def _rounding(sides: Sides, printed: str) -> int:
 
 @checker
 def near(sides: Sides, kind: str, line: str, alpha: str) -> bool:
-    """Whether between two points a bifurcation is of the printed type, within 1 % in alpha."""
+    """Check that a bifurcation of the printed type lies within 1 % in alpha."""
     value, found = Fraction(alpha), _change(sides)
     close = all(abs(Fraction(at["alpha"]) - value) < value / 100 for at in sides[:2])
     return close and found is not None and (found.type, found.line) == (kind, line[:2])
@@ -173,42 +173,42 @@ def near(sides: Sides, kind: str, line: str, alpha: str) -> bool:
 
 @checker
 def crossing_map(sides: Sides, printed: Maps) -> bool:
-    """Whether the global map at a crossing is that of both sides without the replaced field."""
+    """Check that the global map at a crossing is that of both sides without the replaced field."""
     itinerary = common(sides[2].first, sides[2].second)
     return _change(sides) is not None and cycle(maps(itinerary)) == cycle(printed)
 
 
 @checker
 def ordered(sides: Sequence[Sides], order: bool) -> bool:
-    """Whether bifurcations are in the printed order of alpha, or are not, as claimed."""
+    """Check that bifurcations are in the printed order of alpha, or are not, as claimed."""
     values = [Fraction(one[0]["alpha"]) for one in sides]
     return all(map(_change, sides)) and (values == sorted(values)) == order
 
 
 @checker
 def types(sides: Sequence[Sides], printed: Sequence[str]) -> bool:
-    """Whether as alpha grows the types of bifurcation are those printed, each when first met."""
+    """Check the order of the types of bifurcation for growing alpha, each at its first place."""
     found = [one.type for one in map(_change, sides) if one]
     return tuple(dict.fromkeys(found)) == tuple(printed) and len(found) == len(sides)
 
 
 @checker
 def rests(sides: Sides, below: str, event: Event) -> bool:
-    """Whether below a printed bifurcation value the motion has stick fields only."""
+    """Check that below a printed bifurcation value the motion has stick fields only."""
     stick = all(SEGMENTS[field - 1].stick for field in sides[2].first)
     return stick and _change(sides) is not None and event.alpha == below
 
 
 @checker
 def stick_vanishes(sides: Sequence[Sides], printed: Sequence[str], but: str) -> bool:
-    """Whether stick vanishes at the printed types of bifurcation but for one, of those printed."""
+    """Check that stick vanishes at the printed types of bifurcation except for a printed one."""
     found = {one.type: SEGMENTS[one.field - 1].stick for one in map(_change, sides) if one}
     return all(found.get(kind) == (kind != but) for kind in printed) and but in printed
 
 
 @checker
 def drift_begins(sides: Sides, event: Event, printed: Sequence[str]) -> bool:
-    """Whether at an adding-sliding of Section 4 drift of the printed direction is inserted."""
+    """Check that at an adding-sliding of Section 4 drift in the printed direction is inserted."""
     alpha, line, way = printed
     found = _change(sides)
     return (
@@ -220,7 +220,7 @@ def drift_begins(sides: Sides, event: Event, printed: Sequence[str]) -> bool:
 
 
 def _shown(at: Point) -> dict[str, str]:
-    """The numbers of the proof at a point."""
+    """Numbers of the proof at a point."""
     state = ", ".join(f"{float(x):.6f}" for x in steady_orbit(at).state)
     return {
         **dict(at.numbers),
@@ -237,7 +237,7 @@ def _at(context: Context) -> Point:
 
 
 def sides_at(paper: Paper, gamma: str) -> tuple[Sides, ...]:
-    """The bifurcations of Section 4 at a mass ratio, each between two points."""
+    """Bifurcations of Section 4 at a mass ratio, each between two points."""
     return tuple(
         (point(paper, one.below, gamma), point(paper, one.above, gamma), one)
         for one in BRACKETS[gamma]
@@ -245,7 +245,7 @@ def sides_at(paper: Paper, gamma: str) -> tuple[Sides, ...]:
 
 
 def _in_order(context: Context) -> str:
-    """The bifurcations by growing amplitude, as they are proved."""
+    """Bifurcations by growing amplitude, as proved."""
     pairs = zip(context["all_sides"], events(context["paper"]), strict=True)
     found = sorted(pairs, key=lambda pair: Fraction(pair[0][0]["alpha"]))
     return "; ".join(f"{event.type} ({sides[0]['alpha']})" for sides, event in found)

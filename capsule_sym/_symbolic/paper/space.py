@@ -1,4 +1,4 @@
-"""Checks of the state space: subspaces, planes, corners, and the normals with their products."""
+"""Checks of the state space: subspaces, planes, corners, and normals with their products."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _NARROW = scope(["zeta > 0", "δ < f_b"])
 
 @cache
 def _holders(name: str) -> frozenset[int]:
-    """The subspaces of Eqs. (7)-(12), with |P4| in (11), that hold all of a piece."""
+    """Subspaces of Eqs. (7)-(12), with |P4| in (11), that contain all of a piece."""
     piece = PIECES[name].relations
     return frozenset(
         field
@@ -43,13 +43,13 @@ def _holders(name: str) -> frozenset[int]:
 
 @checker
 def held_by(piece: str, subspace: int) -> bool:
-    """Whether a piece is in one subspace of Eqs. (7)-(12) alone."""
+    """Check that a piece is in one subspace of Eqs. (7)-(12) only."""
     return _holders(piece) == {subspace}
 
 
 @checker
 def outside_all(point: str, sets: Sequence[Texts], within: Texts) -> bool:
-    """Whether a point exists under conditions on the parameters and is in none of the sets."""
+    """Check that a point exists under conditions on the parameters and is in none of the sets."""
     piece, hypotheses = PIECES[point], scope(within)
     return consistent([*piece.relations, *hypotheses]) and all(
         disjoint(piece, Piece("set", scope(one)), hypotheses) for one in sets
@@ -58,7 +58,7 @@ def outside_all(point: str, sets: Sequence[Texts], within: Texts) -> bool:
 
 @checker
 def never_ends_on(ends: Sequence[tuple[int, str]], planes: Mapping[str, str]) -> bool:
-    """Whether fields never end on planes, taken as the pieces that are printed."""
+    """Check that fields never end on planes, taken as the pieces that are printed."""
     return not any(
         field in leaf.may_arrive
         for field, plane in ends
@@ -70,7 +70,7 @@ def never_ends_on(ends: Sequence[tuple[int, str]], planes: Mapping[str, str]) ->
 
 @checker
 def impact_planes(planes: Sequence[str], names: Sequence[str], maps: Sequence[Any]) -> bool:
-    """Whether every impact plane is one surface, on which the maps of Table 3 begin and end."""
+    """Check that every impact plane is one surface, on which maps of Table 3 begin and end."""
     surfaces = dict(zip(planes, names, strict=True))
     passages = {t.surface: (t.source, t.target) for t in surface_transitions()}
     return len(surfaces) == 4 and all(
@@ -81,7 +81,7 @@ def impact_planes(planes: Sequence[str], names: Sequence[str], maps: Sequence[An
 
 
 def _found(context: Context) -> dict[str, frozenset[str]]:
-    """Surfaces and lines by their use, read off what is derived."""
+    """Surfaces and lines by their use, according to the derivation."""
 
     def impacts(change: int) -> frozenset[str]:
         return frozenset(
@@ -105,13 +105,13 @@ _FUNCTIONS = {"P1": P1, "P2": P2, "P3": P3, "P4": P4}
 
 
 def _normal(name: str) -> tuple[sp.Expr, int]:
-    """The function and the side of a normal such as P3-."""
+    """Function and side of a normal such as P3-."""
     return _FUNCTIONS[name[:2]], 1 if name[2] == "+" else -1
 
 
 @checker
 def gradient(normal: str, printed: Sequence[str]) -> bool:
-    """Whether a printed normal is the gradient of its function, with the sign of its side."""
+    """Check that a printed normal is the gradient of its function, with the sign of its side."""
     function, side = _normal(normal)
     slopes = [side * sp.diff(function, symbol) for symbol in STATE]
     return all(same(formula(text), slope) for text, slope in zip(printed, slopes, strict=True))
@@ -119,7 +119,7 @@ def gradient(normal: str, printed: Sequence[str]) -> bool:
 
 @checker
 def points(line: str, printed: Sequence[str]) -> bool:
-    """Whether the normal out of stick on a line points from one surface to the other."""
+    """Check that the normal out of stick on a line points from one surface to the other."""
     inside, outside = printed
     function, side = STICK_EDGE[line]
     beyond = side * function - f_b
@@ -137,7 +137,7 @@ def _product(normal: str, field: int) -> sp.Expr:
 
 @checker
 def product(place: str, normal: str, field: int, printed: str) -> bool:
-    """Whether a printed value is the inner product of its normal and field on the place.
+    """Check that a printed value is the inner product of its normal and field on the place.
 
     The place is on the boundary of the field's cell, or the line whose bound the normal crosses.
     """
@@ -154,25 +154,25 @@ def product(place: str, normal: str, field: int, printed: str) -> bool:
 
 @checker
 def product_sign(place: str, normal: str, field: int, printed: str) -> bool:
-    """Whether the inner product has the printed sign all over the place."""
+    """Check that the inner product has the printed sign all over the place."""
     sign = sign_under(_product(normal, field), PIECES[place].relations)
     return sign == {"<": -1, ">": 1}[printed]
 
 
 def _numbered(context: Context) -> dict[str, int]:
-    """The subspace of each surface and line on P1 = 0, Eq. (15)."""
+    """Subspace of each surface and line on P1 = 0, Eq. (15)."""
     sets = context["paper"]["equation.15"]["members"]
     return {name: index for index, names in enumerate(sets, start=1) for name in names}
 
 
 def _planes(context: Context) -> dict[str, str]:
-    """The switching plane of each surface and line, Eq. (24)."""
+    """Switching plane of each surface and line, Eq. (24)."""
     sets = context["paper"]["equation.24"]["planes"]
     return {name: f"Σ{index}" for index, names in enumerate(sets, start=1) for name in names}
 
 
 def _sets(context: Context) -> tuple[tuple[Any, ...], ...]:
-    """The parts of which Eq. (15) makes the subspaces, L5 to L8 as Eq. (14) prints them."""
+    """Parts of the subspaces of Eq. (15), with L5 to L8 as Eq. (14) prints them."""
     paper = context["paper"]
     texts: dict[str, list[str]] = {
         **paper["equation.13"].printed,
@@ -184,7 +184,7 @@ def _sets(context: Context) -> tuple[tuple[Any, ...], ...]:
 
 
 def _impacts(context: Context) -> dict[str, str]:
-    """The surfaces of Eq. (24) that are in no subspace of Eq. (15), by plane."""
+    """Surfaces of Eq. (24) that are in no subspace of Eq. (15), by plane."""
     planes = context["planes"].items()
     return {plane: name for name, plane in planes if name not in context["members"]}
 

@@ -1,4 +1,4 @@
-"""Checks of Tables 1, 2 and 3, of passages on lines and at corners, and of what occurs on L1-L4."""
+"""Checks of Tables 1, 2 and 3, and of the passages on lines and at corners."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ def _written(source: int, target: int) -> tuple[str, str, str]:
 
 @checker
 def table_rows(place: str, printed: Rows, pairs: Sequence[tuple[int, int]] = ()) -> bool:
-    """Whether rows are exactly what occurs on a place, and each is right in every column.
+    """Check that rows are exactly the passages of a place, and each is right in every column.
 
-    With `pairs`, whether these are what occurs, and the rows are others, right in their columns.
+    With `pairs`, check that these are the passages, and the rows are others, right in each column.
     """
     told = [(source, target) for _, source, target, *_ in printed]
     right = all(_written(source, target) == tuple(rest) for _, source, target, *rest in printed)
@@ -62,9 +62,9 @@ def table_rows(place: str, printed: Rows, pairs: Sequence[tuple[int, int]] = ())
 def unlike_its_lines(
     corner: str, printed: str, expected: Rows, lines: Sequence[tuple[str, Pairs]]
 ) -> bool:
-    """Whether a corner has the passages expected, and no row of Table 2 for a line there has them.
+    """Check that a corner has the expected passages, which no row of Table 2 for a line there has.
 
-    The line that is printed has to be one of the lines that meet there.
+    The printed line has to be one of the lines that meet there.
     """
     narrow = (*_DAMPED, SCENARIOS["δ < f_b"])
     here, rows = (*PIECES[corner].relations, *narrow, ASSUMED["L1"]), dict(lines)
@@ -78,13 +78,13 @@ def unlike_its_lines(
 
 @checker
 def occurs(local_map: LocalMap, mode: str) -> bool:
-    """Whether a local map occurs, and its field has the printed mode."""
+    """Check that a local map occurs, and its field has the printed mode."""
     return local_map in occurring("") and SEGMENTS[local_map.field - 1].mode == mode
 
 
 @checker
 def lacks(scenario: str, printed: Sequence[LocalMap], missing: Rows) -> bool:
-    """Whether exactly these maps are missing from the printed ones, which all occur."""
+    """Check that exactly these maps are missing from the printed ones, which all occur."""
     allowed = frozenset(local_maps())
     if scenario:
         allowed = allowed_maps([SCENARIOS[scenario], *_DAMPED])
@@ -105,18 +105,18 @@ def restricted(scenario: str, printed: Sequence[LocalMap], missing: Rows, to: st
 
 @checker
 def excluded(scenario: str, printed: Sequence[LocalMap], count: int) -> bool:
-    """Whether so many of the printed maps cannot occur in a position of the gap."""
+    """Check that so many of the printed maps cannot occur in a position of the gap."""
     return len(set(printed) - allowed_maps([SCENARIOS[scenario], *_DAMPED])) == count
 
 
 def printed_maps(paper: Paper) -> tuple[LocalMap, ...]:
-    """The local maps of Table 3, in its order."""
+    """Local maps of Table 3, in its order."""
     return tuple(LocalMap(t, field, s) for t, field, s, _ in paper["table.3"]["rows"])
 
 
 @checker
 def adding_only_on(printed: Sequence[str]) -> bool:
-    """Whether within Appendix A's bounds stick can touch these parts alone of L1-L4."""
+    """Check that within Appendix A's bounds stick can touch only these parts of L1-L4."""
     found = {p.name for p in PARTS if p.line in ("L2", "L3") and "adding" in bifurcations(p)}
     others = ("adding" in bifurcations(within_bound(line)) for line in ("L1", "L4"))
     return found == set(printed) and not any(others)
@@ -124,7 +124,7 @@ def adding_only_on(printed: Sequence[str]) -> bool:
 
 @checker
 def adding_beyond(line: str, within: Texts) -> bool:
-    """Whether adding-sliding occurs on a line for some parameters, never under a condition."""
+    """Check that adding-sliding occurs on a line for some parameters, never under a condition."""
     middle = part(f"{line}^(2)")
     touching = [*middle.relations, sp.Eq(outward(line), 0), *_DAMPED, *scope(within)]
     return "adding" in bifurcations(middle) and not consistent(touching)
@@ -135,13 +135,13 @@ _ROLE = {"grazing": 0, "adding": 1, "crossing": 2, "switching": 2}  # which of `
 
 @checker
 def comes_from(place: str, kind: str, field: int) -> bool:
-    """Whether a sliding bifurcation on a line begins with a trajectory of a field."""
+    """Check that a sliding bifurcation on a line begins with a trajectory of a field."""
     return FIELDS[place[:2]][_ROLE[kind]] == field
 
 
 @checker
 def extreme(printed: str, greatest: str, end: str) -> bool:
-    """Whether a relation is -alpha > `greatest` with v_r at the end of its range."""
+    """Check that a relation is -alpha > `greatest` with v_r at the end of its range."""
     relation, value, bound = map(formula, (printed, greatest, end))
     return (
         isinstance(relation, sp.StrictGreaterThan)
@@ -152,7 +152,7 @@ def extreme(printed: str, greatest: str, end: str) -> bool:
 
 @checker
 def other_interval(place: str, printed: Texts) -> bool:
-    """Whether a printed interval of v_r is not that of a part, by a state in one of them alone."""
+    """Check that a printed interval of v_r is not that of a part, by a state in one of them."""
     try:
         return bool(example(_beyond(place, printed), CASE_STUDY))
     except ValueError:
@@ -160,7 +160,7 @@ def other_interval(place: str, printed: Texts) -> bool:
 
 
 def _beyond(place: str, printed: Texts) -> tuple[Any, ...]:
-    """Relations of states in the printed or the derived interval, not in the other one."""
+    """Relations of states in exactly one of the printed and the derived interval."""
     one, told = part(place), scope(printed)
     here = (*PIECES[one.line].relations, CREST)
     for inside, outside in ((told, one.within), (one.within, told)):
@@ -172,7 +172,7 @@ def _beyond(place: str, printed: Texts) -> tuple[Any, ...]:
 
 
 def _touching(line: str) -> dict[str, str]:
-    """A point where stick touches a line, at an instant where it turns back for every omega."""
+    """Point where stick touches a line, at an instant where it turns back for every omega."""
     strong = {**CASE_STUDY, zeta: Fraction(1), alpha: Fraction(9)}
     touching = (sp.Eq(outward(line), 0), sp.Eq(force, 0))
     point = example([*part(f"{line}^(2)").relations, *touching], strong)
@@ -180,19 +180,19 @@ def _touching(line: str) -> dict[str, str]:
 
 
 def _shown_map(numbers: Sequence[int]) -> dict[str, str]:
-    """The first stored witness of a local map."""
+    """First stored witness of a local map."""
     (wanted,) = maps_by_number([numbers])
     shown = next(w for w in reachability.witnesses() if w.local_map == wanted)
     return {"local map": str(wanted), **reachability.witness_text(shown)}
 
 
 def _rows_of(context: Context) -> tuple[tuple[Any, ...], ...]:
-    """The rows of Table 1 or 2 for one surface or line."""
+    """Rows of Table 1 or 2 for one surface or line."""
     return tuple(tuple(row) for row in context["e"]["rows"] if row[0] == context["key"])
 
 
 def _at_corner(context: Context) -> tuple[tuple[str, Pairs], ...]:
-    """What Table 2 has for each of the lines that are said to meet at a corner."""
+    """Rows of Table 2 for each of the lines printed as meeting at a corner."""
     paper, corner = context["paper"], context["key"]
     rows = paper["table.2"]["rows"]
     return tuple(
@@ -231,7 +231,7 @@ def _each_origin(context: Context) -> Iterator[dict[str, Any]]:
 
 
 def _spaces(pairs: Iterable[tuple[int, int]]) -> str:
-    """The sources and the targets of passages, in words."""
+    """Sources and targets of passages as text."""
     sources, targets = (sorted(set(ends)) for ends in zip(*pairs, strict=True))
     return f"{listed(f'Ω{s}' for s in sources)} → {listed(f'Ω{t}' for t in targets)}"
 
@@ -241,7 +241,7 @@ def _readings(lines: Sequence[tuple[str, Pairs]]) -> str:
 
 
 def _interval(one: Part) -> tuple[Any, ...]:
-    """The range of v_r on a part; that of L3^(3) with the end of L3's range, as it is printed."""
+    """Range of v_r on a part; that of L3^(3) with the end of L3's range, as printed."""
     end = scope(["2*zeta*v_r <= f_b - delta"]) if one.name == "L3^(3)" else ()
     return (*one.within, *end, *_DAMPED)
 

@@ -1,1 +1,1 @@
-"""Proofs of what the model implies, each an item that `capsule-sym verify` settles."""
+"""Proofs about the model, each an item that `capsule-sym verify` checks."""

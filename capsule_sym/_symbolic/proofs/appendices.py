@@ -1,4 +1,4 @@
-"""Checks of Appendices A and B: which way stick ends on L1-L4, and the bifurcations there."""
+"""Checks of Appendices A and B: conditions under which stick ends on L1-L4, and bifurcations."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _one_way(bound: Bound) -> sp.Expr:
 
 @checker
 def sharp(line: str, condition: Relation) -> bool:
-    """Whether a bound is sufficient, and for every parameter beyond it some point violates it."""
+    """Check that a bound is sufficient, and for each parameter beyond it some point violates it."""
     here, way = PIECES[line].relations, _one_way(BY_LINE[line])
     return implies([_DAMPED, *here, condition], way > 0) and always_solvable(
         [_DAMPED, sp.Not(condition)], [*here, sp.Le(way, 0)], (x_r, v_r, v_c, force)
@@ -35,16 +35,16 @@ def sharp(line: str, condition: Relation) -> bool:
 
 @checker
 def solved(line: str, bound: sp.Expr) -> bool:
-    """Whether the condition of a line is alpha <= bound, multiplied by 4 zeta^2."""
+    """Check that the condition of a line is alpha <= bound, multiplied by 4 zeta^2."""
     smaller, larger = BY_LINE[line].condition
     return vanishes(larger - smaller - sp.expand(4 * zeta**2 * (bound - alpha)))
 
 
 @checker
 def undamped(line: str, absent: str, product: str, other: str) -> bool:
-    """Whether without damping a line exists only as told, and another one does not.
+    """Check that without damping a line exists only as stated, and another one does not.
 
-    On the line the inner product out of stick is as told, and can be negative.
+    On the line the inner product out of stick is as stated, and can be negative.
     """
     flat = scope(["zeta == 0"])
     here = [*flat, *PIECES[line].relations]
@@ -58,13 +58,13 @@ def undamped(line: str, absent: str, product: str, other: str) -> bool:
 
 @checker
 def has_velocity(line: str, condition: str) -> bool:
-    """Whether a line holds a point with a given v_r if and only if the condition holds."""
+    """Check that a line has a point with a given v_r if and only if the condition holds."""
     here, (relation,) = PIECES[line].relations, scope([condition])
     return implies(here, relation) and always_solvable([relation], here, (x_r, v_c))
 
 
 def _both_signs(one: Part) -> bool:
-    """Whether at every v_r inside a part both signs of the product are taken at some phase."""
+    """True if at every v_r inside a part the product takes both signs at some phase."""
     product = outward(one.line)
     low, high = one.within
     inside = (_DAMPED, alpha > 0, sp.Gt(low.lhs, low.rhs), sp.Lt(high.lhs, high.rhs))
@@ -76,7 +76,7 @@ def _both_signs(one: Part) -> bool:
 
 @checker
 def stick_does(place: str, printed: str) -> bool:
-    """Whether on a part of a line stick always ends, always begins, or does either by the time."""
+    """Check that on a part of a line stick always ends, always begins, or does either in time."""
     one = part(place)
     if printed == "?":
         return one.side is None and _both_signs(one)
@@ -84,20 +84,20 @@ def stick_does(place: str, printed: str) -> bool:
 
 
 def within_bound(line: str) -> Part:
-    """All of L1 or L4 within its open bound in Appendix A."""
+    """L1 or L4 within its open bound in Appendix A."""
     bound = BY_LINE[line]
     return Part(line, 0, (_DAMPED, sp.Lt(*bound.condition)), bound.side, "")
 
 
 @checker
 def sliding(place: str, printed: Sequence[str]) -> bool:
-    """Whether exactly these sliding bifurcations are possible on a part, or on L1 or L4."""
+    """Check that exactly these sliding bifurcations are possible on a part, or on L1 or L4."""
     one = part(place) if "^" in place else within_bound(place)
     return len(set(printed)) == len(printed) and bifurcations(one) == set(printed)
 
 
 def _occurs(context: Context) -> tuple[str, ...]:
-    """The sliding bifurcations that are claimed of a part, by what stick does there."""
+    """Sliding bifurcations claimed for a part, from the behaviour of stick there."""
     kinds = {1: ("crossing", "grazing"), -1: ("switching",), None: BIFURCATIONS}
     return kinds[context["part"].side]
 

@@ -1,9 +1,9 @@
-"""Where every motion goes: bounded for every stiffness, to one orbit without the second spring.
+"""Boundedness for every stiffness, and one global attractor without the second spring.
 
 Two motions under the same forcing are compared by the energy of their difference. Dry friction is
-monotone and the one spring linear, so that without the second spring this energy never grows; with
-it the difference of the springs' forces is no multiple of the difference of the states, and
-nothing of the kind is claimed.
+monotone and the one spring linear, so without the second spring this energy never grows. With it
+the difference of the spring forces is no multiple of the difference of the states, and nothing
+similar is claimed.
 """
 
 from __future__ import annotations
@@ -36,27 +36,27 @@ _SPRING = sp.Function("g")(x_r)  # the force of both springs
 _INERTIA = 1 + 1 / gamma
 
 ENERGY = (x_r**2 + (v_r + v_c) ** 2 + gamma * v_c**2) / 2
-"""The energy of a difference (x_r, v_r, v_c) of two motions: v_r + v_c is of the inner mass."""
+"""Energy of a difference (x_r, v_r, v_c) of two motions; v_r + v_c is the inner mass's."""
 BOUND = v_r**2 / 2 + (v_r + 2 * _INERTIA * zeta * x_r) ** 2 / 2
-"""What, with twice the springs' energy, bounds the motion of the inner mass on the capsule."""
+"""With twice the springs' energy, a bound of the inner mass's motion relative to the capsule."""
 
 RESTING = (v_r + v_c) ** 2 / 2 + gamma * v_c**2 / 2 + zeta * x_r * (v_r + v_c) + (zeta * x_r) ** 2
-"""What, with the springs' energy, falls to where the capsule rests, if the force is small."""
+"""With the springs' energy, a function that decreases to rest if the force is small."""
 
 
 def _at_rest(one: Segment, other: Segment) -> dict[sp.Symbol, int]:
-    """What is 0 where one motion is in a segment and the other in another one."""
+    """Symbols that are 0 if the two motions are in these segments."""
     speeds = ((one, v_c), (other, _OTHER[v_c]))
     return {speed: 0 for segment, speed in speeds if segment.stick}
 
 
 def _braking(one: Segment, other: Segment) -> sp.Expr:
-    """The difference of both drifts times that of the frictions that oppose them."""
+    """Difference of both drifts times the difference of the friction forces on them."""
     return (v_c - _OTHER[v_c]) * (other.friction.subs(_OTHER) - one.friction)
 
 
 def _brakes(one: Segment, other: Segment) -> bool:
-    """Whether that is a sum of products of a speed and a margin of the other motion's friction.
+    """True if that is a sum of products of a speed and a friction margin of the other motion.
 
     No speed |v_c| = drift v_c is negative, and no margin f_b + drift friction.
     """
@@ -66,7 +66,7 @@ def _brakes(one: Segment, other: Segment) -> bool:
 
 
 def _loses_energy(energy: sp.Expr) -> bool:
-    """Whether, for beta = 0, energy of a difference is lost by the damper and by friction alone."""
+    """Check that, for beta = 0, only damper and friction change the energy of a difference."""
     apart = {symbol: symbol - twin for symbol, twin in _OTHER.items()}
     slopes = [energy.diff(symbol).subs(apart, simultaneous=True) for symbol in STATE]
 
@@ -81,7 +81,7 @@ def _loses_energy(energy: sp.Expr) -> bool:
 
 
 def _rigid() -> bool:
-    """Whether, for beta = 0, motions of the same v_r differ in v_r + v_c at the rate -x_r."""
+    """Check that, for beta = 0, motions of the same v_r differ in v_r + v_c at the rate -x_r."""
 
     def rate(segment: Segment) -> sp.Expr:
         return (segment.field[1] + segment.field[2]).subs(beta, 0)
@@ -94,7 +94,7 @@ def _rigid() -> bool:
 
 
 def _momentum() -> bool:
-    """Whether v_r + (1 + gamma) v_c gains alpha cos(omega tau) and what friction gives."""
+    """Check that v_r + (1 + gamma) v_c changes by alpha cos(omega tau) and friction."""
     return all(
         vanishes(
             segment.field[1]
@@ -108,7 +108,7 @@ def _momentum() -> bool:
 
 @checker
 def falls_far_out(bound: sp.Expr) -> bool:
-    """Whether the bound falls where |x_r| or |v_r| is large, and the momentum is as told.
+    """Check that the bound decreases for large |x_r| or |v_r|, and the momentum is as stated.
 
     With g the springs' force, of energy G, and |w| <= alpha + f_b/gamma,
     bound + 2 (1 + 1/gamma) G changes at the rate
@@ -133,7 +133,7 @@ def falls_far_out(bound: sp.Expr) -> bool:
 
 @checker
 def comes_to_rest(bound: sp.Expr) -> bool:
-    """Whether the bound and the springs' energy change as the proof says, along every field."""
+    """Check that the bound and the springs' energy change as the proof states, in every field."""
 
     def told(one: Segment) -> bool:
         spring = one.interaction - 2 * zeta * v_r
@@ -148,7 +148,7 @@ def comes_to_rest(bound: sp.Expr) -> bool:
 
 @checker
 def tends_to_one_orbit(energy: sp.Expr) -> bool:
-    """Whether, for beta = 0, an energy of differences and the other steps are as the proof says."""
+    """Check that, for beta = 0, an energy of differences and other steps are as in the proof."""
     return _loses_energy(energy) and _rigid() and falls_far_out(BOUND)
 
 

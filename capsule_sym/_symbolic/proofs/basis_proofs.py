@@ -99,7 +99,7 @@ class Reduction:
         }
 
     def numerator(self, expression: sp.Expr) -> sp.Expr:
-        """The expression times powers of the divisors: 0 if and only if the expression is 0."""
+        """Expression times powers of the divisors: 0 if and only if the expression is 0."""
         element = self._value(sp.sympify(expression))
         for divisor, reciprocal in self._reciprocals.items():
             position = self._ring.gens.index(reciprocal)
@@ -146,7 +146,7 @@ def _image_residual(expected: sp.Expr, claim: sp.Expr) -> Residuals:
 
 
 def _definitions() -> Iterator[Item]:
-    """Initial values, derivatives, relations, and what holds away from the confluences."""
+    """Initial values, derivatives, relations, and forms away from the confluences."""
     z = sp.Symbol("z")
     for name, value in INITIAL.items():
         at_infinity = sp.cancel((s * IMAGES[name]).subs(s, 1 / z)).subs(z, 0)
@@ -187,7 +187,7 @@ def _definitions() -> Iterator[Item]:
 
 
 def _in_functions(expression: sp.Expr, table: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """The expression with the closed forms of a table, whose lines use those above them."""
+    """Expression with the closed forms of a table, whose lines use those above them."""
     for name in reversed(list(table)):
         expression = expression.subs(name, table[name])
     return expression.replace(expm1, lambda x: sp.exp(x) - 1)
@@ -219,7 +219,7 @@ def _limit_residuals(
 
 
 def _closed_forms() -> Iterator[Item]:
-    """The closed forms of G, Gd and H in each case of damping, and where the cases meet."""
+    """Closed forms of G, Gd and H in each case of damping, and their common limits."""
     cases = {
         "oscillating": (basis.OSCILLATING, {K: sigma**2 + nu**2}),
         "overdamped": (basis.OVERDAMPED, {K: sigma**2 - nu**2, slow: nu - sigma}),
@@ -286,7 +286,7 @@ def _twice_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
 
 
 def _additions() -> Iterator[Item]:
-    """The addition theorem, and what it gives for doubled durations."""
+    """Addition theorem, and its consequences for doubled durations."""
     for name, form in basis.add(_FIRST, _PLAIN).items():
         yield proof(
             f"basis.add.{name}",
@@ -316,7 +316,7 @@ def proofs() -> tuple[Item, ...]:
 
 
 def _forced(item: Item) -> bool:
-    """Whether a statement is about a response to the forcing, or its frequency."""
+    """True if a statement is about a response to the forcing, or its frequency."""
     name = item.id.rpartition(".")[2]
     names = {*map(str, basis.FORCED)}
     return name in names or item.id.startswith(("basis.forced", f"basis.derivative.{omega}"))

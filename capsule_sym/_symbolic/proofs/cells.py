@@ -1,7 +1,7 @@
-"""Proofs of the cells of a scene: where each field acts, by its guards.
+"""Proofs of the cells of a scene: the states in which each field acts, by its guards.
 
-A cell is what the physics says: which stop's spring is compressed, which way the capsule drifts, or
-that it is at rest and friction can hold it. What fields and guards say of it is derived.
+A cell is defined by physics: which stop's spring is compressed, and whether the capsule drifts
+forward, drifts backward or is held by friction. Fields and guards are compared with it.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ Guards = tuple[sp.Expr, ...]
 
 
 def cell(field: Segment) -> Piece:
-    """The states in which a field acts, by the place of the mass, and by Coulomb's law."""
+    """States in which a field acts, by the place of the mass and Coulomb's law."""
     ahead, *behind = MODEL.stops
     sides = {
         0: [x_r < ahead, *(x_r > place for place in behind)],
         1: [x_r > ahead],
         2: [x_r < place for place in behind],
     }
-    # Without contact the stiffness is 0, so that it does not matter which stop is meant.
+    # Without contact the stiffness is 0, so any stop may be taken.
     place = MODEL.stops[max(field.contact - 1, 0)]
     held = PULL.subs({kappa: field.region.stiffness, stop: place})
     ways = {
@@ -52,7 +52,7 @@ def cell(field: Segment) -> Piece:
 
 
 def bound_cell(field: Segment, guards: Guards) -> bool:
-    """Whether guards are positive in a field's cell and nowhere else (at rest: where v_c is 0)."""
+    """Check that guards are positive exactly in a field's cell (at rest: where v_c is 0)."""
     inside = [*(sp.Gt(guard, 0) for guard in guards), *([sp.Eq(v_c, 0)] if field.stick else [])]
     here = cell(field).relations
     return all(implies(here, sp.Gt(guard, 0)) for guard in guards) and all(
@@ -61,7 +61,7 @@ def bound_cell(field: Segment, guards: Guards) -> bool:
 
 
 def needed(guard: sp.Expr, field: Segment, guards: Guards) -> bool:
-    """Whether a guard vanishes at states where the others are positive: it bounds the cell."""
+    """Check that a guard vanishes at states where the others are positive: it bounds the cell."""
     rest = [sp.Eq(v_c, 0)] if field.stick else []
     others = (sp.Gt(other, 0) for other in guards if other is not guard)
     return consistent([*rest, sp.Eq(guard, 0), *others])
@@ -69,7 +69,7 @@ def needed(guard: sp.Expr, field: Segment, guards: Guards) -> bool:
 
 @cache
 def exclude(one: Relation, other: Relation) -> bool:
-    """Whether two relations are seen to have no state in common."""
+    """True if two relations are seen to have no state in common."""
     try:
         return not consistent([one, other])
     except Undecided:
@@ -77,7 +77,7 @@ def exclude(one: Relation, other: Relation) -> bool:
 
 
 def apart(cells: Sequence[Piece]) -> bool:
-    """Whether a relation of each cell excludes one of every other cell."""
+    """Check that a relation of each cell excludes one of every other cell."""
     return all(
         any(exclude(a, b) for a, b in product(one.relations, other.relations))
         for one, other in combinations(cells, 2)
@@ -85,7 +85,7 @@ def apart(cells: Sequence[Piece]) -> bool:
 
 
 def cover(cells: Sequence[Piece]) -> bool:
-    """Whether every state, under any force, is in a cell or on the boundary of one.
+    """Check that every state, under any force, is in a cell or on the boundary of one.
 
     A state outside all of them violates a relation of each: two of these exclude one another.
     """
@@ -105,7 +105,7 @@ def _left(known: tuple[Relation, ...], cells: list[Piece]) -> bool:
 
 
 def pushes_back(field: Segment, spring: sp.Expr) -> bool:
-    """Whether a stop's spring pushes the mass back in a field's cell, and is slack at the stop."""
+    """Check that a stop's spring pushes the mass back in a field's cell, and is slack at it."""
     side, here = {1: 1, 2: -1}[field.contact], cell(field).relations
     return implies(here, sp.Ge(side * spring, 0)) and vanishes(
         spring.subs(x_r, MODEL.stops[field.contact - 1])
@@ -113,7 +113,7 @@ def pushes_back(field: Segment, spring: sp.Expr) -> bool:
 
 
 def resists(field: Segment, friction: sp.Expr) -> bool:
-    """Whether friction takes power from a drift, or holds a capsule at rest within its bounds."""
+    """Check that friction dissipates power in drift, or holds a capsule at rest within bounds."""
     if field.stick:
         here = cell(field).relations
         within = implies(here, friction < BACKWARD) and implies(here, friction > -FORWARD)
@@ -122,7 +122,7 @@ def resists(field: Segment, friction: sp.Expr) -> bool:
 
 
 def at_level(field: Segment, claim: tuple[sp.Expr, ...]) -> bool:
-    """Whether rates and guards are those of a field of any force, at the field's level."""
+    """Check that rates and guards are those for any force, at the field's level."""
     kind = ANY_LEVEL[(field.index - 1) % len(ANY_LEVEL)]
     expected = [one.subs(force, LEVELS[field.level]) for one in (*kind.field, *kind.guards)]
     pairs = zip(claim, expected, strict=False)
@@ -172,7 +172,7 @@ def _of(field: Segment) -> Iterator[Item]:
 
 @cache
 def items() -> tuple[Item, ...]:
-    """Every statement about the cells of the fields."""
+    """All statements about the cells of the fields."""
     cells = tuple(map(cell, ANY_LEVEL))
     found = [
         Item(

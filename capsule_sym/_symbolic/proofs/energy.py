@@ -1,8 +1,8 @@
 """Proofs of the energy balance and of the mirror image of a scene's fields.
 
-Energy is kinetic energy of mass and capsule, and what the springs hold. Its rate in each field is
-the power of the drive and of the load, less what damper and friction take: those formulas that
-metrics integrate.
+Energy is the kinetic energy of mass and capsule and the elastic energy of the springs. Its rate in
+each field is the power of drive and load, less the power lost to damper and friction, by the
+formulas that metrics integrate.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def _formulas() -> Mapping[str, sp.Expr]:
 
 
 def power(field: Segment) -> sp.Expr:
-    """The drive's and the load's power in a field, less the damper's and friction's."""
+    """Power of drive and load in a field, less that of damper and friction."""
     known = _formulas()
     drive = known["drive_power"].subs({cos_theta: sp.cos(omega * tau), high: 1 - field.level})
     friction = known["loss_at"].subs({way: field.drift, drift: field.drift})
@@ -62,23 +62,23 @@ def power(field: Segment) -> sp.Expr:
 
 
 def balances(field: Segment, claim: sp.Expr) -> bool:
-    """Whether a power is the rate of energy along a field, at rest of a capsule that rests."""
+    """Check that a power is the rate of energy along a field, at rest of a capsule that rests."""
     stored = energy(field)
     rate = sum(stored.diff(s) * along for s, along in zip(STATE, field.field, strict=True))
     return vanishes((rate - claim).subs(v_c, 0) if field.stick else rate - claim)
 
 
 def continues(side: int, claim: sp.Expr) -> bool:
-    """Whether an energy without contact is, at a stop, that of contact with it."""
+    """Check that the energy without contact equals, at a stop, that of contact with it."""
     touching = next(one for one in SEGMENTS if one.contact == side)
     return vanishes((claim - energy(touching)).subs(x_r, MODEL.stops[side - 1]))
 
 
 def exchange() -> Exchange | None:
-    """What of the parameters a mirror image exchanges; None where it has no parameters.
+    """Exchange of parameters by which a scene has a mirror image; None if there is none.
 
-    The bounds of friction by the way, the stops, the sign of a load, and a drive that is the other
-    way half a period later, or whose levels change places.
+    It exchanges the friction bounds, the stops and the sign of a load. The drive is reversed half a
+    period later, or its levels are exchanged.
     """
     pairs: list[tuple[sp.Expr, sp.Expr]] = [(FORWARD, BACKWARD)]
     if len(MODEL.stops) == 2:
@@ -98,7 +98,7 @@ def exchange() -> Exchange | None:
 
 
 def _image(field: Segment) -> Segment | None:
-    """The field that a mirror image of another's motion follows; None in contact with one stop."""
+    """Field of the mirror image of a field's motion; None in contact if there is one stop."""
     sides = {0: 0} if len(MODEL.stops) == 1 else {0: 0, 1: 2, 2: 1}
     if field.contact not in sides:
         return None
@@ -108,7 +108,7 @@ def _image(field: Segment) -> Segment | None:
 
 
 def mirrors(field: Segment, changes: Exchange, image: Segment) -> bool:
-    """Whether the mirror image of a field's motion is one of the other, in a mirrored scene."""
+    """Check that the mirror image of a field's motion is one of the other, in a mirrored scene."""
     turned = {one: -one for one in STATE} | {sp.cos(omega * tau): -sp.cos(omega * tau)}
 
     def seen(expression: sp.Expr) -> sp.Expr:
@@ -169,6 +169,6 @@ def _mirrored(changes: Exchange) -> Iterator[Item]:
 
 @cache
 def items() -> tuple[Item, ...]:
-    """Every statement about energy and mirror images."""
+    """All statements about energy and mirror images."""
     changes = exchange()
     return (*_energies(), *(_mirrored(changes) if changes is not None else ()))

@@ -1,4 +1,4 @@
-"""Proofs about any scene, by section: all that is not about what the paper prints."""
+"""Proofs about any scene, by section: all statements that do not concern the printed paper."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ SECTIONS: Sections = {
     "Response functions": basis_proofs.proofs,
     "Closed-form flow, its jets and Jacobians": flow_proofs.proofs,
 }
-"""What is proved of a scene, in the order of the report."""
+"""Statements proved of a scene, in the order of the report."""
 
 FAMILIES = ("cells", "graph", "saltation", "energy mirror", "basis", "flow jets jacobian")
-"""With what the names of the statements of each section begin."""
+"""First words of the names of the statements of each section."""
 
 PAPERS_ALONE = (
     "of the paper alone, and proved by `capsule-sym verify` without --scene: its tables, printed "
     f"claims and Section 4, which are about {declaration.SHIPPED[0]}"
 )
-"""What is not proved of a scene, in one line."""
+"""Statements that are not proved of a scene, in one line."""
 
 
 def items(only: str | None = None) -> dict[str, tuple[Item, ...]]:
-    """Every statement about the scene, or one, by section title; raises InvalidInput for none."""
+    """All statements about the scene, or one, by section title; raises InvalidInput if none."""
     if only is None:
         return {title: section() for title, section in SECTIONS.items()}
     known: list[str] = []
@@ -56,7 +56,7 @@ _BEGINS = ", ".join(" ".join(FAMILIES).split())
 
 
 _HEAD = """\
-# What is proved of the scene {scene}
+# Proved statements on the scene {scene}
 
 Written by `capsule-sym verify --scene` and `--write`. Surfaces, lines and corners have the paper's
 names where the paper has them. Every statement holds for all parameters, states and times in its
@@ -66,5 +66,5 @@ Not here, since it is {apart}.
 
 
 def markdown(report: Report) -> str:
-    """The report on the scene."""
+    """Report on the scene."""
     return document(report, _HEAD.format(scene=declaration.path().stem, apart=PAPERS_ALONE))

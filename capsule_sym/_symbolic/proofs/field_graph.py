@@ -1,8 +1,8 @@
-"""Proofs of the field graph of a scene: from each surface, line and corner, which fields follow.
+"""Proofs of the field graph of a scene: the successor fields at each surface, line and corner.
 
-It is what `switching` derives by the functions that derive Table 1. At a surface it is proved again
-by first derivatives alone: the source's guard falls through 0, and what it leads to rises from it.
-Elsewhere motions are shown to go on, and in one way only, by derivatives of any order.
+`switching` derives the graph by the functions that derive Table 1. On surfaces it is proved again
+by first derivatives alone: the source's guard falls through 0, and the successor's guard rises.
+Elsewhere derivatives of any order prove that motions continue, and in one way only.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from capsule_sym._symbolic.proofs.cells import cell, exclude
 from capsule_sym._symbolic.proofs.items import Item
 
 Ways = Mapping[int, int]
-"""The field that follows each field that arrives."""
+"""Successor field of each field that arrives."""
 Fields = frozenset[int]
 
 
 def _passes(field: Segment, here: tuple[Relation, ...], sense: Sign) -> bool:
-    """Whether a field's motion goes into its cell (sense 1), or comes out of it (-1).
+    """True if a field's motion enters its cell (sense 1) or leaves it (-1).
 
     Each guard is positive, or 0 with a rate of that sign.
     """
@@ -44,7 +44,7 @@ def _passes(field: Segment, here: tuple[Relation, ...], sense: Sign) -> bool:
 
 
 def leads(surface: str, ways: Ways) -> bool:
-    """Whether on a surface motions of just these fields arrive, and go on with what follows."""
+    """Check that on a surface exactly these fields arrive, and continue with their successors."""
     here = PIECES[surface].relations
     arriving = {one.index for one in ANY_LEVEL if _passes(one, here, -1)}
     leaving = {one.index for one in ANY_LEVEL if _passes(one, here, 1)}
@@ -52,10 +52,10 @@ def leads(surface: str, ways: Ways) -> bool:
 
 
 def go_on(place: str, fields: Fields) -> bool:
-    """Whether from each state of a line or corner one field leads on, and these in all.
+    """Check that from each state of a line or corner one field continues, and these in all.
 
-    Where derivatives of the order considered vanish some field may still lead on, and none is
-    known to: higher ones decide.
+    Where all considered derivatives vanish, some field may still continue, but higher derivatives
+    decide which.
     """
     found = leaves_of(place)
     return fields == frozenset().union(*(leaf.may_depart for leaf in found)) and all(
@@ -69,14 +69,14 @@ def _signs(function: sp.Expr) -> tuple[Relation, ...]:
 
 
 def _pulls(pull: sp.Expr) -> tuple[tuple[Relation, ...], ...]:
-    """A pull beyond a bound, on it, or within both."""
+    """Relations of a pull beyond a bound, on it, or within both."""
     within = (pull < FORWARD, pull > -BACKWARD)
     levels = sp.Eq(pull, FORWARD), sp.Eq(pull, -BACKWARD)
     return (pull > FORWARD,), (pull < -BACKWARD,), within, *((one,) for one in levels)
 
 
 def _boundary() -> Iterator[tuple[Relation, ...]]:
-    """All states at which the capsule rests, or the mass is at a stop, by cases."""
+    """All states with the capsule at rest or the mass at a stop, by cases."""
     rest = sp.Eq(v_c, 0)
     for region, pull in zip(MODEL.regions, _PULLS, strict=True):
         yield from ((rest, *region.where, *level) for level in _pulls(pull))
@@ -89,7 +89,7 @@ _PULLS = tuple(one.pull for one in ANY_LEVEL if one.stick)
 
 
 def complete(names: Sequence[str]) -> bool:
-    """Whether each state at rest or at a stop is on one of the surfaces, lines and corners."""
+    """Check that each state at rest or at a stop is on one of the surfaces, lines and corners."""
     sets = [PIECES[name].relations for name in names]
     return all(
         any(all(implies(case, relation) for relation in one) for one in sets)
@@ -100,7 +100,7 @@ def complete(names: Sequence[str]) -> bool:
 
 @cache
 def _beginnings() -> Mapping[int, tuple[tuple[Relation, ...], ...]]:
-    """Sets of states from which a field leads on: its cell, and surfaces at rest."""
+    """Sets of states from which a field continues: its cell, and surfaces at rest."""
     found = {one.index: [cell(one).relations] for one in ANY_LEVEL}
     for name in SURFACES:
         relations = PIECES[name].relations
@@ -112,9 +112,9 @@ def _beginnings() -> Mapping[int, tuple[tuple[Relation, ...], ...]]:
 
 
 def after_edge(source: int, rises: bool, fields: Fields) -> bool:
-    """Whether at an edge of pulses a field's motions go on with these fields, by their kinds.
+    """Check that at an edge of pulses a field's motions continue with these fields.
 
-    The level may be any that is below, or above: the high one stands as alpha, the low one as u.
+    The new level may be any lower or higher one: the high one is alpha, the low one u.
     """
     old, new = (force, alpha) if rises else (alpha, force)
     before = [relation.subs(force, old) for relation in cell(segment(source)).relations]
@@ -137,7 +137,7 @@ def _edges() -> Iterator[Item]:
         yield Item(
             f"graph.{edge}.F{source + first}",
             f"{edge} of the drive",
-            f"from F{source + first} motions go on with {names} at the {edge}",
+            f"from F{source + first} motions continue with {names} at the {edge}",
             reached,
             partial(after_edge, source, rises),
             frozenset({*reached, source % kinds + 1}) if len(reached) < 3 else reached - {source},
@@ -145,7 +145,7 @@ def _edges() -> Iterator[Item]:
 
 
 def _reached(field: Segment) -> Fields:
-    """What follows a field at an edge: itself, and from rest any, where the drive reacts on Q."""
+    """Successors of a field at an edge: itself, and from rest any if the drive reacts on Q."""
     alike = (one for one in ANY_LEVEL if one.region == field.region)
     jumps = field.stick and field.pull.has(force)
     return frozenset(one.index for one in alike if jumps or one == field)
@@ -182,7 +182,7 @@ def _further(name: str) -> Item:
 
 @cache
 def items() -> tuple[Item, ...]:
-    """Every statement about the field graph."""
+    """All statements about the field graph."""
     edges = _edges() if PULSED else ()
     whole = Item(
         "graph.complete",

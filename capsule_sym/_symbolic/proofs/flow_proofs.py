@@ -53,7 +53,7 @@ from capsule_sym._symbolic.proofs.basis_proofs import (
 )
 from capsule_sym._symbolic.proofs.items import Item, Residuals, proof
 
-JET_ORDER = 10  # the recurrence has one form at every order; so many of its steps are compared
+JET_ORDER = 10  # the recurrence has one form at every order; this many of its steps are compared
 
 _STATE = (x_r, v_r, v_c, x_c)
 _START = {**INITIAL, h: sp.S.Zero}
@@ -90,7 +90,7 @@ class _Motion:
         return Reduction(symbols, definitions, (K, omega, gamma + 1, gamma))
 
     def vanishing(self, residual: sp.Expr) -> sp.Expr:
-        """A residual in parameters and independent response functions: 0 if it vanishes."""
+        """Residual in parameters and independent response functions: 0 if it vanishes."""
         return self._reduction.numerator(residual)
 
     @cached_property
@@ -110,7 +110,7 @@ class _Motion:
         return dict(zip(self.end, rates, strict=False))
 
     def at_end(self, expression: sp.Expr) -> sp.Expr:
-        """An expression in state and forcing angle, at duration h."""
+        """Expression in state and forcing angle, at duration h."""
         turned = {
             sp.cos(_ANGLE): cos_theta * cosine - omega * sin_theta * sine,
             sp.sin(_ANGLE): sin_theta * cosine + omega * cos_theta * sine,
@@ -149,7 +149,7 @@ def _of(segment: Segment) -> _Motion:
 def _general(stick: bool, side: Region | None = None) -> _Motion:
     """All segments in drift, or all in stick, by `contact`, `drift` and, of pulses, `high`.
 
-    With a region those in it alone, whose contact is a number.
+    With a region, those in it alone, whose contact is a number.
     """
     here = {kappa: STIFF, stop: PLACE} | ({DRIVE: LEVEL} if PULSED else {})
     pull, force = (one.subs(here) for one in (PULL, MODEL.mass_force))
@@ -283,7 +283,7 @@ def _jacobian_proofs(motion: _Motion) -> Iterator[Item]:
 
 @cache
 def proofs() -> tuple[Item, ...]:
-    """Every statement about the flows of all fields, their jets and their Jacobians."""
+    """All statements about the flows of all fields, their jets and their Jacobians."""
     groups: Iterable[Iterator[Item]] = (
         *map(_flow_proofs, SEGMENTS),
         _jet_proofs(),

@@ -1,7 +1,7 @@
 """Printed formulas as SymPy expressions: arithmetic over a closed list of names, nothing else.
 
-The text is parsed as Python's syntax is, and its tree is translated node by node; what is not
-listed here is refused, so that a formula can never run anything.
+The text is parsed with Python's syntax, and its tree is translated node by node. Nodes that are not
+listed here are refused, so that a formula can never run code.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ NAMES: dict[str, sp.Expr] = {
     **{str(symbol): symbol for symbol in (*PARAMETERS, tau, *STATE)},
     **{"P1": P1, "P2": P2, "P3": P3, "P4": P4},
 }
-"""The dimensionless quantities of Sections 2 to 4."""
+"""Dimensionless quantities of Sections 2 to 4."""
 
 _FUNCTIONS: dict[str, Callable[[sp.Expr], sp.Expr]] = {
     "abs": sp.Abs,
@@ -46,7 +46,7 @@ _RELATIONS: dict[type[ast.cmpop], Callable[[Any, Any], Relation]] = {
 
 
 class NotAFormula(ValueError):
-    """A text of the transcription that is not a formula over the known names."""
+    """Raised for a text of the transcription that is not a formula over the known names."""
 
 
 def _translated(node: ast.expr, names: Mapping[str, sp.Expr]) -> Any:
@@ -67,7 +67,7 @@ def _translated(node: ast.expr, names: Mapping[str, sp.Expr]) -> Any:
 
 
 def formula(text: str, names: Mapping[str, sp.Expr] = NAMES) -> Any:
-    """A printed expression or relation; raises `NotAFormula` where it is not one."""
+    """Printed expression or relation; raises `NotAFormula` if it is not one."""
     try:
         tree = ast.parse(text, mode="eval")
     except SyntaxError:
@@ -109,5 +109,5 @@ def cleared(relation: Relation) -> Relation:
 
 
 def same(first: sp.Expr, second: sp.Expr) -> bool:
-    """Whether two expressions are identically equal."""
+    """True if two expressions are identically equal."""
     return vanishes(first - second)

@@ -41,7 +41,7 @@ def _impact_cases() -> tuple[tuple[Relation, ...], ...]:
 
 @checker
 def covered(pieces: Sequence[str], cases: Sequence[tuple[Relation, ...]]) -> bool:
-    """Whether every consistent case lies in one of the pieces."""
+    """Check that every consistent case lies in one of the pieces."""
     sets = [PIECES[name].relations for name in pieces]
     return all(
         any(all(implies(case, relation) for relation in one) for one in sets)
@@ -52,14 +52,14 @@ def covered(pieces: Sequence[str], cases: Sequence[tuple[Relation, ...]]) -> boo
 
 @checker
 def separate(without: Sequence[str]) -> bool:
-    """Whether the pieces but these are pairwise disjoint."""
+    """Check that all pieces except these are pairwise disjoint."""
     pieces = [piece for name, piece in PIECES.items() if name not in without]
     return all(disjoint(a, b) for a, b in combinations(pieces, 2))
 
 
 @checker
 def exists_when(piece: str, condition: str, within: Texts) -> bool:
-    """Whether, under hypotheses, a piece exists if and only if the condition holds."""
+    """Check that, under hypotheses, a piece exists if and only if the condition holds."""
     one, hypotheses, relation = PIECES[piece], scope(within), derived(condition)
     return empty(one, [*hypotheses, sp.Not(relation)]) and always_solvable(
         [*hypotheses, relation], one.relations, (x_r, v_r, v_c)
@@ -67,27 +67,27 @@ def exists_when(piece: str, condition: str, within: Texts) -> bool:
 
 
 def lines_at(corner: str, hypotheses: tuple[Relation, ...]) -> frozenset[str]:
-    """The lines whose closure holds a corner under hypotheses on the parameters."""
+    """Lines whose closure contains a corner under hypotheses on the parameters."""
     point = PIECES[corner]
     return frozenset(name for name in LINES if meets(PIECES[name], point, hypotheses))
 
 
 @checker
 def corner_lines(corner: str, printed: Sequence[str], within: Texts) -> bool:
-    """Whether the lines that meet at a corner are those printed."""
+    """Check that the lines that meet at a corner are those printed."""
     return lines_at(corner, scope(within)) == set(printed)
 
 
 @checker
 def mixes(fields: Sequence[int], share: str) -> bool:
-    """Whether a share of the first field and the rest of the second make the third."""
+    """Check that a share of the first field and the rest of the second make the third."""
     part, rates = derived(share), [SEGMENTS[field - 1].field for field in fields]
     return all(vanishes(part * a + (1 - part) * b - c) for a, b, c in zip(*rates, strict=True))
 
 
 @checker
 def differ_by(drift: int, stick: int, excess: str) -> bool:
-    """Whether a drift is the field of stick and (0, -excess, excess)."""
+    """Check that a drift is the field of stick plus (0, -excess, excess)."""
     size = derived(excess)
     rates = (SEGMENTS[field - 1].field for field in (drift, stick))
     change = (sp.S.Zero, -size, size)
@@ -96,14 +96,14 @@ def differ_by(drift: int, stick: int, excess: str) -> bool:
 
 @checker
 def agree_at_impact(free: int, pressed: int) -> bool:
-    """Whether two fields are the same on P2 = delta."""
+    """Check that two fields agree on P2 = delta."""
     rates = (SEGMENTS[field - 1].field for field in (free, pressed))
     return all(vanishes((a - b).subs(x_r, delta)) for a, b in zip(*rates, strict=True))
 
 
 @checker
 def fourth_follows(field: int, stiffness: str) -> bool:
-    """Whether the fourth derivative of P in stick follows from the lower ones."""
+    """Check that the fourth derivative of P in stick follows from the lower ones."""
     y, y1, y2, y3, y4 = derivatives(SEGMENTS[field - 1].interaction, field, 4)
     k = derived(stiffness)
     return vanishes(y4 + omega**2 * (k * y + 2 * zeta * y1 + y2) + k * y2 + 2 * zeta * y3)

@@ -31,10 +31,10 @@ from capsule_sym._symbolic.model.symbols import (
 from capsule_sym._symbolic.proofs.rows import EACH, FILTERS, checker
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
-"""The function whose bound +f_b or -f_b is met on L1-L4."""
+"""Function whose bound +f_b or -f_b is reached on L1-L4."""
 
 FIELDS = {"L1": (1, 2, 3), "L2": (3, 2, 1), "L3": (4, 5, 6), "L4": (6, 5, 4)}
-"""For each line the drift beside it, tangent to P1 = 0 there, stick, and the drift opposite."""
+"""For each line the drift beside it, tangent to P1 = 0 there, then stick, then the other drift."""
 
 _GRAZE = "L9"
 
@@ -54,17 +54,17 @@ class InnerProduct:
 
     @cached_property
     def value(self) -> sp.Expr:
-        """The expression in the state, time and parameters, with the equations of L1-L4 put in."""
+        """Expression in state, time and parameters, with the equations of L1-L4 put in."""
         return _on(PIECES[self.place], self.expression)
 
     @property
     def relations(self) -> tuple[Relation, ...]:
-        """The relations of the place."""
+        """Relations of the place."""
         return PIECES[self.place].relations
 
     @property
     def positive(self) -> Relation:
-        """The exact condition under which the inner product is positive."""
+        """Exact condition under which the inner product is positive."""
         return sp.Gt(reduced(self.expression, self.relations), 0)
 
 
@@ -102,7 +102,7 @@ def _normals(piece: Piece, field: Segment) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _on(piece: Piece, expression: sp.Expr) -> sp.Expr:
-    """The expression with the equations of L1-L4 put in."""
+    """Expression with the equations of L1-L4 put in."""
     if piece.name not in STICK_EDGE:
         return expression
     function, side = STICK_EDGE[piece.name]
@@ -125,9 +125,9 @@ def inner_products() -> tuple[InnerProduct, ...]:
 
 @checker
 def has_sign(product: InnerProduct, sign: Sign | Relation) -> bool:
-    """Whether an inner product has a sign; a relation: both, and is positive exactly where it is.
+    """Check that an inner product has a sign; a relation: both, positive exactly where it holds.
 
-    The place is all of the surface or line.
+    The place is the whole surface or line.
     """
     here = product.relations
     if not isinstance(sign, sp.Rel):
@@ -148,7 +148,7 @@ _BY_FORCE = (
 
 
 def _in_paper_terms(value: sp.Expr) -> sp.Expr:
-    """A value in P3 or P4, where it depends on the state through one of them only."""
+    """Value in terms of P3 or P4, if it depends on the state through only one of them."""
     forms = (sp.factor(sp.together(value.subs(place))) for place in _BY_FORCE)
     return next((form for form in forms if not form.has(v_r)), value)
 
@@ -162,7 +162,7 @@ def _latex(product: InnerProduct) -> str:
 
 
 def _told(product: InnerProduct) -> dict[str, Any]:
-    """What a statement says of an inner product, and what a wrong one would."""
+    """Texts of a statement about an inner product, and those of a wrong one."""
     if product.sign is None:
         where = product.positive
         said = {"sign": where, "is": f"> 0 exactly where {where}", "verdict": "conditional"}

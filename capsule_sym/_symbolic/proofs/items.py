@@ -1,7 +1,7 @@
-"""What `capsule-sym verify` settles: a statement, its claim as data, and the check of a claim.
+"""Items of `capsule-sym verify`: a statement, its claim as data, and the check of a claim.
 
-The claim is data that `check` decides, so that a changed claim can be put to the same check:
-`mutant` is one with a sign or a row changed, and it has to fail.
+The claim is data, so that the same check can be applied to a changed claim: `mutant` is one with a
+sign or a row changed, and it has to fail.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]
 
 
 AS_PRINTED = "as printed"
-"""What is derived, where that is what the paper prints."""
+"""Text of `derived` if the derivation gives the printed statement."""
 
 
 @dataclass(frozen=True)
 class Item:
     """A statement of the theory.
 
-    `verdict` is what holds when the check succeeds: the statement is proved, or (an erratum) the
+    `verdict` is the status if the check succeeds: the statement is proved, or (an erratum) the
     printed statement is refuted, or it holds under a condition that is itself proved. `formula`
     is LaTeX, or gives it. `printed`, `derived`, `consequence` and `witness` belong to errata;
-    `proof` says in words what the check does.
+    `proof` describes the check.
     """
 
     id: str
@@ -50,13 +50,13 @@ class Item:
 
     @cached_property
     def latex(self) -> str:
-        """The formula as LaTeX; empty if there is none."""
+        """Formula as LaTeX; empty if there is none."""
         return self.formula if isinstance(self.formula, str) else self.formula()
 
 
 @dataclass(frozen=True)
 class Result:
-    """What became of an item: its status, the witness if it has one, and the seconds it took."""
+    """Outcome of an item: its status, the witness if it has one, and the seconds it took."""
 
     item: Item
     status: Status
@@ -65,12 +65,12 @@ class Result:
 
     @property
     def settled(self) -> bool:
-        """Whether the item ended as it should."""
+        """True if the item has its expected status."""
         return self.status == self.item.verdict
 
 
 def settle(item: Item) -> Result:
-    """Put an item's claim to its check."""
+    """Check an item's claim."""
     start = perf_counter()
     witness: Mapping[str, str] = {}
     try:
@@ -83,7 +83,7 @@ def settle(item: Item) -> Result:
 
 
 Sections = Mapping[str, Callable[[], tuple[Item, ...]]]
-"""Items by the title of their section, derived when they are asked for."""
+"""Items by the title of their section, derived on request."""
 Report = Mapping[str, tuple[Result, ...]]
 """Results by section title."""
 
@@ -91,7 +91,7 @@ Report = Mapping[str, tuple[Result, ...]]
 def run(
     chosen: Mapping[str, Iterable[Item]], advance: Callable[[Result], None] = lambda result: None
 ) -> Report:
-    """Settle items one by one; `advance` is told each result."""
+    """Check items one by one; `advance` is called with each result."""
 
     def settled(item: Item) -> Result:
         result = settle(item)
@@ -102,7 +102,7 @@ def run(
 
 
 def record(result: Result) -> dict[str, Any]:
-    """A result as plain data: id, equation, statement, status, seconds, and what errata add."""
+    """Result as plain data: id, equation, statement, status, seconds, and the texts of errata."""
     item = result.item
     plain: dict[str, Any] = {
         "id": item.id,
@@ -120,7 +120,7 @@ def record(result: Result) -> dict[str, Any]:
 
 
 def line(result: Result) -> str:
-    """A result as one line: status, seconds, equation, statement."""
+    """Result as one line: status, seconds, equation, statement."""
     item = result.item
     return f"{result.status:<11} {result.seconds:7.2f} s  {item.equation}: {item.statement}"
 
@@ -135,10 +135,10 @@ def proof(
     claim: sp.Expr,
     residuals: Callable[[sp.Expr], Residuals],
 ) -> Item:
-    """The item of an expression that the derivation uses.
+    """Item for an expression that the derivation uses.
 
-    `residuals` gives what an expression leaves in its definition: all zero for a true one, and
-    not all zero for any other.
+    `residuals` substitutes an expression into its definition: all residuals of a true one are zero,
+    and not all of any other.
     """
     return Item(name, equation, statement, claim, partial(_leaves_nothing, residuals), claim + 1)
 

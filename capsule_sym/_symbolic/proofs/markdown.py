@@ -1,4 +1,4 @@
-"""Reports of proofs in Markdown: statements beside the paper one by one, others in tables."""
+"""Reports of proofs in Markdown: comparisons with the paper one by one, others in tables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SIGNS = {"**2": "²", "**3": "³", "*": " ", "<=": "≤", ">=": "≥", "+-": "�
 
 
 def _text(line: str) -> str:
-    """A line of text with the paper's letters, and without signs that Markdown reads as its own."""
+    """Line of text with the paper's letters, with Markdown's special characters escaped."""
     line = re.sub(r"[A-Za-z]+", lambda word: _LETTERS.get(word[0], word[0]), line)
     for old, new in _SIGNS.items():
         line = line.replace(old, new)
@@ -32,14 +32,14 @@ _ESCAPED = {r"\{": r"\lbrace ", r"\}": r"\rbrace ", r"\,": r"\thinspace ", "|": 
 
 
 def math(formula: str) -> str:
-    """A formula without what Markdown takes for an escape or for the end of a table's cell."""
+    """Formula without characters that Markdown reads as an escape or a table cell's end."""
     for old, new in _ESCAPED.items():
         formula = formula.replace(old, new)
     return formula
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """A table of Markdown."""
+    """Table in Markdown."""
     yield f"| {' | '.join(heads)} |"
     yield f"|{'---|' * len(heads)}"
     for row in rows:
@@ -51,7 +51,7 @@ def _point(result: Result) -> str:
 
 
 def _beside(result: Result, number: int) -> Iterator[str]:
-    """A printed statement with what is derived, the proof, the witness and the consequence."""
+    """Printed statement with the derived one, the proof, the witness and the consequence."""
     item = result.item
     yield f"### {number}. {item.equation}: {result.status}\n"
     yield f"- **Printed:** {_text(item.printed)}"
@@ -92,13 +92,13 @@ def _witnesses(results: Iterable[Result]) -> Iterator[str]:
 
 
 Tables = Mapping[str, Callable[[], Iterator[str]]]
-"""Tables at the beginning of a section, by how its title begins."""
+"""Tables at the beginning of a section, by the beginning of its title."""
 
 
 def document(report: Report, head: str, place: str = "Place", tables: Tables | None = None) -> str:
-    """The report: every item in the order of the sections, formulas in LaTeX.
+    """Report with every item in the order of the sections, formulas in LaTeX.
 
-    `place` is what tables of statements call the place of one.
+    `place` is the heading of the column with the place of a statement.
     """
     results = [result for section in report.values() for result in section]
     statuses = Counter(result.status for result in results)

@@ -3,7 +3,7 @@
 On each of L1-L4 the inner product of the normal that points out of stick with the field of stick
 is +-(k v_r) - 2 zeta f_b +- 2 zeta alpha cos(omega tau), with k = 1 on L1, L2 and 1 + beta on
 L3, L4. Bounds are compared after multiplication by 2 zeta or 4 zeta^2, so that every claim is
-linear; a statement that needs damping says so.
+linear; statements that need damping state it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _FOUR = 4 * zeta**2
 
 @dataclass(frozen=True)
 class Bound:
-    """On a line, stick ends (side 1) or begins (side -1) everywhere, always, if and only if.
+    """Condition under which stick always ends (side 1) or begins (side -1) on a line.
 
     `reach` is 2 zeta k |v_r| where the range of v_r ends.
     """
@@ -39,7 +39,7 @@ class Bound:
 
     @property
     def condition(self) -> tuple[sp.Expr, sp.Expr]:
-        """What is smaller, or equal, and what is larger, free of fractions."""
+        """Smaller (or equal) and larger side, free of fractions."""
         if self.side > 0:
             return _FOUR * (alpha + f_b), self.reach
         return self.reach, _FOUR * (f_b - alpha)
@@ -56,12 +56,12 @@ BOUNDS = (
     Bound("L2", -1, f_b + delta),
     Bound("L3", -1, (1 + beta) * (f_b - delta)),
 )
-"""Appendix A for L1 and L4, and what corresponds to it on L2 and L3."""
+"""Appendix A for L1 and L4, and the corresponding bounds on L2 and L3."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """L_i^(j): the part of a line within bounds on k v_r, and what stick does there.
+    """L_i^(j): the part of a line within bounds on k v_r, and the behaviour of stick there.
 
     `side` is +1 where stick always ends, -1 where it always begins, None where that depends on
     time. `interval` is LaTeX for the range of v_r.
@@ -75,17 +75,17 @@ class Part:
 
     @property
     def name(self) -> str:
-        """The paper's name, such as `L2^(1)`."""
+        """Name in the paper, such as `L2^(1)`."""
         return f"{self.line}^({self.number})"
 
     @property
     def relations(self) -> tuple[Relation, ...]:
-        """The relations of the part."""
+        """Relations of the part."""
         return (*PIECES[self.line].relations, *self.within)
 
 
 def _parts(line: str) -> tuple[Part, ...]:
-    """The three parts, in order of v_r, from the extremes of the force over a period."""
+    """Three parts, in order of v_r, from the extremes of the force over a period."""
     centre = outward(line).subs(alpha, 0)
     slope = sp.diff(centre, v_r)  # +k on L1, L3; -k on L2, L4
     sense = 1 if slope.is_positive else -1
@@ -105,7 +105,7 @@ PARTS: tuple[Part, ...] = tuple(part for line in EDGES for part in _parts(line))
 
 
 def part(name: str) -> Part:
-    """A part by its name, such as L2^(1)."""
+    """Part by its name, such as L2^(1)."""
     return next(one for one in PARTS if one.name == name)
 
 

@@ -3,9 +3,9 @@
 A witness gives rational parameters and a rational state at the END of the map, with the values
 of alpha cos(omega tau) and alpha sin(omega tau) there, which determine alpha. The field is
 followed backwards in a rigorous enclosure: the trajectory stays in the cell of the field until it
-meets, transversally, the surface on which the map began. Every comparison is one of rational
-numbers, so a witness that is accepted is a proof that its map is possible. That no other map is,
-follows from `switching`.
+followed backwards in a rigorous enclosure: the trajectory stays in the cell of the field until it
+meets, transversally, the surface on which the map began. All comparisons are of rational numbers,
+so an accepted witness proves that its map is possible. That no other map is possible
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from capsule_sym._symbolic.model.symbols import (
 )
 
 ENTRY_PLANE = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
-"""The plane on which a moving capsule's impact begins a field."""
+"""Plane on which a moving capsule's impact begins a field."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Witness:
 
     @property
     def parameters(self) -> dict[sp.Symbol, sp.Expr]:
-        """The parameters as exact numbers."""
+        """Parameters as exact numbers."""
         values = {delta: self.delta, zeta: self.zeta, beta: self.beta, gamma: self.gamma}
         exact = {symbol: sp.Rational(value) for symbol, value in values.items()}
         amplitude = sp.sqrt(sum(sp.Rational(part) ** 2 for part in self.forcing))
@@ -65,7 +65,7 @@ class Witness:
 
     @property
     def regime(self) -> tuple[str, bool]:
-        """The scenario of delta, and whether there is damping."""
+        """Scenario of delta, and True with damping."""
         name = next(n for n, r in SCENARIOS.items() if r.subs(self.parameters) == sp.true)
         return name, self.zeta > 0
 
@@ -76,7 +76,7 @@ def _flow(witness: Witness, field: Segment) -> Flow:
 
 
 def _departs(witness: Witness, field: Segment) -> bool:
-    """Whether the trajectory of a field through the end leaves it into the field's cell."""
+    """True if the trajectory of a field through the end leaves it into the field's cell."""
     if field.stick and witness.end[2] != 0:
         return False
     flow = _flow(witness, field)
@@ -85,13 +85,13 @@ def _departs(witness: Witness, field: Segment) -> bool:
 
 
 def target(witness: Witness) -> str:
-    """The plane on which the witness ends, by the successor field."""
+    """Plane on which the witness ends, from the successor field."""
     (following,) = [field for field in SEGMENTS if _departs(witness, field)]
     return f"Σ{following.index}" if witness.end[2] == 0 else ENTRY_PLANE[following.index]
 
 
 def source(witness: Witness) -> str | None:
-    """The plane on which the witness is proved to begin; None where that is not proved."""
+    """Plane on which the witness is proved to begin; None if that is not proved."""
     field = SEGMENTS[witness.local_map.field - 1]
     flow = _flow(witness, field)
     late, early = witness.bracket
@@ -112,7 +112,7 @@ def source(witness: Witness) -> str | None:
 
 
 def witness_text(witness: Witness) -> dict[str, str]:
-    """A witness in exact numbers, as text."""
+    """Witness in exact numbers, as text."""
     cosine, sine = witness.forcing
     return {
         **{str(symbol): str(value) for symbol, value in witness.parameters.items()},
@@ -124,14 +124,14 @@ def witness_text(witness: Witness) -> dict[str, str]:
 
 
 def proves(witness: Witness) -> bool:
-    """Whether the witness proves that its local map occurs."""
+    """Check that the witness proves that its local map occurs."""
     wanted = witness.local_map
     return target(witness) == wanted.target and source(witness) == wanted.source
 
 
 @cache
 def witnesses() -> tuple[Witness, ...]:
-    """The stored witnesses: at least one for every local map in every regime that allows it."""
+    """Stored witnesses: at least one for every local map in every regime that allows it."""
     text = (files(__package__) / "witnesses.json").read_text(encoding="utf-8")
     return tuple(map(_witness, json.loads(text)))
 

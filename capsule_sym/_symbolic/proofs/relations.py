@@ -1,4 +1,4 @@
-"""What follows from relations: the language of rows for sets of states, and checks of them."""
+"""Consequences of relations: the language of rows for sets of states, and checks of them."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _NAMES = {
     **{f"n_{line}": outward(line) for line in STICK_EDGE},
     **{f"{s.name}_{x}": rate for s in SEGMENTS for x, rate in zip(STATE, s.field, strict=True)},
 }
-"""What rows may name: n_L1 is the inner product out of stick on L1, F1_v_c the v_c' of F1."""
+"""Names in rows: n_L1 is the inner product out of stick on L1, F1_v_c the v_c' of F1."""
 
 
 def derived(text: str) -> Any:
-    """An expression or relation of a row."""
+    """Expression or relation of a row."""
     return formula(text, _NAMES)
 
 
@@ -49,7 +49,7 @@ def _relations(text: str) -> tuple[Relation, ...]:
 
 
 def scope(texts: Texts) -> tuple[Relation, ...]:
-    """The relations of a set of states."""
+    """Relations of a set of states."""
     return tuple(
         relation
         for text in texts
@@ -64,38 +64,38 @@ def _within(inner: tuple[Relation, ...], outer: tuple[Relation, ...]) -> bool:
 
 @checker
 def same_sets(printed: Sequence[Texts], expected: Sequence[Texts]) -> bool:
-    """Whether sets of states are, one by one, those expected: each includes the other."""
+    """Check that sets of states are, one by one, those expected: each includes the other."""
     pairs = [(scope(a), scope(b)) for a, b in zip(printed, expected, strict=False)]
     return len(printed) == len(expected) and all(_within(a, b) and _within(b, a) for a, b in pairs)
 
 
 @checker
 def follows(here: Texts, printed: Texts) -> bool:
-    """Whether printed relations hold everywhere in a set."""
+    """Check that printed relations hold everywhere in a set."""
     hypotheses = scope(here)
     return all(implies(hypotheses, relation) for relation in scope(printed))
 
 
 @checker
 def follow_all(cases: Sequence[tuple[Texts, Texts]]) -> bool:
-    """Whether in each case relations hold everywhere in a set."""
+    """Check that in each case relations hold everywhere in a set."""
     return all(follows(here, then) for here, then in cases)
 
 
 @checker
 def never(here: Texts) -> bool:
-    """Whether relations never hold together."""
+    """Check that relations never hold together."""
     return not consistent(scope(here))
 
 
 @checker
 def absent(piece: str, within: Texts) -> bool:
-    """Whether a piece holds no state under conditions on the parameters."""
+    """Check that a piece holds no state under conditions on the parameters."""
     return empty(PIECES[piece], scope(within))
 
 
 def listed(names: Any) -> str:
-    """Names as a list in words."""
+    """Names separated by commas."""
     return ", ".join(map(str, names)) or "none"
 
 

@@ -1,4 +1,4 @@
-"""The orbit of a capsule that never moves, and the alpha at which it first touches the spring."""
+"""Orbit of a capsule that never moves, and the alpha at which it first touches the spring."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ _RATE = SEGMENTS[1].field[1]
 _AHEAD = -sp.diff(_RATE, x_r) - omega**2  # in phase with the force, times the response
 _BEHIND = -sp.diff(_RATE, v_r) * omega
 GRAZE = delta * sp.sqrt(_AHEAD**2 + _BEHIND**2)
-"""The amplitude alpha at which the resting orbit grazes on L9."""
+"""Amplitude alpha at which the resting orbit grazes on L9."""
 _FORCE = delta**2 * (1 + _BEHIND**2)
 _ANGLE = omega * tau
 
 
 def _orbit() -> dict[sp.Symbol, sp.Expr]:
-    """The state of the stick field's periodic response, as a function of tau."""
+    """State of the stick field's periodic response, as a function of tau."""
     wave = _AHEAD * sp.cos(_ANGLE) + _BEHIND * sp.sin(_ANGLE)
     place = alpha * wave / (_AHEAD**2 + _BEHIND**2)
     return {x_r: place, v_r: sp.diff(place, tau), v_c: sp.S.Zero}
 
 
 def _amplitude_squared(wave: sp.Expr) -> sp.Expr:
-    """The square of the largest value of a cos(omega tau) + b sin(omega tau)."""
+    """Square of the largest value of a cos(omega tau) + b sin(omega tau)."""
     expanded = sp.expand(wave)
     a, b = (expanded.coeff(function(_ANGLE)) for function in (sp.cos, sp.sin))
     if sp.simplify(expanded - a * sp.cos(_ANGLE) - b * sp.sin(_ANGLE)) != 0:
@@ -39,7 +39,7 @@ def _zero(expression: sp.Expr) -> bool:
 
 @checker
 def grazes_at(value: sp.Expr, force_squared: sp.Expr) -> bool:
-    """Whether at a value of alpha the response rises to P2 = delta, and P3 as high as told."""
+    """Check that at a value of alpha the response rises to P2 = delta, and P3 to its value."""
     orbit, field = _orbit(), SEGMENTS[1].field
     follows = all(
         _zero(sp.diff(orbit[symbol], tau) - rate.subs(orbit))

@@ -1,10 +1,9 @@
-"""Rows of `statements/` and of `claims/`, and what makes statements of them.
+"""Rows of `statements/` and of `claims/`, from which statements are made.
 
-A row names the check and what is given to it, what a wrong row would give, and the sentences of
-the report; a claim about the paper names the entry of the transcription. Texts are templates:
-`{e[value]}` is a value of the entry, other names are those of `each` and of `FACTS`, and what
-follows a colon are names in `FILTERS`. A template that is one field alone stands for the value
-itself. `{{` is a brace.
+A row names the check and its arguments, a wrong claim, and the sentences of the report; a claim
+about the paper names the entry of the transcription. Texts are templates: `{e[value]}` is a value
+of the entry, other names are those of `each` and of `FACTS`, and names after a colon are those of
+`FILTERS`. A template that is one field alone stands for the value itself. `{{` is a brace.
 
 With a `correction` the row is refuted: the check holds with it, and fails for what is printed.
 """
@@ -25,15 +24,15 @@ from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Verdict
 
 Check = TypeVar("Check", bound=Callable[..., bool])
 CHECKERS: dict[str, Callable[..., bool]] = {}
-"""Checks by name: functions of what a row gives."""
+"""Checks by name: functions of a row's arguments."""
 DEFAULTS: dict[str, Mapping[str, Any]] = {}
-"""What the rows of a check need not say."""
+"""Default arguments of a check."""
 EACH: dict[str, Callable[[Context], Iterator[dict[str, Any]]]] = {}
-"""What a row is repeated for: the names that each repetition has."""
+"""Repetitions of a row: the names that each repetition has."""
 FACTS: dict[str, Callable[[Context], Any]] = {}
-"""Names that every template may use, from those of the entry and of `each`."""
+"""Names that every template may use, computed from those of the entry and of `each`."""
 FILTERS: dict[str, Callable[[Any], Any]] = {}
-"""What may follow the colon of a field."""
+"""Functions that may follow the colon of a field."""
 WITNESSES: dict[str, Callable[[Any], Mapping[str, str]]] = {}
 """Exact points or motions that a row can show, by kind."""
 
@@ -45,13 +44,13 @@ _READ = {
 
 
 def checker(check: Check) -> Check:
-    """Registers a check under its name."""
+    """Register a check under its name."""
     CHECKERS[check.__name__] = check
     return check
 
 
 class Context(dict[str, Any]):
-    """The names of a repetition of a row; a fact is found when it is first asked for."""
+    """Names of a repetition of a row; a fact is computed when it is first used."""
 
     def __missing__(self, name: str) -> Any:
         self[name] = FACTS[name](self)
@@ -73,12 +72,12 @@ _TEMPLATES = _Templates()
 
 
 def _tuples(value: Any) -> Any:
-    """Lists as tuples, which can be compared and looked up."""
+    """Lists as tuples, which can be compared and hashed."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def resolved(template: Any, context: Context) -> Any:
-    """A value of a row with its templates filled in: lists as tuples, a lone field as its value."""
+    """Value of a row with its templates filled in: lists as tuples, a lone field as its value."""
     if isinstance(template, Mapping):
         return {key: resolved(value, context) for key, value in template.items()}
     if isinstance(template, list):
@@ -93,7 +92,7 @@ def resolved(template: Any, context: Context) -> Any:
 
 
 def _misprinted(check: Callable[..., bool], claim: tuple[dict[str, Any], dict[str, Any]]) -> bool:
-    """Whether what is derived passes a check, and what is printed does not."""
+    """Check that the derived claim passes a check, and the printed one does not."""
     printed, derived = claim
     return check(**derived) and not check(**printed)
 
@@ -103,7 +102,7 @@ def _passes(check: Callable[..., bool], claim: dict[str, Any]) -> bool:
 
 
 def _merged(given: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
-    """What is given with other values; a table is changed key by key."""
+    """Given arguments with other values; a table is changed key by key."""
     merged = dict(given)
     for key, value in other.items():
         old = merged.get(key)
@@ -128,12 +127,12 @@ _KEYS = {
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A row, which stands for one statement or for one of each of a list."""
+    """A row, which gives one statement or one for each entry of a list."""
 
     fields: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a key or a check that there is not."""
+        """Raises ValueError for an unknown key or check."""
         if unknown := self.fields.keys() - _KEYS:
             raise ValueError(f"{self.name}: no key of a row: {', '.join(sorted(unknown))}")
         if self.fields["check"] not in CHECKERS:
@@ -145,11 +144,11 @@ class Row:
 
     @property
     def name(self) -> str:
-        """The names of its claims, as a template."""
+        """Names of its claims, as a template."""
         return str(self.fields["name"])
 
     def items(self, paper: Paper | None = None) -> Iterator[Item]:
-        """Its statements, about a transcription where they are about the paper."""
+        """Statements of the row, compared with a transcription if they are about the paper."""
         for context in self._contexts(paper or Paper({})):
             if context.get("key") not in self.fields.get("skip", ()):
                 yield self._item(context)
@@ -205,7 +204,7 @@ class Row:
 
 
 def _beside(entry: Entry, item: Item, printed: str, derived: str) -> Item:
-    """The item of a claim about an entry of the transcription."""
+    """Item of a claim about an entry of the transcription."""
     told = printed + _READ[entry.reading].format(entry.note)
     return replace(
         item,
@@ -223,7 +222,7 @@ def _witness(fields: Mapping[str, Any], context: Context) -> Mapping[str, str]:
 
 
 def read_rows(package: str, folder: str, names: Iterable[str]) -> tuple[Row, ...]:
-    """The rows of files in a folder of a package."""
+    """Rows of files in a folder of a package."""
     place = files(package) / folder
     texts = (place.joinpath(f"{name}.toml").read_text(encoding="utf-8") for name in names)
     return tuple(Row(row) for text in texts for row in tomllib.loads(text)["claim"])

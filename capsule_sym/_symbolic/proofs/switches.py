@@ -1,8 +1,8 @@
-"""Proofs of what a switch does to deviations: the saltation matrix, by implicit differentiation.
+"""Proofs of the saltation matrix at a switch, by implicit differentiation.
 
-A motion follows one field to a guard, and another from there. The instant of the switch solves an
-equation, guard = 0 along the first field; it is differentiated, and so is the state reached at a
-fixed time, at the instant itself: there both flows are known by their fields alone.
+A motion follows one field to a guard, and another from there. The instant of the switch solves
+guard = 0 along the first field. This equation is differentiated, and so is the state reached at a
+fixed time, at the instant itself: there the fields alone determine both flows.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ _IDENTITY = Matrix.eye(3)
 
 @dataclass(frozen=True)
 class Switch:
-    """A switch of a motion from a field to another where a guard vanishes."""
+    """A switch of a motion from one field to another where a guard vanishes."""
 
     before: Segment
     after: Segment
     guard: sp.Expr
 
     def derivative(self, column: sp.Symbol) -> sp.Matrix:
-        """The derivative of the state just after the switch, at a fixed time."""
+        """Derivative of the state just after the switch, at a fixed time."""
         reached = sp.Matrix(STATE) + h * sp.Matrix(self.before.field)
         along = {**dict(zip(STATE, reached, strict=True)), tau: tau + h}
         then = sp.Matrix(self.after.field).subs(along, simultaneous=True)
@@ -51,28 +51,28 @@ class Switch:
 
     @property
     def on_guard(self) -> dict[sp.Symbol, sp.Expr]:
-        """The value of a state's component by which the guard vanishes."""
+        """Value of the component of the state at which the guard vanishes."""
         symbol = v_c if self.guard.has(v_c) else x_r
         return {symbol: sp.solve(self.guard, symbol)[0]}
 
 
 def carries(switch: Switch, claim: sp.Matrix) -> bool:
-    """Whether a matrix carries deviations of the state over a switch."""
+    """Check that a matrix maps deviations of the state across a switch."""
     columns = [switch.derivative(symbol) for symbol in STATE]
     found = sp.Matrix.hstack(*columns) - claim
     return all(vanishes(entry.subs(switch.on_guard)) for entry in found)
 
 
 def at_landing(switch: Switch) -> sp.Matrix:
-    """The saltation matrix where the capsule comes to rest: v_r gains what v_c loses."""
+    """Saltation matrix where the capsule comes to rest: v_r gains what v_c loses."""
     ratio = switch.after.field[2] / switch.before.field[2]
     return Matrix([[1, 0, 0], [0, 1, 1 - ratio], [0, 0, ratio]])
 
 
 def moves(switch: Switch, share: sp.Symbol, claim: tuple[sp.Expr, ...]) -> bool:
-    """Whether these are the state's derivatives by the share of a period for which pulses are high.
+    """Check the state's derivatives by the share of a period at the high level of pulses.
 
-    The state itself goes over an edge as it is.
+    The state itself is continuous at an edge.
     """
     by_share = switch.derivative(share)
     pairs = zip(by_share, claim, strict=True)
@@ -81,7 +81,7 @@ def moves(switch: Switch, share: sp.Symbol, claim: tuple[sp.Expr, ...]) -> bool:
 
 
 def switches() -> Iterator[Switch]:
-    """All switches of a level: at a stop, where a drift ends, and where rest does."""
+    """All switches of a level: at a stop, at the end of a drift, and at the end of rest."""
     beside = {(one.region.name, one.drift): one for one in ANY_LEVEL}
     inner, *outer = (region.name for region in MODEL.regions)
     for field in ANY_LEVEL:
@@ -100,7 +100,7 @@ def _switch(switch: Switch) -> Item:
     claim = at_landing(switch) if landing else _IDENTITY
     before, after = switch.before, switch.after
     told = "gives v_r what v_c loses" if landing else "leaves deviations as they are"
-    # A wrong ratio at a landing, elsewhere a matrix that were right if the fields differed.
+    # A wrong ratio at a landing; elsewhere a matrix that would be right if the fields differed.
     wrong = _IDENTITY if landing else _IDENTITY + Matrix(3, 3, [0, 0, 0, 0, 0, 1, 0, 0, 0])
     return Item(
         f"saltation.{before.name}.{after.name}",
@@ -114,7 +114,7 @@ def _switch(switch: Switch) -> Item:
 
 
 def _edges(share: sp.Symbol) -> Iterator[Item]:
-    """The fall and the rise of pulses: their instant is known, and its derivative by the share."""
+    """Fall and rise of pulses: their instant is known, and its derivative by the share."""
     period = 2 * sp.pi / omega
     guards = {0: share * period - tau, 1: period - tau}
     for field in SEGMENTS:
@@ -135,6 +135,6 @@ def _edges(share: sp.Symbol) -> Iterator[Item]:
 
 @cache
 def items() -> tuple[Item, ...]:
-    """Every statement about switches."""
+    """All statements about switches."""
     edges = _edges(PULSES.share) if PULSES else ()
     return (*map(_switch, switches()), *edges)

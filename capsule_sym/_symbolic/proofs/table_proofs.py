@@ -41,7 +41,7 @@ ASSUMED = {line: sp.Lt(*BY_LINE[line].condition) for line in ("L1", "L4")}
 def passages_at(name: str, hypotheses: tuple[Any, ...], may: bool = False) -> Pairs:
     """Sources and targets that occur at a piece where the hypotheses can hold.
 
-    With `may`, those too that the derivatives of the order considered leave open.
+    With `may`, also those that derivatives of the considered order do not decide.
     """
     return frozenset(
         (source, target)
@@ -56,7 +56,7 @@ def passages_at(name: str, hypotheses: tuple[Any, ...], may: bool = False) -> Pa
 def on(place: str) -> Pairs:
     """Sources and targets that occur on a surface, on a line or on a part of one.
 
-    On L1 and L4 alpha is within Appendix A's bounds; the corners are apart.
+    On L1 and L4 alpha is within Appendix A's bounds; corners are excluded.
     """
     if place in SURFACES:
         found = surface_transitions()
@@ -69,13 +69,13 @@ def on(place: str) -> Pairs:
 
 @checker
 def passages(place: str, pairs: Sequence[tuple[int, int]]) -> bool:
-    """Whether exactly these sources and targets occur on a line or a part of it."""
+    """Check that exactly these sources and targets occur on a line or a part of it."""
     return on(place) == set(pairs)
 
 
 @cache
 def occurring(scenario: str) -> Maps:
-    """The local maps with a witness in a position of the gap with damping; empty for any."""
+    """Local maps with a witness in a position of the gap with damping; empty for any."""
     return frozenset(
         w.local_map for w in witnesses() if not scenario or w.regime == (scenario, True)
     )
@@ -87,7 +87,7 @@ def maps_by_number(rows: Iterable[Sequence[int]]) -> list[LocalMap]:
 
 
 Passage = tuple[frozenset[int], frozenset[int]]
-"""Fields that arrive, and fields that depart."""
+"""Fields that arrive, and fields that leave."""
 
 
 def mechanism(line: str) -> dict[str, Passage]:
@@ -114,7 +114,7 @@ def _signature(leaf: Leaf, product: sp.Expr) -> str:
 
 
 def expected_mechanism(line: str) -> dict[str, Passage]:
-    """The mechanism common to L1-L4: what is claimed, in terms of the fields beside the line."""
+    """Claimed mechanism, common to L1-L4, in terms of the fields beside the line."""
     beside, stick, opposite = FIELDS[line]
     every, only = frozenset({beside, stick, opposite}), frozenset({opposite})
     return {
@@ -127,13 +127,13 @@ def expected_mechanism(line: str) -> dict[str, Passage]:
 
 @checker
 def has_mechanism(line: str, passages: Mapping[str, Passage]) -> bool:
-    """Whether sources and targets on a line are these, by the sign of n and of its rate."""
+    """Check that sources and targets on a line are these, by the sign of n and of its rate."""
     return mechanism(line) == passages
 
 
 @checker
 def leads_only(line: str, within: Relation, target: int) -> bool:
-    """Whether under a condition every trajectory leaves a line into one subspace."""
+    """Check that under a condition every trajectory leaves a line into one subspace."""
     here = [*PIECES[line].relations, *_DAMPED, within]
     return all(
         leaf.departs == {target} for leaf in leaves_of(line) if consistent([*here, *leaf.condition])
@@ -142,26 +142,26 @@ def leads_only(line: str, within: Relation, target: int) -> bool:
 
 @checker
 def occurs_by(local_map: LocalMap, shown: Sequence[Witness]) -> bool:
-    """Whether every witness proves that a local map occurs, and there is one."""
+    """Check that there is a witness, and every one proves that a local map occurs."""
     return bool(shown) and all(w.local_map == local_map and proves(w) for w in shown)
 
 
 @checker
 def allows(within: Texts, maps: Iterable[LocalMap]) -> bool:
-    """Whether under conditions on the parameters exactly these local maps are not excluded."""
+    """Check that under conditions on the parameters exactly these local maps are not excluded."""
     return allowed_maps(scope(within)) == set(maps)
 
 
 @checker
 def complete(maps: Sequence[LocalMap]) -> bool:
-    """Whether these are the maps not excluded, at points of any degeneracy."""
+    """Check that these are the maps not excluded, at points of any degeneracy."""
     known = {(m.field, m.target) for m in maps}
     return set(maps) == set(local_maps()) and end_planes() <= known
 
 
 @checker
 def never_ends_at_rest(field: int, within: Texts) -> bool:
-    """Whether a drift that begins at an impact of a moving capsule cannot end at rest."""
+    """Check that a drift that begins at an impact of a moving capsule cannot end at rest."""
     return never_rests(SEGMENTS[field - 1], scope(within))
 
 

@@ -1,4 +1,4 @@
-"""Statements about the model by section: the rows of `statements/` with all their checks."""
+"""Statements about the model by section: the rows of `statements/` and all their checks."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from capsule_sym._symbolic.proofs.items import Item
 from capsule_sym._symbolic.proofs.rows import Row, read_rows
 
 CHECKS = (appendices, attraction, geometry_proofs, inner_products, relations, resting, table_proofs)
-"""The modules that register checks, and what rows name."""
+"""Modules that register checks and the names used in rows."""
 
 PARTS = ("geometry", "tables", "appendices", "motions")
-"""The files of rows."""
+"""Files of rows."""
 
 
 @cache
@@ -30,6 +30,6 @@ def rows() -> tuple[Row, ...]:
 
 
 def items(*families: str) -> tuple[Item, ...]:
-    """The statements whose names begin with one of these words."""
+    """Statements whose names begin with one of these words."""
     found = (row for row in rows() if row.name.partition(".")[0] in families)
     return tuple(item for row in found for item in row.items())
