@@ -56,8 +56,8 @@ def _list() -> str:
 class Picture:
     """The file of a picture, its width and its resolution, which may be None for a usual one."""
 
-    def __init__(self, out: Path, width: float | None, dpi: float | None) -> None:
-        self.out, self.width, self.dpi = out, width, dpi
+    def __init__(self, out: Path, width: float | None, dpi: float | None, data: bool) -> None:
+        self.out, self.width, self.dpi, self.data = out, width, dpi, data
 
     def check(self, moving: bool = False) -> float:
         """The width; raises InvalidInput for what no picture can have, before it is computed."""
@@ -83,6 +83,7 @@ _picture = several(
         metavar="INCHES",
     ),
     dpi=option("Resolution of a PNG, and of dots in the others.  [default: 300]", type=float),
+    data=option("Write what is drawn beside it as well, as CSV.", is_flag=True),
 )
 _colours = option(
     "Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
@@ -152,8 +153,9 @@ def figure(
     else:
         drawn, told = _of_files(system, [*map(Path, subjects)], quantity, wide)
     if drawn is not None:
-        capsule_sym.save_figure(drawn, picture.out, dpi=picture.dpi)
-    present.tell_written(picture.out, as_json=as_json, **told)
+        capsule_sym.save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
+    files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
+    present.tell_written(*files, as_json=as_json, **told)
 
 
 _OWN = {"branches": ("quantity",), "sweeps": ("kind", "curves")}
@@ -180,6 +182,8 @@ def _of_name(
         study = Study(Store(track), parameters, colours, wide, system.chosen, device)
         if not moving:
             return describe(FIGURES[name].drawn(study), FIGURES[name].title)
+        if picture.data:
+            raise click.UsageError(f"--data is for pictures, which {picture.out} is not")
         (motion,) = study.store.motions([parameters])
         look: Any = {"colours": colours, "width": wide, "dpi": picture.dpi or 100.0}
         capsule_sym.animate(motion, picture.out, device=device, **look)

@@ -16,8 +16,8 @@ from capsule_sym._figures.style import (
     LABELS,
     REGIONS,
     describe,
-    figure_style,
     readable,
+    styled,
 )
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ _LARGE = 0.7  # share of an area's greatest height above which it may stand
 _Values = NDArray[np.float64]
 
 
-@figure_style()
+@styled
 def plot_attractors(
     found: ContinuedAttractors, *, width: float = PAGE, axes: Axes | None = None
 ) -> Figure:

@@ -22,8 +22,8 @@ from capsule_sym._figures.style import (
     describe,
     draw_points,
     figure_of,
-    figure_style,
     mathematical,
+    styled,
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
@@ -43,7 +43,7 @@ _LEADER: dict[str, Any] = {"arrowstyle": "-", "color": "0.6", "linewidth": 0.5}
 _LEADER |= {"relpos": (0.5, 0.0), "shrinkA": 0, "shrinkB": 0}
 
 
-@figure_style()
+@styled
 def plot_bifurcations(
     record: Record,
     *,
@@ -192,7 +192,7 @@ def name_bifurcations(record: Record, axes: Axes, units: Units) -> None:
             rotation=0 if flat else 90,
             ha="center",
             va="bottom",
-            fontsize=6,
+            fontsize="small",
             arrowprops=_LEADER,
         )
 
@@ -224,7 +224,7 @@ def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[floa
 DAMPER, FRICTION, LIFT, WORK = "#56B4E9", "#E69F00", "#009E73", "black"
 
 
-@figure_style()
+@styled
 def plot_energies(
     record: Record,
     *,

@@ -22,8 +22,8 @@ from capsule_sym._figures.style import (
     REGIONS,
     describe,
     draw_points,
-    figure_style,
     readable,
+    styled,
 )
 from capsule_sym._figures.units import named
 from capsule_sym._study.regions import Array, Curve, Plane, Region, by_cells
@@ -37,6 +37,7 @@ _OTHERS = "#dddddd"
 _REACH = 90.0  # points that a name may be away from a region that has no room for it
 
 
+@styled
 def plot_chart(
     results: xr.Dataset,
     curves: Sequence[Curve] = (),
@@ -59,7 +60,7 @@ def plot_chart(
     return draw_regions(plane, regions, curves, levels=levels, width=width, axes=axes)
 
 
-@figure_style()
+@styled
 def draw_regions(
     plane: Plane,
     regions: Sequence[Region],

@@ -12,11 +12,11 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import CURVES, OTHER_CURVE, describe, draw_points, figure_style
+from capsule_sym._figures.style import CURVES, OTHER_CURVE, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
 
 
-@figure_style()
+@styled
 def plot_curves(
     record: Mapping[str, Any], *, width: float = PAGE, axes: Axes | None = None
 ) -> Figure:
@@ -58,6 +58,6 @@ def plot_curves(
         add_words(figure, [*words, said(first, second)])
     names = Names(figure)
     for place, label in stand.items():
-        names.beside(axes, [place], label, fontsize=6)
+        names.beside(axes, [place], label)
     names.settle()
     return describe(figure, "Curves of bifurcations")

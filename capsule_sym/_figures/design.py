@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from capsule_sym._figures.layout import axes_for, canvas
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, figure_style
+from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, styled
 from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def metric_label(name: str, system: Any) -> str:
     return f"{told} ({unit})" if unit else told
 
 
-@figure_style()
+@styled
 def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """A Pareto front: the first metric over the second, a dot for each optimum, a line a part.
 
@@ -61,7 +61,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     return describe(figure, f"Pareto front of {front.metrics[0]} and {front.metrics[1]}")
 
 
-@figure_style()
+@styled
 def plot_steering(
     steering: Steering, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
@@ -94,7 +94,7 @@ def plot_steering(
     return describe(page, "From the best drive forward to the best backward")
 
 
-@figure_style()
+@styled
 def plot_residuals(
     fit: Fit, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:

@@ -15,10 +15,10 @@ from matplotlib.patches import FancyBboxPatch, Rectangle
 from matplotlib.transforms import Affine2D
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.layout import add_key, canvas, new_figure
+from capsule_sym._figures.layout import add_key, canvas, new_figure, size_of
 from capsule_sym._figures.portraits import field_handles, plot_phase_portrait, stops_of
 from capsule_sym._figures.sizes import MOVING, PAGE
-from capsule_sym._figures.style import Colours, describe, field_colour, figure_style
+from capsule_sym._figures.style import Colours, describe, field_colour, figure_style, styled
 from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
 from capsule_sym._parameters import SceneDevice, SceneParameters
@@ -114,6 +114,7 @@ def ground(axes: Axes, left: float, right: float) -> list[Any]:
     return artists
 
 
+_TYPE = 2.5  # points of type in each inch of Fig. 1
 _SLOPE = math.radians(3)  # of a track of which no device says how steep it is
 
 
@@ -132,18 +133,20 @@ def _tilted(axes: Axes, artists: list[Any], angle: float) -> list[Any]:
     return artists
 
 
-@figure_style()
+@styled
 def plot_fig1(*, width: float = PAGE, figure: Figure | SubFigure | None = None) -> Figure:
     """The capsule with its mass, springs, damper and gap, and the symbols of each (Fig. 1).
 
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
-    page = canvas(figure, width, 0.41 * width)
+    page = canvas(figure, width, 0.355 * width)
     axes = page.add_axes((0.0, 0.0, 1.0, 1.0))
     ground(axes, -4.4, 4.4)
-    axes.set_ylim(-0.85, 2.75)
+    axes.set_ylim(-0.36, 2.76)
     draw_capsule(axes, Frame())
-    small: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8}
+    # The type grows with the drawing, so that it can be read on a narrow screen too.
+    size = _TYPE * size_of(page)[0]
+    small: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size}
     for x, y, text in (
         (0.0, 0.77, "$M_m$"),
         (-1.45, 1.28, "$k_1$"),

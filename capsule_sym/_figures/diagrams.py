@@ -13,7 +13,7 @@ from capsule_sym._figures.branches import draw_runs, shared
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, figure_style
+from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
 from capsule_sym._study.data import orbit_of, strobe
 
@@ -29,7 +29,7 @@ QUANTITIES = (*_STATES, *_MEANS)
 _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 
 
-@figure_style()
+@styled
 def plot_diagram(
     record: Record | Sequence[Record],
     quantity: str = "x_r",
@@ -134,4 +134,4 @@ def _labels(axes: Axes, branch: Record, quantity: str, colour: str, into: Names)
             names.append(one["label"])
     for place, names in groups:
         text = " ".join(names) if len(names) < 3 else f"{names[0]} … {names[-1]}"
-        into.beside(axes, [place], text, fontsize=6, color=colour)
+        into.beside(axes, [place], text, color=colour)

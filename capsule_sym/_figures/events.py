@@ -15,7 +15,7 @@ from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space
 from capsule_sym._figures.statespace import along, projected
-from capsule_sym._figures.style import LOOKS, Colours, describe, figure_style, mathematical
+from capsule_sym._figures.style import LOOKS, Colours, describe, mathematical, styled
 from capsule_sym._parameters import Parameters, of_paper
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 from capsule_sym._study.boundaries import lines as boundary_lines
@@ -28,7 +28,7 @@ _STYLES: dict[int, Any] = {
 }  # below, at and above the bifurcation
 
 
-@figure_style()
+@styled
 def plot_events(
     events: Sequence[Event],
     motions: Sequence[Sequence[Motion]],
@@ -89,7 +89,7 @@ def _name_lines(axes: Any, parameters: Parameters, box: Box, names: Names) -> No
         ends = line[1] + np.outer((0.04, 0.96, 0.0, 1.0), line[0] - line[1])
         places = np.concatenate([ends, along(line)])
         level = np.column_stack([places, np.zeros(len(places))])
-        looks = {"color": LOOKS[name][1], "fontsize": 6, "bbox": PATCH}
+        looks = {"color": LOOKS[name][1], "bbox": PATCH}
         names.on(axes, projected(axes, level), mathematical(name), own, **looks)
 
 

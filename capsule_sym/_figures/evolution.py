@@ -28,15 +28,15 @@ from capsule_sym._figures.style import (
     column_edges,
     describe,
     field_colour,
-    figure_style,
     labels_of,
+    styled,
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import SceneDevice
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 
 
-@figure_style()
+@styled
 def plot_fig6(
     motions: Sequence[Motion],
     heavy: Sequence[Motion] = (),
@@ -90,7 +90,7 @@ def plot_fig6(
     return describe(page, "Phase trajectories over the amplitude", parameters=system)
 
 
-@figure_style()
+@styled
 def plot_itineraries(
     motions: Sequence[Motion],
     record: Record,

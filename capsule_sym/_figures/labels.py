@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.font_manager import FontProperties
 from matplotlib.patches import FancyArrowPatch
 from matplotlib.path import Path
 from matplotlib.quiver import Quiver
@@ -85,7 +86,7 @@ class Names:
 
     def beside(self, axes: Axes, places: Any, text: str, **looks: Any) -> None:
         """A name beside one of `places` (n, 2), or where all is full away from it, with a line."""
-        size = float(looks.get("fontsize", 6.5))
+        size = FontProperties(size=looks.get("fontsize", "small")).get_size_in_points()
         width = 0.5 * size * 0.6 * max(0, len(text.replace("$", "")) - 2)
         offsets = [(size * x + np.sign(x) * width, size * y) for x, y in _AROUND]
         self._add(axes, places, text, offsets, (), looks, reach=_REACH, fill="none", edge=0.0)
@@ -114,7 +115,7 @@ class Names:
         edge: float = 0.4,
     ) -> None:
         places = np.asarray(places, dtype=float).reshape(-1, 2)
-        looks = {"fontsize": 6.5, "zorder": 30, **looks}
+        looks = {"fontsize": "small", "zorder": 30, **looks}
         if reach:
             looks["arrowprops"] = {
                 **{"arrowstyle": "-", "color": "black", "linewidth": 0.6 if edge else 0.3},

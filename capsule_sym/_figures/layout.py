@@ -26,7 +26,6 @@ NARROW = 5.0
 """Inches of a page that has no room for panels of many texts side by side, nor for words."""
 
 _RIM = 0.03  # inches that stay free beside a key, and between it and the panels
-_LETTER = 0.047  # inches of a letter of a key, on average
 _LABEL = 22  # letters that fit beside a row
 _SPARE = 3.0  # dots that stay free around a view
 _FITTED = 6  # times that a view in perspective is laid anew: its texts do not grow with it
@@ -62,9 +61,10 @@ def add_key(
         legend.remove()
         legend, (wide, high) = _legend(page, handles, count, below, looks)
     if wide > room:
-        letters = max(1, int(room / figure_of(page).dpi / _LETTER) - 6)
-        for text in legend.get_texts():
-            text.set_text(textwrap.fill(text.get_text(), letters))
+        texts = legend.get_texts()
+        letters = max(len(text.get_text()) for text in texts)
+        for text in texts:
+            text.set_text(textwrap.fill(text.get_text(), max(1, int(letters * room / wide) - 6)))
         wide, high = _size(legend)
     _make_room(page, high / figure_of(page).dpi + _RIM, below)
 

@@ -28,10 +28,10 @@ from capsule_sym._figures.style import (
     Colours,
     describe,
     field_colour,
-    figure_style,
     itinerary,
     mathematical,
     readable,
+    styled,
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._map import Trajectory
@@ -139,7 +139,7 @@ def _frame(axes: Axes, drawn: list[Arc]) -> None:
         limit(low - room, high + room)
 
 
-@figure_style()
+@styled
 def plot_motion(
     result: Motion,
     *,
@@ -288,7 +288,7 @@ _PAIR = 3.0  # least width of a panel, a pair of axes, in inches
 _ROW, _FOOT = 1.1, 0.2  # heights in inches: a row, the lowest labels
 
 
-@figure_style()
+@styled
 def plot_fig7(
     motions: Sequence[Trajectory],
     *,
@@ -336,7 +336,7 @@ def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Co
 _NAMED = 0.04  # of the bar: a piece into which the name of its segment fits
 
 
-@figure_style()
+@styled
 def plot_margins(
     result: Motion,
     *,
@@ -402,7 +402,7 @@ def itinerary_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -
         if width > _NAMED * (drawn[-1].time[-1] - begin):
             middle, name = left + width / 2, f"$F_{{{arc.field}}}$"
             ink = readable(colour) if colour.startswith("#") else "white"
-            axes.text(middle, 0.46, name, color=ink, ha="center", va="center", fontsize=6)
+            axes.text(middle, 0.46, name, color=ink, ha="center", va="center", fontsize="small")
     axes.set_ylim(0, 1)
     axes.set_yticks([])
     axes.spines[:].set_visible(False)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from capsule_sym._figures.layout import across, add_key, canvas
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import describe, figure_style
+from capsule_sym._figures.style import describe, styled
 
 Row = Mapping[str, Any]
 _MARKERS = "osD^v<>ph*XP"
@@ -24,7 +24,7 @@ _TITLES = {
 }
 
 
-@figure_style()
+@styled
 def plot_work_precision(
     record: Mapping[str, Any],
     *,

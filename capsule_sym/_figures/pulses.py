@@ -10,14 +10,14 @@ from matplotlib.figure import Figure, SubFigure
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import canvas
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, figure_style
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
 from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
     from capsule_sym._attractors.pulse import Pulse
 
 
-@figure_style()
+@styled
 def plot_pulse(
     pulse: Pulse, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import platform
 import re
@@ -13,6 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 from capsule_sym import _explorer as explorer
 from capsule_sym._errors import InvalidInput, NotInstalled
@@ -37,8 +37,8 @@ _SOURCES = {
     "bench": (BENCH, "capsule-sym bench --out results/bench"),
 }
 _VERSIONS = ("capsule-sym", "numpy", "scipy", "mpmath", "sympy", "matplotlib")
-_RESOLUTION = 160  # of dots, in each inch
-_MOST_CURVES, _MOST_BYTES = 40, 30_000  # of a drawing that is kept as curves
+_RESOLUTION = 160  # of what is dots, in each inch
+_PLAIN = " /:;=,.()+-!?@*_[]{}|"  # characters that an address of data holds as they are
 _LONGEST = "chart"  # of the figures in the making
 
 _Wanted = tuple[str, float]  # a figure's name, and gamma
@@ -224,37 +224,17 @@ def _told(one: _Wanted) -> str:
 
 
 def _data_uri(figure: Any) -> str:
-    """A figure as an address that holds it: as curves or, where these take more room, as dots."""
-    few = sum(len(axes.lines) for axes in figure.axes) <= _MOST_CURVES
-    kind, drawn = "svg+xml", _as_curves(figure) if few else b""
-    if not 0 < len(drawn) < _MOST_BYTES:
-        kind, drawn = "webp", _as_dots(figure)
-    return f"data:image/{kind};base64," + base64.b64encode(drawn).decode("ascii")
-
-
-def _as_curves(figure: Any) -> bytes:
-    """SVG with its paths to a hundredth of a point, which no screen and no print can show."""
+    """A figure as an address that holds it, as curves."""
     text = io.StringIO()
     with figure_style():
         figure.savefig(text, format="svg", dpi=_RESOLUTION, metadata={"Date": None})
+    # Paths to a hundredth of a point, which no screen and no print can show.
     short = re.sub(
         r'(?<= d=")[^"]+',
         lambda path: re.sub(r"(?<=\.\d{2})\d+", "", path[0]),
         text.getvalue(),
     )
-    return short.encode()
-
-
-def _as_dots(figure: Any) -> bytes:
-    """WebP without loss: of fewer colours two fields would be one."""
-    from PIL import Image
-
-    drawn, picture = io.BytesIO(), io.BytesIO()
-    with figure_style():
-        figure.savefig(drawn, format="png", dpi=_RESOLUTION)
-    with Image.open(drawn) as image:
-        image.convert("RGB").save(picture, format="webp", lossless=True, quality=80)
-    return picture.getvalue()
+    return f"data:image/svg+xml,{quote(short, safe=_PLAIN)}"
 
 
 def maths(text: str) -> Any:

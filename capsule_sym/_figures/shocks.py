@@ -14,7 +14,7 @@ from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import across, add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, figure_style
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
 from capsule_sym._figures.units import Units
 from capsule_sym._map import Trajectory
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _POINTS = 400  # of a curve, an excitation period
 
 
-@figure_style()
+@styled
 def plot_shock(
     shock: Shock,
     *,

@@ -1,7 +1,7 @@
 """Sizes and formats of pictures, known without a library that draws."""
 
-COLUMN, PAGE = 3.54, 7.48
-"""Widths of a column and of a page of print, in inches."""
+COLUMN, PAGE = 3.35, 7.0
+"""Widths that fit a column and a page of the journals of this field, in inches."""
 
 NARROWEST, WIDEST = 3.3, 20.0
 """Least and largest width of a picture, in inches."""

@@ -19,8 +19,8 @@ from capsule_sym._figures.style import (
     Colours,
     describe,
     field_colour,
-    figure_style,
     mathematical,
+    styled,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, Limits, corners, lines, surfaces
@@ -45,7 +45,7 @@ def window(parameters: Parameters, below: float, above: float) -> tuple[Limits, 
     return (left - room, right + room / 2), (low, high)
 
 
-@figure_style()
+@styled
 def plot_fig2(
     parameters: Parameters = SCHEMATIC,
     *,
@@ -148,7 +148,7 @@ def _name_space(axes: Any, parameters: Parameters, box: Box, names: Names) -> No
         (4, (right, back, 0.6 * v_c[1])),
         (6, (right, v_r[0] / 2, 0.6 * v_c[0])),
     ):
-        names.beside(axes, projected(axes, [place]), rf"$\Omega_{index}$", fontsize=10)
+        names.beside(axes, projected(axes, [place]), rf"$\Omega_{index}$", fontsize="x-large")
     own = {line.get_label(): line for line in axes.lines}
     for name, line in lines(parameters, x_r, v_r).items():
         level = np.column_stack([along(line), np.zeros(len(along(line)))])

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, wraps
 from importlib.resources import as_file, files
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, ParamSpec
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import rc_context, rc_params_from_file, rcParams, rcParamsDefault
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure, SubFigure
@@ -21,11 +21,12 @@ from numpy.typing import NDArray
 
 import capsule_sym
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.sizes import FORMATS, RESOLUTION, RESOLUTIONS
+from capsule_sym._figures.sizes import COLUMN, FORMATS, PAGE, RESOLUTION, RESOLUTIONS
 from capsule_sym._files import write_whole
 from capsule_sym._parameters import CAPSULE, Scene
 
 Colours = Literal["safe", "paper"]
+_Given = ParamSpec("_Given")
 _FIELDS: dict[str, tuple[str, ...]] = {
     # The hues of the paper in the palette of Okabe and Ito, which eyes of all kinds tell apart;
     # the last three are those of contact behind: forward, rest, backward.
@@ -121,11 +122,41 @@ def mathematical(name: str) -> str:
     return f"${piece[0]}_{{{piece[1:]}}}{exponent}$"
 
 
+@cache
+def _sheet() -> dict[Any, Any]:
+    """Settings of the style file."""
+    with as_file(files(__package__) / "capsule.mplstyle") as path:
+        return dict(rc_params_from_file(path, use_default_template=False))
+
+
 @contextmanager
-def figure_style() -> Iterator[None]:
-    """The style file in force, for making, drawing and saving a figure."""
-    with as_file(files(__package__) / "capsule.mplstyle") as path, rc_context(fname=path):
+def figure_style(width: float | Literal["column", "page"] | None = None) -> Iterator[None]:
+    """The style of all figures in force, for making, drawing and saving them.
+
+    `width` is that of figures made meanwhile: "column" (3.35 in), "page" (7 in, as where none is
+    given) or a number of inches. Settings of matplotlib that a style sheet or a matplotlibrc
+    changed before stay as they are; its `figure.figsize` gives the width.
+    """
+    ours = {name: at for name, at in _sheet().items() if rcParams[name] == rcParamsDefault[name]}
+    if width is not None:
+        inches = {"column": COLUMN, "page": PAGE}.get(str(width), width)
+        if isinstance(inches, str):
+            raise InvalidInput("width", width, "column, page or a number of inches")
+        ours["figure.figsize"] = inches, inches
+    with rc_context(ours):
         yield
+
+
+def styled(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
+    """A function that draws a figure, in the style, and as wide as it where no width is given."""
+
+    @wraps(draw)
+    def drawn(*given: _Given.args, **named: _Given.kwargs) -> Figure:
+        with figure_style():
+            named.setdefault("width", rcParams["figure.figsize"][0])
+            return draw(*given, **named)
+
+    return drawn
 
 
 def figure_of(drawn: Axes | Figure | SubFigure) -> Figure:
@@ -159,13 +190,17 @@ def describe(drawn: Figure | SubFigure, title: str, **about: Any) -> Figure:
     return figure
 
 
-def save_figure(figure: Figure, path: str | Path, *, dpi: float | None = None) -> None:
+def save_figure(
+    figure: Figure, path: str | Path, *, dpi: float | None = None, data: bool = False
+) -> None:
     """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
 
     What the figure shows is in the file's metadata: `Title`, and `Description` (PDF: `Subject`), a
     JSON object with the parameters. `dpi` is the resolution of a PNG, 300 if not given, and of
-    what is dots in the others. Raises InvalidInput for another ending or resolution, and for a
-    path that cannot be written.
+    what is dots in the others. `data` writes all that is drawn as CSV beside it, with the ending
+    .csv: a row for each point, with the number of its panel, the labels of both axes, and the name
+    of its series. Raises InvalidInput for another ending or resolution, and for a path that cannot
+    be written.
     """
     kind = check_ending(Path(path))
     check_resolution(dpi)
@@ -174,6 +209,10 @@ def save_figure(figure: Figure, path: str | Path, *, dpi: float | None = None) -
         about = _metadata(figure, kind)
         figure.savefig(drawn, format=kind[1:], metadata=about, dpi=dpi or RESOLUTION)
     write_whole(path, drawn.getvalue())
+    if data:
+        from capsule_sym._figures.points import points_of
+
+        write_whole(Path(path).with_suffix(".csv"), points_of(figure))
 
 
 def _metadata(figure: Figure, kind: str) -> dict[str, Any]:

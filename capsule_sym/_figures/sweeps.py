@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LABELS, NOT_PERIODIC, REGIONS, STABLE, describe, figure_style
+from capsule_sym._figures.style import LABELS, NOT_PERIODIC, REGIONS, STABLE, describe, styled
 from capsule_sym._figures.units import named, prefixed
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._sweeps import itineraries
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@figure_style()
+@styled
 def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Which attractor each start leads to, over the two coordinates of a basin's cells.
 
@@ -86,7 +86,7 @@ def _name(results: xr.Dataset, code: int) -> str:
     return f"{itinerary or 'attractor'} ({share:.1f} %)"
 
 
-@figure_style()
+@styled
 def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Speed against cost of transport of a sweep's cells, and those that no other cell beats.
 

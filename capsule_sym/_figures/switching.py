@@ -19,7 +19,7 @@ from capsule_sym._figures.layout import NARROW, add_key, canvas
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.statespace import top_view, window
-from capsule_sym._figures.style import Colours, describe, field_colour, figure_style, mathematical
+from capsule_sym._figures.style import Colours, describe, field_colour, mathematical, styled
 from capsule_sym._map import Trajectory
 from capsule_sym._parameters import Parameters, of_paper
 from capsule_sym._study.arcs import opening
@@ -47,7 +47,7 @@ _ARROW: dict[str, Any] = {
 }
 
 
-@figure_style()
+@styled
 def plot_switching(
     which: int,
     bundles: Bundles,
@@ -94,7 +94,7 @@ def plot_switching(
         top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
         for name, field in _ALONG[which].items():
             _fields(parameters, name, field, plane)
-        plane.set_title(f"(a)  plane $P_1=0$\n{_KEY}", loc="left", fontsize=6.3)
+        plane.set_title(f"(a)  plane $P_1=0$\n{_KEY}", loc="left", fontsize="small")
     letters = ("abc" if which == 3 else "bcdefg")[: len(shown)]
     for axes, letter, section, bundle in zip(panels, letters, shown, bundles, strict=True):
         draw_section(section, bundle, axes, colours)

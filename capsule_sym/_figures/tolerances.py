@@ -10,7 +10,7 @@ from matplotlib.figure import Figure, SubFigure
 from capsule_sym._figures.design import metric_label
 from capsule_sym._figures.layout import canvas
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, figure_style
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
 
 if TYPE_CHECKING:
     from capsule_sym._design.tolerances import Tolerances
@@ -19,7 +19,7 @@ _BINS = 40
 _HALF = 0.2  # height of half a bar, and how far it is from the middle of its pair
 
 
-@figure_style()
+@styled
 def plot_tolerances(
     found: Tolerances, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:

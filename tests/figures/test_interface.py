@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import csv
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, figure_style, plot, plot_motion, save_figure
 from capsule_sym._figures.layout import new_figure
+from capsule_sym._figures.points import points_of
 from capsule_sym._figures.sizes import COLUMN, PAGE
+from capsule_sym._study.arcs import cycle
 from tests.figures.test_parts import fitted
 
 
@@ -56,9 +60,85 @@ def test_the_users_settings_are_left_alone(settled) -> None:
     assert dict(matplotlib.rcParams) == before
 
 
-def test_widths_are_those_of_a_two_column_page() -> None:
-    assert pytest.approx(90, abs=0.5) == COLUMN * 25.4
-    assert pytest.approx(190, abs=0.5) == PAGE * 25.4
+JOURNALS = {"Elsevier": (90, 190), "APS": (86, 178), "IEEE": (88.9, 181), "AIP": (85.7, 178)}
+
+
+def test_widths_fit_the_columns_and_pages_of_journals() -> None:
+    for column, page in JOURNALS.values():
+        assert COLUMN * 25.4 <= column <= COLUMN * 25.4 + 5
+        assert PAGE * 25.4 <= page <= PAGE * 25.4 + 13
+
+
+def test_a_style_gives_the_width_of_all_figures(settled) -> None:
+    run = settled(1.2)
+    assert plot_motion(run).get_figwidth() == PAGE
+    for width, inches in (("column", COLUMN), ("page", PAGE), (4.5, 4.5)):
+        with figure_style(width):
+            assert plot_motion(run).get_figwidth() == inches
+            assert plot_motion(run, width=6.0).get_figwidth() == 6.0
+    with pytest.raises(InvalidInput, match="column, page or a number of inches"):
+        figure_style("wide").__enter__()
+
+
+def test_a_style_of_the_users_is_kept(settled) -> None:
+    from matplotlib import rc_context, rcParams
+
+    with rc_context({"font.family": "serif", "figure.figsize": (5.0, 3.0), "axes.labelsize": 9}):
+        figure = plot_motion(settled(1.2))
+        label = figure.axes[0].xaxis.label
+        assert (figure.get_figwidth(), label.get_fontfamily(), label.get_fontsize()) == (
+            5.0,
+            ["serif"],
+            9.0,
+        )
+        with figure_style():
+            assert rcParams["xtick.labelsize"] == 6  # what is not the user's is ours
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_what_is_drawn_is_written_beside_the_picture(settled, tmp_path: Path) -> None:
+    run = settled(1.2)
+    save_figure(plot_motion(run), tmp_path / "motion.png", data=True, dpi=30)
+    portrait = [row for row in rows_of(tmp_path / "motion.csv") if row["panel"] == "2"]
+    assert {(row["x_label"], row["y_label"], row["z"]) for row in portrait} == {
+        ("relative displacement $x_r$", "relative velocity $v_r$", "")
+    }
+    drawn = [row for row in portrait if row["series"] == "F4"]
+    expected = np.concatenate(
+        [np.column_stack([arc.x_r, arc.v_r]) for arc in cycle(run) if arc.field == 4]
+    )
+    assert np.array_equal([(float(row["x"]), float(row["y"])) for row in drawn], expected)
+
+
+def test_bars_areas_cells_and_lines_in_space_are_written() -> None:
+    figure = new_figure(6, 2)
+    bars, cells, area, deep = (
+        figure.add_subplot(1, 4, k, projection="3d" if k == 4 else None) for k in range(1, 5)
+    )
+    bars.bar([0, 2], [3, 4], 1, bottom=[0, 1], label="stack")
+    bars.axvline(5.0)  # no data
+    cells.pcolormesh([0, 1], [0, 2], np.ma.masked_less([[7, 8], [9, -1]], 0), shading="nearest")
+    area.fill_between([0, 1], [0, 0], [1, 2], label="area")
+    deep.plot([0, 1], [2, 3], [4, 5], label="deep")
+    found = [
+        (int(row["panel"]), row["series"], *(row[name] for name in "xyz"))
+        for row in csv.DictReader(points_of(figure).splitlines())
+    ]
+    assert found[:4] == [
+        (1, "stack", *corner, "")
+        for corner in (("-0.5", "0.0"), ("0.5", "3.0"), ("1.5", "1.0"), ("2.5", "5.0"))
+    ]
+    cells_found = [("0.0", "0.0", "7.0"), ("1.0", "0.0", "8.0")]
+    cells_found += [("0.0", "2.0", "9.0"), ("1.0", "2.0", "nan")]
+    assert found[4:8] == [(2, "", *cell) for cell in cells_found]
+    assert {row[2:4] for row in found if row[0] == 3} == {
+        ("0.0", "0.0"), ("1.0", "0.0"), ("0.0", "1.0"), ("1.0", "2.0")
+    }  # fmt: skip
+    assert found[-2:] == [(4, "deep", "0.0", "2.0", "4.0"), (4, "deep", "1.0", "3.0", "5.0")]
 
 
 MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
