@@ -1,4 +1,4 @@
-"""What a study ran on: the processor, and the versions of everything compared."""
+"""Machine on which a study ran: processor, and versions of all compared packages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PACKAGES = ("capsule-sym", "numpy", "scipy", "mpmath", "gmpy2", "heyoka", "scik
 
 
 def machine() -> dict[str, str | int | None]:
-    """Processor, number of its cores that are there, and operating system."""
+    """Processor, number of logical cores, and operating system."""
     return {
         "processor": _processor(),
         "cores": os.cpu_count(),
@@ -31,7 +31,7 @@ def _processor() -> str:
 
 
 def versions() -> dict[str, str | None]:
-    """Versions of Python, the packages (None where absent) and the generated kernels."""
+    """Versions of Python, the packages (None if absent) and the generated kernels."""
     found: dict[str, str | None] = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:

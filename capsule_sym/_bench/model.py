@@ -1,4 +1,4 @@
-"""The six fields as one would code them for an integrator, Eqs. (7)-(12), and what a run gives."""
+"""The six fields of Eqs. (7)-(12), written as for a general integrator, and the result of a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from capsule_sym._parameters import Parameters
 
 CONTACT = {1: 0, 2: 0, 3: 0, 4: 1, 5: 1, 6: 1}
-"""Whether the second spring acts, by field."""
+"""1 where the second spring acts, by field."""
 
 DRIFT = {1: 1, 2: 0, 3: -1, 4: 1, 5: 0, 6: -1}
 """Direction of drift by field: 1 forward, 0 stick, -1 backward."""
@@ -20,17 +20,17 @@ FIELD = {(CONTACT[field], DRIFT[field]): field for field in CONTACT}
 """Field by contact and drift."""
 
 NUDGE = 1e-16
-"""By so much a careful restart begins inside its guards, whose size is of order one."""
+"""Offset into its guards at which a careful restart begins; the guards are of order one."""
 
 MOST = 40
-"""Switches a period, with which a run counts as locked up in them."""
+"""Limit of switches a period; a run with more counts as locked up."""
 
-_SHORTEST = 1e-12  # length of a segment that counts as none
+_SHORTEST = 1e-12  # length of a segment that counts as zero
 _MOST_SHORT = 50
 
 
 class Start(NamedTuple):
-    """A run to make: from a state (x_r, v_r, v_c) at time 0 over whole excitation periods."""
+    """Run to make: from a state (x_r, v_r, v_c) at time 0 over whole excitation periods."""
 
     parameters: Parameters
     state: tuple[float, float, float]
@@ -51,9 +51,9 @@ class Start(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What a run gave: the fields that it entered, a byte each, and its final (x_r, v_r, v_c).
+    """Result of a run: the fields that it entered, one byte each, and its final (x_r, v_r, v_c).
 
-    The state is None of a run that locked up in switches that take hardly any time.
+    The state is None if the run locked up in switches that take almost no time.
     """
 
     itinerary: bytes
@@ -61,7 +61,10 @@ class Result(NamedTuple):
 
 
 Run = Callable[[Sequence[Start]], list[Result]]
-"""Makes the runs of some starts, which share all parameters but alpha, one after the other."""
+"""Function that makes the runs of several starts, one after the other.
+
+The starts share all parameters but alpha.
+"""
 
 
 Rates = Callable[[float, float, float], tuple[float, float, float]]
@@ -69,20 +72,20 @@ Guard = Callable[[float, float, float], float]
 
 
 class Locked(Exception):
-    """Switches follow each other and time hardly passes."""
+    """Raised if switches follow each other and time hardly passes."""
 
 
 class Clock:
-    """The time of a run, which watches for segments without length."""
+    """Time of a run; detects segments of zero length."""
 
     def __init__(self, start: Start) -> None:
         self.now, self._short = 0.0, 0
         self._room = MOST * (start.periods + 1)
 
     def advance(self, time: float) -> None:
-        """Goes on to the time of the next switch.
+        """Advance to the time of the next switch.
 
-        Raises Locked after 50 in a row that took no time, or 40 for each period.
+        Raises Locked after 50 switches in a row that took no time, or 40 for each period.
         """
         self._short = self._short + 1 if time - self.now < _SHORTEST else 0
         self._room -= 1
@@ -92,18 +95,18 @@ class Clock:
 
 
 def force(p: Parameters, contact: int, x_r: float, v_r: float) -> float:
-    """The interaction force P3 or P4 on the capsule."""
+    """Interaction force P3 or P4 on the capsule."""
     return x_r + 2 * p.zeta * v_r + (p.beta * (x_r - p.delta) if contact else 0.0)
 
 
 def drift_at_rest(p: Parameters, contact: int, x_r: float, v_r: float) -> int:
-    """Direction in which a capsule at rest moves on."""
+    """Direction in which a capsule at rest begins to slip, 0 if it sticks."""
     pull = force(p, contact, x_r, v_r)
     return 0 if abs(pull) <= p.f_b else (1 if pull > 0 else -1)
 
 
 def following(p: Parameters, field: int, fired: int, x_r: float, v_r: float) -> int:
-    """The field after guard 0 (gap), or 1 or 2 (velocity or friction), of a field fired."""
+    """Successor field after an event of guard 0 (gap), or 1 or 2 (velocity or friction)."""
     contact, drift = CONTACT[field], DRIFT[field]
     if fired == 0:
         return FIELD[1 - contact, drift]
@@ -130,8 +133,8 @@ def rates(p: Parameters, field: int) -> Rates:
 def guards(p: Parameters, field: int, raised: float) -> list[Guard]:
     """Guards of a field as functions of the state, positive inside its region: two or three.
 
-    They can be raised a little: SciPy may take one that starts at exactly zero for an event, and
-    CVODE does not watch it.
+    `raised` is added to each. SciPy may take a guard that starts at exactly zero for an event, and
+    CVODE does not monitor it.
     """
     contact, drift, delta, f_b = CONTACT[field], DRIFT[field], p.delta, p.f_b
     if drift:
@@ -147,14 +150,14 @@ def guards(p: Parameters, field: int, raised: float) -> list[Guard]:
 
 
 Step = Callable[[int, float, Any], tuple[float, Any, int | None]]
-"""Integrates a field from a time and state to its first guard: time, state, and guard's number.
+"""Integrates a field from a time and state to its first event: time, state and guard number.
 
-The number is None at the run's end; of a run that failed so is the state.
+The number is None at the end of the run; the state is None if the integration failed.
 """
 
 
 def switched(start: Start, step: Step) -> Result:
-    """A run that is begun anew at each switch, where what vanishes is put to zero."""
+    """Run that restarts the integrator at each switch and sets x_r = delta or v_c = 0 there."""
     p, clock = start.parameters, Clock(start)
     field, z, itinerary = start.field, np.array(start.state), bytearray()
     while clock.now < start.end:

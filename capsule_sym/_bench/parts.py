@@ -18,15 +18,15 @@ from capsule_sym._files import write_whole
 from capsule_sym._native import core
 from capsule_sym._records import dumps
 
-QUICK = 4  # the quick study makes every fourth run, and one of a slow tool
+QUICK = 4  # the quick study makes every fourth run, and one run of a slow tool
 _QUICK_LONG = 0.1  # seconds; a pass that takes longer is made once in the quick study
 
 
 class Study:
-    """The parts that were run so far, and `record`, all of them ready for JSON."""
+    """Parts that were run so far; `record` has all of them, ready for JSON."""
 
     def __init__(self, repeats: int, only: str, quick: bool) -> None:
-        """Chooses the peers with `only` in their name; raises InvalidInput if there are none."""
+        """Choose the tools with `only` in their name; raises InvalidInput if there are none."""
         self.repeats, self.quick = repeats, quick
         every = self.tools()
         self.single, self.many = (
@@ -44,7 +44,7 @@ class Study:
 
     @property
     def skipped(self) -> list[str]:
-        """A line for every tool that cannot run here, which says why."""
+        """One line for each tool that cannot run here, with the reason."""
         return tools.skipped()
 
     @property
@@ -67,7 +67,7 @@ class Study:
         }
 
     def turns(self) -> dict[str, int]:
-        """The parts in order, each with how often `run` calls `advance` in it."""
+        """Parts in order, each with the number of calls of `advance` in it."""
         rounds = self.repeats + 1
         return {
             "trajectory": len(self.single) * rounds,
@@ -76,7 +76,7 @@ class Study:
         }
 
     def run(self, part: str, advance: Callable[[], None]) -> None:
-        """Runs a part."""
+        """Run a part."""
         chosen, repeats = self.single, self.repeats
         if part == "sweep":
             chosen, cases = self.many, self._sweep_cases()
@@ -91,11 +91,11 @@ class Study:
         self.rows[part] = compare(chosen, cases, repeats, advance, long)
 
     def write(self, path: Path) -> None:
-        """Writes the record."""
+        """Write the record."""
         write_whole(path, dumps(self.record) + "\n")
 
     def _near(self) -> list[Tool]:
-        """Tools for the tangencies: the 50-digit map is itself their truth."""
+        """Tools for the tangencies, without the 50-digit map, which is their reference."""
         return [tool for tool in self.single if tool.name != MPMATH]
 
     def _sweep_cases(self) -> Callable[[Tool], Sequence[Case]]:
@@ -108,7 +108,7 @@ class Study:
         unknown = [case.start for case in every if not case.truth]
         ours = iter(own.simulated("c")(unknown))
         judged = [case if case.truth else Case(case.start, next(ours)) for case in every]
-        # What our own itineraries are compared with is known of the sample alone.
+        # Itineraries of ours have a reference for the sample alone.
         return lambda tool: sample if tool.slow else every if tool.name == OURS else judged
 
 

@@ -1,4 +1,4 @@
-"""How many times this map in C is faster than each other tool."""
+"""Speed ratios: time of each other tool over the time of this map in C."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from capsule_sym._bench.study import Row
 from capsule_sym._bench.tools import LANES, ONE_ROW, OURS
 
 LIMITS = (1e-6, 1e-12)
-"""Errors up to which the fastest setting of each tool is compared."""
+"""Error limits at which the fastest setting of each tool is compared."""
 
 _NAMED = (
     ("trajectory", "heyoka.py", "1e-15, careful", 10.0),
@@ -19,17 +19,17 @@ _NAMED = (
 
 
 class Ratio(NamedTuple):
-    """The other's time by ours."""
+    """Time of the other tool over ours."""
 
     part: str
     """"trajectory" or "sweep", or "threads" (one thread against two)."""
     tool: str
     setting: str
     max_error: float | None
-    """The limit that the setting is the fastest to keep; None of a setting that was named."""
+    """Error limit at which this is the tool's fastest setting; None for a named setting."""
     ratio: float
     wanted: float | None
-    """What the ratio ought to be at least."""
+    """Least ratio to reach."""
 
 
 def ratios(trajectory: Sequence[Row], sweep: Sequence[Row]) -> list[Ratio]:
@@ -45,7 +45,7 @@ def _ours(rows: Sequence[Row]) -> float | None:
 def of_named(
     named: Iterable[tuple[str, str, str, float]], parts: Mapping[str, Sequence[Row]]
 ) -> list[Ratio]:
-    """Ratios of tools at a setting in a part, with what each ought to be."""
+    """Ratios of tools at a setting in a part, with the least ratio to reach."""
     return [
         Ratio(part, tool, setting, None, row.us_per_period / ours, wanted)
         for part, tool, setting, wanted in named

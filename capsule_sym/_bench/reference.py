@@ -1,4 +1,4 @@
-"""What is true: itineraries and final states by the 50-digit map, kept in reference.json."""
+"""Reference results: itineraries and final states of the 50-digit map, from reference.json."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ REST = (0.0, 0.0, 0.0)
 
 
 class Case(NamedTuple):
-    """A run to make, and what is true of it, if that is known."""
+    """Run to make, and its reference result if known."""
 
     start: Start
     truth: Result | None
 
 
 def cases(part: str) -> list[Case]:
-    """Runs of which the truth is known: "case study", "tangencies", or a sample of the "sweep"."""
+    """Runs with a reference: "case study", "tangencies", or a sample of the "sweep"."""
     file = resources.files(__package__).joinpath("reference.json")
     record = json.loads(file.read_text(encoding="utf-8"))[part]
     return [
@@ -43,7 +43,7 @@ def cases(part: str) -> list[Case]:
 
 
 def sweep() -> list[Case]:
-    """All runs of the sweep, from rest; what is true is known of the sample alone."""
+    """All runs of the sweep, from rest; the sample alone has references."""
     known = {case.start: case.truth for case in cases("sweep")}
     starts = [Start(Parameters(alpha=alpha), REST, SWEEP_PERIODS) for alpha in SWEEP_ALPHAS]
     return [Case(start, known.get(start)) for start in starts]

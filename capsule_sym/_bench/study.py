@@ -1,4 +1,4 @@
-"""Time per period, error, and switches missed and invented, of every tool on the same runs."""
+"""Time per period, error, and missed and invented switches of every tool on the same runs."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from capsule_sym._bench.model import Result, Run
 from capsule_sym._bench.reference import Case
 from capsule_sym._bench.tools import Tool
 
-_ENOUGH = 0.02  # seconds; quicker passes are repeated until they take so long
+_ENOUGH = 0.02  # seconds; shorter passes are repeated up to this time
 LONG = 2.0  # seconds; a pass that takes longer is made once
 _STRIDE = 5  # a slow tool makes every fifth run of the tangencies
 
 
 class Row(NamedTuple):
-    """A tool at one setting, over all its runs."""
+    """Results of a tool at one setting over all its runs."""
 
     tool: str
     setting: str
     us_per_period: float
-    """Processor time of the calls from Python, median of the repeats."""
+    """Processor time of the calls from Python, median over the repeats."""
     max_error: float | None
-    """Largest error of a component of a final state, of the runs that came to their end."""
+    """Largest error of a component of a final state, over the runs that reached their end."""
     missed: int
     invented: int
-    """Switches lacking in the itineraries, and additional: the fewest that explain them."""
+    """Switches missing from the itineraries, and additional ones: the fewest that explain them."""
     runs: int
     compared: int
-    """Runs that are compared with the truth."""
+    """Runs compared with the reference."""
     locked: int
-    """Runs that locked up in switches without end; the rest of their itinerary is missed."""
+    """Runs that locked up in repeated switches; the rest of their itinerary counts as missed."""
     setup_s: float
-    """Time to set up or compile what all runs share, which `us_per_period` does not contain."""
+    """Time to set up or compile what all runs share; not part of `us_per_period`."""
 
 
 class _Timed:
@@ -57,7 +57,7 @@ class _Timed:
             self.results = [Result(full.itinerary, final.state) for full, final in finals]
 
     def repeat(self) -> None:
-        """Makes all runs once more, unless that takes long."""
+        """Make all runs once more, unless one pass takes longer than `long`."""
         if self.spent and self.spent[0] > self.long:
             return
         begin = time.thread_time()
@@ -66,7 +66,7 @@ class _Timed:
         self.spent.append((time.thread_time() - begin) / self.calls)
 
     def row(self) -> Row:
-        """The times and the comparison with the truth."""
+        """Times, and comparison with the reference."""
         periods = sum(start.periods for start in self.starts)
         pairs = [
             (found, case.truth)
@@ -96,10 +96,10 @@ def compare(
     advance: Callable[[], None],
     long: float = LONG,
 ) -> list[Row]:
-    """The rows of tools on their cases. Repeats are interleaved: every tool once, then all again.
+    """Rows of tools on their cases. Repeats are interleaved: every tool once, then all again.
 
-    All runs of a tool that take longer than `long` seconds are made once. `advance` is called
-    after each tool's turn, `repeats` + 1 times a tool.
+    A tool whose pass takes longer than `long` seconds makes it once. `advance` is called after each
+    tool's turn, `repeats` + 1 times a tool.
     """
     timed = []
     for tool in tools:
@@ -123,13 +123,13 @@ def error(state: Sequence[float], true: Sequence[float] | None) -> float:
 
 
 def wrong_switches(itinerary: bytes, true: bytes) -> tuple[int, int]:
-    """Switches missed and invented: what a longest common subsequence of the itineraries leaves."""
+    """Missed and invented switches: the complements of a longest common subsequence."""
     same = _common(itinerary[1:], true[1:])
     return len(true) - 1 - same, len(itinerary) - 1 - same
 
 
 def _common(one: bytes, other: bytes) -> int:
-    """Length of a longest common subsequence, by rows of its table in the bits of an int."""
+    """Length of a longest common subsequence, with the rows of its table as bits of an int."""
     places = {letter: 0 for letter in set(other)}
     for i, letter in enumerate(one):
         if letter in places:

@@ -1,4 +1,4 @@
-"""Every tool and setting of the study, and which of them can run here."""
+"""Tools and settings of the study; which of them can run here."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ LANES = 8  # of heyoka's batch mode: faster here than the number it recommends, 
 class Tool(NamedTuple):
     """A tool at one setting.
 
-    `build` gives what is timed; `check` a run that gives itineraries too, where that one gives
-    states alone. Of the tangencies and the sweep a `slow` tool makes only some.
+    `build` returns the function that is timed. If that gives states alone, `check` is a run
+    function
+    that gives itineraries too. A `slow` tool makes a part of the runs of tangencies and sweep.
     """
 
     name: str
@@ -92,7 +93,7 @@ def _setting(tolerance: float, careful: bool) -> str:
 
 
 def skipped() -> list[str]:
-    """A line for every tool that cannot run here, which says why."""
+    """One line for each tool that cannot run here, with the reason."""
     names = (OURS, "heyoka.py", "CVODE")
     return [f"{name} is skipped: {why}" for name in names if (why := _lacks(name))]
 
@@ -108,7 +109,7 @@ def _lacks(name: str) -> str | None:
 
 @cache
 def _is_there(package: str) -> bool:
-    """Whether a package can be imported; it is, so that no tool's time has that in it."""
+    """True if a package can be imported. It is imported here, outside the timed part."""
     try:
         import_module(package)
     except ImportError:

@@ -1,1 +1,1 @@
-"""The case study of Section 4: motions, thresholds, and the data that figures draw."""
+"""The case study of Section 4: motions, thresholds, and the data of figures."""

@@ -15,18 +15,18 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
 UNSETTLED = 16
-"""Excitation periods, at most, that are drawn of a run that does not end in a steady motion."""
-_PER_PERIOD = 240  # points, so that no corner shows in a picture a page wide
-_PER_RADIAN = 16  # points, of what a segment turns at its fastest rate
+"""Largest number of excitation periods drawn of a run without a steady motion."""
+_PER_PERIOD = 240  # points; no corner is visible in a picture a page wide
+_PER_RADIAN = 16  # points per radian of a segment's fastest rate
 
 Array = NDArray[np.float64]
 Motion = Trajectory | Orbit
-"""What has a cycle: a run that ends in a steady motion, or a periodic orbit."""
+"""A run that ends in a steady motion, or a periodic orbit."""
 
 
 @dataclass(frozen=True)
 class Arc:
-    """A segment, or the part of it that is drawn, as points of its closed form, dimensionless.
+    """A segment, or its drawn part, as points of its closed form (dimensionless).
 
     All arrays have shape (n,); `time` is absolute, in excitation periods.
     """
@@ -48,17 +48,17 @@ class Arc:
 
     @property
     def stick(self) -> bool:
-        """Whether the capsule is at rest, as in F2 and F5 of the paper's scene."""
+        """True if the capsule is at rest, as in F2 and F5 of the paper's scene."""
         return bool(self.scene.facts.FIELDS[self.field][1] == 0)
 
     @property
     def contact(self) -> bool:
-        """Whether the mass touches a stop, as in F4, F5 and F6 of the paper's scene."""
+        """True if the mass touches a stop, as in F4, F5 and F6 of the paper's scene."""
         return bool(self.scene.facts.FIELDS[self.field][0])
 
 
 def arcs(motion: Motion, periods: int) -> list[Arc]:
-    """The segments over the last excitation periods of a run, cut at the beginning of the first.
+    """Arcs of the last excitation periods of a run, the first one cut at the start of its period.
 
     Of an orbit all segments are given. Raises InvalidInput if `periods` is not in [1, the run's
     whole periods].
@@ -73,20 +73,20 @@ def arcs(motion: Motion, periods: int) -> list[Arc]:
 
 
 def opening(trajectory: Trajectory, duration: float) -> list[Arc]:
-    """The segments over the first time of a run, cut at `duration` (dimensionless)."""
+    """Arcs of the start of a run, cut at `duration` (dimensionless)."""
     begin, stop = trajectory.span
     return _between(trajectory, begin, min(begin + duration, stop), duration / _PER_PERIOD)
 
 
 def is_periodic(motion: Motion) -> bool:
-    """Whether a motion is an orbit, or a run that ends in a steady motion."""
+    """True for an orbit, and for a run that ends in a steady motion."""
     return not isinstance(motion, Trajectory) or motion.steady() is not None
 
 
 def cycle(motion: Motion) -> list[Arc]:
-    """The arcs of an orbit, or of the steady motion at the end of a run, over one period of it.
+    """Arcs of one period of an orbit, or of the steady motion at the end of a run.
 
-    Of a run that does not end in one, those of its last excitation periods, `UNSETTLED` at most.
+    Of a run without a steady motion, those of its last excitation periods, at most `UNSETTLED`.
     """
     if not isinstance(motion, Trajectory):
         run = motion.trajectory()
@@ -103,12 +103,12 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
         start, stop = (at.period * period + float(at.phase) for at in (segment.start, segment.end))
         low, high = max(start, begin), min(stop, end)
         if low < high:
-            # Of a stiff stop the arc is short and bends as much as a long one.
+            # With a stiff stop a short arc bends as much as a long one.
             turned = numbers.constants(segment.field, trajectory.parameters).rate * (high - low)
             count = max((high - low) / step, min(_PER_RADIAN * turned, _PER_PERIOD))
             time = np.linspace(low, high, 2 + int(np.ceil(count)))
             states, x_c = trajectory(time), trajectory.position(time)
-            # At a switch the run is already the next segment's: the same state but for rounding.
+            # At a switch the trajectory returns the next segment's start, equal but for rounding.
             if low == start:
                 states[0] = [float(value) for value in segment.start_state]
             if high == stop:
@@ -120,7 +120,7 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
 
 
 def interaction(arc: Arc, parameters: SceneParameters) -> Array:
-    """The pull on the capsule along an arc, with that of a drive that reacts (dimensionless)."""
+    """Pull on the capsule along an arc (dimensionless), with the reaction of the drive, if any."""
     c = NumpyBackend(arc.scene).constants(arc.field, parameters)
     gap = arc.x_r - c.own_stop()
     pull: Array = c.pull(arc.x_r, gap, arc.v_r, np.cos(math.tau * arc.time))

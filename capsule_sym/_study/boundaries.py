@@ -1,10 +1,9 @@
 """Switching surfaces S1-S6 and lines L1-L8 as polygons and polylines, Eqs. (13)-(14).
 
-L10 is the part of P1 = 0, P2 = delta that Eq. (14) leaves out: v_r < 0, P3 > f_b, where
-delta > f_b.
+L10 is the part of P1 = 0, P2 = delta that Eq. (14) omits: v_r < 0, P3 > f_b, for delta > f_b.
 
-Everything lies on one of two planes: P1 = v_c = 0 (S1-S6, L1-L8) or P2 = x_r = delta (S7-S10, L9).
-A box (x_r, v_r, v_c), a pair of limits for each, says how much of them is drawn.
+All lie on one of two planes: P1 = v_c = 0 (S1-S6, L1-L8) or P2 = x_r = delta (S7-S10, L9).
+A box, a pair of limits for each of (x_r, v_r, v_c), bounds the part that is drawn.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ Limits = tuple[float, float]
 
 
 def surfaces(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
-    """The parts of S1-S6 in a rectangle of the plane P1 = 0, as polygons (n, 2) of (x_r, v_r).
+    """Parts of S1-S6 in a rectangle of the plane P1 = 0, as polygons (n, 2) of (x_r, v_r).
 
     A surface that does not meet the rectangle is absent.
     """
@@ -40,7 +39,7 @@ def surfaces(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Arra
 
 
 def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
-    """The parts of L1-L8 in a rectangle of the plane P1 = 0, as their two ends (2, 2).
+    """Parts of L1-L8 in a rectangle of the plane P1 = 0, as their two ends (2, 2).
 
     A line that does not meet the rectangle is absent.
     """
@@ -93,7 +92,7 @@ def _force_at_origin(parameters: Parameters, stick: int) -> float:
 
 
 def _clip(polygon: Array, half_plane: Sequence[float] | Array) -> Array:
-    """The part of a convex polygon where a x + b y + c >= 0, by Sutherland and Hodgman."""
+    """Part of a convex polygon where a x + b y + c >= 0, by Sutherland and Hodgman."""
     a, b, c = half_plane
     if not len(polygon):
         return polygon
@@ -109,7 +108,7 @@ def _clip(polygon: Array, half_plane: Sequence[float] | Array) -> Array:
 
 
 def within(ends: Array, half_planes: Sequence[tuple[float, float, float]]) -> Array:
-    """The part of a line, given by its ends, inside half-planes: its two ends, or nothing."""
+    """Part of a line, given by its ends, inside half-planes: its two ends, or an empty array."""
     first, step = ends[0], ends[1] - ends[0]
     low, high = 0.0, 1.0
     for a, b, c in half_planes:

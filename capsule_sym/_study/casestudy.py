@@ -1,4 +1,4 @@
-"""The case study of Section 4: the global maps that the paper prints, and the exact ones."""
+"""The case study of Section 4: the global maps printed in the paper, and the exact ones."""
 
 from __future__ import annotations
 
@@ -22,15 +22,17 @@ PANELS = {name: float(alpha) for name, alpha in paper.panels(_PAPER).items()}
 """Excitation amplitude alpha of each panel of Fig. 7."""
 
 GAMMAS = (float(_PAPER["section.4.parameters"]["gamma"]), 3.0)
-"""Mass ratios of the two runs: the printed one, and one at which the printed maps come out."""
+"""Mass ratios of the two runs: the printed one, and one that yields the printed maps."""
 
-_BLOCK = 64  # excitation periods after which to look whether the motion is steady
+_BLOCK = 64  # excitation periods between two tests for a steady motion
 MOST_PERIODS = 4096
 
 
 THRESHOLDS = frozenset(float(row.high) for row in paper.section_4(_PAPER)[:-1])
-"""Printed bifurcation values of alpha. They are rounded to four digits, so that the motion computed
-at one of them is that of one side or the other."""
+"""Printed bifurcation values of alpha, rounded to four digits.
+
+The motion computed at one of them is that of one side or the other.
+"""
 
 
 def local_maps(global_map: str) -> list[str]:
@@ -39,7 +41,7 @@ def local_maps(global_map: str) -> list[str]:
 
 
 def same_motion(first: str, second: str) -> bool:
-    """Whether two global maps are the same cyclic sequence of local maps."""
+    """True if two global maps are the same cyclic sequence of local maps."""
     a, b = local_maps(first), local_maps(second)
     return any(a == b[i:] + b[:i] for i in range(len(b)))
 
@@ -51,23 +53,23 @@ class Case:
     panel: str
     parameters: SceneParameters
     periods: int
-    """Excitation periods that were run."""
+    """Number of excitation periods run."""
     motion: SteadyMotion | None
-    """None where the run has not settled within `periods`."""
+    """None if the run has not settled within `periods`."""
 
     @property
     def printed(self) -> str:
-        """The global map that the paper prints."""
+        """Global map printed in the paper."""
         return paper.row_at(_PAPER, self.parameters.alpha).map
 
     @property
     def agrees(self) -> bool:
-        """Whether the exact global map is the printed one."""
+        """True if the exact global map is the printed one."""
         return self.motion is not None and same_motion(self.motion.global_map, self.printed)
 
 
 def run() -> Iterator[Case]:
-    """The cases, `GAMMAS` by `PANELS`, each run from rest until the motion is steady."""
+    """Cases, `GAMMAS` by `PANELS`, each run from rest until the motion is steady."""
     for gamma in GAMMAS:
         for panel, alpha in PANELS.items():
             parameters = Parameters(alpha=alpha, gamma=gamma)
@@ -76,9 +78,9 @@ def run() -> Iterator[Case]:
 
 
 def from_rest(parameters: SceneParameters) -> tuple[int, Trajectory, SteadyMotion | None]:
-    """The run from rest until its motion is steady: how many periods, their last, and the motion.
+    """Run from rest until its motion is steady: number of periods, last part of the run, motion.
 
-    The motion is None where it has not become steady within 4096 periods, or the run failed.
+    The motion is None if it is not steady within 4096 periods, or if the run failed.
     """
     state, periods = (0.0, 0.0, 0.0), 0
     while True:
@@ -117,10 +119,10 @@ def record(cases: list[Case]) -> dict[str, Any]:
 
 
 def write(result: dict[str, Any], directory: Path) -> list[Path]:
-    """Write what `record` gives: casestudy.json, and cases.csv and segments.csv from it.
+    """Write casestudy.json from `record`, and from it cases.csv and segments.csv.
 
-    Every file appears whole or not at all. Returns their paths; raises `InvalidInput` when they
-    cannot be written.
+    Files are written whole or not at all. Returns their paths; raises `InvalidInput` if they cannot
+    be written.
     """
     texts = {
         "casestudy.json": dumps(result) + "\n",

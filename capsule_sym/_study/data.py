@@ -1,4 +1,4 @@
-"""The results that figures draw: computed once, then kept as files in the user's cache.
+"""Results that figures draw: computed once, then kept as files in the user's cache.
 
 A file is named by a digest of what it was computed from: inputs, package version, and code.
 """
@@ -32,26 +32,28 @@ if TYPE_CHECKING:
     from capsule_sym._study.sections import Section
 
 _BRANCH_POINTS = 200
-_STEPS = 30  # of a branch that is followed for its bifurcations only
-_ACROSS = 20  # of a chart, points at which motions are run
-_DRAWN = 3  # excitation periods of a motion that are drawn at least
-_CLOSING = 256  # excitation periods within which Newton's method closes a slow motion
+_STEPS = 30  # steps along a branch that is continued for its bifurcations only
+_ACROSS = 20  # grid points along each side of a chart at which motions are run
+_DRAWN = 3  # least number of excitation periods of a motion that are drawn
+_CLOSING = 256  # excitation periods of the run that starts Newton's method
 
 Track = Callable[[Iterable[Any], str | Callable[[Any], str], float | None], Iterable[Any]]
-"""Passes items on and shows how many of a total, if known, are done; the text says what is done,
-or gives it for each item."""
+"""Passes items on and shows how many of a total are done (None if unknown).
+
+The text describes the work, or is a function that describes each item.
+"""
 
 
 class Store:
-    """Results by name and inputs, from the cache or else computed and put there."""
+    """Results by name and inputs, read from the cache or computed and stored there."""
 
     def __init__(self, track: Track, directory: Path | None = None) -> None:
         self.track, self.directory = track, directory or cache_directory()
 
     def get(self, name: str, inputs: Any, compute: Callable[[], Any]) -> Any:
-        """The result of `compute`, plain data for JSON, which `name` and `inputs` decide."""
+        """Result of `compute`, plain data for JSON, cached under `name` and `inputs`."""
         path = self._path(name, inputs, ".json")
-        # What cannot be read, such as a damaged file, is computed again.
+        # A damaged file is computed again.
         with suppress(OSError, ValueError, LookupError, TypeError):
             return read_json(path, "JSON")["result"]
         kept = dumps({**_provenance(), "inputs": inputs, "result": compute()})
@@ -65,7 +67,7 @@ class Store:
         return self.directory / f"{name}-{digest}{ending}"
 
     def _at_once(self, text: str, compute: Callable[[], Any]) -> Any:
-        """The result of one long step, while a bar shows that it is under way."""
+        """Result of one long step, with a progress bar."""
 
         def step() -> Iterator[Any]:
             yield compute()
@@ -73,9 +75,9 @@ class Store:
         return next(iter(self.track(step(), text, None)))
 
     def motions(self, wanted: Sequence[SceneParameters]) -> list[Trajectory]:
-        """The steady motion from rest at each parameter set, as a run of a few periods.
+        """Steady motion from rest at each parameter set, as a run of a few periods.
 
-        Where it is not periodic, the run of so many as `arcs.UNSETTLED` and one more.
+        If the motion is not periodic, a run of `arcs.UNSETTLED` + 1 periods.
         """
         inputs = [_known(parameters) for parameters in wanted]
 
@@ -86,9 +88,9 @@ class Store:
         return [_run(p, record) for p, record in zip(wanted, found, strict=True)]
 
     def branch(self, parameters: SceneParameters, parameter: str, begin: float, to: float) -> Any:
-        """The `branch_record` of the motion from rest at `begin`, followed in a parameter.
+        """`branch_record` of the motion from rest at `begin`, continued in a parameter.
 
-        Where no run from rest becomes periodic there, of that at `to`, followed back.
+        If no run from rest becomes periodic there, of the motion at `to`, continued backward.
         """
         inputs = [_known(parameters), parameter, begin, to]
 
@@ -98,10 +100,11 @@ class Store:
         return self.get("branch", inputs, lambda: self._at_once("Following the branch", compute))
 
     def curves(self, parameters: SceneParameters, plane: Plane) -> Any:
-        """The bifurcations of the branch in the plane's first parameter as curves in both.
+        """Bifurcations of the branch in the plane's first parameter as curves in both.
 
-        Plain data as `capsule-sym curve --json` gives; the branch begins with the motion from rest
-        at the low end of the first range, or where that does not become periodic at the high end.
+        Plain data as of `capsule-sym curve --json`. The branch begins with the motion from rest at
+        the
+        low end of the first range, or at the high end if that motion does not become periodic.
         """
         from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
         from capsule_sym._orbits.continuation.records import curve_record
@@ -117,10 +120,11 @@ class Store:
         return self.get("curves", [_known(parameters), plane], compute)
 
     def regions(self, parameters: SceneParameters, plane: Plane) -> list[Region]:
-        """The regions between the `curves`.
+        """Regions between the `curves`.
 
-        The steady motions from rest at one point of each, and at those of a grid, say which
-        itineraries they have.
+        Their itineraries come from the steady motions from rest at one point of each region and at
+        the
+        points of a grid.
         """
         from capsule_sym._study import regions
 
@@ -144,7 +148,7 @@ class Store:
 
 
 def cache_directory() -> Path:
-    """Where the user's programs keep what they can compute again; nothing is made there."""
+    """User's cache directory of this package; it is not created here."""
     try:
         from platformdirs import user_cache_path
     except ModuleNotFoundError as missing:
@@ -166,7 +170,7 @@ def _provenance() -> dict[str, str]:
 
 
 def _known(parameters: SceneParameters) -> dict[str, Any]:
-    """Parameters, and their scene with its code unless it is the paper's."""
+    """Parameters, with their scene and its digest unless it is the paper's."""
     of = parameters.scene
     return ({**of.entry, "generated": of.digest} if of.entry else {}) | parameters.to_dict()
 
@@ -174,7 +178,7 @@ def _known(parameters: SceneParameters) -> dict[str, Any]:
 def _followed(
     parameters: SceneParameters, parameter: str, ends: tuple[float, float], points: int
 ) -> Branch:
-    """The branch from the first of these ends at which a run from rest becomes periodic."""
+    """Branch from the first of these ends at which a run from rest becomes periodic."""
     from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
     from capsule_sym._orbits.shooting.search import solve_orbit
 
@@ -189,11 +193,11 @@ def _followed(
 
 
 def branch_record(branch: Branch) -> dict[str, Any]:
-    """A branch as `capsule-sym branch --json` gives it, and more to draw.
+    """Branch as from `capsule-sym branch --json`, with more to draw.
 
     Points and bifurcations have `stroboscopic`, the states at the beginning of each excitation
-    period of the orbit, and the average velocity; points have `energy`, per excitation period
-    `work`, `damper_loss` and `friction_loss`, and `lift` where progression lifts the bodies.
+    period of the orbit, and the average velocity. Points have `energy`: per excitation period
+    `work`, `damper_loss` and `friction_loss`, and `lift` if progression lifts the bodies.
     """
     from capsule_sym._orbits.continuation import records
 
@@ -207,10 +211,10 @@ def branch_record(branch: Branch) -> dict[str, Any]:
 
 
 def strobe(orbit: Orbit) -> list[list[float]]:
-    """The states (x_r, v_r, v_c) of an orbit where its excitation periods begin."""
+    """States (x_r, v_r, v_c) of an orbit at the beginning of its excitation periods."""
     times = orbit.parameters.period * np.arange(1, orbit.itinerary.period_number + 1)
     trajectory = orbit.trajectory()
-    at = trajectory(np.minimum(times, trajectory.span[1]))  # the end is a sum, and rounded
+    at = trajectory(np.minimum(times, trajectory.span[1]))  # the trajectory's end is a rounded sum
     return [[float(value) for value in state] for state in at]
 
 
@@ -227,14 +231,14 @@ def _energies(orbit: Orbit) -> dict[str, float] | None:
 
 
 def orbit_of(record: Mapping[str, Any]) -> Orbit:
-    """The orbit at a point or a bifurcation of a branch's record."""
+    """Orbit at a point or a bifurcation of a branch's record."""
     from capsule_sym._orbits.continuation.branches import saved
 
     return saved.orbit_from_record(record.get("orbit", record))
 
 
 def _itinerary(parameters: SceneParameters) -> str:
-    """The itinerary of the steady motion from rest, empty where it does not become steady."""
+    """Itinerary of the steady motion from rest; empty if it does not become steady."""
     try:
         record = _settled(parameters)
     except InvalidInput:
@@ -246,8 +250,8 @@ def _itinerary(parameters: SceneParameters) -> str:
 def _settled(parameters: SceneParameters) -> dict[str, Any]:
     """State at phase 0 and period number of the steady motion from rest.
 
-    Newton's method closes a motion that settles slowly; without a number what is left is not
-    periodic. Raises InvalidInput where the run fails.
+    Newton's method is used if the motion settles slowly. The number is None if the motion is not
+    periodic. Raises InvalidInput if the run fails.
     """
     from capsule_sym._orbits.shooting.search import solve_orbit
 
@@ -267,6 +271,6 @@ def _settled(parameters: SceneParameters) -> dict[str, Any]:
 
 def _run(parameters: SceneParameters, record: dict[str, Any]) -> Trajectory:
     number = record["period_number"]
-    # One period more than twice those of the motion, so that it is seen to repeat.
+    # One period more than twice the motion's, to detect its repetition.
     periods = max(_DRAWN, 2 * number if number else UNSETTLED) + 1
     return simulate(parameters, record["state"], periods=periods)

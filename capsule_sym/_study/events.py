@@ -1,4 +1,4 @@
-"""The events of Figs. 8 and 9: printed amplitudes, exact ones, and states near their lines."""
+"""Events of Figs. 8 and 9: printed amplitudes, exact ones, and states near their lines."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from capsule_sym._study.boundaries import Array
 
 
 class Event(NamedTuple):
-    """A bifurcation as Figs. 8 and 9 show it: what it is, its line, and the field that meets it.
+    """A bifurcation of Figs. 8 and 9: its name, its line, and the field that meets the line.
 
     `alphas` are the printed amplitudes of the trajectories, in increasing order; `middle` is the
-    printed bifurcation value among them. `zoom` is the size of the magnified view in parts of the
+    printed bifurcation value among them. `zoom` is the size of the magnified view relative to the
     whole.
     """
 
@@ -31,7 +31,7 @@ class Event(NamedTuple):
 
 
 def _event(name: str, zoom: float) -> Event:
-    """The event of a caption."""
+    """Event of a caption."""
     entry = read()[f"figure.{name}"]
     middle = float(entry["alpha"])
     alphas = sorted([middle, *(float(alpha) for alpha, _ in entry["beside"])])
@@ -40,23 +40,23 @@ def _event(name: str, zoom: float) -> Event:
 
 
 CROSSINGS = (_event("8.a", 0.22), _event("8.c", 0.22))
-"""The events of Fig. 8."""
+"""Events of Fig. 8."""
 
 
 SLIDINGS = (
     *(_event("9.a", 0.22), _event("9.b", 0.22)),
     *(_event("9.c", 0.06), _event("9.d", 0.12)),
 )
-"""The events of Fig. 9."""
+"""Events of Fig. 9."""
 
 
 def exact(
     events: Sequence[Event], bifurcations: Sequence[Mapping[str, Any]]
 ) -> list[tuple[Event, Mapping[str, Any] | None]]:
-    """The events around their exact values, each with its bifurcation of a branch.
+    """Events moved to their exact values, each with its bifurcation of a branch.
 
-    The amplitudes keep their distances from the middle. An event that is not on the branch stays
-    where it is, with None.
+    The amplitudes keep their distances from the middle. An event that is not on the branch is
+    unchanged, with None.
     """
     found = []
     for event in events:
@@ -78,7 +78,7 @@ def exact(
 
 
 def nearest(drawn: Sequence[Arc], event: Event, parameters: Parameters) -> Array:
-    """The drawn state of the event's field that comes nearest to the event's line, shape (3,)."""
+    """State, shape (3,), of the event's field among the drawn ones that is nearest to its line."""
     candidates = np.concatenate(
         [np.column_stack(arc.states) for arc in drawn if arc.field == event.field]
     )

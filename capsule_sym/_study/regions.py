@@ -16,28 +16,28 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Curve = Mapping[str, Any]
-"""A curve of bifurcations as plain data; `orbits.records.curve_record` describes it."""
+"""Curve of bifurcations as plain data; see `orbits.records.curve_record`."""
 
 Array = NDArray[np.float64]
 Limits = tuple[float, float]
 
-_GRID = 1e-9  # of the unit square: points of two curves that are nearer are one
+_GRID = 1e-9  # of the unit square: points of two curves closer than this are merged
 _BESIDE = 0.1  # of half a cell
-_LEAST = 1e-7  # area of what is a region, of the unit square
+_LEAST = 1e-7  # least area of a region, of the unit square
 
 
 class Region(NamedTuple):
-    """A part of the plane in which all motions have one itinerary.
+    """Part of the plane in which all motions have one itinerary.
 
-    `rings` are its outline and the outlines of its holes, each of shape (n, 2); `itinerary` has the
-    fields in the order of time, such as "F5 F2", and is empty where the motion is not periodic.
+    `rings` are its outline and the outlines of its holes, each of shape (n, 2). `itinerary` has the
+    fields in order of time, such as "F5 F2"; it is empty if the motion is not periodic.
     """
 
     rings: tuple[Array, ...]
     itinerary: str
 
     def shape(self) -> Any:
-        """The region as a polygon of shapely."""
+        """Region as a polygon of shapely."""
         from shapely import Polygon
 
         outline, *holes = self.rings
@@ -53,7 +53,7 @@ class Plane(NamedTuple):
     y: Limits
 
     def of(self, records: Sequence[Mapping[str, Any]]) -> list[tuple[float, float]]:
-        """The places of a curve's points, of which a device's parameters are in their "si".
+        """Positions of a curve's points; parameters of a device are read from "si".
 
         Raises InvalidInput for a curve over other parameters.
         """
@@ -84,11 +84,11 @@ class Plane(NamedTuple):
 
 
 PLANE = Plane("alpha", "gamma", (0.005, 2.0), (1.5, 5.0))
-"""Where the case study's motions are charted."""
+"""Plane in which the motions of the case study are charted."""
 
 
 def patches(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
-    """The parts into which curves cut the unit square of a plane, as polygons of shapely.
+    """Patches into which curves cut the unit square of a plane, as polygons of shapely.
 
     Raises NotInstalled without shapely.
     """
@@ -110,7 +110,7 @@ def patches(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
 
 
 def _through(line: Any, codimension_two: Array) -> Array:
-    """The points of a line and of `codimension_two` on it, in order, a last one beyond its end."""
+    """Points of a line with the points `codimension_two` inserted in order."""
     from shapely import Point
 
     known = np.asarray(line.coords)
@@ -119,14 +119,14 @@ def _through(line: Any, codimension_two: Array) -> Array:
     places = [*np.concatenate([[0.0], np.cumsum(steps)]), *there]
     points = np.concatenate([known, codimension_two])
     found = points[np.argsort(places, kind="stable")]
-    # A curve that ends in such a point is followed up to just before it.
+    # A curve is continued up to just before its codimension-two end point.
     if 0.0 in there:
         found[[0, 1]] = found[[1, 0]]
     return found
 
 
 def samples(plane: Plane, cut: Sequence[Any], across: int) -> list[tuple[int, float, float]]:
-    """Points within the patches: one of each and those of a grid; each with the patch's number."""
+    """Points within the patches, one of each and those of a grid, with the patch's number."""
     import shapely
 
     side = (np.arange(across) + 0.5) / across
@@ -142,7 +142,7 @@ def samples(plane: Plane, cut: Sequence[Any], across: int) -> list[tuple[int, fl
 
 
 def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]]) -> list[Region]:
-    """The patches as regions, each with the itinerary that most of its samples have."""
+    """Patches as regions, each with the itinerary of most of its samples."""
     itineraries: dict[int, Counter[str]] = {}
     for number, itinerary in found:
         itineraries.setdefault(number, Counter())[itinerary] += 1
@@ -154,10 +154,10 @@ def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]
 
 
 def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[Region]]:
-    """The regions of a sweep over two parameters, `results` as `open_results` gives them.
+    """Regions of a sweep over two parameters; `results` are those of `open_results`.
 
-    The curves bound them; within a patch in which motions differ, its cells do. Raises InvalidInput
-    for results of another kind.
+    The curves bound them. Within a patch of several motions the cells bound them. Raises
+    InvalidInput for results of another kind.
     """
     import shapely
 
@@ -172,7 +172,7 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     codes, texts = results["itinerary"].values, itineraries.texts(results)
     middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     at = plane.unit(middles.reshape(-1, 2)).reshape(middles.shape)
-    within = np.clip(at, _LEAST, 1 - _LEAST)  # those on the rim are inside
+    within = np.clip(at, _LEAST, 1 - _LEAST)  # points on the rim count as inside
     steps = [0.5 / (len(v) - 1) for v in (x, y)]
     rim = shapely.box(0.0, 0.0, 1.0, 1.0).boundary.buffer(_GRID)
     found = []
@@ -187,7 +187,7 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
                 most = itinerary
                 continue
             cells = at[inside & (codes == code)]
-            # Beside a curve a cell may be on the other side of the line between its points.
+            # Beside a curve a cell may lie on the other side of the chord between two curve points.
             away = shapely.distance(own, shapely.points(cells))
             if float(np.nan_to_num(away.max(), nan=np.inf)) < _BESIDE * min(steps):
                 continue

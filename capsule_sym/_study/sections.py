@@ -13,18 +13,20 @@ from capsule_sym._study.arcs import Arc, Array, interaction
 from capsule_sym._study.boundaries import corners
 
 SCHEMATIC = Parameters(alpha=0.4, delta=0.4, zeta=0.3, beta=0.6)
-"""Parameters at which the lines of Fig. 2 lie well apart; the case study's are nearly upright."""
+"""Parameters at which the lines of Fig. 2 lie well apart; in the case study they are nearly
+upright.
+"""
 
-_ON_EDGE = 9  # trajectories that start on an edge of a window
+_ON_EDGE = 9  # trajectories that start on one edge of a window
 SIGNS = {"S1": 0, "S5": 0, "L1": 1, "L2": -1, "L3": 1, "L4": -1}
-"""Pieces whose section shows the interaction force, and how many f_b it is measured from."""
+"""Pieces whose section shows the interaction force, with the multiple of f_b subtracted from it."""
 
 
 class Section(NamedTuple):
-    """A window around a point of a surface or line: its middle, and its half-widths.
+    """Window around a point of a surface or line: its middle, and its half-widths.
 
     The middle is a state (x_r, v_r, v_c) at a phase (a time). The abscissa is x_r - delta across
-    P2 = delta, the interaction force less +-f_b across L1 to L4, and x_r - x_r0 elsewhere; the
+    P2 = delta, the interaction force less +-f_b across L1 to L4, and x_r - x_r0 elsewhere. The
     ordinate is v_c.
     """
 
@@ -37,7 +39,7 @@ class Section(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The piece, with its part such as L2^(1) if it has one."""
+        """Name of the piece, with its part if it has one, such as L2^(1)."""
         return f"{self.piece}^({self.part})" if self.part else self.piece
 
     def starts(self, parameters: Parameters) -> Array:
@@ -53,7 +55,7 @@ class Section(NamedTuple):
 
 
 def line_point(parameters: Parameters, line: str, v_r: float) -> tuple[float, float, float]:
-    """The state of a line L1 to L8 at a relative velocity v_r."""
+    """State of a line L1 to L8 at a relative velocity v_r."""
     p, constants = parameters, NumpyBackend().constants
     if line in ("L1", "L2"):
         return constants(2, p).position_at(SIGNS[line] * p.f_b, v_r), v_r, 0.0
@@ -63,7 +65,7 @@ def line_point(parameters: Parameters, line: str, v_r: float) -> tuple[float, fl
 
 
 def abscissa(section: Section, arc: Arc, parameters: Parameters) -> Array:
-    """The abscissa of an arc in a section."""
+    """Abscissa of an arc in a section."""
     sign = SIGNS.get(section.piece)
     if sign is None:
         return arc.x_r - parameters.delta
@@ -73,10 +75,10 @@ def abscissa(section: Section, arc: Arc, parameters: Parameters) -> Array:
 
 
 def sections(parameters: Parameters) -> tuple[tuple[Section, ...], ...]:
-    """The sections of Figs. 3, 4 and 5: of surfaces, of L1 to L4 and of L5 to L8.
+    """Sections of Figs. 3, 4 and 5: of surfaces, of L1 to L4 and of L5 to L8.
 
-    A line that the parameters do not have has no section. Raises InvalidInput without damping,
-    where the corner points O1 and O2 are at infinity.
+    A line that does not exist at the parameters has no section. Raises InvalidInput without
+    damping, where the corner points O1 and O2 are at infinity.
     """
     p, size = parameters, parameters.f_b
     if p.zeta == 0.0:
@@ -88,7 +90,7 @@ def sections(parameters: Parameters) -> tuple[tuple[Section, ...], ...]:
         return Section(line, line_point(p, line, v_r), 0.0, 0.1 * size, up * size, part)
 
     def between(line: str, v_r: float, share: float) -> float:
-        """x_r a share of the way from a line to the gap's end."""
+        """x_r at a share of the way from a line to the end of the gap."""
         x_r, _, _ = line_point(p, line, v_r)
         return float(x_r + share * (p.delta - x_r))
 
@@ -116,7 +118,7 @@ def sections(parameters: Parameters) -> tuple[tuple[Section, ...], ...]:
 
 
 def _middle_part(parameters: Parameters, line: str) -> tuple[float, float]:
-    """Ends in v_r of the middle part of L2 or L3: there the forcing decides the way across."""
+    """Ends in v_r of the middle part of L2 or L3, where the forcing decides the direction."""
     p, field, side = parameters, {"L2": 2, "L3": 5}[line], -SIGNS[line]
     c = NumpyBackend().constants(field, p)
     turn = -c.force_change(0.0, side * p.f_b)

@@ -1,4 +1,4 @@
-"""The bifurcations of the case study: the exact values of alpha beside those that are printed."""
+"""Bifurcations of the case study: exact values of alpha beside the printed ones."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ GAMMA_RANGE = (2.5, 4.0)
 
 
 PRINTED = paper.events(paper.read())
-"""The events of Section 4 in the printed order."""
+"""Events of Section 4 in the printed order."""
 
 
 @dataclass(frozen=True)
 class Threshold:
-    """An exact bifurcation on the branch at one gamma, and the printed event that it is."""
+    """An exact bifurcation on the branch at one gamma, and the printed event it corresponds to."""
 
     gamma: float
     bifurcation: Bifurcation
@@ -46,9 +46,9 @@ class Threshold:
     """alpha with 50 digits."""
     printed: paper.Event | None
     curve: Curve
-    """The bifurcation's curve in the plane of alpha and gamma."""
+    """Curve of the bifurcation in the plane of alpha and gamma."""
     gammas_as_printed: tuple[float, ...]
-    """Every gamma of the curve at which the exact alpha is the printed one."""
+    """All gammas of the curve at which the exact alpha is the printed one."""
 
     @property
     def place(self) -> int | None:
@@ -59,10 +59,10 @@ class Threshold:
 def compute(report: Callable[[], object] = lambda: None) -> list[Threshold]:
     """All bifurcations between alpha = 0.005 and 2 at each gamma, in the order of the branch.
 
-    `report` is called after each of them. Raises ArithmeticError where a branch ends early.
+    `report` is called after each of them. Raises ArithmeticError if a branch ends early.
     """
     thresholds: list[Threshold] = []
-    # The curve of an event begun at one gamma is that of the same event at the other.
+    # The curve of an event, begun at one gamma, serves for the same event at the other.
     curves: dict[tuple[str, str], Curve] = {}
     for gamma in GAMMAS:
         for one in _branch(gamma):
@@ -89,7 +89,7 @@ def _branch(gamma: float) -> tuple[Bifurcation, ...]:
 
 
 def _printed(one: Bifurcation) -> paper.Event | None:
-    """The printed event of this type, on this line or part of it."""
+    """Printed event of this type, on this line or part of it."""
     for printed in PRINTED:
         if printed.type == one.type and one.line.startswith(printed.line):
             return printed
@@ -97,7 +97,7 @@ def _printed(one: Bifurcation) -> paper.Event | None:
 
 
 def _gammas_as_printed(curve: Curve, printed: paper.Event | None) -> Iterator[float]:
-    """The gammas at which a curve has the printed alpha, by Newton's method from its points."""
+    """Values of gamma at which a curve has the printed alpha, by Newton's method."""
     for point, after in pairwise(curve.points):
         if printed is None or point.segment is None:
             return
@@ -118,7 +118,7 @@ _LAST_THREE = {event.type for event in PRINTED[-3:]}
 
 
 def order_changes(thresholds: list[Threshold]) -> list[CodimensionTwoPoint]:
-    """Where two of the last three events are at one alpha and change their order, by gamma."""
+    """Points in the plane at which two of the last three events change their order, by gamma."""
     found: dict[frozenset[str], CodimensionTwoPoint] = {}
     for threshold in thresholds:
         for one in threshold.curve.codimension_two:
@@ -129,7 +129,7 @@ def order_changes(thresholds: list[Threshold]) -> list[CodimensionTwoPoint]:
 
 
 def conclusion(thresholds: list[Threshold]) -> str:
-    """What follows for the printed values, in words and numbers."""
+    """Conclusion on the printed values, in words and numbers."""
     order = [event.type for event in PRINTED[-3:]]
     sentences = []
     for gamma in GAMMAS:
@@ -170,7 +170,7 @@ def _name(one: Threshold) -> str:
 
 
 def _independent(curve: Curve) -> bool:
-    """Whether alpha is the same all along a curve, but for rounding."""
+    """True if alpha is constant along a curve, but for rounding."""
     values = [point.values[0] for point in curve.points]
     return max(values) - min(values) < 1e-12
 
@@ -205,7 +205,7 @@ def _curves(thresholds: list[Threshold]) -> list[Curve]:
 def save(thresholds: list[Threshold], directory: Path) -> list[Path]:
     """Write thresholds.csv and curves.csv; returns their paths.
 
-    Every file appears whole or not at all. Raises InvalidInput when they cannot be written.
+    Files are written whole or not at all. Raises InvalidInput if they cannot be written.
     """
     rows = [
         {

@@ -1,4 +1,4 @@
-"""The axes of a sweep: values of parameters and of starts, checked before memory is taken."""
+"""Axes of a sweep: values of parameters and starts, checked before memory is allocated."""
 
 from __future__ import annotations
 
@@ -27,16 +27,15 @@ class Axis:
     """One dimension of a sweep: values, shape (n, k), of k quantities that change together.
 
     The quantities are parameters, or `x_r`, `v_r`, `v_c` and `phase` of the start, all
-    dimensionless; `device` has the SI values of an axis of a device. Names and ranges are those of
-    a `scene`, the paper's where none is given. Raises InvalidInput for a name or a value that is
-    not allowed.
+    dimensionless. `device` has the SI values of an axis of a device. Names and ranges are those of
+    `scene`, by default the paper's. Raises InvalidInput for a name or value that is not allowed.
     """
 
     name: str
     quantities: tuple[str, ...]
     values: NDArray[np.float64]
     device: tuple[NDArray[np.float64], str] | None = None
-    """Of a device's axis the values (n,) in SI units, and their unit."""
+    """SI values, shape (n,), and unit of an axis of a device."""
     scene: Scene = CAPSULE
 
     def __post_init__(self) -> None:
@@ -64,12 +63,12 @@ class Axis:
         return len(self.values)
 
     def within(self, scene: Scene) -> Axis:
-        """The axis of a sweep of a scene; raises InvalidInput for what it has not."""
+        """This axis for another scene; raises InvalidInput if the scene does not allow it."""
         return self if scene is self.scene else replace(self, scene=scene)
 
     @classmethod
     def of(cls, name: str, values: ArrayLike, scene: Scene = CAPSULE) -> Self:
-        """The axis of one quantity with given values, shape (n,), dimensionless.
+        """Axis of one quantity with given values, shape (n,), dimensionless.
 
         Raises InvalidInput for a quantity or values that are not allowed.
         """
@@ -81,10 +80,10 @@ class Axis:
 
     @classmethod
     def of_device(cls, device: SceneDevice, name: str, values: ArrayLike) -> Self:
-        """The axis of a quantity of a device, such as P_d, with values (n,) in SI units.
+        """Axis of a quantity of a device, such as P_d, with values (n,) in SI units.
 
-        Runs have the dimensionless parameter that is in proportion to it; results have both.
-        Raises InvalidInput for another name, or values that are not allowed.
+        The runs use the dimensionless parameter proportional to it; results have both. Raises
+        InvalidInput for another name, or for values that are not allowed.
         """
         tied, factor = device.tie(name)
         column = np.atleast_1d(_doubles(name, values))
@@ -94,7 +93,7 @@ class Axis:
 
     @classmethod
     def linear(cls, name: str, low: float, high: float, count: int, scene: Scene = CAPSULE) -> Self:
-        """`count` evenly spaced values of one quantity, both ends among them.
+        """`count` evenly spaced values of one quantity, including both ends.
 
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
@@ -103,7 +102,7 @@ class Axis:
 
     @classmethod
     def log(cls, name: str, low: float, high: float, count: int, scene: Scene = CAPSULE) -> Self:
-        """`count` values of one quantity with even ratios, both ends, above 0, among them.
+        """`count` values of one quantity in geometric progression, including both ends (above 0).
 
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
@@ -123,8 +122,9 @@ class Axis:
     ) -> Self:
         """`count` points of a scrambled Sobol sequence in a box, one range for each quantity.
 
-        The sequence is balanced where `count` is a power of two. Raises InvalidInput for ranges, a
-        count or a seed that are not allowed.
+        The sequence is balanced if `count` is a power of two. Raises InvalidInput for ranges, a
+        count
+        or a seed that are not allowed.
         """
         if not isinstance(ranges, Mapping) or not ranges:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")
@@ -147,7 +147,7 @@ class Axis:
         return cls("sample", tuple(ranges), values, scene=scene)
 
     def record(self) -> dict[str, Any]:
-        """What identifies the axis, in plain values."""
+        """Identity of the axis in plain values, with a checksum of its values."""
         return {
             "name": self.name,
             "quantities": list(self.quantities),
@@ -163,11 +163,11 @@ def check_name(name: object) -> None:
     if not isinstance(name, str) or not name.isidentifier() or len(name) > _LONGEST_NAME:
         raise InvalidInput("axis", name, "a name of letters and digits")
     if name in TAKEN:
-        raise InvalidInput("axis", name, "another name: this one is a result's")
+        raise InvalidInput("axis", name, "another name: this is the name of a result")
 
 
 def _doubles(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """The values as doubles, in their shape; raises InvalidInput for what are no numbers."""
+    """Values as doubles, in their shape; raises InvalidInput for other types."""
     allowed = "real numbers, as many in each row"
     try:
         given = np.asarray(values) if hasattr(values, "dtype") else np.array(values, dtype=object)
@@ -188,12 +188,12 @@ def _doubles(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def named(scene: Scene) -> tuple[str, ...]:
-    """Names of what an axis of a scene can change."""
+    """Names that an axis of a scene can vary."""
     return (*scene.facts.PARAMETERS, *START)
 
 
 def _range(scene: Scene, quantity: object) -> tuple[float, float]:
-    """The values that a quantity may have; raises InvalidInput for what is no quantity."""
+    """Range of a quantity; raises InvalidInput for an unknown name."""
     names = named(scene)
     if not isinstance(quantity, str) or quantity not in names:
         raise InvalidInput("axis", quantity, f"one of {', '.join(names)}{scene.told}")

@@ -1,4 +1,4 @@
-"""Basins of attraction: which closed orbit each cell of a sweep over starts has come to."""
+"""Basins of attraction: the attractor that each cell of a sweep over starts reaches."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _QUANTITIES = ("itinerary", "progression", "final")
-_MOST_CELLS = 10**8  # whose ends are held in memory
+_MOST_CELLS = 10**8  # their final states are held in memory
 
 
 class Basin(NamedTuple):
-    """The attractors of a basin, the most frequent first, and the number of each cell's."""
+    """Attractors of a basin, the most frequent first, and the attractor number of each cell."""
 
     attractors: tuple[Attractor, ...]
     numbers: NDArray[np.int16]
 
 
 def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[Summary, Basin]:
-    """Runs a basin and adds `attractor`, the number of each cell's, to the results of its store.
+    """Run a basin and add `attractor`, each cell's attractor number, to the results of its store.
 
-    `how` are the further arguments of `run`, which raises what this raises; besides InvalidInput
-    for a sweep over anything but the start, or of more cells than memory is for.
+    `how` has the further arguments of `run_sweep`. Raises as `run_sweep` does, and InvalidInput for
+    an axis that is not of the start, or for more than 10^8 cells.
     """
     check_sweep(sweep)
     for axis in sweep.axes:
@@ -56,13 +56,13 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
 
 @dataclass(frozen=True, eq=False)
 class _OverStarts(Sweep):
-    """A sweep over starts, and in the end the basin that it has found."""
+    """Sweep over starts; `found` is its basin after the run."""
 
     kind = "basin"
     found: Basin = field(default=Basin((), np.empty(0, np.int16)), init=False)
 
     def further(self, store: Path) -> dict[str, Any]:
-        """The number of each cell's attractor."""
+        """Attractor number of each cell."""
         with open_results(store) as results:
             found = identify(self.parameters, results)
         object.__setattr__(self, "found", found)
@@ -72,9 +72,10 @@ class _OverStarts(Sweep):
 
 
 def identify(parameters: SceneParameters, results: xr.Dataset) -> Basin:
-    """The attractors of a basin, of which orbits close from the ends of runs.
+    """Attractors of a basin: stable orbits that Newton's method finds from the ends of runs.
 
-    Cells without a periodic motion, or from whose end no stable orbit closes, have the number NONE.
+    The number is NONE for a cell without a periodic motion, or if no stable orbit is found from its
+    final state.
     """
     periods = results["period_number"].values.ravel()
     ends = results["final"].values.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""What is computed of the cells of one chunk. A cell that fails says why, and no other one does."""
+"""Results of the cells of one chunk. A failed cell records its reason and stops no other cell."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ from capsule_sym._sweeps.itineraries import orbit_at_end
 from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
 
-_ROOM = 512  # bytes for the switches of two periods of a motion; longer ones go the slow way
-_FURTHER = 1000  # excitation periods, at most, that a Lyapunov exponent of a run is taken over
-_BLOCK = 64  # excitation periods that the slow way takes at a time
+_ROOM = 512  # bytes for the switches of two periods of a motion; longer motions are run by `slow`
+_FURTHER = 1000  # largest number of excitation periods for the Lyapunov exponent of a run
+_BLOCK = 64  # excitation periods of one run of `slow`
 
 
 class Block(NamedTuple):
-    """Results of a chunk: columns (n, ...) by variable, and what they do not hold.
+    """Results of a chunk: columns (n, ...) by variable, and further records.
 
     `itineraries` has code and number of cells of each itinerary by its text, `reasons` the reason
-    of each failed cell by its place in the chunk; `kernels`, a digest, and `core` name what
+    of each failed cell by its index in the chunk. `kernels` (a digest) and `core` name the code
+    that
     computed them: backends, and cores of other widths, differ in the last bits.
     """
 
@@ -43,11 +44,11 @@ class Block(NamedTuple):
 
 
 class Abandoned(CapsuleError):
-    """The results of a chunk are not wanted any more."""
+    """Raised if the results of a chunk are no longer wanted."""
 
 
 def compute(part: Sweep, watch: Watch | None = None) -> Block:
-    """The results of all cells of a chunk. No exception of a cell leaves this function.
+    """Results of all cells of a chunk. No exception of a cell leaves this function.
 
     Raises Abandoned soon after the watch is over.
     """
@@ -72,13 +73,16 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
 
 
 def _shared(scene: Scene) -> list[int]:
-    """Places of the parameters of which the core takes runs side by side that share them."""
+    """Indices of the parameters that runs in the lanes of the core share."""
     stiffnesses = (stiffness for _, stiffness in scene.facts.STOPS)
     return [*map(scene.facts.PARAMETERS.index, ("gamma", *stiffnesses, "zeta", "omega"))]
 
 
 class _Cells:
-    """The cells of a chunk in the `order` of what they share; `back` is the order that they had."""
+    """Cells of a chunk, sorted so that neighbours share parameters.
+
+    `order` is the sorting permutation, `back` its inverse.
+    """
 
     def __init__(self, part: Sweep, watch: Watch) -> None:
         self.part, self.watch, self.scene = part, watch, part.parameters.scene
@@ -91,7 +95,7 @@ class _Cells:
             shape = (part.size, v.dimension[1]) if v.dimension else (part.size,)
             blank = np.nan if v.dtype[0] in "fc" else 0
             self.columns[name] = np.full(shape, blank, v.dtype)
-        self.closed = np.zeros(part.size, bool)  # by the core, with all that is asked for
+        self.closed = np.zeros(part.size, bool)  # True: the core has solved the orbit
         self.itineraries: dict[int, str] = {}
         self.reasons: dict[int, str] = {}
 
@@ -113,7 +117,7 @@ class _Cells:
         self.reasons[i] = reason
 
     def fast(self, core: ModuleType) -> NDArray[np.intp]:
-        """All cells by the C core; returns those that it leaves open."""
+        """Run all cells in the C core; returns the indices of those that it could not decide."""
         count, last, watch = self.part.size, min(self.part.periods, 2 * LONGEST), self.watch
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
@@ -150,9 +154,9 @@ class _Cells:
         return np.flatnonzero(~done)
 
     def close_many(self, chosen: NDArray[np.intp], switches: NDArray[np.uint8]) -> None:
-        """What is asked for of closed orbits, of cells with a periodic motion.
+        """Requested quantities of closed orbits, for cells with a periodic motion.
 
-        One whose orbit switches otherwise than its motion is left to `close`.
+        A cell whose orbit has another itinerary than its motion is left to `close`.
         """
         found = performance_many(
             self.rows[chosen],
@@ -163,7 +167,7 @@ class _Cells:
             watch=self.watch,
             scene=self.scene,
         )
-        # The run from the angle 0 on ends in the field that it began in.
+        # The run starts at the angle 0 and ends in the field in which it began.
         fields = found.fields.copy()
         fields[np.arange(len(chosen)), found.records["segments"] - 1] = 0
         same = (fields == switches[chosen, : fields.shape[1]]).all(axis=1)
@@ -178,8 +182,8 @@ class _Cells:
     def exponents(
         self, cells: NDArray[np.intp], largest: NDArray[np.complex128]
     ) -> NDArray[np.float64]:
-        """Lyapunov exponents from the largest multipliers of cells."""
-        with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is meant to be -inf
+        """Lyapunov exponents of cells, from their largest multipliers."""
+        with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is -inf
             grown = np.log(abs(largest))
         omega = self.rows[cells, self.scene.facts.PARAMETERS.index("omega")]
         times = self.columns["period_number"][cells] * (2 * np.pi / omega)
@@ -193,20 +197,20 @@ class _Cells:
         return {text: (texts[text], cells[texts[text]]) for text in sorted(texts)}
 
     def code(self, fields: list[int]) -> int:
-        """The code of a cyclic itinerary, and its text among the itineraries."""
+        """Code of a cyclic itinerary; its text is added to `itineraries`."""
         text = itineraries.text(fields, self.scene)
         found = itineraries.code(text)
         self.itineraries[found] = text
         return found
 
     def slow(self, i: int) -> None:
-        """One cell by the trajectory, where 50 digits decide what double leaves open."""
+        """Run one cell by `simulate`, which escalates to 50 digits."""
         parameters, part = self.scene.Parameters(*self.rows[i].tolist()), self.part
         state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
         left, escalations = part.periods, 0
         while True:
             self.look()
-            # The last run is long enough to tell the longest motion.
+            # The last run is long enough to detect the longest period.
             ahead = min(_BLOCK, left - 2 * LONGEST - 1)
             trajectory = simulate(parameters, state, phase, ahead if ahead > 0 else left)
             escalations += trajectory.statistics.escalations
@@ -234,7 +238,7 @@ class _Cells:
         self.columns["outcome"][i] = outcome
 
     def close(self, i: int) -> None:
-        """What is asked for of the closed orbit of one cell, or of the run where there is none."""
+        """Requested quantities of the closed orbit of one cell, or of its run if it has none."""
         columns, part = self.columns, self.part
         parameters = self.scene.Parameters(*self.rows[i].tolist())
         state = tuple(columns["final"][i].tolist())

@@ -1,4 +1,4 @@
-"""Running a sweep on anything that speaks `concurrent.futures.Executor`."""
+"""Running a sweep on any `concurrent.futures.Executor`."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import Store, opened
 from capsule_sym._sweeps.sweep import Sweep, check_sweep
 
-MOST_WORKERS = 1024  # more than the one writer keeps at work
-_MOST_DEATHS = 3  # of every worker, while nothing is finished, before the chunks are blamed
+MOST_WORKERS = 1024  # more than the one writer keeps busy
+_MOST_DEATHS = 3  # of every worker without a finished chunk, before Lost is raised
 
 Progress = Callable[[int, int], None]
 
@@ -40,23 +40,23 @@ Progress = Callable[[int, int], None]
 class SweepStatus(StrEnum):
     """Status of a sweep that ended."""
 
-    #: Every cell is computed, be its motion periodic or not.
+    #: Every cell is computed, periodic or not.
     COMPLETE = "complete"
-    #: Of some cells what was asked for could not be computed.
+    #: The requested quantities of some cells could not be computed.
     FAILED = "failed"
-    #: The time was over before all was done.
+    #: The time limit was reached before all cells were computed.
     TIME_LIMIT = "time-limit"
 
 
 class Ended:
-    """How a run ended, from numbers of cells by the outcome's name, and whether it finished."""
+    """Status of a run, from its number of cells by outcome and whether it finished."""
 
     outcomes: dict[str, int]
     finished: bool
 
     @property
     def status(self) -> SweepStatus:
-        """Whether all was done, and of some cells what was asked for could not be computed."""
+        """COMPLETE, FAILED if some cell has failed, or TIME_LIMIT if the run did not finish."""
         if not self.finished:
             return SweepStatus.TIME_LIMIT
         failed = self.outcomes.get(CellOutcome.FAILED.name.lower(), 0)
@@ -64,25 +64,25 @@ class Ended:
 
     @property
     def success(self) -> bool:
-        """Whether of every cell what was asked for is computed."""
+        """True if all requested quantities of every cell are computed."""
         return self.status is SweepStatus.COMPLETE
 
     @property
     def message(self) -> str:
-        """How many cells there are of each outcome, the most frequent first."""
+        """Number of cells of each outcome, the most frequent first."""
         ranked = sorted(self.outcomes.items(), key=lambda item: -item[1])
         told = ", ".join(f"{cells:,} {name.replace('_', ' ')}" for name, cells in ranked if cells)
         if self.finished:
             return told
-        return f"the time was over, and --resume goes on from there: {told or 'no cell yet'}"
+        return f"time limit reached; continue with --resume: {told or 'no cell yet'}"
 
 
 @dataclass(frozen=True)
 class Summary(Ended):
-    """What a run did: cells in all, cells computed now, damaged parts found, seconds, workers.
+    """Summary of a run: all cells, cells computed now, damaged parts found, seconds, workers.
 
-    A damaged part is a chunk or a file beside the chunks; all of them are made again. `outcomes`
-    has numbers of cells by the outcome's name, of all that the store holds.
+    A damaged part is a chunk or a file beside the chunks; each is computed or written again.
+    `outcomes` has the number of cells by outcome, over all cells of the store.
     """
 
     cells: int
@@ -95,11 +95,11 @@ class Summary(Ended):
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Cells in all and computed now, damaged parts, seconds, workers, and cells by outcome."""
+        """All cells, cells computed now, damaged parts, seconds, workers, and cells by outcome."""
         return {name: value for name, value in asdict(self).items() if name != "finished"}
 
     def periods_per_second_and_core(self, periods: int) -> float:
-        """Excitation periods that a core ran per second, over the time of the whole run."""
+        """Excitation periods per second and core, over the time of the whole run."""
         return self.computed * periods / self.seconds / self.workers
 
 
@@ -115,21 +115,22 @@ def run_sweep(
     progress: Progress = lambda done, total: None,
     max_seconds: float = math.inf,
 ) -> Summary:
-    """Runs all cells that a store does not hold yet, each chunk written as it is finished.
+    """Run all cells that a store does not hold yet; each finished chunk is written at once.
 
     The executor is "threads", "processes", or any `concurrent.futures.Executor`, such as that of
-    a Dask client. At most `workers` chunks (by default one per core, 1,024 at most) are on their
-    way, so that memory does not grow with the sweep, and an end at any moment costs at most a chunk
-    per worker.
-    Results are the same byte for byte however often a run is stopped and resumed; `any_core` gives
-    that up, and goes on with another core (see `opened`). `progress` is called with the cells done
-    and their number. What it gives says how the cells ended, by `success`, `status` (a
-    `SweepStatus`), `message` and `statistics`; `open_results` reads the results.
+    a Dask client. At most `workers` chunks (by default one per core, at most 1,024) are in work at
+    a time: memory does not grow with the sweep, and an interruption loses at most one chunk per
+    worker. Results are the same byte for byte however often a run is stopped and resumed. With
+    `any_core` a store is resumed with a different core, and this no longer holds (see `opened`).
+    `progress` is called with the number of finished cells and of all cells.
+
+    The summary has `success`, `status` (a `SweepStatus`), `message` and `statistics`;
+    `open_results` reads the results.
 
     Raises InvalidInput for a store that cannot be used (see `opened`), NotWritten on a full disk,
-    and Lost for a chunk under which workers die. In every case what is finished is kept; so it is
-    on KeyboardInterrupt, which says how much that is, and after `max_seconds`, when chunks under
-    way are given up and the status is "time-limit".
+    and Lost for a chunk under which workers die. Finished chunks are always kept: also on
+    KeyboardInterrupt, which reports their number of cells, and after `max_seconds`, when unfinished
+    chunks are abandoned and the status is "time-limit".
     """
     check_sweep(sweep)
     path, count = Path(store), processors() if workers is None else workers
@@ -148,16 +149,16 @@ def run_sweep(
             finished = True
     except KeyboardInterrupt:
         if work is None:
-            raise KeyboardInterrupt(f"no cell was begun; what {path} held is kept") from None
+            raise KeyboardInterrupt(f"no cell was started; {path} is unchanged") from None
         kept = f"{work.done:,} of {sweep.size:,} cells are kept in {path}"
-        raise KeyboardInterrupt(f"{kept}, and --resume goes on from there") from None
-    assert work is not None  # what opens a store has no limit of time
+        raise KeyboardInterrupt(f"{kept}; continue with --resume") from None
+    assert work is not None  # opening a store has no time limit
     seconds, outcomes = perf_counter() - begin, dict(Held(path).tally().outcomes)
     return Summary(sweep.size, work.done - work.held, damaged, seconds, count, outcomes, finished)
 
 
 class _Run:
-    """A run of the chunks that a store lacks, written one by one as they are finished."""
+    """Run of the chunks that a store lacks, each written when it is finished."""
 
     def __init__(self, store: Store, workers: int, progress: Progress) -> None:
         self.store, self.workers, self.progress = store, workers, progress
@@ -168,11 +169,11 @@ class _Run:
         self.under_way: dict[Future[Block], int] = {}
         self.lost: deque[int] = deque()
         self.deaths = 0
-        """Chunks lost with their workers since one was finished; one death may take several."""
+        """Chunks lost with their workers since the last finished one; a death may lose several."""
         progress(self.done, store.sweep.size)
 
     def all(self, executor: str | Executor) -> None:
-        """Runs chunks until none is left."""
+        """Run chunks until none is left."""
         with pool_of(executor, self.workers) as pool:
             try:
                 while self.left:
@@ -184,9 +185,9 @@ class _Run:
                 raise
 
     def _give(self, pool: Pool) -> None:
-        """Gives a chunk to each free worker: those under which workers died come last.
+        """Submit a chunk to each free worker; chunks under which workers died come last.
 
-        No worker has a chunk in advance, so that no more than one chunk for each is ever lost.
+        No worker has a second chunk queued, so that at most one chunk per worker is lost.
         """
         while len(self.under_way) < self.workers:
             index = next(self.todo, None)
@@ -200,7 +201,7 @@ class _Run:
                 self._failed(pool, index, error)
 
     def _take(self, pool: Pool) -> None:
-        """Writes the chunks that are finished, and keeps those in mind whose workers died."""
+        """Write finished chunks, and collect those whose workers died."""
         done = wait(self.under_way, min(PATIENCE, present().left), FIRST_COMPLETED).done
         if not done:
             check_time()
@@ -216,7 +217,7 @@ class _Run:
             except Exception as error:
                 self._failed(pool, self.under_way.pop(future), error)
                 continue
-            with deferred():  # what is kept and what is counted agree at an interrupt
+            with deferred():  # an interrupt cannot separate the stored chunks from their count
                 self.store.publish(index, block)
                 del self.under_way[future]
                 self.deaths, self.left = 0, self.left - 1
@@ -224,7 +225,7 @@ class _Run:
             self.progress(self.done, self.store.sweep.size)
 
     def _failed(self, pool: Pool, index: int, error: Exception) -> None:
-        """Puts a chunk back whose worker died; raises Lost where no others are to die for it."""
+        """Put back a chunk whose worker died; raises Lost after too many deaths."""
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         if not pool.died(error):
             raise Lost(f"chunk {index}: {reason}") from error

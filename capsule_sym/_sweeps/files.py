@@ -1,4 +1,4 @@
-"""Files that say whether they are as they were written, and appear whole or not at all."""
+"""Files with checksums, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from capsule_sym._errors import InvalidInput
 
 
 def read(path: Path) -> bytes | None:
-    """The bytes of a file; None where there is none, or a link or a device in its place.
+    """Bytes of a file; None if it does not exist, or is a link or a device.
 
-    Raises InvalidInput for a folder in its place, which is for nobody here to remove, and for
-    what cannot be read.
+    Raises InvalidInput for a folder of this name, which is never removed, and for an unreadable
+    file.
     """
     try:
         mode = path.lstat().st_mode
@@ -32,19 +32,19 @@ def read(path: Path) -> bytes | None:
 
 
 def checksum(path: Path) -> str:
-    """SHA-256 of a file, empty where `read` gives None."""
+    """SHA-256 of a file, empty if `read` returns None."""
     data = read(path)
     return "" if data is None else hashlib.sha256(data).hexdigest()
 
 
 def checksums(folder: Path) -> dict[str, str]:
-    """The checksum of every file in a folder, by its path in there."""
+    """Checksum of every file in a folder, by its relative path."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     return {path.relative_to(folder).as_posix(): checksum(path) for path in files}
 
 
 def place(data: bytes, path: Path, beside: Path) -> None:
-    """Writes a file in the folder `beside`, and moves it to its place."""
+    """Write a file in the folder `beside`, then move it to its place."""
     beside.mkdir(exist_ok=True)
     part = beside / f"{path.name}.part"
     part.write_bytes(data)
@@ -53,14 +53,14 @@ def place(data: bytes, path: Path, beside: Path) -> None:
 
 
 def move(keys: Iterable[str], source: Path, target: Path) -> None:
-    """Moves files, by their paths in there, from one folder to another."""
+    """Move files, by their relative paths, from one folder to another."""
     for key in keys:
         (target / key).parent.mkdir(parents=True, exist_ok=True)
         os.replace(source / key, target / key)
 
 
 def remove(path: Path) -> None:
-    """Removes what is there: a file, a link but not what it leads to, or a folder."""
+    """Remove a file, a link (but not its target) or a folder."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:
@@ -68,13 +68,13 @@ def remove(path: Path) -> None:
 
 
 def sealed(record: dict[str, Any]) -> bytes:
-    """A record as JSON with its own checksum."""
+    """Record as JSON with its own checksum."""
     seal = hashlib.sha256(_text(record).encode()).hexdigest()
     return _text({"sha256": seal, **record}).encode()
 
 
 def unsealed(path: Path, keys: Iterable[str]) -> dict[str, Any] | None:
-    """The record with these keys in a file, None unless it is as `sealed` gave it."""
+    """Record with these keys in a file; None unless it is as `sealed` wrote it."""
     data = read(path)
     if data is None:
         return None

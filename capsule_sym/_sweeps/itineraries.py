@@ -1,6 +1,6 @@
-"""Itineraries as texts, and as codes without a table: the same in every chunk, run and machine.
+"""Itineraries of sweeps: their texts, their codes, and their exact orbits.
 
-And the exact orbit of an itinerary that a run has come to.
+A code is a hash: the same in every chunk, run and machine, without a table.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ if TYPE_CHECKING:
 
 
 def text(fields: Sequence[int], scene: Scene = CAPSULE) -> str:
-    """The cyclic itinerary of fields, such as "F5 F2", begun where the paper begins it."""
+    """Cyclic itinerary of fields, such as "F5 F2", starting as in the paper."""
     return " ".join(f"F{field}" for field in begun(fields, scene))
 
 
 def code(itinerary: str) -> int:
-    """The 48-bit code of an itinerary, exact in double precision too."""
+    """48-bit code of an itinerary, exact in double precision too."""
     return int.from_bytes(blake2b(itinerary.encode(), digest_size=6).digest())
 
 
 def texts(results: xr.Dataset) -> dict[int, str]:
-    """The itineraries of a sweep's results by their codes."""
+    """Itineraries of a sweep's results by their codes."""
     flags = results["itinerary"].attrs
     meanings = [text.replace("_", " ") for text in flags["flag_meanings"].split()]
     return dict(zip(flags["flag_values"], meanings, strict=True))
 
 
 class NotSolved(CapsuleError):
-    """Newton's method finds no orbit of this itinerary at the end of a run."""
+    """Raised if Newton's method finds no orbit of this itinerary at the end of a run."""
 
 
 def orbit_at_end(
@@ -46,9 +46,9 @@ def orbit_at_end(
     period_number: int,
     itinerary: int,
 ) -> Orbit:
-    """The orbit of an itinerary (its code) and period number at a state of phase 0.
+    """Orbit of an itinerary (its code) and period number at a state of phase 0.
 
-    Raises NotSolved where Newton's method leads to none, or to one of another itinerary.
+    Raises NotSolved if Newton's method finds none, or one of another itinerary.
     """
     orbit = solve_orbit(parameters, state, 0.0, 2 * period_number + 1)
     if not orbit.success:

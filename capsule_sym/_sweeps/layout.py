@@ -1,4 +1,4 @@
-"""How results look to xarray: dimensions, coordinates, attributes."""
+"""Layout of results for xarray: dimensions, coordinates, attributes."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from capsule_sym._units import UNITS
 
 
 class Added(NamedTuple):
-    """A result of all cells that is computed from the others in the end."""
+    """A result of all cells that is computed from the others at the end of a run."""
 
     values: NDArray[np.generic]
     attributes: dict[str, Any]
 
 
 def provenance(command: str, scene: Scene) -> dict[str, Any]:
-    """Where results come from: the command, what computed them, and the versions around it."""
+    """Provenance of results: command, kernels, core, and versions of packages."""
     return {
         "command": command,
         "kernels": scene.digest,
@@ -52,14 +52,13 @@ def lay(
     itineraries: dict[str, tuple[int, int]] | None = None,
     added: Mapping[str, Added] | None = None,
 ) -> None:
-    """Writes all of the results of a sweep but its chunks: what xarray opens, with no cell done.
+    """Write all results of a sweep but its chunks, as xarray opens them, with no cell computed.
 
-    With the cores that computed the cells, a table of itineraries, and further results, where these
-    are known.
+    `cores` computed the cells; `itineraries` is their table, `added` has further results.
     """
     attributes = described(sweep, origin, cores)
     columns = coordinates(sweep)
-    # xarray takes what varies along an axis of another name for a result, unless it is told.
+    # xarray takes a column along an axis of another name for a result unless it is listed.
     if others := [name for name, (axis, *_) in columns.items() if name != axis]:
         attributes["coordinates"] = " ".join(others)
     group = zarr.create_group(place, attributes=attributes)
@@ -74,15 +73,15 @@ def lay(
 
 
 def consolidate(place: Path) -> None:
-    """Copies what describes the arrays of a group into the group's own file, as xarray expects."""
+    """Copy the metadata of a group's arrays into the group's own file, as xarray expects."""
     with warnings.catch_warnings():
-        # Zarr warns that other readers than its own and xarray may not know these copies.
+        # Zarr warns that readers other than its own and xarray may ignore these copies.
         warnings.simplefilter("ignore", ZarrUserWarning)
         zarr.consolidate_metadata(str(place))
 
 
 def coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, Any]]]:
-    """The axes of a sweep as coordinates: by name an axis, values along it, and attributes."""
+    """Axes of a sweep as coordinates: axis, values along it, and attributes by name."""
     start = {name: _si(sweep, name) for name in START}
     device = {
         axis.name: (axis.name, axis.device[0], {"units": axis.device[1]})
@@ -101,14 +100,14 @@ def coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[
 
 
 def _si(sweep: Sweep, name: str) -> dict[str, Any]:
-    """The SI unit of a quantity of a device's sweep, and what its values are multiplied with."""
+    """SI unit and scale of a quantity in a sweep of a device, as attributes."""
     if sweep.device is None or name not in UNITS:
         return {}
     return {"si_units": UNITS[name].name, "si_scale": sweep.device.scale(name)}
 
 
 def described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> dict[str, Any]:
-    """What is the same for all cells of a sweep, as attributes of its results."""
+    """Attributes of results: all that is the same for every cell of a sweep."""
     fixed = {
         **sweep.parameters.to_dict(),
         **dict(zip(START, (*sweep.state, sweep.phase), strict=True)),
@@ -145,7 +144,7 @@ def _array(
     attributes: dict[str, Any],
     dimension: tuple[str, int] | None = None,
 ) -> Any:
-    """An empty array over the axes of a sweep, and a dimension of its own if it has one."""
+    """Empty array over the axes of a sweep, and over a dimension of its own if it has one."""
     own = [dimension] if dimension else []
     return group.create_array(
         name,
@@ -160,7 +159,7 @@ def _array(
 
 
 def outcome_flags() -> dict[str, Any]:
-    """The outcomes and their codes, as CF flags."""
+    """Outcomes and their codes, as CF flags."""
     return {
         "flag_values": [int(outcome) for outcome in CellOutcome],
         "flag_meanings": " ".join(outcome.name.lower() for outcome in CellOutcome),
@@ -168,6 +167,6 @@ def outcome_flags() -> dict[str, Any]:
 
 
 def itinerary_flags(table: dict[str, tuple[int, int]]) -> dict[str, Any]:
-    """The itineraries of a table by text, each with its code, as CF flags; _ stands for a blank."""
+    """Itineraries of a table by text, each with its code, as CF flags; _ replaces blanks."""
     meanings = " ".join(text.replace(" ", "_") for text in table)
     return {"flag_values": [code for code, _ in table.values()], "flag_meanings": meanings}

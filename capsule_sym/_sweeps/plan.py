@@ -23,22 +23,22 @@ _SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
 
 
 def load_sweep(path: str | PathLike[str]) -> Sweep:
-    """The sweep in a TOML file, as `read_plan` reads its table.
+    """Sweep from a TOML file, whose table is read as by `read_plan`.
 
-    Raises InvalidInput when the file cannot be read, is not TOML, or holds what is not allowed.
+    Raises InvalidInput if the file cannot be read, is not TOML, or has a value that is not allowed.
     """
     return read_plan(read_toml(path), path)
 
 
 def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
-    """The sweep that a table describes, in a file if there is one.
+    """Sweep from a table, which may come from the file `path`.
 
-    Tables `axes`, `parameters` and `start` (x_r, v_r, v_c, phase); keys `scene`, as in a file of
-    parameters, `periods`, `tolerance`, `compute` and `chunk`. A table `device` in SI units takes
-    the place of `parameters`; quantities that one parameter alone is in proportion to, such as P_d,
-    may then be axes, or vary in a design, in SI units. An axis is a list of values, a
-    table with `from`, `to`, `count` and perhaps `spacing = "log"`, or a design: a table with
-    `sobol` (ranges by name), `count` and `seed`. Raises InvalidInput for what is not allowed.
+    The table has the tables `axes`, `parameters` and `start` (x_r, v_r, v_c, phase), and the keys
+    `scene` (as in a file of parameters), `periods`, `tolerance`, `compute` and `chunk`. A table
+    `device` in SI units replaces `parameters`; quantities proportional to one parameter, such as
+    P_d, may then be axes, or vary in a design, in SI units. An axis is a list of values; a table
+    with `from`, `to`, `count` and optionally `spacing = "log"`; or a design, a table with `sobol`
+    (ranges by name), `count` and `seed`. Raises InvalidInput for a value that is not allowed.
     """
     if not isinstance(plan, Mapping):
         raise InvalidInput("plan", plan, "a table")
@@ -47,7 +47,7 @@ def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
     axes, parameters, start = (plan.get(name, {}) for name in ("axes", "parameters", "start"))
     device = _device(scene, plan["device"]) if "device" in plan else None
     if device is not None and parameters:
-        raise InvalidInput("parameters", [*parameters], "absent where a device is given")
+        raise InvalidInput("parameters", [*parameters], "absent if a device is given")
     _check_table("parameters", parameters, scene.facts.PARAMETERS, told=scene.told)
     _check_table("start", start, START)
     _check_table("axes", axes)
@@ -69,7 +69,7 @@ def _device(scene: Scene, given: Any) -> SceneDevice:
 
 
 def _axis(scene: Scene, name: str, given: Any, device: SceneDevice | None) -> Axis:
-    """An axis; one in SI units has the spacing of the parameter in proportion to it."""
+    """Axis of a plan; in SI units it has the spacing of the proportional parameter."""
     check_name(name)
     own = device if name in scene.facts.DRIVEN else None
     if isinstance(given, list | tuple):
@@ -90,12 +90,12 @@ def _axis(scene: Scene, name: str, given: Any, device: SceneDevice | None) -> Ax
     if own is None:
         return of(name, low, high, count, scene)
     tied, factor = own.tie(name)
-    of(tied, _scaled(low, factor), _scaled(high, factor), count, scene)  # which checks them all
+    of(tied, _scaled(low, factor), _scaled(high, factor), count, scene)  # checks ends and count
     return Axis.of_device(own, name, spaced(low, high, count))
 
 
 def _scaled(value: Any, factor: float) -> Any:
-    """A number in other units; what is none, or too large for a double, as it is."""
+    """A number in other units; anything else, or a number too large for a double, unchanged."""
     try:
         return value * factor if is_real(value) else value
     except OverflowError:
@@ -103,7 +103,7 @@ def _scaled(value: Any, factor: float) -> Any:
 
 
 def _box(device: SceneDevice, ranges: Any) -> Any:
-    """Ranges by name, those in SI units as ranges of the parameters in proportion to them."""
+    """Ranges by name; those in SI units become ranges of the proportional parameters."""
     if not isinstance(ranges, Mapping):
         return ranges
     box = {}

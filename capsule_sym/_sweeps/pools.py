@@ -1,6 +1,6 @@
-"""What computes chunks: threads, processes, a Dask cluster or another executor; how it is stopped.
+"""Executors of chunks: threads, processes, a Dask cluster or another, and how each is stopped.
 
-On a cluster what is not wanted any more is stopped, and waiting is said.
+On a cluster abandoned chunks are stopped, and a warning reports why a run waits.
 """
 
 from __future__ import annotations
@@ -27,45 +27,45 @@ from capsule_sym._sweeps.sweep import Sweep
 
 KINDS = ("threads", "processes")
 PATIENCE = 5.0
-"""Seconds without a finished chunk after which a pool is asked how it is."""
-_CONNECTING = 10  # seconds until an address is given up
-_ANSWERING = 5  # seconds until a scheduler is said to be silent
-_LOOKING = 0.2  # seconds between two looks at whether a chunk is still wanted
+"""Seconds without a finished chunk after which a pool checks its executor."""
+_CONNECTING = 10  # seconds to connect to an address
+_ANSWERING = 5  # seconds to wait for an answer of the scheduler
+_LOOKING = 0.2  # seconds between two checks that a chunk is still wanted
 _SILENT = logging.CRITICAL + 1
 
 _log = logging.getLogger(__name__)
 
 
 class Lost(CapsuleError):
-    """A chunk could not be computed. What was finished is kept, and the store can be resumed."""
+    """Raised if a chunk cannot be computed. Finished chunks are kept; the store can be resumed."""
 
 
 class Pool:
-    """An executor to which chunks are given."""
+    """An executor of chunks."""
 
     outlives = False
-    """Whether a chunk can be given again whose worker died."""
+    """True if a chunk whose worker died can be submitted again."""
 
     def __init__(self, executor: Executor) -> None:
         self.executor = executor
 
     def submit(self, part: Sweep) -> Future[Block]:
-        """Has a chunk computed."""
+        """Submit a chunk."""
         return self.executor.submit(compute, part)
 
     def died(self, error: Exception) -> bool:
-        """Whether a chunk failed because workers died."""
+        """True if a chunk failed because workers died."""
         return isinstance(error, BrokenExecutor)
 
     def waited(self) -> None:
-        """Called when nothing was finished for some time."""
+        """Called if no chunk has finished for some time."""
 
     def lost(self) -> CapsuleError:
-        """What a future that nobody here cancelled means."""
+        """Error for a future that was cancelled by the executor."""
         return Lost("the executor cancelled a chunk")
 
     def abandon(self) -> None:
-        """Ends without what is under way, and without waiting for it."""
+        """Stop without waiting for unfinished chunks."""
         self.executor.shutdown(wait=False, cancel_futures=True)
 
 
@@ -83,7 +83,7 @@ class _Threads(Pool):
 
 
 class _Processes(Pool):
-    """Processes; others take their place where one dies, under which all of them break off."""
+    """Processes, replaced by new ones if one dies, since this stops all of them."""
 
     outlives = True
     executor: ProcessPoolExecutor
@@ -94,7 +94,7 @@ class _Processes(Pool):
 
     def submit(self, part: Sweep) -> Future[Block]:
         try:
-            with undisturbed():  # processes are started when they are needed
+            with undisturbed():  # processes are started on demand
                 return super().submit(part)
         except BrokenExecutor:
             self.abandon()
@@ -106,7 +106,7 @@ class _Processes(Pool):
 
 
 class DaskPool(Pool):
-    """The executor of a Dask client."""
+    """Executor of a Dask client."""
 
     outlives = True
 
@@ -116,39 +116,39 @@ class DaskPool(Pool):
         self.said = ""
 
     def submit(self, part: Sweep) -> Future[Block]:
-        """Has a chunk computed; raises Lost where the client has lost its scheduler."""
+        """Submit a chunk; raises Lost if the client has lost its scheduler."""
         try:
-            # Not pure: a chunk that is given again is one of its own.
+            # Not pure: a chunk that is submitted again is a new task.
             future: Future[Block] = self.given(compute_while_wanted, part, pure=False)
         except Exception as error:
             raise self.lost() from error
         return future
 
     def lost(self) -> CapsuleError:
-        """What a future that nobody cancelled means."""
+        """Error for a future that was cancelled by the executor."""
         return Lost(
             "the connection to the Dask scheduler is lost; what was finished is kept, and "
-            "--resume goes on from there"
+            "continue with --resume"
         )
 
     def died(self, error: Exception) -> bool:
-        """Whether so many workers died under a chunk that the scheduler gave it up."""
+        """True if so many workers died under a chunk that the scheduler gave it up."""
         return isinstance(error, import_module("distributed").KilledWorker)
 
     def waited(self) -> None:
-        """Says what a run waits for, once, where that is not its chunks."""
+        """Log, once, the reason for waiting if it is not the chunks."""
         try:
             count = len(self.client.sync(self.client.scheduler.ncores, callback_timeout=_ANSWERING))
             saying = "" if count else "waiting: the Dask cluster has no workers"
-        except Exception:  # of many kinds; that the connection is lost the futures tell
+        except Exception:  # of many kinds; the futures report a lost connection
             saying = "waiting: the Dask scheduler does not answer"
         if saying and saying != self.said:
-            _log.warning("%s; Ctrl-C ends the run, and keeps what is finished", saying)
+            _log.warning("%s; Ctrl-C ends the run and keeps finished chunks", saying)
         self.said = saying
 
 
 def compute_while_wanted(part: Sweep) -> Block:
-    """The results of a chunk in a worker, which gives up when nobody waits for them any more."""
+    """Results of a chunk in a worker, which gives up if nobody waits for them any more."""
     distributed: Any = import_module("distributed")
     worker = distributed.get_worker()
     key, watch, done = worker.get_current_task(), Watch(), Event()
@@ -168,9 +168,9 @@ def compute_while_wanted(part: Sweep) -> Block:
 
 @contextmanager
 def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
-    """The pool of a kind, or around an executor that is given and stays open.
+    """Pool of a kind, or around a given executor, which stays open.
 
-    Left by an exception, such as an interrupt, it does not wait for the chunks under way.
+    On an exception, such as an interrupt, it does not wait for unfinished chunks.
     """
     if isinstance(executor, Executor):
         if type(executor).__module__.partition(".")[0] == "distributed":
@@ -189,26 +189,26 @@ def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
 
 @contextmanager
 def client_of(address: str, workers: int | None) -> Iterator[Any]:
-    """A client of the Dask scheduler at an address, or of a cluster of its own for "local".
+    """Client of the Dask scheduler at an address, or of a new local cluster for "local".
 
-    Logs of Dask are silenced in this process: what matters of them is told by exceptions. Raises
-    InvalidInput where no scheduler answers within seconds.
+    Logs of Dask are silenced in this process; errors are raised as exceptions. Raises InvalidInput
+    if no scheduler answers within seconds.
     """
     distributed: Any = import_module("distributed")
     for name in ("distributed", "distributed.client", "distributed.nanny", "asyncio", "tornado"):
         logging.getLogger(name).setLevel(_SILENT)
     with ExitStack() as stack:
         if address == "local":
-            with undisturbed():  # of which the processes that are started later have it, too
+            with undisturbed():  # processes started later inherit this
                 cluster = stack.enter_context(
                     distributed.LocalCluster(
                         n_workers=workers,
                         threads_per_worker=1,
-                        dashboard_address="127.0.0.1:0",  # with none it takes 8787, or warns
+                        dashboard_address="127.0.0.1:0",  # without a port it takes 8787, or warns
                         silence_logs=_SILENT,
                     )
                 )
-            # Its hook into the garbage collection swallows a Ctrl-C that comes during one.
+            # Its hook into the garbage collection would swallow a Ctrl-C.
             import_module("distributed.gc").disable_gc_diagnosis()
             yield stack.enter_context(distributed.Client(cluster))
             return

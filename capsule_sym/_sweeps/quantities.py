@@ -1,4 +1,4 @@
-"""What can be computed of a cell, and how it is stored: types, dimensions, units, meanings."""
+"""Quantities of a cell, and their types, dimensions, units and meanings in a store."""
 
 from __future__ import annotations
 
@@ -8,31 +8,31 @@ from typing import NamedTuple
 
 
 class CellOutcome(IntEnum):
-    """How the run of a cell ended."""
+    """Outcome of the run of a cell."""
 
     #: Not computed yet.
     PENDING = 0
     #: The motion is periodic.
     CONVERGED = 1
-    #: The motion is periodic, and 50 digits decided what double precision left open on the way.
+    #: The motion is periodic, and at least one decision was made with 50 digits.
     ESCALATED = 2
     #: The motion is not periodic within the sweep's periods and tolerance.
     NOT_PERIODIC = 3
-    #: It is proved that no switch occurs any more.
+    #: It is proved that no further switch occurs.
     NEVER_SWITCHES = 4
-    #: What was asked for could not be computed; the chunk's record holds the reason.
+    #: The requested quantities could not be computed; the chunk's record holds the reason.
     FAILED = 5
 
 
 class Variable(NamedTuple):
-    """A result of each cell, dimensionless: its type, meaning, and own dimension if it has one."""
+    """A result of each cell, dimensionless: type, meaning, and its own dimension if it has one."""
 
     dtype: str
     meaning: str
     dimension: tuple[str, int] | None = None
 
 
-OUTCOME = {"outcome": Variable("i1", "how the run of the cell ended")}
+OUTCOME = {"outcome": Variable("i1", "outcome of the run of the cell")}
 VARIABLES = {
     "itinerary": {
         "itinerary": Variable("i8", "fields of one period of the motion, as a 48-bit code"),
@@ -50,8 +50,8 @@ VARIABLES = {
     "energies": {
         "velocity": Variable("f8", "average velocity of the capsule"),
         "work": Variable("f8", "work of the drive per excitation period"),
-        "damper_loss": Variable("f8", "energy lost in the damper, likewise"),
-        "friction_loss": Variable("f8", "energy lost by friction, likewise"),
+        "damper_loss": Variable("f8", "energy lost in the damper per excitation period"),
+        "friction_loss": Variable("f8", "energy lost by friction per excitation period"),
     },
     "forces": {
         "peak_force": Variable("f8", "largest force between the bodies"),
@@ -60,17 +60,20 @@ VARIABLES = {
     "lyapunov": {"lyapunov": Variable("f8", "largest Lyapunov exponent, per unit of time")},
 }
 QUANTITIES = tuple(VARIABLES)
-"""What can be computed of a cell. An itinerary comes with its period number, energies with the
-average velocity; multipliers, energies and forces are those of the orbit that Newton closes."""
+"""Quantities of a cell.
+
+An itinerary comes with its period number, energies with the average velocity. Multipliers,
+energies and forces are those of the orbit solved by Newton's method.
+"""
 OF_ORBIT = frozenset(("multipliers", "energies", "forces", "lyapunov"))
-"""Those that take that orbit."""
+"""Quantities that need that orbit."""
 
 ATTRACTOR, COMPUTED = "attractor", "computed"
-"""What a basin and a refined chart hold besides."""
+"""Names of the further results of a basin and of a refined chart."""
 
 
 def variables(compute: Iterable[str] = QUANTITIES) -> dict[str, Variable]:
-    """The results of each cell by name, where these quantities are computed."""
+    """Results of each cell by name, for these quantities."""
     asked = {name: v for quantity in compute for name, v in VARIABLES[quantity].items()}
     return {**OUTCOME, **asked}
 

@@ -1,4 +1,4 @@
-"""Charts of motion types at full sharpness for the price of their boundaries."""
+"""Charts of itineraries refined along the boundaries of their regions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from capsule_sym._sweeps.sweep import Sweep, check_sweep
 
 _UNKNOWN = -1
 _LONGEST_STRIDE = 2**20
-_MOST_CELLS = 10**8  # which are held in memory
+_MOST_CELLS = 10**8  # held in memory
 _LABEL = ("outcome", "itinerary", "period_number")
 
 Numbers = NDArray[np.int32]
@@ -38,10 +38,10 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Chart(Ended):
-    """A refined chart: the share of its points that were computed, and what each round did.
+    """Refined chart: share of its points that were computed, and the summary of each round.
 
-    `damaged` is the number of damaged parts that were found and made again, `outcomes` has numbers
-    of computed points by the outcome's name; `finished` tells that no round ran out of time.
+    `damaged` is the number of damaged parts that were found and written again. `outcomes` has the
+    number of computed points by outcome. `finished` is False if a round ran out of time.
     """
 
     fraction: float
@@ -52,7 +52,7 @@ class Chart(Ended):
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Points computed, passes over the chart, damaged parts, seconds, and points by outcome."""
+        """Computed points, rounds, damaged parts, seconds, and points by outcome."""
         return {
             "computed": sum(one.computed for one in self.rounds),
             "passes": len(self.rounds),
@@ -70,17 +70,17 @@ def refine_sweep(
     max_seconds: float = math.inf,
     **how: Any,
 ) -> Chart:
-    """The chart of itineraries over two axes, computed only where neighbours differ.
+    """Chart of itineraries over two axes, computed only where neighbours differ.
 
-    A lattice of every `stride`-th point is computed first. Then, stride by stride halved, the
-    squares whose corners differ in outcome, itinerary or period_number, and the squares beside
-    them, are computed at their midpoints; a point of any other square has the label of its corners.
-    What is smaller than a stride and lies wholly within a square is not seen. The points of each
-    round are a sweep of their own in the store, which is resumed as one is; `how` are the further
-    arguments of `run_sweep`. `open_results` gives `outcome`, `itinerary`, `period_number` and
-    `computed`; the chart is written when all rounds are finished.
+    A lattice of every `stride`-th point is computed first. Then the stride is halved repeatedly.
+    In each round the squares whose corners differ in outcome, itinerary or period_number, and the
+    squares beside them, are computed at their midpoints; a point of any other square gets the label
+    of its corners. A region smaller than the stride that lies within one square is missed. The
+    points of each round are a sweep of their own in the store, and resume as one; `how` has the
+    further arguments of `run_sweep`. The chart is written after all rounds; `open_results` reads
+    `outcome`, `itinerary`, `period_number` and `computed`.
 
-    Raises InvalidInput for anything but two axes of one quantity each, and what `run_sweep` raises.
+    Raises InvalidInput unless there are two axes of one quantity each; else as `run_sweep`.
     """
     check_sweep(sweep)
     if len(sweep.axes) != 2 or any(len(axis.quantities) != 1 for axis in sweep.axes):
@@ -107,12 +107,12 @@ def refine_sweep(
 
 
 def _refine(points: _Points, stride: int) -> None:
-    """Computes round by round until every point has a label."""
+    """Compute round by round until every point has a label."""
     sweep = points.sweep
     lattice = [np.unique(np.append(np.arange(0, n, stride), n - 1)) for n in sweep.shape]
     points.compute(_where(sweep.shape, lattice))
     while True:
-        # What is computed may differ from its neighbours, and then these are looked at too.
+        # A computed point may differ from its neighbours, which are then checked too.
         while points.compute(_corners(points, lattice)):
             pass
         finer = [_halved(lines) for lines in lattice]
@@ -123,7 +123,7 @@ def _refine(points: _Points, stride: int) -> None:
 
 
 class _Points:
-    """Labels of all points of the chart, as numbers, and which of them were computed."""
+    """Labels of all points of the chart, as numbers, with a mask of those computed."""
 
     def __init__(self, sweep: Sweep, store: Path, limit: Watch, how: dict[str, Any]) -> None:
         self.sweep, self.store, self.limit, self.how = sweep, store, limit, how
@@ -136,7 +136,7 @@ class _Points:
         self.rounds: Iterator[int] = count()
 
     def compute(self, wanted: Mask) -> bool:
-        """Computes the points that were not yet; returns whether there were any."""
+        """Compute the points that are not computed yet; returns False if there are none."""
         rows, columns = np.nonzero(wanted & ~self.computed)
         if not rows.size:
             return False
@@ -159,7 +159,7 @@ class _Points:
         return True
 
     def fill(self, lattice: list[NDArray[np.intp]], finer: list[NDArray[np.intp]]) -> None:
-        """Gives the points of a finer lattice that are not computed the label of a corner."""
+        """Label each point of a finer lattice that is not computed as one of its corners."""
         nearest = [
             old[np.searchsorted(old, new, side="right") - 1]
             for old, new in zip(lattice, finer, strict=True)
@@ -169,7 +169,7 @@ class _Points:
         self.number[at] = np.where(unknown, self.number[np.ix_(*nearest)], self.number[at])
 
     def chart(self) -> Chart:
-        """What was computed so far."""
+        """Chart of the points computed so far."""
         damaged = sum(s.damaged for s in self.summaries) + len(damaged_in_chart(self.store))
         outcomes = Counter[str]()
         for one in self.summaries:
@@ -183,7 +183,7 @@ class _Points:
         )
 
     def write(self) -> None:
-        """Writes the labels of all points to the store."""
+        """Write the labels of all points to the store."""
         table = np.array(list(self.labels), dtype=np.int64)
         dims = [axis.name for axis in self.sweep.axes]
         kinds = {"outcome": np.int8, "itinerary": np.int64, "period_number": np.int16}
@@ -196,16 +196,16 @@ class _Points:
 
 
 def _where(shape: tuple[int, ...], lattice: list[NDArray[np.intp]], chosen: Any = True) -> Mask:
-    """The points of a lattice that are chosen, all of them if not told otherwise."""
+    """Mask of the chosen points of a lattice, by default all of them."""
     mask = np.zeros(shape, bool)
     mask[np.ix_(*lattice)] = chosen
     return mask
 
 
 def _corners(points: _Points, lattice: list[NDArray[np.intp]]) -> Mask:
-    """The corners of all squares of a lattice that are mixed, or beside one that is."""
+    """Corners of all squares of a lattice that are mixed, or beside a mixed one."""
     number = points.number[np.ix_(*lattice)]
-    # Along an axis of one value the squares are lines, with each end twice.
+    # An axis of one value is padded: its squares have each point twice.
     squares = windows(np.pad(number, [(0, n == 1) for n in number.shape], mode="edge"), (2, 2))
     mixed = squares.min(axis=(2, 3)) != squares.max(axis=(2, 3))
     beside = windows(np.pad(mixed, 1), (3, 3)).max(axis=(2, 3))

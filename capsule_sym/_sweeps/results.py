@@ -1,11 +1,15 @@
-"""What a directory holds of a sweep, read and checked, never changed.
+"""The directory of a sweep, read and checked, never changed.
 
-A store is a directory with `results.zarr` (what xarray opens), `sweep.json` (the sweep, its
-provenance, and the checksums of the files of `results.zarr` that hold no chunk), `chunks` (a record
-of each finished chunk: checksums of its files, the texts of its itineraries, the reasons of its
-failed cells; and a second copy of `sweep.json`), and in the end `finished.json` (the checksums of
-the files that the end of a run writes). A refined chart is a directory of such stores, with
-`chart.zarr` and its checksums in `chart.json`.
+A store is a directory with:
+
+- `results.zarr`, which xarray opens;
+- `sweep.json`: the sweep, its provenance, and the checksums of the files of `results.zarr` that
+  hold no chunk;
+- `chunks`: a record of each finished chunk (checksums of its files, texts of its itineraries,
+  reasons of its failed cells), and a second copy of `sweep.json`;
+- after the end of a run `finished.json`: the checksums of the files written at the end.
+
+A refined chart is a directory of such stores, with `chart.zarr` and its checksums in `chart.json`.
 """
 
 from __future__ import annotations
@@ -38,7 +42,7 @@ _RECORD = ("files", "core", "outcomes", "itineraries", "reasons")
 
 
 class Check(NamedTuple):
-    """The finished chunks that are as they were written, and what is not.
+    """Undamaged finished chunks, and all that is damaged.
 
     `chunks` are the numbers of the damaged chunks, `files` the other damaged files.
     """
@@ -49,9 +53,9 @@ class Check(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """Numbers of cells by outcome, itinerary, reason of failure, and what computed them.
+    """Number of cells by outcome, itinerary, reason of failure and core.
 
-    An itinerary comes with its code: (code, cells) by its text.
+    `itineraries` has (code, cells) by the itinerary's text.
     """
 
     outcomes: Counter[str]
@@ -61,7 +65,7 @@ class Tally(NamedTuple):
 
 
 class Held:
-    """What a store holds; raises InvalidInput where there is none, or nothing tells of which sweep.
+    """Contents of a store; raises InvalidInput if there is none, or if its `sweep.json` is damaged.
 
     `head` has the kind of the store ("sweep" or "basin"), its `sweep`, `provenance` and `files`.
     """
@@ -70,21 +74,21 @@ class Held:
         self.path = Path(path)
         self.heads = (self.path / SWEEP, self.path / COPY)
         if not any(map(os.path.lexists, self.heads)):
-            raise InvalidInput("store", str(path), "the directory of a sweep")
+            raise InvalidInput("store", str(path), "a directory that holds a sweep")
         head = next(filter(None, (unsealed(place, _HEAD) for place in self.heads)), None)
         if head is None:
-            raise InvalidInput("store", str(path), f"with a whole {SWEEP}: this one is damaged")
+            raise InvalidInput("store", str(path), f"with an undamaged {SWEEP}")
         self.head: dict[str, Any] = head
 
     @cached_property
     def grid(self) -> tuple[int, ...]:
-        """How many chunks there are along each axis."""
+        """Number of chunks along each axis."""
         counts = [axis["count"] for axis in self.head["sweep"]["axes"]]
         sides = self.head["sweep"]["chunk"]
         return tuple(-(-n // side) for n, side in zip(counts, sides, strict=True))
 
     def keys(self, index: int) -> dict[str, str]:
-        """The file of each result in a chunk, by the result's name."""
+        """File of each result in a chunk, by the result's name."""
         place = "/".join(map(str, np.unravel_index(index, self.grid)))
         return {
             name: f"{name}/c/{place}" + ("/0" if v.dimension else "")
@@ -92,16 +96,16 @@ class Held:
         }
 
     def record_path(self, index: int) -> Path:
-        """Where the record of a finished chunk is."""
+        """Path of the record of a finished chunk."""
         return self.path / CHUNKS / f"{index // 1000:06d}" / f"{index:09d}.json"
 
     def record(self, index: int) -> dict[str, Any] | None:
-        """The record of a finished chunk, None if there is none or it is damaged."""
+        """Record of a finished chunk; None if there is none or it is damaged."""
         record = unsealed(self.record_path(index), _RECORD)
         return record if record and set(record["files"]) == set(self.keys(index).values()) else None
 
     def tally(self) -> Tally:
-        """What the records of all finished chunks add up to."""
+        """Sums over the records of all finished chunks."""
         outcomes, reasons, cores = Counter[str](), Counter[str](), Counter[str]()
         itineraries: dict[str, tuple[int, int]] = {}
         for record in filter(None, map(self.record, self._recorded())):
@@ -118,26 +122,26 @@ class Held:
 
     @cached_property
     def finished(self) -> dict[str, Any] | None:
-        """The record that the end of a run leaves, None if there is none or it is damaged."""
+        """Record written at the end of a run; None if there is none or it is damaged."""
         return unsealed(self.path / FINISHED, ("files",))
 
     def damaged_files(self, *, data: bool = True) -> list[str]:
-        """The files of `results.zarr` besides the chunks that are not as they were written.
+        """Damaged files of `results.zarr`, without the chunks.
 
-        Without `data` only of coordinates, and of what describes the results.
+        Without `data` only the coordinates and the metadata are checked.
         """
         begun: dict[str, str] = self.head["files"]
         ended: dict[str, str] = self.finished["files"] if self.finished else {}
         return [
             f"{RESULTS}/{key}"
             for key in {**begun, **ended}
-            # The end of a run writes some of them anew, and may have been killed in between.
+            # The end of a run rewrites some of them; a killed run may leave either version.
             if (data or not key.startswith(f"{ATTRACTOR}/c/"))
             and checksum(self.path / RESULTS / key) not in {begun.get(key), ended.get(key)} - {None}
         ]
 
     def check(self) -> Check:
-        """Compares every file with its checksum."""
+        """Compare every file with its checksum."""
         files = self.damaged_files()
         text = sealed(self.head)
         files += [str(p.relative_to(self.path)) for p in self.heads if read(p) != text]
@@ -155,7 +159,7 @@ class Held:
         return Check(frozenset(whole), tuple(damaged), tuple(files))
 
     def _recorded(self) -> Iterator[int]:
-        """The numbers of the chunks that have a record, whole or not."""
+        """Numbers of the chunks that have a record, damaged or not."""
         total = math.prod(self.grid)
         for entry in sorted((self.path / CHUNKS).glob("*/*.json")):
             if entry.stem.isdecimal() and entry == self.record_path(int(entry.stem)):
@@ -165,7 +169,7 @@ class Held:
 
 
 def damaged_in_chart(path: Path) -> list[str]:
-    """The files of a refined chart that are not as they were written."""
+    """Damaged files of a refined chart."""
     if not os.path.lexists(path / CHART_RECORD):
         return []
     record = unsealed(path / CHART_RECORD, ("files",))
@@ -176,14 +180,14 @@ def damaged_in_chart(path: Path) -> list[str]:
 
 
 def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
-    """The results in a store, read where they are used; cells not computed yet are PENDING.
+    """Results of a store as an xarray Dataset, loaded on access; cells not computed are PENDING.
 
     Dimensions and coordinates are the sweep's axes, attributes its provenance. `itinerary` holds
     codes; its attributes `flag_values` and `flag_meanings` give their texts, with _ between the
-    fields. Of a refined chart the whole chart is opened. Raises InvalidInput where there is no
-    store, and where coordinates or what describes the results are damaged.
+    fields. Of a refined chart the whole chart is opened. Raises InvalidInput if there is no store,
+    or if its coordinates or metadata are damaged.
     """
-    import xarray as xr  # it takes longer than a small sweep, which needs none
+    import xarray as xr  # its import takes longer than a small sweep, which needs none
 
     path = Path(path)
     if os.path.lexists(path / CHART):
@@ -199,13 +203,13 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
             return dataset
     except (OSError, ValueError):
         damaged = [place.name]
-    raise InvalidInput("store", str(path), f"undamaged: {damaged[0]} is not; --resume mends it")
+    raise InvalidInput("store", str(path), f"undamaged: repair {damaged[0]} with --resume")
 
 
 def info_record(path: Path, check: bool = False) -> dict[str, Any]:
-    """What a store holds, in plain values; with `check` also what of it is damaged.
+    """Summary of a store in plain values; with `check` also its damaged parts.
 
-    Raises InvalidInput where there is no store.
+    Raises InvalidInput if there is no store.
     """
     record: dict[str, Any]
     rounds = sorted(path.glob("round-*")) if os.path.isdir(path) else []
@@ -240,6 +244,6 @@ def info_record(path: Path, check: bool = False) -> dict[str, Any]:
 
 
 def damaged_parts(record: dict[str, Any]) -> int:
-    """How many damaged parts a record of a checked store tells of."""
+    """Number of damaged parts in the record of a checked store."""
     own: list[str] = record.get("damaged_parts", [])
     return len(own) + sum(damaged_parts(part) for part in record.get("rounds", ()))

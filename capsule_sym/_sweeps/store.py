@@ -1,4 +1,4 @@
-"""Writing results: chunks appear whole or not at all, and what is damaged is made again."""
+"""Writing results: chunks are written whole or not at all, and damaged ones again."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ _PARTIAL, _LOCK = "partial", "lock"
 
 
 class NotWritten(CapsuleError):
-    """Results could not be written, as on a full disk. What was written before stays good."""
+    """Raised if results cannot be written, as on a full disk. Earlier results are kept."""
 
 
 class Store:
-    """A directory that receives the chunks of one sweep; made by `opened`."""
+    """Directory that receives the chunks of one sweep; made by `opened`."""
 
     def __init__(self, path: Path, sweep: Sweep, *, any_core: bool = False) -> None:
         self.path, self.sweep, self.any_core = path, sweep, any_core
@@ -61,7 +61,7 @@ class Store:
         self._staged: dict[str, Any] = {}
 
     def create(self, command: str) -> None:
-        """Lays out an empty store; `sweep.json` comes last and says that it is whole."""
+        """Write an empty store; `sweep.json` comes last and marks it as complete."""
         for name in (RESULTS, CHUNKS):
             remove(self.path / name)
         origin = provenance(command, self.sweep.parameters.scene)
@@ -76,13 +76,13 @@ class Store:
         )
 
     def mend(self) -> None:
-        """Finds what is damaged, and makes again all of it but the chunks, which `run` does."""
+        """Find damage and rewrite the damaged files but chunks, which are computed again."""
         self.held = Held(self.path)
         self.check = self.held.check()
         if not self.check.files:
             return
         with writing(self.path):
-            # Back to before the end of a run, which writes all this again with what it adds.
+            # Undo the end of a run, which writes all these files again with its additions.
             remove(self.path / FINISHED)
             again = self.partial / RESULTS
             lay(again, self.sweep, self.held.head["provenance"])
@@ -92,10 +92,11 @@ class Store:
             self._describe({**self.held.head, "files": files})
 
     def publish(self, index: int, block: Block) -> None:
-        """Writes a chunk beside, moves its files to their places, and records it as finished.
+        """Write a chunk to `partial`, move its files to their places, and record it as finished.
 
-        Raises NotWritten if that cannot be done, CapsuleError for a chunk of other kernels, or of
-        another core than the store was begun with.
+        Raises NotWritten if that fails, and CapsuleError for a chunk of other kernels, or of
+        another
+        core than the one with which the store was begun.
         """
         kernels = self.sweep.parameters.scene.digest
         if block.kernels != kernels:
@@ -122,9 +123,9 @@ class Store:
             place(sealed(record), held.record_path(index), self.partial)
 
     def finish(self, added: dict[str, Added]) -> None:
-        """Writes what is known when all chunks are there: itineraries, cores, further results.
+        """Write the results that need all chunks: itineraries, cores, further results.
 
-        What was written before is written anew, so that whatever it was, it is whole now.
+        All files of the results but the chunks are written again, which also repairs damage.
         """
         held = self.held
         tally = held.tally()
@@ -133,7 +134,7 @@ class Store:
             last = self.partial / RESULTS
             lay(last, self.sweep, held.head["provenance"], tally.cores, itineraries, added)
             files = checksums(last)
-            # A file is as it was begun or as it is listed here, at any moment.
+            # At any moment each file is either the old one or the one listed here.
             move([key for key in files if key not in held.head["files"]], last, self.results)
             place(sealed({"files": files}), self.path / FINISHED, self.partial)
             move([key for key in files if key in held.head["files"]], last, self.results)
@@ -144,7 +145,7 @@ class Store:
         self.held = Held(self.path)
 
     def _staging(self) -> dict[str, Any]:
-        """Arrays like those of the results, beside them."""
+        """Arrays like those of the results, in `partial`."""
         if not self._staged:
             self._staged = arrays(zarr.open_group(self.partial), self.sweep)
         return self._staged
@@ -152,14 +153,13 @@ class Store:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Raises NotWritten for what the operating system refuses."""
+    """Raises NotWritten for an error of the operating system."""
     try:
         yield
     except OSError as error:
         where = error.filename2 or error.filename or path
         raise NotWritten(
-            f"{where}: {error.strerror or error}; what was finished is kept, and --resume goes on "
-            "from there"
+            f"{where}: {error.strerror or error}; finished cells are kept; continue with --resume"
         ) from error
 
 
@@ -172,13 +172,13 @@ def opened(
     command: str,
     any_core: bool = False,
 ) -> Iterator[Store]:
-    """The store of a sweep for one run: a new one, or with `resume` one that was begun.
+    """Store of a sweep for one run: a new one, or with `resume` an existing one.
 
-    Raises InvalidInput for a directory that holds something else, another sweep or results of
-    other kernels, or of another core unless `any_core`, and while another run has it.
+    Raises InvalidInput for a directory of another content, of another sweep, of results of other
+    kernels, or of another core unless `any_core`, and while another run writes to it.
     """
     begun = _is_begun(path)
-    # Whatever is in the file goes, once it is ours.
+    # The content of the lock file is cleared once the lock is held.
     lock = FileLock(path / _LOCK, timeout=0, on_acquired=lambda file: os.ftruncate(file, 0))
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -191,7 +191,7 @@ def opened(
         store = Store(path, sweep, any_core=any_core)
         if begun:
             if not resume:
-                raise InvalidInput("store", str(path), "new, or continued with --resume")
+                raise InvalidInput("store", str(path), "new; to continue it use --resume")
             _check_same(path, sweep, any_core)
         with writing(path):
             remove(store.partial)
@@ -211,7 +211,7 @@ def write_chart(
     cores: Iterable[str],
     attributes: dict[str, Any],
 ) -> None:
-    """Writes a refined chart: columns by name with their dimensions, itineraries by code."""
+    """Write a refined chart: columns by name with their dimensions, itineraries by code."""
     import xarray as xr
 
     attributes = described(sweep, provenance("", sweep.parameters.scene), cores) | attributes
@@ -233,30 +233,30 @@ def write_chart(
 
 
 def check_core(path: Path, core: str, begun: str) -> None:
-    """Raises InvalidInput unless results of a core belong into a store that was begun with one."""
+    """Raises InvalidInput unless results of a core may be added to a store begun with `begun`."""
     if core != begun:
         raise InvalidInput(
             "core",
             core,
-            f"{begun!r}, with which {path} was begun: results of two cores differ in the last "
-            "bits; --any-core goes on, and the record of each chunk says which computed it",
+            f"{begun!r}, the core of {path}: results of two cores differ in the last "
+            "bits; --any-core allows it, and the record of each chunk names its core",
         )
 
 
 def _is_begun(path: Path) -> bool:
-    """Whether a directory is a store; raises InvalidInput for one that holds something else."""
+    """True if a directory is a store; raises InvalidInput for one with other content."""
     ours = {RESULTS, CHUNKS, _PARTIAL, _LOCK, SWEEP, FINISHED}
     try:
         held = {entry.name for entry in path.iterdir()} if os.path.lexists(path) else set()
         if SWEEP in held or os.path.lexists(path / COPY):
             return True
-        # A store that nothing describes, but with finished chunks, is not for this run to empty.
+        # A store without sweep.json but with finished chunks is not emptied.
         chunks = any((path / CHUNKS).rglob("*.json")) if CHUNKS in held else False
     except (OSError, ValueError) as error:  # ValueError: a path with a zero character
         reason = error.strerror if isinstance(error, OSError) else error
         raise InvalidInput("store", str(path), f"a directory ({reason})") from error
     if chunks or not held <= ours:
-        raise InvalidInput("store", str(path), "new, or empty, or the directory of a sweep")
+        raise InvalidInput("store", str(path), "new, empty, or a directory that holds a sweep")
     return False
 
 
@@ -268,7 +268,7 @@ def _check_same(path: Path, sweep: Sweep, any_core: bool) -> None:
             raise InvalidInput(name, value, f"{before!r}, as in {path}")
     origin, scene = there["provenance"], sweep.parameters.scene
     if origin["kernels"] != scene.digest:
-        allowed = f"{origin['kernels']!r}, with which {path} was begun"
+        allowed = f"{origin['kernels']!r}, the kernels of {path}"
         raise InvalidInput("kernels", scene.digest, allowed)
     if not any_core:
         check_core(path, live(scene), origin["core"])

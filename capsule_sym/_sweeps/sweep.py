@@ -1,4 +1,4 @@
-"""A sweep as data: which cells are run, for how long, and what is computed of each."""
+"""A sweep as data: its cells, the length of the runs, and the quantities to compute."""
 
 from __future__ import annotations
 
@@ -18,34 +18,32 @@ from capsule_sym._sweeps.axes import START, Axis, named
 from capsule_sym._sweeps.quantities import OF_ORBIT, QUANTITIES
 
 _MOST_CELLS = 10**10
-_MOST_IN_CHUNK = 2**20  # a gigabyte or two of a worker's memory
-_PERIODS_PER_CHUNK = 2**21  # a second or two of the C core
+_MOST_IN_CHUNK = 2**20  # one to two gigabytes of a worker's memory
+_PERIODS_PER_CHUNK = 2**21  # one to two seconds of the C core
 _LEAST_CHUNKS = 16
-# Excitation periods of the C core in the time in which an orbit is closed, or an exponent computed
-# of a motion that is none.
+# Cost of an orbit, and of a Lyapunov exponent without one, in excitation periods of the core.
 _ORBIT, _EXPONENT = 100, 20_000
 
 
 def check_sweep(sweep: object) -> None:
-    """Raises InvalidInput for anything but a sweep."""
+    """Raises InvalidInput unless the argument is a Sweep."""
     if not isinstance(sweep, Sweep):
         raise InvalidInput("sweep", sweep, "a Sweep")
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Runs at every combination of the axes' values; what no axis changes stays as given.
+    """Runs at every combination of the axes' values; all other values are fixed.
 
     A motion is periodic if the stroboscopic states repeat within `tolerance` after `periods`
-    excitation periods. Results are written in chunks of `chunk` cells along each axis, chosen so
-    that a chunk takes a second or two if not given. All quantities are dimensionless; where a
-    `device` is given its parameters are the runs', its axes may be `Axis.of_device`, and results
-    say in `si_scale` and `si_units` what they are multiplied with for SI units. Raises InvalidInput
-    for any value that is not allowed.
+    excitation periods. Results are written in chunks of `chunk` cells along each axis; by default a
+    chunk takes one to two seconds. All quantities are dimensionless. If a `device` is given, its
+    parameters are used and axes may be `Axis.of_device`; results then have `si_scale` and
+    `si_units` to convert them to SI units. Raises InvalidInput for a value that is not allowed.
     """
 
     kind: ClassVar[str] = "sweep"
-    """What its store is."""
+    """Kind of its store."""
 
     axes: tuple[Axis, ...]
     parameters: SceneParameters = field(default_factory=Parameters)
@@ -69,7 +67,7 @@ class Sweep:
         if self.device is not None:
             default = type(self.parameters)()
             if self.parameters not in (Parameters(), default, self.device.dimensionless()):
-                raise InvalidInput("parameters", self.parameters, "absent where a device is given")
+                raise InvalidInput("parameters", self.parameters, "absent if a device is given")
             set_(self, "parameters", self.device.dimensionless())
         set_(self, "state", check_start(self.parameters, self.state, 0.0, self.periods))
         scene = self.parameters.scene
@@ -112,7 +110,7 @@ class Sweep:
             raise InvalidInput("chunk", given, f"at most {_MOST_IN_CHUNK} cells")
 
     def _chunk(self) -> tuple[int, ...]:
-        """Halves the longest side until a chunk takes a second or two."""
+        """Halve the longest side until a chunk takes one to two seconds."""
         more = _ORBIT if OF_ORBIT & set(self.compute) else 0
         more += _EXPONENT if "lyapunov" in self.compute else 0
         room = max(16, _PERIODS_PER_CHUNK // (self.periods + more))
@@ -125,21 +123,21 @@ class Sweep:
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        """How many values each axis has."""
+        """Number of values of each axis."""
         return tuple(map(len, self.axes))
 
     @cached_property
     def size(self) -> int:
-        """How many cells there are."""
+        """Number of cells."""
         return math.prod(self.shape)
 
     @cached_property
     def chunks(self) -> tuple[int, ...]:
-        """How many chunks there are along each axis."""
+        """Number of chunks along each axis."""
         return tuple(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True))
 
     def region(self, index: int) -> tuple[slice, ...]:
-        """Where a chunk lies, counted along the last axis first."""
+        """Slices of a chunk; chunks are counted along the last axis first."""
         place = np.unravel_index(index, self.chunks)
         return tuple(
             slice(int(i) * c, min((int(i) + 1) * c, n))
@@ -147,7 +145,7 @@ class Sweep:
         )
 
     def cells_in(self, index: int) -> int:
-        """How many cells a chunk has."""
+        """Number of cells in a chunk."""
         return math.prod(part.stop - part.start for part in self.region(index))
 
     def part(self, index: int) -> Sweep:
@@ -173,11 +171,11 @@ class Sweep:
         return rows.copy(), states.copy(), phases[:, 0].copy()
 
     def further(self, store: Path) -> dict[str, Any]:
-        """Results of all cells, each `Added`, that are computed from the others in the end."""
+        """Results of all cells, each `Added`, that are computed from the others at the end."""
         return {}
 
     def record(self) -> dict[str, Any]:
-        """The sweep in plain values: two sweeps with one record give the same results."""
+        """Sweep in plain values; two sweeps with equal records give the same results."""
         return {
             "scene": self.parameters.scene.source,
             "axes": [axis.record() for axis in self.axes],

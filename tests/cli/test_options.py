@@ -70,7 +70,7 @@ REFUSED = [
     ("figure fig6 --out taken/below.svg", "taken is no writable directory"),
     ("report --out taken/below.html", "taken is no writable directory"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
-    (f"sweep-info {300 * 'a'}", "must be the directory of a sweep"),
+    (f"sweep-info {300 * 'a'}", "must be a directory that holds a sweep"),
     ("sweep none.toml --out s", "alpha = []: must be one value or more"),
     # what was meant
     ("run --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),

@@ -63,7 +63,7 @@ def test_waiting_is_said_once(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING, "capsule_sym"):
         for _ in range(7):
             pool.waited()
-    ends = "; Ctrl-C ends the run, and keeps what is finished"
+    ends = "; Ctrl-C ends the run and keeps finished chunks"
     nobody = f"waiting: the Dask cluster has no workers{ends}"
     silence = f"waiting: the Dask scheduler does not answer{ends}"
     assert [record.getMessage() for record in caplog.records] == [nobody, nobody, silence]

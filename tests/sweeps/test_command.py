@@ -132,14 +132,14 @@ def test_a_check_tells_what_is_damaged(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["sweep", "FILE", "--out", "STORE"], "or continued with --resume"),
+        (["sweep", "FILE", "--out", "STORE"], "to continue it use --resume"),
         (["sweep", "none.toml", "--out", "new"], "must be readable"),
         (["sweep", "FILE", "--out", "STORE", "--resume", "--workers", "0"], "workers = 0"),
         (["sweep", "FILE", "--out", "new", "--refine", "3"], "a power of two"),
         (["sweep", "FILE", "--out", "new", "--dask", "nonsense://x"], "of a Dask scheduler"),
         (["sweep", "FILE"], "--out"),
         (["basin", "--out", "new"], "give a range of starts"),
-        (["sweep-info", "nowhere"], "the directory of a sweep"),
+        (["sweep-info", "nowhere"], "a directory that holds a sweep"),
     ],
 )
 def test_bad_input_ends_with_2_and_says_what_is_allowed(
@@ -173,7 +173,7 @@ def test_ctrl_c_leaves_a_store_that_goes_on(tmp_path: Path) -> None:
     assert program.returncode == 130
     done = len(list(chunks.rglob("*.json")))
     assert 0 < done < 81
-    kept = f"{done} of 81 cells are kept in {tmp_path / 'store'}, and --resume goes on from there"
+    kept = f"{done} of 81 cells are kept in {tmp_path / 'store'}; continue with --resume"
     assert errors == f"error: interrupted: {kept}\n"
 
 
@@ -183,7 +183,7 @@ def test_a_limit_of_time_ends_with_3_and_says_how_it_goes_on(
 ) -> None:
     line = more if more == BASIN else ["sweep", file, *more]
     line = [*line, "--out", str(tmp_path / "store")]
-    assert "--resume goes on" in said(capsys, [*line, "--max-seconds", "1e-9"], status=3)
+    assert "continue with --resume" in said(capsys, [*line, "--max-seconds", "1e-9"], status=3)
     with pytest.raises(SystemExit):
         main([*line, "--resume", "--max-seconds", "1e-9", "--json"])
     record = json.loads(capsys.readouterr().out)

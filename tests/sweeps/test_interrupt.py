@@ -80,7 +80,7 @@ def test_an_interrupt_says_what_is_kept(tmp_path: Path) -> None:
         if done > 40:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt, match=r"\d+ of 120 cells are kept in .*--resume goes on"):
+    with pytest.raises(KeyboardInterrupt, match=r"\d+ of 120 cells are kept in .*with --resume"):
         run_sweep(chart(), tmp_path / "store", progress=stop)
 
 
@@ -120,7 +120,7 @@ def test_ctrl_c_ends_a_sweep_of_days_in_one_line(
         program.kill()
     assert (program.returncode, out) == (130, "")
     # A cluster starts before the store is opened: there is nothing yet that could have been kept.
-    kept = (f": 0 of 16 cells are kept in {store}, and", f": no cell was begun; what {store} held")
+    kept = (f": 0 of 16 cells are kept in {store};", f": no cell was started; {store} is unchanged")
     assert errors.startswith("error: interrupted")
     assert errors.count("\n") == 1
     assert "--dask" in how or any(said in errors for said in kept)

@@ -115,7 +115,7 @@ def test_a_run_whose_time_is_over_goes_on(
         found = run_sweep(SWEEP, store, executor=how, workers=1, progress=stop, max_seconds=1e9)
     assert 40 < found.computed == sum(found.outcomes.values()) == told[-1] < 120
     assert (found.success, found.status) == (False, "time-limit")
-    assert "--resume goes on" in found.message
+    assert "continue with --resume" in found.message
     rest = run_sweep(SWEEP, store, workers=1, resume=True)
     assert (rest.success, rest.computed) == (True, 120 - found.computed)
     assert contents(store) == whole
@@ -347,19 +347,19 @@ def test_a_store_is_not_mixed_with_anything_else(
         run_sweep(chart(periods=41), tmp_path / "store", resume=True)
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "thesis.tex").touch()
-    with pytest.raises(InvalidInput, match="new, or empty"):
+    with pytest.raises(InvalidInput, match="new, empty"):
         run_sweep(SWEEP, tmp_path / "other", resume=True)
     run_sweep(SWEEP, tmp_path / "headless")
     for name in ("sweep.json", "chunks/sweep.copy"):
         (tmp_path / "headless" / name).unlink()
     before = contents(tmp_path / "headless")
-    with pytest.raises(InvalidInput, match="new, or empty"):
+    with pytest.raises(InvalidInput, match="new, empty"):
         run_sweep(SWEEP, tmp_path / "headless", resume=True)
     assert contents(tmp_path / "headless") == before
     (tmp_path / "file").touch()
     with pytest.raises(InvalidInput, match="a directory"):
         run_sweep(SWEEP, tmp_path / "file")
-    with pytest.raises(InvalidInput, match="directory of a sweep"):
+    with pytest.raises(InvalidInput, match="a directory that holds a sweep"):
         open_results(tmp_path / "other")
     monkeypatch.setattr(Scene, "digest", "other kernels")
     with pytest.raises(InvalidInput, match="kernels = 'other kernels'"):

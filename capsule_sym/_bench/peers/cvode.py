@@ -26,7 +26,7 @@ _MOST_STEPS = 1_000_000
 
 
 def build(method: str, tolerance: float, careful: bool) -> Run:
-    """Runs by "Adams" or "BDF", with the tolerance as rtol and atol.
+    """Run function of method "Adams" or "BDF", with the tolerance as rtol and atol.
 
     With `careful` every guard is raised by 1e-16.
     """
@@ -61,7 +61,7 @@ def build(method: str, tolerance: float, careful: bool) -> Run:
 
 
 class _Field:
-    """Equations of the present field, for the callbacks of a solver that serves all six."""
+    """Equations of the current field, for the callbacks of one solver that serves all six."""
 
     rate: Rates
     guards: list[Guard]

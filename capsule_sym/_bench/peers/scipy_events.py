@@ -13,7 +13,7 @@ from capsule_sym._parameters import Parameters
 
 
 def build(method: Any, tolerance: float, careful: bool) -> Run:
-    """Runs by a method of solve_ivp, with the tolerance as rtol and atol.
+    """Run function of a method of solve_ivp, with the tolerance as rtol and atol.
 
     With `careful` every guard is raised by 1e-16.
     """

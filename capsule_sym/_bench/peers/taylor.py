@@ -1,8 +1,8 @@
 """heyoka.py, one trajectory at a time or in lanes of its batch mode.
 
-One integrator has all six fields: contact and drift are run-time parameters, which the callbacks of
-its terminal events change. That is as its documentation advises, and of the forms tried the fastest
-(one integrator a field, restarted from Python, takes half as long again).
+One integrator has all six fields. Contact and drift are run-time parameters, which the callbacks
+of its terminal events change, as its documentation advises. Of the forms tried this was the
+fastest: one integrator a field, restarted from Python, takes half as long again.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ _SIDE, _SPRING, _SLIP = 4, 5, slice(6, 11)
 
 
 def build(tolerance: float, careful: bool, lanes: int | None = None) -> Run:
-    """Runs at a tolerance, in lanes of the batch mode if so many are given.
+    """Run function at a tolerance, in lanes of the batch mode if `lanes` is given.
 
-    After a switch x_r is put to delta, or v_c to zero: exactly so, or with `careful` by one unit
-    off it, into the region that is entered, as guards that start at exactly zero can lose their
-    next root.
+    After a switch x_r is set to delta, or v_c to zero. With `careful` it is one unit off, inside
+    the
+    region that is entered: guards that start at exactly zero can lose their next root.
     """
     import heyoka as hy  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
-    hy.set_logger_level_critical()  # the rows show what its warnings are about
-    hy.llvm_state.clear_memcache()  # so that the time to compile is seen
+    hy.set_logger_level_critical()  # the results show the errors that its warnings announce
+    hy.llvm_state.clear_memcache()  # the time to compile is part of the measurement
     batch = Lanes(lanes or 1, careful)
     callbacks = (batch.gap, batch.upper, batch.lower)
     event = hy.t_event_batch if lanes else hy.t_event
@@ -104,11 +104,11 @@ class Lanes:
         self.itineraries = [bytearray() for _ in range(lanes)]
 
     def __deepcopy__(self, _memo: Any) -> Lanes:
-        """Itself: heyoka copies its callbacks, which must go on sharing what they change."""
+        """The same object: heyoka copies its callbacks, which have to share what they change."""
         return self
 
     def begin(self, starts: Sequence[Start]) -> None:
-        """Puts every lane at its start; all parameters but alpha are those of the first."""
+        """Put every lane at its start; all parameters but alpha are those of the first start."""
         p = self.parameters = starts[0].parameters
         self.room, self.locked = MOST * (starts[0].periods + 1), False
         self.edge: tuple[float, ...] = (p.delta, p.delta)
@@ -162,7 +162,7 @@ class Lanes:
         return self._entered(lane)
 
     def _entered(self, lane: int) -> bool:
-        """Notes the field that is entered; False stops all lanes, where switches have no end."""
+        """Record the field that is entered; returns False to stop all lanes that locked up."""
         self.itineraries[lane].append(FIELD[self.contact[lane], self.drift[lane]])
         self.locked = len(self.itineraries[lane]) > self.room
         return not self.locked
