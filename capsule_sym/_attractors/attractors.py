@@ -82,7 +82,7 @@ class Attractor:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Attractors(Result, Labelled):
     """Attractors of one parameter set, that of the most starts first; dimensionless.
 

@@ -104,7 +104,7 @@ class AttractorBranch:
         }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ContinuedAttractors(Result, Labelled):
     """Attractors along a parameter, in the order of their first values; dimensionless.
 

@@ -214,7 +214,8 @@ def _message(search: Search) -> str:
         if search.edge is None
         else f"leads to an edge state of multiplier {search.edge.multipliers[0].real:.6g}"
     )
+    before = search.tried - search.samples
     return (
-        f"the boundary {edge}; beyond it runs lead {where}; {search.tried} knocks were tried, the "
-        f"last {search.samples} of them smaller, after which the motion came back"
+        f"the boundary {edge}; beyond it runs lead {where}; {before:,} knocks were tried to find "
+        f"it, then {search.samples:,} smaller ones, after which the motion came back"
     )

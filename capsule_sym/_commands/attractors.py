@@ -10,7 +10,7 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.optimise import finite, table_of
+from capsule_sym._commands.optimise import end, in_unit, report
 from capsule_sym._commands.signature import command, option
 
 
@@ -37,12 +37,13 @@ def attractors(
     its multipliers, its mirror image where there is one, and a 95 % interval of the fraction. What
     has not settled is counted. A parameter that is given a range with a count, such as
     --alpha 0.5:4:100, has all followed over it: births and deaths are located at the bifurcations
-    of their branches.
+    of their branches. With a device progressions are in SI units, in the JSON as "si"; ranges of
+    starts are dimensionless.
 
     Exits with 3 where the time was over before. Ctrl-C ends it early too: what was found is shown
     and written.
     """
-    from numpy import linspace
+    from numpy import array, linspace
 
     from capsule_sym._native import Watch
     from capsule_sym._native.watch import TOLD
@@ -69,27 +70,22 @@ def attractors(
             if device is not None and name not in parameters.to_dict():
                 how["ties"] = capsule_sym.device_path(device, name)
             found = capsule_sym.continue_attractors(parameters, name, values, starts, **how)
-    pictures = {}
-    if isinstance(found, capsule_sym.ContinuedAttractors):
-        pictures = {"attractors.svg": partial(capsule_sym.plot_attractors, found)}
-    present.result(
-        lambda: finite(found.to_dict()),
-        lambda: _show(found),
-        as_json,
-        out,
-        lambda: {
-            "attractors.json": finite(found.to_dict()),
-            "attractors.csv": table_of(found),
-        },
-        pictures,
-    )
+    extra = {}
+    if device is not None:
+        name, extra["attractors"] = "progression", found.to_dict()["attractors"]
+        key = f"{name}s" if over else name
+        for one in extra["attractors"]:
+            one["si"] = {f"{key} [m]": (array(one[key]) * device.scale(name)).tolist()}
+    show, drawn = partial(_show, found, device), over is not None
+    report(found, "attractors", show, out, as_json, extra, device=device, drawn=drawn)
     if limit.stopped:
         raise KeyboardInterrupt
-    if not found.success:
-        present.fail(f"{found.status}: {found.message}")
+    end(found)
 
 
-def _show(found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors) -> None:
+def _show(
+    found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors, device: options.Device
+) -> None:
     rows: Iterable[tuple[str, ...]]
     if isinstance(found, capsule_sym.Attractors):
         rows = (
@@ -98,7 +94,7 @@ def _show(found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors) -> No
                 f"{one.fraction:.2%}",
                 f"{one.interval[0]:.2%} to {one.interval[1]:.2%}",
                 str(one.period_number),
-                f"{one.progression:.6g}",
+                in_unit(one.progression, "progression", device),
                 f"{one.multiplier:.6g}",
                 "" if one.mirror is None else "itself" if one.mirror == number else str(one.mirror),
                 one.itinerary,

@@ -9,7 +9,7 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.orbit import checked
+from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
 
@@ -204,7 +204,7 @@ def followed(
     path = capsule_sym.parameter_path(parameter, ties, parameters.scene)
     path.check(parameters, begin, end)
     placed = type(parameters)(*path.placed([*parameters.to_dict().values()], begin))
-    start = checked(capsule_sym.solve_orbit(placed, state, max_seconds=limit.left))
+    start = settled(placed, state, limit)
     with present.stoppable(limit, "Following"):
         return capsule_sym.continue_orbit(
             start, parameter, end, points=points, ties=ties, max_seconds=limit.left

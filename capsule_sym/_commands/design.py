@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import click
@@ -10,7 +11,6 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import (
-    drawing,
     finite,
     margin_option,
     over_option,
@@ -116,12 +116,12 @@ def design(
         print_steering(steering)
 
     files = {"design.json": record, "front.csv": table_of(front), "path.csv": table_of(steering)}
-    pictures = {"front.svg": drawing("front", front)} if front.points else {}
+    pictures = {"front.svg": partial(capsule_sym.plot, front)} if front.points else {}
     if steering.branches:
-        pictures["path.svg"] = drawing("steering", steering)
+        pictures["path.svg"] = partial(capsule_sym.plot, steering)
     if spread is not None and spread.metrics:
         files["tolerances.csv"] = table_of(spread)
-        pictures["tolerances.svg"] = drawing("tolerances", spread)
+        pictures["tolerances.svg"] = partial(capsule_sym.plot, spread)
     present.result(lambda: record, show, as_json, out, lambda: files, pictures)
     missing = {name: one.message for name, one in found.items() if not one.success}
     if front.status is capsule_sym.OptimumStatus.TIME_LIMIT:

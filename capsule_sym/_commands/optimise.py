@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import Any
 
 import click
 
@@ -16,10 +17,6 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option, several
 from capsule_sym._design.counts import POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 over_option = options.by_name(
     "A parameter that varies, and its bounds: dimensionless, or of the device. Any number.",
@@ -33,11 +30,16 @@ subject_option = option(
     metavar="LIMIT",
 )
 margin_option = option("Floquet multipliers are at most 1 - MARGIN.", type=float)
-tolerance_option = options.by_name(
+
+
+def shares_option(help: str, flag: str = "--tolerance") -> Any:
+    """An option that takes a parameter and a share, any number of times."""
+    kind = options.Named(click.FLOAT, "alpha=0.05")
+    return options.by_name(help, flag, of=kind, metavar="NAME=SHARE")
+
+
+tolerance_option = shares_option(
     "The worst case within ±SHARE of a parameter counts. Any number.",
-    "--tolerance",
-    of=options.Named(click.FLOAT, "alpha=0.05"),
-    metavar="NAME=SHARE",
 )
 _search = several(
     subject_to=subject_option,
@@ -151,36 +153,38 @@ def report(
     show: Callable[[], None],
     out: Path | None,
     as_json: bool,
-    extra: Mapping[str, Any] | None = None,
+    extra: Mapping[str, Any] = MappingProxyType({}),
+    *,
+    device: options.Device = None,
+    drawn: bool | None = None,
 ) -> None:
-    """Present a result, with its record, table and picture as files."""
+    """Present a result, with its record, table and picture as files.
+
+    Rows of a dimensionless table have SI units too, by their device. The picture is that of a
+    result whose table has rows, unless `drawn` says so.
+    """
     columns = getattr(found, "columns", {})
 
     def record() -> dict[str, Any]:
-        text: dict[str, Any] = finite(found.to_dict() | dict(extra or {}))
+        text: dict[str, Any] = finite({**found.to_dict(), **extra})
         return text
 
     def files() -> dict[str, Any]:
-        return {f"{name}.json": record()} | ({f"{name}.csv": table_of(found)} if columns else {})
+        table = {f"{name}.csv": table_of(found, device)} if columns else {}
+        return {f"{name}.json": record()} | table
 
-    drawn = columns and len(next(iter(columns.values())))
-    pictures = {f"{name}.svg": drawing(name, found)} if drawn else {}
+    drawn = any(map(len, columns.values())) if drawn is None else drawn
+    pictures = {f"{name}.svg": partial(capsule_sym.plot, found)} if drawn else {}
     present.result(record, show, as_json, out, files, pictures)
 
 
-def table_of(found: Any) -> tuple[list[dict[str, Any]], list[str]]:
-    """The columns of a result as rows of a table, and their names."""
+def table_of(found: Any, device: options.Device = None) -> tuple[list[dict[str, Any]], list[str]]:
+    """The columns of a result as rows of a table, and their names; in SI units too by a device."""
+    from capsule_sym._records import in_si
+
     lists = {key: column.tolist() for key, column in found.columns.items()}
-    rows = [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
-    return rows, list(lists)
-
-
-def drawing(name: str, found: Any) -> Callable[[], Figure]:
-    """What draws a result: a front, a steering or a fit."""
-    draw = {"front": "plot_front", "steering": "plot_steering", "fit": "plot_residuals"}.get(
-        name, f"plot_{name}"
-    )
-    return lambda: getattr(capsule_sym, draw)(found)
+    each = (dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True))
+    return [row | in_si(device, row) for row in each], list(lists)
 
 
 def end(found: Any) -> None:
@@ -204,6 +208,15 @@ def with_unit(value: float, unit: str) -> str:
     if unit in _MILLI:
         value, unit = 1000 * value, _MILLI[unit]
     return f"{value:.6g} {unit}".rstrip()
+
+
+def in_unit(value: float, name: str, device: options.Device, digits: int = 6) -> str:
+    """A dimensionless quantity: with so many digits, or with its unit if there is a device."""
+    from capsule_sym._units import UNITS
+
+    if device is None:
+        return f"{value:.{digits}g}"
+    return with_unit(value * device.scale(name), UNITS[name].name)
 
 
 def units_of(system: capsule_sym.SceneParameters | capsule_sym.SceneDevice) -> dict[str, str]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
+
+if TYPE_CHECKING:
+    from capsule_sym._native import Watch
 
 
 @command()
@@ -47,8 +50,6 @@ def orbit(
     Exits with 4 where --certify does not prove all.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.records import failure_record
-    from capsule_sym._records import dumps
 
     parameters, device = system.load()
     options.check_beside("along", needs=("box",))
@@ -81,10 +82,7 @@ def orbit(
 
         present.result(record, show, as_json)
     else:
-        one = capsule_sym.solve_orbit(parameters, state, max_seconds=max_seconds)
-        if as_json and not one.success:
-            click.echo(dumps(failure_record(one)))
-        found = [checked(one)]
+        found = [one := settled(parameters, state, limit, as_json)]
         present.result(lambda: _record(one, device), lambda: _print_orbit(one, device), as_json)
     present.certificates(certify, found, limit)
     if search is not None and search.status == "time-limit":
@@ -135,9 +133,22 @@ def _search(
         )
 
 
-def checked(found: capsule_sym.Orbit) -> capsule_sym.Orbit:
-    """The orbit that was looked for; exits with 3 where there is none."""
+def settled(
+    parameters: capsule_sym.SceneParameters,
+    state: Sequence[float],
+    limit: Watch,
+    as_json: bool = False,
+) -> capsule_sym.Orbit:
+    """The orbit on which a start settles; exits with 3 where there is none, after it is told."""
+    from capsule_sym._orbits.continuation.records import failure_record
+    from capsule_sym._records import dumps
+
+    found = capsule_sym.solve_orbit(parameters, state, max_seconds=limit.left)
+    if limit.stopped:
+        raise KeyboardInterrupt
     if not found.success:
+        if as_json:
+            click.echo(dumps(failure_record(found)))
         present.fail_early("no orbit", found)
     return found
 

@@ -9,13 +9,14 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import (
-    finite,
+    end,
     over_option,
-    table_of,
+    report,
     tolerance_option,
     units_of,
     with_unit,
 )
+from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option, several
 from capsule_sym._errors import InvalidInput
 
@@ -61,8 +62,8 @@ def pulse(
     numbers --between attractors that ranges of starts lead to, as `capsule-sym attractors` shows
     them. With --tolerance the same pulse works at both ends of each.
 
-    Exits with 3 where a motion is not periodic, or no pulse is found. Ctrl-C ends the search, and
-    shows the best pulse so far.
+    Exits with 3 where a motion is not periodic, or no pulse is found. Ctrl-C ends it early
+    too: what was found is shown and written.
     """
     from capsule_sym._native import Watch
     from capsule_sym._native.watch import TOLD
@@ -78,18 +79,19 @@ def pulse(
     limit = Watch(max_seconds)
     with present.stoppable(limit, "Switching"):
         starts = {name: window for name, window in windows.items() if window}
-        ends = _motions(parameters, (state, to), between, starts, limit)
+        ends = _motions(parameters, (state, to), between, starts, limit, as_json)
         how |= {"max_seconds": limit.left, "progress": TOLD.get()}
-        found = capsule_sym.switch_by_pulse(*ends, over or None, device or parameters, **how)
-    files = {"pulse.json": finite(found.to_dict()), "pulse.csv": table_of(found)}
-    pictures = {"pulse.svg": lambda: capsule_sym.plot_pulse(found)} if found.periods else {}
-    present.result(
-        lambda: finite(found.to_dict()), lambda: _show(found), as_json, out, lambda: files, pictures
-    )
+        try:
+            found = capsule_sym.switch_by_pulse(*ends, over or None, device or parameters, **how)
+        except InvalidInput as error:
+            if error.field != "end":
+                raise
+            field = "--to" if between is None else "--between"
+            raise InvalidInput(field, error.value, error.allowed) from None
+    report(found, "pulse", lambda: _show(found), out, as_json)
     if limit.stopped:
         raise KeyboardInterrupt
-    if not found.success:
-        present.fail(f"{found.status}: {found.message}")
+    end(found)
 
 
 def _motions(
@@ -98,11 +100,15 @@ def _motions(
     between: tuple[int, int] | None,
     starts: dict[str, Any],
     limit: Watch,
+    as_json: bool,
 ) -> tuple[capsule_sym.Orbit, capsule_sym.Orbit]:
     """The motion now, and the one that is wanted."""
+    from capsule_sym._records import dumps
+
     state, to = states
     if to is not None:
-        return _settled(parameters, state, limit), _settled(parameters, to, limit)
+        one, other = (settled(parameters, each, limit, as_json) for each in (state, to))
+        return one, other
     if not starts:
         raise click.UsageError("give a range of starts, such as --x-r -1:1")
     box = capsule_sym.attractors(parameters, starts, max_seconds=limit.left)
@@ -114,24 +120,15 @@ def _motions(
             if not 0 <= number < len(known):
                 raise InvalidInput("--between", number, f"from 0 to {len(known) - 1}")
         return known[between[0]], known[between[1]]
-    now = _settled(parameters, state, limit)
+    now = settled(parameters, state, limit, as_json)
     way = -1 if now.average_velocity > 0 else 1
     best = max(known, key=lambda one: way * float(one.average_velocity), default=now)
     if not way * float(best.average_velocity) > 0:
-        present.fail("no attractor that the starts lead to goes the other way")
+        why = "no attractor that the starts lead to goes the other way"
+        if as_json:
+            click.echo(dumps({"success": False, "status": "no-attractor", "message": why}))
+        present.fail(why)
     return now, best
-
-
-def _settled(
-    parameters: capsule_sym.SceneParameters, state: tuple[float, float, float], limit: Watch
-) -> capsule_sym.Orbit:
-    """The motion on which a start settles; exits with 3 where there is none."""
-    found = capsule_sym.solve_orbit(parameters, state, max_seconds=limit.left)
-    if limit.stopped:
-        raise KeyboardInterrupt
-    if not found.success:
-        present.fail_early("no orbit", found)
-    return found
 
 
 def _show(found: capsule_sym.Pulse) -> None:

@@ -10,7 +10,8 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.orbit import checked
+from capsule_sym._commands.optimise import end, in_unit, report
+from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option, several
 
 
@@ -27,7 +28,10 @@ def shock(
         ),
         largest=option("The largest knock that is tried.", type=float),
         samples=options.count(
-            "Knocks that are tried at last within the smallest one.", 20_000, 100, 10_000_000
+            "Knocks that are tried at last within the smallest one; to find it takes thousands.",
+            20_000,
+            100,
+            10_000_000,
         ),
         periods=option(
             "Excitation periods after which a run that is not back is lost.  [default: 1024, more "
@@ -45,9 +49,10 @@ def shock(
     The motion is that on which the run from --state settles. A knock changes x_r, v_r and v_c at
     once; its size, the root of the sum of squares, is dimensionless. The edge state is the unstable
     motion to which runs lead from the knock, between those that come back and those that are lost.
-    With a device, "si" has the knock in SI units.
+    With a device, the knock is shown in SI units, which "si" has in the JSON.
 
-    Exits with 3 where there is no motion, or time is short.
+    Exits with 3 where there is no motion, or time is short. Ctrl-C ends it early too: what was
+    found is shown and written.
     """
     from capsule_sym._native import Watch
     from capsule_sym._native.watch import TOLD
@@ -55,67 +60,49 @@ def shock(
     parameters, device = system.load()
     limit = Watch(max_seconds)
     with present.stoppable(limit, "Knocking:"):
-        orbit = checked(capsule_sym.solve_orbit(parameters, state, max_seconds=limit.left))
+        orbit = settled(parameters, state, limit, as_json)
         how |= {"max_seconds": limit.left, "progress": TOLD.get()}
         found = capsule_sym.minimal_shock(orbit, **how)
 
-    def record() -> dict[str, Any]:
-        return found.to_dict() | ({} if device is None else {"si": _in_si(found, device)})
-
-    pictures = (
-        {"shock.svg": lambda: capsule_sym.plot_shock(found)} if found.phase is not None else {}
-    )
-    present.result(
-        record,
-        lambda: _print(found, device),
-        as_json,
-        out,
-        lambda: {"shock.json": record()},
-        pictures,
-    )
+    extra = {} if device is None else {"si": _in_si(found, device)}
+    drawn = found.phase is not None
+    report(found, "shock", lambda: _print(found, device), out, as_json, extra, drawn=drawn)
     if limit.stopped:
-        raise present.interrupted(None)
-    if not found.success:
-        present.fail(f"{found.status.value}: {found.message}")
+        raise KeyboardInterrupt
+    end(found)
 
 
 def _in_si(found: capsule_sym.Shock, device: options.Device) -> dict[str, float]:
     """The knock and its time in SI units."""
     from capsule_sym._records import in_si
 
-    knock = found.to_dict()["knock"]
-    return {} if knock is None else in_si(device, knock | {"phase": found.phase})
+    return in_si(device, (found.to_dict()["knock"] or {}) | {"phase": found.phase})
 
 
 def _print(found: capsule_sym.Shock, device: options.Device) -> None:
     record = found.to_dict()
-    rows = {"motion": _motion(record["motion"])}
+    rows = {"motion": _motion(record["motion"], device)}
     if found.phase is not None:
-        names = found.scene.facts.STATE
         rows |= {
             "smallest knock": f"{found.size:.9g}",
-            **{f"  in {name}": f"{record['knock'][name]:.9g}" for name in names},
-            "at phase": f"{found.phase:.9g}",
-            **(
-                {}
-                if device is None
-                else {f"  {k}": f"{v:.6g}" for k, v in _in_si(found, device).items()}
-            ),
+            **{f"  in {k}": in_unit(one, k, device, 9) for k, one in record["knock"].items()},
+            "at phase": in_unit(found.phase, "phase", device, 9),
         }
         if found.success or found.edge is not None:
-            rows["edge state"] = _motion(record["edge"])
+            rows["edge state"] = _motion(record["edge"], device)
         if found.success or found.attractor is not None:
-            rows["beyond it"] = _motion(record["attractor"])
+            rows["beyond it"] = _motion(record["attractor"], device)
     present.grid(rows.items())
     click.echo(f"{found.status.value}: {found.message}")
 
 
-def _motion(record: dict[str, Any] | None) -> str:
+def _motion(record: dict[str, Any] | None, device: options.Device) -> str:
     """A motion in a line."""
     if record is None:
         return "no periodic motion"
     largest = math.hypot(*record["multipliers"][0])
+    progression = in_unit(record["progression"], "progression", device)
     return (
         f"{' '.join(record['itinerary'])}, period number {record['period_number']}, "
-        f"progression {record['progression']:.6g}, largest multiplier {largest:.6g}"
+        f"progression {progression}, largest multiplier {largest:.6g}"
     )

@@ -11,8 +11,8 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import (
     end,
     report,
+    shares_option,
     telling,
-    tolerance_option,
     units_of,
     with_unit,
 )
@@ -27,13 +27,12 @@ def tolerances(
     metric: tuple[str, ...] = option(
         "A metric, or arithmetic of metrics. Any number.", multiple=True, type=str, metavar="METRIC"
     ),
-    shares: dict[str, float] = tolerance_option,
-    normal: dict[str, float] = options.by_name(
-        "A parameter that is normally distributed, with this standard deviation as a share. Any "
-        "number.",
+    shares: dict[str, float] = shares_option(
+        "A parameter lies evenly within ±SHARE of its value. Any number."
+    ),
+    normal: dict[str, float] = shares_option(
+        "A parameter is normally distributed, with this standard deviation as a share. Any number.",
         "--normal",
-        of=options.Named(click.FLOAT, "alpha=0.05"),
-        metavar="NAME=SHARE",
     ),
     samples: int = options.count("Samples, a power of two.", 4096),
     seed: int = options.count("Decides the samples.", 0, *SEED),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -60,18 +60,13 @@ def measured(table: Mapping[str, ArrayLike], device: SceneDevice | None = None) 
     times = columns.pop("t")
     if times.ndim != 1:
         raise InvalidInput("t", times.shape, "a column of times")
-    _refuse("t", times, ~np.isfinite(times), "a finite number")
-    if np.any(np.diff(times) <= 0):
-        at = int(np.argmax(np.diff(times) <= 0)) + 1
-        raise InvalidInput(
-            f"t in row {at + 1}", float(times[at]), f"after {float(times[at - 1])!r}"
-        )
+    for name, values in columns.items():
+        if values.shape != times.shape:
+            raise InvalidInput(name, values.shape, f"{len(times)} values, as there are times")
+    _check_values({"t": times, **columns}, range(1, len(times) + 1))
     parts = []
     for k, name in enumerate(names):
         values = columns[name]
-        if values.shape != times.shape:
-            raise InvalidInput(name, values.shape, f"{len(times)} values, as there are times")
-        _refuse(name, values, np.isinf(values), "finite, or nan for a gap")
         there = np.isfinite(values)
         if np.ptp(values[there]) == 0.0 if there.any() else True:
             raise InvalidInput(name, "constant" if there.any() else "empty", "a column that varies")
@@ -95,19 +90,27 @@ def check_names(names: Iterable[object]) -> None:
         seen.add(name)
 
 
-def _refuse(name: str, values: NDArray[np.float64], bad: NDArray[np.bool_], allowed: str) -> None:
-    """Raises InvalidInput for the first bad value."""
-    if bad.any():
-        row = int(np.argmax(bad))
-        raise InvalidInput(f"{name} in row {row + 1}", float(values[row]), allowed)
+def _check_values(columns: Mapping[str, NDArray[np.float64]], rows: Sequence[int]) -> None:
+    """Raises InvalidInput for the first bad value of a column, by the number of its row."""
+    bad = {name: (np.isinf(values), "finite, or nan for a gap") for name, values in columns.items()}
+    if (times := columns.get("t")) is not None:
+        bad["t"] = ~np.isfinite(times), "a finite number"
+    for name, (wrong, allowed) in bad.items():
+        if wrong.any():
+            at = int(np.argmax(wrong))
+            raise InvalidInput(f"{name} in row {rows[at]}", float(columns[name][at]), allowed)
+    if times is not None and (falls := np.diff(times) <= 0).any():
+        at = int(np.argmax(falls)) + 1
+        allowed = f"after {float(times[at - 1])!r}"
+        raise InvalidInput(f"t in row {rows[at]}", float(times[at]), allowed)
 
 
 def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
     """The columns (n,) of a CSV or Parquet file by name, in its own units, nan for a gap.
 
     Raises InvalidInput for a file that cannot be read, that has no header, where a column is not
-    one to fit or is there twice, or where a value is no number; NotInstalled for Parquet without
-    pyarrow.
+    one to fit or is there twice, or where a value is not allowed, with the line of the file;
+    NotInstalled for Parquet without pyarrow.
     """
     file = Path(path)
     if file.suffix == ".parquet":
@@ -124,20 +127,24 @@ def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
         }
     try:
         with file.open(encoding="utf-8-sig", newline="") as opened:
-            header, *rows = [row for row in csv.reader(opened) if row] or [[]]
+            reader = csv.reader(opened)
+            lines = [(reader.line_num, row) for row in reader if row]
     except OSError as error:
         raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
     except (ValueError, csv.Error) as error:
         raise InvalidInput("file", str(path), f"a CSV file ({error})") from error
-    names = [name.strip() for name in header]
+    names = [name.strip() for name in lines[0][1]] if lines else []
     check_names(names)
-    columns = np.full((len(names), len(rows)), np.nan)
-    for i, row in enumerate(rows):
+    columns = np.full((len(names), len(lines[1:])), np.nan)
+    for i, (number, row) in enumerate(lines[1:]):
         if len(row) != len(names):
-            raise InvalidInput(f"row {i + 2}", ",".join(row), f"{len(names)} values, as the header")
+            told = f"{len(names)} values, as the header"
+            raise InvalidInput(f"row {number}", ",".join(row), told)
         for k, text in enumerate(row):
             try:
                 columns[k, i] = float(text) if text.strip() else np.nan
             except ValueError:
-                raise InvalidInput(f"{names[k]} in row {i + 2}", text, "a number") from None
-    return dict(zip(names, columns, strict=True))
+                raise InvalidInput(f"{names[k]} in row {number}", text, "a number") from None
+    found = dict(zip(names, columns, strict=True))
+    _check_values(found, [number for number, _ in lines[1:]])
+    return found

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 _NAMED = 0.08  # fraction from which on an area has its number
 _NARROW = 0.01  # share of the axis over which it goes then
+_HATCHES = ("", "/////", ".....", "xxxxx")  # of attractors that share a colour
 _LARGE = 0.7  # share of an area's greatest height above which it may stand
 _Values = NDArray[np.float64]
 
@@ -44,12 +45,16 @@ def plot_attractors(
     places, shares = _columns(found)
     below = np.zeros(len(places))
     fine = np.linspace(found.values[0], found.values[-1], 401)
-    colours = _colours(found)
-    for branch, colour in zip(found.branches, colours, strict=True):
+    for branch in found.branches:
+        turn, place = divmod(branch.number, len(REGIONS))
+        colour = REGIONS[place]
+        looks: dict[str, Any] = {"facecolor": colour, "linewidth": 0}
+        if turn:
+            looks |= {"hatch": _HATCHES[turn % len(_HATCHES)], "edgecolor": readable(colour)}
         fractions = np.zeros(len(found.values))
         fractions[np.searchsorted(found.values, branch.values)] = branch.fractions
         height = shares @ fractions
-        axes.fill_between(places, below, below + height, color=colour, linewidth=0)
+        axes.fill_between(places, below, below + height, **looks)
         heights = np.interp(fine, places, height)
         large = np.flatnonzero(heights >= _LARGE * heights.max())
         most = int(large[abs(fine[large] - fine[large].mean()).argmin()])
@@ -85,21 +90,6 @@ def plot_attractors(
             add_key(figure, handles)
     title = f"Attractors along {found.name}"
     return describe(figure, title, parameters=found.base, starts=found.starts)
-
-
-def _colours(found: ContinuedAttractors) -> list[str]:
-    """A colour for each attractor: another one than those of attractors beside it, if there is."""
-    step = np.diff(found.values).max()
-    chosen = list[int]()
-    for branch in found.branches:
-        beside = {
-            chosen[other.number]
-            for other in found.branches[: branch.number]
-            if other.values[-1] + 2 * step >= branch.values[0]
-        }
-        free = [i for i in range(len(REGIONS)) if i not in beside]
-        chosen.append(free[0] if free else branch.number % len(REGIONS))
-    return [REGIONS[i] for i in chosen]
 
 
 def _columns(found: ContinuedAttractors) -> tuple[_Values, _Values]:

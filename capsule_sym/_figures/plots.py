@@ -17,9 +17,10 @@ def plot(result: Any, **options: Any) -> Figure:
 
     A `Trajectory` or an `Orbit` gives its displacements and phase portrait, a `Branch` the
     bifurcation diagram, a `Fit` its residuals, a `Front` and a `Steering` their curves,
-    `ContinuedAttractors` their fractions, a `Shock` and a `Pulse` both motions. Options are those
-    of `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front`, `plot_steering`,
-    `plot_attractors`, `plot_shock` and `plot_pulse`. Raises InvalidInput for anything else.
+    `ContinuedAttractors` their fractions, a `Shock` and a `Pulse` both motions, `Tolerances` the
+    spread. Options are those of `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front`,
+    `plot_steering`, `plot_attractors`, `plot_shock`, `plot_pulse` and `plot_tolerances`. Raises
+    InvalidInput for anything else.
     """
     from capsule_sym._map import Trajectory
     from capsule_sym._orbits.continuation.branches.branch import Branch
@@ -38,6 +39,7 @@ def plot(result: Any, **options: Any) -> Figure:
         capsule_sym.ContinuedAttractors: capsule_sym.plot_attractors,
         capsule_sym.Shock: capsule_sym.plot_shock,
         capsule_sym.Pulse: capsule_sym.plot_pulse,
+        capsule_sym.Tolerances: capsule_sym.plot_tolerances,
     }
     for kind, draw in drawn.items():
         if isinstance(result, kind):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 
-from capsule_sym import attractors, continue_attractors, plot
+from capsule_sym import attractors, continue_attractors, load_parameters, plot
 from capsule_sym._cli import main
 from tests.attractors.test_attractors import BOX
 from tests.attractors.test_destinations import BISTABLE
@@ -32,6 +32,7 @@ def test_it_prints_what_the_function_finds(call) -> None:
     status, out, err = call(*SYSTEM, *box)
     assert (status, err) == (0, [])
     assert "50 starts lead to 2 attractors" in out
+    assert repr(attractors(BISTABLE, BOX, count=50)).startswith("<Attractors: 50 starts lead to 2")
     status, out, _ = call(*SYSTEM, *box, "--json")
     assert json.loads(out) == json.loads(json.dumps(attractors(BISTABLE, BOX, count=50).to_dict()))
 
@@ -57,6 +58,11 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
     record = json.loads(out)
     assert (status, record["parameter"], record["values"]) == (0, "P_d", [3.0, 6.0])
     assert record["message"] == "1 attractor at 2 values of P_d"
+    (one,), device = record["attractors"], load_parameters(file)
+    metres = [device.replace(P_d=3.0).displacement(1.0) * value for value in one["progressions"]]
+    assert one["si"] == {"progressions [m]": pytest.approx(metres, rel=1e-15)}
+    status, out, _ = call(*system)
+    assert f"{1000 * metres[1]:.6g} mm" in out
 
 
 @pytest.mark.parametrize(
@@ -76,6 +82,14 @@ def test_bad_input_is_one_line(call, arguments, told) -> None:
     status, out, err = call(*arguments)
     assert (status, out, len(err)) == (2, "", 1)
     assert told in err[0]
+
+
+def test_attractors_beside_each_other_look_different(monkeypatch) -> None:
+    monkeypatch.setattr("capsule_sym._figures.attractors.REGIONS", ("#88ccee",))
+    found = continue_attractors(BISTABLE, "alpha", [2.2, 2.3, 2.4], BOX, count=30, periods=2048)
+    (axes,) = plot(found).axes
+    areas = [one for one in axes.collections if isinstance(one, PolyCollection)]
+    assert len({one.get_hatch() for one in areas}) == len(areas) == 2
 
 
 def test_areas_of_the_picture_are_the_fractions() -> None:

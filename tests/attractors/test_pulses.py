@@ -367,7 +367,7 @@ def test_the_command_takes_numbers_of_attractors_or_the_other_way(call) -> None:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("--to 0.5 -0.9 -0.9 --state 0.5 -0.9 -0.9", "another orbit than the start"),
+        ("--to 0.5 -0.9 -0.9 --state 0.5 -0.9 -0.9", "--to = "),
         ("--to 0.4 0.9 0.1 --max-periods 0", "1<=x<=1000"),
         ("--to 0.4 0.9 0.1 --over delta=0:1", "bounds of one of alpha, omega"),
         ("--x-r -2:2 --between 0 9", "--between"),
@@ -380,6 +380,13 @@ def test_the_command_refuses_in_one_line(call, line, said) -> None:
     assert (status, out) == (2, "")
     assert said in err[-1]
     assert len(err) == 1
+
+
+def test_without_a_motion_the_other_way_the_json_says_so(call) -> None:
+    status, out, err = call("--alpha 0.7 --omega 0.8 --x-r -1:1 --v-r -1:-0.9 --reverse --json")
+    told = json.loads(out)
+    assert (status, told["success"], told["status"]) == (3, False, "no-attractor")
+    assert err == [told["message"]]
 
 
 def test_a_pulse_that_was_not_found_has_no_picture() -> None:

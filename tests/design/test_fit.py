@@ -404,7 +404,13 @@ def test_bad_requests_are_named(options, named) -> None:
 
 @pytest.mark.parametrize(
     ("text", "named"),
-    [("t,x_m\n0,1,2\n", "row 2"), ("t,x_m\n0,one\n", "x_m in row 2"), ("", "columns")],
+    [
+        ("t,x_m\n\n0,1\n1,2\n1,3\n", "t in row 5 = 1.0"),
+        ("t,x_m\n\n0,1\n1,inf\n", "x_m in row 4 = inf"),
+        ("t,x_m\n0,1,2\n", "row 2"),
+        ("t,x_m\n0,one\n", "x_m in row 2"),
+        ("", "columns"),
+    ],
 )
 def test_bad_files_are_named(tmp_path, text, named) -> None:
     file = tmp_path / "data.csv"

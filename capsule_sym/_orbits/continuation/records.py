@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from enum import Enum
 from typing import Any
 
+from capsule_sym._map.result import plain
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
 from capsule_sym._orbits.continuation.branches.saved import FORMAT
 from capsule_sym._orbits.continuation.curves.curve import Curve
@@ -21,7 +21,6 @@ from capsule_sym._orbits.metrics.performance import performance, shown
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import CAPSULE, Scene
 
 # Attributes that are written as they are named.
 _CONVERGENCE = ("residual", "iterations", "status", "success")
@@ -34,24 +33,18 @@ _BIFURCATION = (
 _NORMAL_FORM = ("growth", "order", "coefficient", "exponent", "scenario")
 
 
-def plain(value: Any) -> Any:
-    """A value of a result as JSON has it: complex numbers as pairs, empty texts as null."""
-    if isinstance(value, complex):
-        return [value.real, value.imag]
+def _plain(value: Any) -> Any:
+    """A value of a result as JSON has it, empty texts as null."""
     if isinstance(value, Itinerary):
         return list(value.cyclic.names)
     if isinstance(value, NormalForm):
         return {**value._asdict(), "exponent": value.exponent}
-    if isinstance(value, Enum):
-        return value.value
-    if isinstance(value, tuple | list):
-        return [plain(one) for one in value]
-    return None if isinstance(value, str) and not value else value
+    return plain(value) if value != "" else None
 
 
 def _fields(one: Any, names: Iterable[str]) -> dict[str, Any]:
     """Attributes of a result as plain values."""
-    return {name: plain(getattr(one, name)) for name in names}
+    return {name: _plain(getattr(one, name)) for name in names}
 
 
 def orbit_record(orbit: Orbit) -> dict[str, Any]:
@@ -85,7 +78,7 @@ def branch_record(branch: Branch, switched: Iterable[Branch] = ()) -> dict[str, 
     return {
         "format": FORMAT,
         "origin": branch.origin or None,
-        **scene_record(branch.axis.path.scene),
+        **branch.axis.path.scene.entry,
         "parameters": branch.points[0].orbit.parameters.to_dict() if branch.points else None,
         "parameter": branch.parameter,
         "ties": dict(branch.axis.path.texts),
@@ -133,7 +126,7 @@ def _values(curve: Curve, point: CurvePoint | CodimensionTwoPoint) -> dict[str, 
 def _curve_point(curve: Curve, point: CurvePoint) -> dict[str, Any]:
     return {
         **_values(curve, point),
-        "itinerary": plain(point.orbit.itinerary),
+        "itinerary": _plain(point.orbit.itinerary),
         **_fields(point, ("line", *_CONVERGENCE, "multipliers", "multipliers_without")),
         "admissibility": _inequality(point.admissibility, point.orbit.itinerary),
     }
@@ -239,20 +232,15 @@ def _place(orbit: Orbit, convergence: Iterable[str] = _CONVERGENCE) -> dict[str,
     first, durations = orbit.itinerary.first, orbit.durations.tolist()
     flow, parameters = orbit.system.flows[first], orbit.parameters
     return {
-        **scene_record(orbit.scene),
+        **orbit.scene.entry,
         "parameters": parameters.to_dict(),
-        "itinerary": plain(orbit.itinerary),
+        "itinerary": _plain(orbit.itinerary),
         "period_number": orbit.itinerary.period_number,
         "phase": float(flow.angle) / parameters.omega % parameters.period,
         "state": [float(value) for value in flow.start],
         "durations": [float(h) for h in (*durations[first:], *durations[:first])],
         **_fields(orbit, convergence),
     }
-
-
-def scene_record(scene: Scene) -> dict[str, Any]:
-    """The scene by name or folder; nothing of the paper's."""
-    return {} if scene is CAPSULE else {"scene": scene.source}
 
 
 def _inequality(one: Inequality, itinerary: Itinerary) -> dict[str, Any]:
