@@ -21,6 +21,9 @@ from capsule_sym._attractors.uncertainty import BasinEntropy as BasinEntropy
 from capsule_sym._attractors.uncertainty import UncertaintyExponent as UncertaintyExponent
 from capsule_sym._attractors.uncertainty import basin_entropy as basin_entropy
 from capsule_sym._attractors.uncertainty import uncertainty_exponent as uncertainty_exponent
+from capsule_sym._bench.check import SwitchCheck as SwitchCheck
+from capsule_sym._bench.check import check_switches as check_switches
+from capsule_sym._bench.switch_file import read_switches as read_switches
 from capsule_sym._design.bootstrap import Bootstrap as Bootstrap
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus

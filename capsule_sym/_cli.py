@@ -120,6 +120,7 @@ for _section, _name, _module, _text in (
     (_EVERYDAY, "design", "design", "Study the drives of one device."),
     (_EVERYDAY, "tolerances", "tolerances", "Show the effect of tolerances on metrics."),
     (_EVERYDAY, "fit", "fit", "Fit parameters to measured series."),
+    (_EVERYDAY, "check", "check", "Check an integrator's switches."),
     (_EVERYDAY, "explore", "explore", "Open the exact map as a page in a browser."),
     (_CHECKS, "paper", "paper", "Compute the case study beside the paper."),
     (_CHECKS, "report", "figures", "Write the case study as one page of HTML."),

@@ -174,7 +174,7 @@ def differentiated(
                 if level[following]:
                     later[names.index("D")] += math.tau
                 later /= p.omega
-            elif (guard := _guard(int(record["field"]), following, p.scene)) is not None:
+            elif (guard := ending_guard(int(record["field"]), following, p.scene)) is not None:
                 angle[names.index("omega")] += record["duration"]
                 ended = np.insert(angle, BY_TIME, p.omega)
                 turned = numbers.cos_sin(float(record["end_angle"]))
@@ -214,7 +214,7 @@ def _at_time(by: NDArray[np.float64], h_by: NDArray[np.float64]) -> NDArray[np.f
     return found
 
 
-def _guard(field: int, following: int, scene: Scene) -> Guard | None:
+def ending_guard(field: int, following: int, scene: Scene) -> Guard | None:
     """The guard that ends a segment: that of the contact first; None where the field stays."""
     if contact(field, scene) != contact(following, scene):
         return Guard.GAP

@@ -185,13 +185,13 @@ def _matrices(
         forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
         for segment, following in pairwise(chain(segments, (None,))):
             assert segment is not None
-            yield from _steps(forms, segment, following)
+            yield from flows(forms, segment)
+            if (matrix := landing(forms, segment, following)) is not None:
+                yield matrix, 0.0
 
 
-def _steps(
-    forms: ClosedForms, segment: Segment, following: Segment | None
-) -> Iterator[tuple[NDArray[np.float64], float]]:
-    """Jacobians over pieces of a segment no longer than a period, and the switch at its end."""
+def flows(forms: ClosedForms, segment: Segment) -> Iterator[tuple[NDArray[np.float64], float]]:
+    """Jacobians (3, 3) over pieces of a segment no longer than a period, and their durations."""
     c, duration = forms.constants(segment.field), float(segment.duration)
     pieces = math.ceil(duration * c.omega / forms.numbers.full_turn) or 1
     # A segment's flow is affine in the state: its Jacobian is the same from every start.
@@ -200,10 +200,17 @@ def _steps(
     for _ in range(pieces):
         check_time()
         yield matrix, duration / pieces
-    if following and _lands(forms, segment.field, following.field):
-        state = np.array([float(value) for value in segment.end_state])
-        cosine = math.cos(float(segment.end.phase) * c.omega)
-        yield saltation_matrix(c, forms.constants(following.field), state, cosine), 0.0
+
+
+def landing(
+    forms: ClosedForms, segment: Segment, following: Segment | None
+) -> NDArray[np.float64] | None:
+    """Saltation matrix (3, 3) at the end of a segment; None where it is the identity."""
+    if following is None or not _lands(forms, segment.field, following.field):
+        return None
+    c, after = forms.constants(segment.field), forms.constants(following.field)
+    state = np.array([float(value) for value in segment.end_state])
+    return saltation_matrix(c, after, state, math.cos(float(segment.end.phase) * c.omega))
 
 
 def _lands(forms: ClosedForms, field: int, following: int) -> bool:

@@ -1,0 +1,137 @@
+"""The command `check`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import click
+
+import capsule_sym
+from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import argument, command, option
+from capsule_sym._errors import InvalidInput
+
+if TYPE_CHECKING:
+    from capsule_sym._bench.check import SwitchCheck
+    from capsule_sym._bench.switch_file import Switches
+    from capsule_sym._parameters import SceneParameters
+
+_SHOWN = 10  # differences
+
+
+@command()
+def check(
+    switches: str = argument(type=click.Path(), metavar="SWITCHES.csv"),
+    system: options.System = options.parameters(),
+    state: tuple[float, float, float] | None = option(
+        "State at the start.  [default: that of the file, or 0 0 0]",
+        type=float,
+        nargs=3,
+        metavar="XR VR VC",
+    ),
+    phase: float | None = option("Time at the start.  [default: that of the file, or 0]"),
+    end: float | None = option("Time at the end.  [default: that of the file, or the last one]"),
+    tolerance: float | None = option("Tolerance that the integrator had.", type=options.Seconds()),
+    max_seconds: float = options.max_seconds(120.0),
+    as_json: bool = options.as_json,
+) -> None:
+    """Compare an integrator's switches with the exact ones, and say why they differ.
+
+    SWITCHES.csv has a column "time" and one of "entered" (the field: F5, 5 or C-S), "left" and
+    "guard" (gap, drift, upper, lower, back gap, edge). Lines "# name = value" above it give
+    parameters, state, phase, end and tolerance; options override them. Times are dimensionless, or
+    in seconds where --params is a device. The drive's angle is omega times the time.
+
+    Errors are judged by how far the motion magnifies them. What no double can follow is not judged.
+    Exits with 1 if a switch is missed or invented.
+    """
+    from capsule_sym._bench.switch_file import read_switches
+
+    table = read_switches(switches, system.of)
+    parameters, device = _loaded(system, table)
+    unit = device.time(1.0) if device else 1.0
+
+    def chosen(name: str, given: float | None, default: float | None) -> float | None:
+        held = table.settings.get(name, (default,))[0] if given is None else given
+        return held
+
+    last = chosen("end", end, None)
+    begin = chosen("phase", phase, 0.0) or 0.0
+    found = capsule_sym.check_switches(
+        [time / unit for time in table.times],
+        table.events,
+        parameters,
+        state or table.settings.get("state", (0.0, 0.0, 0.0)),
+        begin / unit,
+        by=table.by,
+        end=None if last is None else last / unit,
+        resolution=table.resolution / unit,
+        tolerance=chosen("tolerance", tolerance, None),
+        max_seconds=max_seconds,
+    )
+    present.result(
+        lambda: {**parameters.scene.entry, "parameters": parameters.to_dict(), **found.record()},
+        lambda: _print(found),
+        as_json,
+    )
+    if not found.success:
+        raise click.exceptions.Exit(1)
+
+
+def _loaded(system: options.System, table: Switches) -> tuple[SceneParameters, options.Device]:
+    """The parameters, of the line and of what stands above the switches."""
+    names = system.of.facts.PARAMETERS
+    above = {name: value[0] for name, value in table.settings.items() if name in names}
+    if above and system.file is not None:
+        name, value = next(iter(above.items()))
+        raise InvalidInput(f"# {name}", value, "absent beside --params")
+    system.given = above | system.given
+    return system.load()
+
+
+def _print(found: SwitchCheck) -> None:
+    console = present.make_console()
+    console.print(found.message)
+    console.print()
+    present.grid(_facts(found))
+    if not found.differences:
+        return
+    rows = [
+        (f"{event.time:.9g}", event.event, kind, str(one.cause))
+        for one in found.differences
+        for kind, events in (("missed", one.missed), ("invented", one.invented))
+        for event in events
+    ]
+    console.print()
+    present.table(("time", "event", "switch", "cause"), rows[:_SHOWN], right=("time",))
+    if len(rows) > _SHOWN:
+        console.print(f"and {len(rows) - _SHOWN} more (--json shows all)")
+
+
+def _facts(found: SwitchCheck) -> Iterator[tuple[str, str]]:
+    """Names of results and their texts."""
+    own, late = found.segment_error, found.latest
+    if late is not None:
+        error, event, growth = late
+        way = "late" if error > 0 else "early"
+        yield "largest error", f"{event.event} at {event.time:.9g} is {abs(error):.2g} {way}"
+        yield "growth there", f"an error of each segment's state shifts it by {growth:.3g} of that"
+    if own is not None:
+        yield "error of a segment", f"{own:.2g} at least" if own else "below what is printed"
+    if found.horizon < math.inf:
+        yield "double precision", f"follows the motion to {found.horizon:.6g}; later is not judged"
+    if found.own_horizon < found.horizon:
+        yield "your errors", f"have grown to the size of the motion at {found.own_horizon:.6g}"
+    if not found.differences:
+        return
+    first = found.differences[0]
+    if first.agrees_again is not None:
+        yield "agrees again", f"from {first.agrees_again:.9g} on"
+    if first.gap is not None:
+        yield "switches are", f"{first.gap:.2g} apart: the event search has to see both"
+    if found.needed is not None:
+        yield "needed", f"an error of a segment below {found.needed:.2g}"
+    if found.tolerance is not None:
+        yield "tolerance", f"{found.tolerance:.1g} would do, in place of {found.used:.1g}"
