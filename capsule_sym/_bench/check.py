@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
@@ -18,9 +19,7 @@ from capsule_sym._design.sensitivities import ending_guard
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Segment, Trajectory, evaluation, simulate
 from capsule_sym._map.backend import backend
-from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
-from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.itinerary import level
 from capsule_sym._parameters import Scene, SceneParameters
 
@@ -97,7 +96,7 @@ class SwitchCheck:
     None where there is no such switch.
     """
     horizon: float
-    """Time from which on no double can follow the motion: infinite where there is none."""
+    """Time up to which switches are judged: infinite where a double can follow the whole motion."""
     own_horizon: float
     """Time from which on the integrator's own errors have grown to the size of the motion."""
     differences: tuple[Difference, ...]
@@ -188,6 +187,7 @@ def check_switches(
     resolution: float = 0.0,
     tolerance: float | None = None,
     max_seconds: float = math.inf,
+    progress: Callable[[int], object] | None = None,
 ) -> SwitchCheck:
     """Comparison of an integrator's switches with the exact ones, which 50 digits find.
 
@@ -200,7 +200,8 @@ def check_switches(
 
     Errors are compared with what the motion makes of them: `growth` has by how much an error of
     each segment shifts each switch. From `horizon` on no double can follow the motion, and nothing
-    is judged. Raises InvalidInput for a value that is not allowed.
+    is judged. The exact run stops after `max_seconds`, and `progress` is called with the whole
+    periods that it passed. Raises InvalidInput for a value that is not allowed.
     """
     if by not in COLUMNS:
         raise InvalidInput("by", by, f"one of {', '.join(COLUMNS)}")
@@ -216,13 +217,13 @@ def check_switches(
     if not (math.isfinite(last) and last >= max([phase, *found[-1:]])):
         raise InvalidInput("end", last, "finite, and not before the last of the times")
     slack = _SLACK * min(parameters.period, math.tau)
-    with Watch(checked_seconds(max_seconds)):
-        truth, growth, horizon = _truth(parameters, state, phase, last + slack, slack)
-        ends = _times(truth)
+    settings = {"max_segments": 2 * _MOST, "max_seconds": max_seconds, "progress": progress}
+    truth, growth, horizon = _truth((parameters, state, phase), last + slack, slack, settings)
+    ends = _times(truth)
     exact = tuple(
         Event(float(t), _event(by, *pair)) for t, pair in zip(ends, _pairs(truth), strict=True)
     )
-    judged = sum(event.time < horizon for event in exact)
+    judged = sum(event.time < min(horizon, last + slack) for event in exact)
     exact, growth, ends = exact[:judged], growth[:judged], ends[:judged]
     given = tuple(
         Event(float(t), name) for t, name in zip(found, names, strict=True) if t < horizon
@@ -233,7 +234,8 @@ def check_switches(
         if pair.given is not None or exact[pair.true or 0].time <= min(last, horizon - slack)
     ]
     errors = np.array([_error(pair, ends, given) for pair in pairs])
-    limits = _Limits(horizon, slack, resolution, tolerance)
+    why = "no double can follow" if truth.success else f"the exact run stopped: {truth.message}"
+    limits = _Limits(horizon, slack, resolution, tolerance, why)
     return _judged(exact, given, pairs, errors, growth, limits)
 
 
@@ -267,25 +269,21 @@ def _name(scene: Scene, by: str, event: object, row: int) -> str:
 
 
 def _truth(
-    parameters: SceneParameters,
-    state: Sequence[float],
-    phase: float,
+    start: tuple[SceneParameters, Sequence[float], float],
     end: float,
     slack: float,
+    settings: dict[str, Any],
 ) -> tuple[Trajectory, NDArray[np.float64], float]:
-    """The run in 50 digits, growth of errors to its switches, and the horizon of doubles."""
-    periods = max(1, math.ceil(end / parameters.period))
-    first = simulate(parameters, state, phase, periods, max_segments=2 * _MOST)
+    """The run in 50 digits, growth of errors to its switches, and the time to which it counts."""
+    period, run = start[0].period, partial(simulate, *start)
+    whole = max(1, math.ceil(end / period))
+    first = run(periods=whole, max_segments=2 * _MOST)
     size = max(1.0, *(abs(float(x)) for one in first.segments for x in one.end_state))
     lost = _UNIT * size * growth_of_errors(first) >= slack
-    horizon = math.inf
-    if lost.any():
-        horizon = float(_times(first)[int(np.argmax(lost))])
-        periods = max(1, math.ceil(horizon / parameters.period))
-    truth = simulate(parameters, state, phase, periods, backend="mpmath", max_segments=2 * _MOST)
-    if not truth.success and truth.span[1] < horizon:
-        horizon = truth.span[1]
-    return truth, growth_of_errors(truth), horizon
+    horizon = float(_times(first)[int(np.argmax(lost))]) if lost.any() else math.inf
+    periods = max(1, math.ceil(min(end, horizon) / period))
+    truth = run(periods=periods, backend="mpmath", **settings)
+    return truth, growth_of_errors(truth), horizon if truth.success else truth.span[1]
 
 
 def _pairs(run: Trajectory) -> list[tuple[Segment, Segment]]:
@@ -326,6 +324,7 @@ class _Limits(NamedTuple):
     slack: float
     resolution: float
     used: float | None
+    why: str
 
 
 def _judged(
@@ -367,7 +366,7 @@ def _judged(
         own_end,
         tuple(differences),
         limits.used,
-        _message(differences, len(given), limits.horizon),
+        _message(differences, len(given), limits),
     )
 
 
@@ -422,9 +421,10 @@ def _cause(
     return Cause.SEARCH
 
 
-def _message(differences: Sequence[Difference], count: int, horizon: float) -> str:
+def _message(differences: Sequence[Difference], count: int, limits: _Limits) -> str:
     """The verdict as a sentence."""
-    until = "" if horizon == math.inf else f" before {horizon:.6g}, where no double can follow"
+    whole = limits.horizon == math.inf
+    until = "" if whole else f" before {limits.horizon:.6g}, where {limits.why}"
     if not differences:
         return f"all {count} switches are right{until}"
     missed, invented = (

@@ -59,18 +59,20 @@ def check(
 
     last = chosen("end", end, None)
     begin = chosen("phase", phase, 0.0) or 0.0
-    found = capsule_sym.check_switches(
-        [time / unit for time in table.times],
-        table.events,
-        parameters,
-        state or table.settings.get("state", (0.0, 0.0, 0.0)),
-        begin / unit,
-        by=table.by,
-        end=None if last is None else last / unit,
-        resolution=table.resolution / unit,
-        tolerance=chosen("tolerance", tolerance, None),
-        max_seconds=max_seconds,
-    )
+    with present.progress("Checking the switches") as update:
+        found = capsule_sym.check_switches(
+            [time / unit for time in table.times],
+            table.events,
+            parameters,
+            state or table.settings.get("state", (0.0, 0.0, 0.0)),
+            begin / unit,
+            by=table.by,
+            end=None if last is None else last / unit,
+            resolution=table.resolution / unit,
+            tolerance=chosen("tolerance", tolerance, None),
+            max_seconds=max_seconds,
+            progress=lambda turns: update(description=f"Exact run to period {turns}"),
+        )
     present.result(
         lambda: {**parameters.scene.entry, "parameters": parameters.to_dict(), **found.record()},
         lambda: _print(found),
@@ -121,7 +123,7 @@ def _facts(found: SwitchCheck) -> Iterator[tuple[str, str]]:
     if own is not None:
         yield "error of a segment", f"{own:.2g} at least" if own else "below what is printed"
     if found.horizon < math.inf:
-        yield "double precision", f"follows the motion to {found.horizon:.6g}; later is not judged"
+        yield "judged", f"up to {found.horizon:.6g}"
     if found.own_horizon < found.horizon:
         yield "your errors", f"have grown to the size of the motion at {found.own_horizon:.6g}"
     if not found.differences:

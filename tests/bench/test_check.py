@@ -240,7 +240,7 @@ def test_scipys_example_is_checked(tolerance, missed, code, tmp_path, monkeypatc
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["solve_ivp.py", tolerance, "3"])
-    runpy.run_path(str(ROOT / "docs/howto/check/solve_ivp.py"))
+    runpy.run_path(str(ROOT / "docs/howto/check/solve_ivp.py"), run_name="__main__")
     done = CliRunner().invoke(group, ["check", "switches.csv", "--json"])
     assert done.exit_code == code
     record = json.loads(done.stdout)

@@ -36,6 +36,7 @@ RUNS = {
     "optimise": "--maximise speed --over X --samples 1",
     "steer": "--over X --samples 1",
     "fit": "measured.csv --unknown x",
+    "check": "switches.csv --end 0.001",
     "tolerances": "--tolerance x=0.01 --samples 64",
 }
 DRAWN = {
@@ -77,6 +78,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     for name, text in DEVICES.items():
         (tmp_path / f"{name}.toml").write_text(f"scene = '{name}'\n{text}")
+    (tmp_path / "switches.csv").write_text("time,entered\n")
     (tmp_path / "measured.csv").write_text("t,x_r\n0,0\n0.01,0.002\n0.02,0.004\n0.03,0.003\n")
     return tmp_path
 

@@ -42,6 +42,7 @@ SHORT = {
     "pulse": "--alpha 2.5 --omega 0.41 --delta 0.41 --zeta 0.025 --beta 12 --gamma 2.2 "
     "--state 0.5 -0.9 -0.9 --to 0.4 0.9 0.1 --max-periods 1",
     "fit": "measured.csv --unknown alpha",
+    "check": "switches.csv",
     "tolerances": "--tolerance alpha=0.01 --samples 64",
     "curve": "--alpha 0.36:0.37 --gamma 3.29:3.3 --bifurcation adding --points 1 --at 3.3",
 }
@@ -59,6 +60,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Makes every command short, in a folder with a sweep and the results of one."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "two.toml").write_text(SWEEP)
+    (tmp_path / "switches.csv").write_text("time,entered\n")
     (tmp_path / "measured.csv").write_text("t,x_r\n0,0\n1,0.2\n2,0.4\n3,0.3\n")
     monkeypatch.setattr(casestudy, "PANELS", {"f": 0.7})
     monkeypatch.setattr(thresholds, "compute", lambda report: [])

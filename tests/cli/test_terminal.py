@@ -55,6 +55,7 @@ MIDDLE = {
         ["--alpha", "0.6:1.2", "--gamma", "3:5", "--bifurcation", "all", "--points", "3000"],
         r"Following \d{2,} points, at \S+, \S+",
     ),
+    "check": (["switches.csv"], r"Exact run to period \d"),
     "enclose": ([], "Enclosing"),
     "figure": (["fig6", "--out", "fig6.svg"], "Following the branch"),
     "report": ([], "Drawing fig2"),
@@ -73,6 +74,7 @@ QUICK = {"paper", "sweep", "orbit"}  # of Ctrl-C; the others take as long togeth
 def shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Shown]:
     """Runs a command in a folder with two sweeps."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "switches.csv").write_text("# end = 1e4\ntime,entered\n")
     (tmp_path / "short.toml").write_text(CHART.replace("COUNT", "9"))
     (tmp_path / "long.toml").write_text(CHART.replace("COUNT", "90000"))
 

@@ -10,7 +10,7 @@ import pytest
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import Parameters, check_switches, read_switches, simulate
 from capsule_sym._study.casestudy import PANELS
 from capsule_sym.generated.capsule.mp import kernels as exact
 from capsule_sym.generated.capsule.py import kernels as double
@@ -241,3 +241,15 @@ def test_the_page_is_run(gateways: Path, tmp_path: Path) -> None:
         segments = simulate(Parameters(alpha=alpha), periods=304).segments
         expected.append(sum(segment.start.period >= 300 for segment in segments) + 1)
     assert sorted(drawn) == sorted(expected)
+
+
+@pytest.mark.long
+def test_the_switches_of_ode45_are_those_of_the_map_within_its_event_search(tmp_path: Path) -> None:
+    # Octave puts an event on a straight line between the ends of a step.
+    octave("switches_ode45(1e-11, 3);\n", tmp_path, ROOT / "docs" / "howto" / "check")
+    read = read_switches(tmp_path / "switches.csv")
+    found = check_switches(
+        read.times, read.events, Parameters(alpha=0.7), end=read.settings["end"][0]
+    )
+    assert found.success
+    assert 1e-6 < np.nanmax(abs(found.errors)) < 1e-2
