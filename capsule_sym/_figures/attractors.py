@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from capsule_sym._figures.layout import add_key, axes_for
@@ -15,6 +14,7 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
     REGIONS,
+    blank,
     describe,
     readable,
     styled,
@@ -85,7 +85,7 @@ def plot_attractors(
     if alone:
         handles = axes.get_legend_handles_labels()[0]
         if found.unsettled.any():
-            handles = [*handles, Patch(facecolor="white", edgecolor="0.5", label="not settled")]
+            handles = [*handles, blank("not settled")]
         if handles:
             add_key(figure, handles)
     title = f"Attractors along {found.name}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,8 +20,10 @@ from capsule_sym._figures.style import (
     NOT_PERIODIC,
     OTHER_CURVE,
     REGIONS,
+    blank,
     describe,
     draw_points,
+    paler,
     readable,
     styled,
 )
@@ -32,9 +34,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _PLACES = 24  # points across a chart at which a region's name is tried
-_SMALL, _TINY = 0.01, 0.001  # of a chart: a region of an itinerary that is named, or is not
+_SMALL, _TINY = 0.01, 0.001  # of a chart: regions that have a number, beside others and alone
+_COLOURS = (*REGIONS, *map(paler, REGIONS))
 _OTHERS = "#dddddd"
-_REACH = 90.0  # points that a name may be away from a region that has no room for it
+_REACH = 60.0  # points that a number may be away from a region that has no room for it
 
 
 @styled
@@ -46,14 +49,14 @@ def plot_chart(
     width: float = PAGE,
     axes: Axes | None = None,
 ) -> Figure:
-    """Itineraries over two axes, each region named by its fields, exact curves and points on top.
+    """Itineraries over two axes, each region with a number, exact curves and points on top.
 
     `results` is what `open_results` gives of a sweep or a refined chart over two parameters.
     Regions are bounded by the `curves` of `capsule-sym curve --json`, and by cells where these
-    leave motions of several kinds together; what did not become periodic is white, as the legend
-    says. Where there are more itineraries than colours, the largest regions have numbers that the
-    legend explains, and the others are grey. A circle is a codimension-two point. A thin line is
-    drawn at the `levels` of the second parameter. Drawn into `axes` if they are given. Raises
+    leave motions of several kinds together. The key gives the itinerary of each number; numbers
+    ascend as areas descend, and from the 19th on itineraries are grey. White are cells in which no
+    periodic motion was found. A circle is a codimension-two point. A thin line is drawn at the
+    `levels` of the second parameter. Drawn into `axes`, without the key, if they are given. Raises
     InvalidInput for results of another kind.
     """
     plane, regions = by_cells(results, curves)
@@ -77,17 +80,18 @@ def draw_regions(
     axes.set_xlabel(named(plane.first))
     axes.set_ylabel(named(plane.second))
     itineraries = by_area(plane, regions)
-    crowded = len(itineraries) > (2 if curves else 1) * len(REGIONS)
-    shown = itineraries[: len(REGIONS)] if crowded else itineraries
+    shown = dict(zip(itineraries, _COLOURS, strict=False))
     _fill(axes, regions, shown)
+    said = f"{named(plane.second)} = {', '.join(f'{level:g}' for level in sorted(levels))}"
     for level in levels:
-        axes.axhline(level, color="0.2", linewidth=0.5, linestyle=(0, (6, 4)))
+        dashes: Any = (0, (6, 4))
+        axes.axhline(level, color="0.2", linewidth=0.5, linestyle=dashes, label=said)
     for curve in curves:
         _draw_curve(axes, curve, plane)
     if alone:
-        _legend(figure, axes, regions, shown if crowded else [], len(itineraries) - len(shown))
+        _legend(figure, axes, regions, shown, len(itineraries) - len(shown))
     names = Names(figure)
-    _name_regions(axes, plane, regions, names, shown, crowded)
+    _number_regions(axes, plane, regions, names, shown)
     names.settle()
     return describe(figure, "Itineraries over two parameters", **plane._asdict())
 
@@ -102,57 +106,36 @@ def by_area(plane: Plane, regions: Sequence[Region]) -> list[str]:
     return sorted(areas, key=lambda one: -areas[one])
 
 
-def _fill(axes: Axes, regions: Sequence[Region], itineraries: Sequence[str]) -> None:
+def _fill(axes: Axes, regions: Sequence[Region], colours: Mapping[str, str]) -> None:
+    rings: dict[str, list[Path]] = {}
     for region in regions:
-        if not region.itinerary:
-            continue
-        known = region.itinerary in itineraries
-        rank = itineraries.index(region.itinerary) if known else 0
-        colour = REGIONS[rank % len(REGIONS)] if known else _OTHERS
-        # A second round through the colours is striped.
-        stripes: dict[str, Any] = (
-            {"hatch": "/////", "edgecolor": readable(colour)} if rank >= len(REGIONS) else {}
+        rings.setdefault(region.itinerary, []).extend(
+            Path(one, closed=True) for one in region.rings
         )
-        path = Path.make_compound_path(*(Path(ring, closed=True) for ring in region.rings))
-        looks = {
-            "facecolor": colour,
-            "linewidth": 0,
-            "zorder": 0.5,
-            "label": f"_{region.itinerary}",
-        }
-        axes.add_patch(PathPatch(path, **looks, **stripes))
+    rings.pop("", None)
+    for itinerary, paths in rings.items():
+        looks: dict[str, Any] = {"linewidth": 0, "zorder": 0.5, "label": f"_{itinerary}"}
+        colour = colours.get(itinerary, _OTHERS)
+        axes.add_patch(PathPatch(Path.make_compound_path(*paths), facecolor=colour, **looks))
 
 
-def _name_regions(
-    axes: Axes,
-    plane: Plane,
-    regions: Sequence[Region],
-    names: Names,
-    itineraries: Sequence[str],
-    crowded: bool,
+def _number_regions(
+    axes: Axes, plane: Plane, regions: Sequence[Region], names: Names, colours: Mapping[str, str]
 ) -> None:
-    """The itinerary of each region where it has most room, or beside it where it has none.
-
-    In a crowd its number, of regions that are not small.
-    """
+    """The number of each region where it has most room, or beside it where it has none."""
     whole = float(np.ptp(plane.x) * np.ptp(plane.y))
+    areas = [(region.shape().area / whole, region) for region in regions]
     seen: set[str] = set()
-    for region in sorted(regions, key=lambda one: -one.shape().area):
-        # Of an itinerary the largest region is named, and what else is not small.
-        least = _SMALL if crowded or region.itinerary in seen else _TINY
-        if region.itinerary not in itineraries or region.shape().area < least * whole:
+    for area, region in sorted(areas, key=lambda one: -one[0]):
+        # Of an itinerary the largest region has its number, and what else is not small.
+        if area < (_SMALL if region.itinerary in seen else _TINY):
             continue
-        seen.add(region.itinerary)
-        rank = itineraries.index(region.itinerary)
-        colour = REGIONS[rank % len(REGIONS)]
-        names.within(
-            axes,
-            _middles(plane, region),
-            str(rank + 1) if crowded else region.itinerary,
-            _REACH,
-            fill=colour,
-            color=readable(colour),
-        )
+        if (itinerary := region.itinerary) not in colours:
+            continue
+        seen.add(itinerary)
+        looks = {"fill": colours[itinerary], "color": readable(colours[itinerary])}
+        number = str(list(colours).index(itinerary) + 1)
+        names.within(axes, _middles(plane, region), number, _REACH, **looks)
 
 
 def _middles(plane: Plane, region: Region) -> Array:
@@ -184,14 +167,14 @@ def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
 
 
 def _legend(
-    figure: Figure, axes: Axes, regions: Sequence[Region], numbered: Sequence[str], others: int
+    figure: Figure, axes: Axes, regions: Sequence[Region], colours: Mapping[str, str], others: int
 ) -> None:
     handles, labels = axes.get_legend_handles_labels()
     unique: dict[str, Any] = dict(zip(labels, handles, strict=True))
-    for place, itinerary in enumerate(numbered):
-        unique[itinerary] = Patch(color=REGIONS[place], label=f"{place + 1}  {itinerary}")
+    for number, (itinerary, colour) in enumerate(colours.items(), 1):
+        unique[itinerary] = Patch(color=colour, label=f"{number}  {itinerary}")
     if others:
         unique["others"] = Patch(color=_OTHERS, label=f"{others} other itineraries")
     if not all(region.itinerary for region in regions):
-        unique[""] = Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC)
+        unique[""] = blank(NOT_PERIODIC)
     add_key(figure, list(unique.values()), below=True)

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.patches import Patch
 
 from capsule_sym._figures.branches import (
     Record,
@@ -25,6 +24,7 @@ from capsule_sym._figures.style import (
     NOT_PERIODIC,
     SEAMLESS,
     Colours,
+    blank,
     column_edges,
     describe,
     field_colour,
@@ -117,7 +117,7 @@ def plot_itineraries(
     if alone:
         handles: list[Any] = [*field_handles(figure, colours, motions[0].parameters.scene)]
         if not all(map(is_periodic, motions)):
-            handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
+            handles.append(blank(NOT_PERIODIC))
         add_key(figure, handles)
         name_bifurcations(record, axes, units)
     return describe(figure, "Which field acts when", parameters=motions[0].parameters)

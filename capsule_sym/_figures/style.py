@@ -17,6 +17,7 @@ from matplotlib import rc_context, rc_params_from_file, rcParams, rcParamsDefaul
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 import capsule_sym
@@ -39,7 +40,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
         *("deepskyblue", "saddlebrown", "olive"),
     ),
 }
-_PALE = 0.45  # share of white in the colours of a field at the low level of the drive
+_PALE = 0.45  # share of white in a paler colour, as of a field at the low level of the drive
 
 REGIONS = (
     *("#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288"),
@@ -97,10 +98,18 @@ def field_colour(field: int, colours: Colours = "safe", scene: Scene = CAPSULE) 
         raise InvalidInput("colours", colours, f"one of {', '.join(_FIELDS)}")
     contact, drift = scene.facts.FIELDS[field]
     colour: str = _FIELDS[colours][3 * contact + 1 - drift]
-    if scene.facts.LEVELS[field]:
-        red, green, blue = (_PALE + (1 - _PALE) * part for part in to_rgb(colour))
-        return str(to_hex((red, green, blue)))
-    return colour
+    return paler(colour) if scene.facts.LEVELS[field] else colour
+
+
+def paler(colour: str) -> str:
+    """A colour mixed with white."""
+    red, green, blue = (_PALE + (1 - _PALE) * part for part in to_rgb(colour))
+    return str(to_hex((red, green, blue)))
+
+
+def blank(label: str) -> Patch:
+    """Legend entry of what is left white."""
+    return Patch(facecolor="white", edgecolor="0.5", label=label)
 
 
 def readable(colour: str) -> str:

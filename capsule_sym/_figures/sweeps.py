@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +14,17 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LABELS, NOT_PERIODIC, REGIONS, STABLE, describe, styled
+from capsule_sym._figures.style import (
+    LABELS,
+    NOT_PERIODIC,
+    REGIONS,
+    STABLE,
+    blank,
+    describe,
+    paler,
+    readable,
+    styled,
+)
 from capsule_sym._figures.units import named, prefixed
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._sweeps import itineraries
@@ -24,14 +34,18 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_COLOURS = (*REGIONS, *map(paler, REGIONS))
+_ROOM = 0.04  # of a basin: distance from its border to a number
+
 
 @styled
 def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Which attractor each start leads to, over the two coordinates of a basin's cells.
 
     `results` is what `open_results` gives of a basin. A colour is an attractor, the most frequent
-    first, named by its itinerary; where there is none it is white. Drawn into `axes` if they are
-    given. Raises InvalidInput for results of another kind.
+    first; its number is that of the key, which gives its itinerary and share. White are starts of
+    which no periodic motion was found. Drawn into `axes`, without the key, if they are given.
+    Raises InvalidInput for results of another kind.
     """
     if "attractor" not in results or len(results["attractor"].dims) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
@@ -42,7 +56,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     rank = np.full(codes.shape, -1)
     for place, code in enumerate(order):
         rank[codes.values == code] = place
-    colours = [REGIONS[place % len(REGIONS)] for place in range(max(1, len(order)))]
+    colours = [_COLOURS[place % len(_COLOURS)] for place in range(max(1, len(order)))]
     (x, x_label), (y, y_label) = (_axis(results, name) for name in (first, second))
     alone = axes is None
     figure, axes = axes_for(axes, width, 0.62 * width)
@@ -55,17 +69,33 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
         shading="nearest",
         rasterized=True,
     )
+    for place, colour in enumerate(colours[: len(order)]):
+        (i, j), depth = _deepest(rank == place)
+        if depth >= _ROOM * min(rank.shape):
+            middle: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(colour)}
+            axes.text(x[i], y[j], str(place + 1), **middle)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
     if alone:
         handles = [
-            Patch(facecolor=colours[place], label=_name(results, code))
+            Patch(facecolor=colours[place], label=f"{place + 1}  {_name(results, code)}")
             for place, code in enumerate(order)
         ]
         if np.any(rank < 0):
-            handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
+            handles.append(blank(NOT_PERIODIC))
         add_key(figure, handles)
     return describe(figure, "Basins of attraction", axes=[first, second])
+
+
+def _deepest(area: NDArray[np.bool_]) -> tuple[tuple[int, int], int]:
+    """The cell of an area that lies farthest inside, and how many cells deep."""
+    left, depth = np.pad(area, 1), 0
+    while left.any():
+        last, depth = left.copy(), depth + 1
+        left[1:-1, 1:-1] &= left[:-2, 1:-1] & left[2:, 1:-1] & left[1:-1, :-2] & left[1:-1, 2:]
+    cells = np.argwhere(last) - 1
+    i, j = cells[len(cells) // 2]
+    return (int(i), int(j)), depth
 
 
 def _axis(results: xr.Dataset, name: str) -> tuple[Array, str]:

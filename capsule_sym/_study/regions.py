@@ -186,12 +186,17 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
             if rank == 0:
                 most = itinerary
                 continue
-            cells = at[inside & (codes == code)]
+            chosen = inside & (codes == code)
+            cells = at[chosen]
             # Beside a curve a cell may lie on the other side of the chord between two curve points.
             away = shapely.distance(own, shapely.points(cells))
             if float(np.nan_to_num(away.max(), nan=np.inf)) < _BESIDE * min(steps):
                 continue
-            boxes = shapely.box(*(cells - steps).T, *(cells + steps).T)
+            # One box for each run of cells: to join single ones takes much longer.
+            turns = np.diff(np.pad(chosen, ((0, 0), (1, 1))).astype(int), axis=1)
+            (rows, begin), (_, end) = (np.nonzero(turns == way) for way in (1, -1))
+            low, high = at[rows, begin] - steps, at[rows, end - 1] + steps
+            boxes = shapely.box(*low.T, *high.T)
             parts.append(
                 (itinerary, shapely.unary_union(boxes, grid_size=_GRID).intersection(patch))
             )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from shapely import Point
 
 from capsule_sym import Parameters, plot_chart
 from capsule_sym._figures.charts import by_area, draw_regions
@@ -83,31 +84,31 @@ def test_samples_lie_in_their_faces_and_the_most_frequent_itinerary_names_them()
     assert {region.itinerary for region in by_samples(plane, cut, said)} == {"F2"}
 
 
-def test_regions_are_filled_and_named_inside(results: xr.Dataset) -> None:
+def test_regions_are_filled_and_numbered_inside(results: xr.Dataset) -> None:
     axes = plot_chart(results, [CURVE]).axes[0]
     labels = [patch.get_label() for patch in axes.patches]
     assert sorted(labels) == ["_F2", "_F5 F2", "_F5 F4 F1 F2"]  # what is unknown stays white
     names = {text.get_text(): text.xy for text in axes.texts}
-    assert names["F5 F2"][0] < 0.74 < names["F5 F4 F1 F2"][0]
+    assert names["2"][0] < 0.74 < names["1"][0]
     assert axes.get_xlabel() == r"excitation amplitude $\alpha$"
     assert axes.get_ylabel() == r"mass ratio $\gamma$"
 
 
 def test_of_a_crowd_of_itineraries_the_largest_have_numbers_and_the_others_are_grey() -> None:
-    """12 columns, of 13 - k cells the k-th: 9 colours, each once, and 3 that are not told apart."""
-    order = np.repeat(np.arange(12), range(13, 1, -1))
-    flags = {"flag_values": range(1, 13), "flag_meanings": " ".join(f"F{k}" for k in range(1, 13))}
+    """21 columns, of 22 - k cells the k-th: 18 colours, each once, and 3 that are one grey."""
+    order = np.repeat(np.arange(21), range(22, 1, -1))
+    flags = {"flag_values": range(1, 22), "flag_meanings": " ".join(f"F{k}" for k in range(1, 22))}
     results = xr.Dataset(
         {"itinerary": (("alpha", "gamma"), np.tile(order[:, None] + 1, 20), flags)},
         coords={"alpha": np.linspace(0, 2, len(order)), "gamma": np.linspace(1, 3, 20)},
     )
     figure = plot_chart(results)
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert shown == [*(f"{k}  F{k}" for k in range(1, 10)), "3 other itineraries"]
-    assert [text.get_text() for text in figure.axes[0].texts] == [str(k) for k in range(1, 10)]
+    assert shown == [*(f"{k}  F{k}" for k in range(1, 19)), "3 other itineraries"]
+    assert [text.get_text() for text in figure.axes[0].texts] == [str(k) for k in range(1, 19)]
     colours = {patch.get_label(): patch.get_facecolor() for patch in figure.axes[0].patches}
-    assert len(set(colours.values())) == 10
-    assert colours["_F10"] == colours["_F11"] == colours["_F12"]
+    assert len(set(colours.values())) == 19
+    assert colours["_F19"] == colours["_F20"] == colours["_F21"]
 
 
 def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
@@ -118,16 +119,35 @@ def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
     (level,) = [line for line in figure.axes[0].lines if list(line.get_ydata()) == [1.5, 1.5]]
     assert level.is_dashed()
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert shown == ["crossing-sliding", "codimension-two point", WHITE]
+    assert shown == [r"mass ratio $\gamma$ = 1.5", *KEY[:2], *NUMBERED, WHITE]
+
+
+KEY = "crossing-sliding", "codimension-two point"
+NUMBERED = "1  F5 F4 F1 F2", "2  F5 F2", "3  F2"
 
 
 def test_what_is_not_there_is_not_in_the_legend(results: xr.Dataset) -> None:
     figure = plot_chart(results, [{**CURVE, "codimension_two": []}])
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert shown == ["crossing-sliding", WHITE]
+    assert shown == ["crossing-sliding", *NUMBERED, WHITE]
     settled = results.where(results["itinerary"] >= 0, 22)  # no cell is white
     settled["itinerary"] = settled["itinerary"].astype(int).assign_attrs(results["itinerary"].attrs)
-    assert plot_chart(settled).legends == []
+    (legend,) = plot_chart(settled).legends
+    assert [text.get_text() for text in legend.get_texts()] == [*NUMBERED]
+
+
+def test_cells_that_differ_bound_their_regions() -> None:
+    """Stripes that slope by one cell a column, three cells thick; each point is in its own."""
+    codes = 11 * (1 + (np.arange(30)[:, None] + np.arange(20)) // 3 % 2)
+    flags = {"flag_values": [11, 22], "flag_meanings": "F5_F2 F2"}
+    over = {"alpha": np.linspace(0, 2, 30), "gamma": np.linspace(1, 3, 20)}
+    results = xr.Dataset({"itinerary": (tuple(over), codes, flags)}, coords=over)
+    _, regions = by_cells(results, [])
+    assert sum(region.shape().area for region in regions) == pytest.approx(4.0)
+    for i, alpha in enumerate(over["alpha"][1:-1], 1):
+        for j, gamma in enumerate(over["gamma"][1:-1], 1):
+            (own,) = (one for one in regions if one.shape().contains(Point(alpha, gamma)))
+            assert own.itinerary == ("F5 F2" if codes[i, j] == 11 else "F2")
 
 
 def test_regions_are_computed_once_and_their_curve_bounds_them(store: Store, monkeypatch) -> None:
