@@ -1,1 +1,1 @@
-"""Coexisting attractors: what starts lead to, how safe a motion is, how to switch between two."""
+"""Coexisting attractors: basins, robustness of a motion, and switching between two motions."""

@@ -1,4 +1,4 @@
-"""All attractors that a box of starts leads to, and what fraction of the starts leads to each."""
+"""Attractors reached from a box of starts, and the fraction of starts for each."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from capsule_sym._orbits.shooting.symmetry import symmetric
 from capsule_sym._parameters import Scene, SceneParameters
 
 _MOST_STARTS = 10**6
-_MIRRORED = 1e-6  # distance of an orbit from the mirror image of another within which it is that
-_SHARE = 0.95  # of the intervals of fractions
+_MIRRORED = 1e-6  # distance below which an orbit is the mirror image of another
+_SHARE = 0.95  # confidence level of the intervals of fractions
 Starts = Mapping[str, float | tuple[float, float]] | ArrayLike
 
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
-    """A stable closed orbit, and how many of the starts lead to it; dimensionless.
+    """Stable closed orbit, and the number of starts that lead to it; dimensionless.
 
-    `interval` holds the fraction of the box that leads there with a probability of 95 % or more, by
-    Clopper and Pearson, for starts that are as good as independent. `mirror` is the number of its
-    mirror image among the attractors, its own where it is its own image, None where the system has
-    no symmetry or no start leads to the image.
+    `interval` is the 95 % confidence interval of the fraction of the box, by Clopper and Pearson,
+    for practically independent starts. `mirror` is the number of its mirror image among the
+    attractors, its own if it is its own image. It is None if the system has no symmetry, or if no
+    start leads to the image.
     """
 
     orbit: Orbit
@@ -55,7 +55,7 @@ class Attractor:
 
     @cached_property
     def itinerary(self) -> str:
-        """Its fields, such as "F5 F2", begun as the paper does."""
+        """Fields of the orbit, such as "F5 F2", from its standard first field."""
         return shown_itinerary(self.orbit)
 
     @property
@@ -65,7 +65,7 @@ class Attractor:
 
     @cached_property
     def progression(self) -> float:
-        """Advance of x_c per excitation period, 0 where it does not drift; dimensionless."""
+        """Advance of x_c per excitation period, 0 without drift; dimensionless."""
         return shown_progression(self.orbit.motion)
 
     @property
@@ -74,7 +74,7 @@ class Attractor:
         return float(abs(self.orbit.multipliers[0]))
 
     def to_dict(self) -> dict[str, Any]:
-        """The attractor as plain values."""
+        """Attractor as plain values."""
         return (
             record(self, "itinerary period_number progression")
             | record(self.orbit, "multipliers")
@@ -86,21 +86,21 @@ class Attractor:
 class Attractors(Result, Labelled):
     """Attractors of one parameter set, that of the most starts first; dimensionless.
 
-    `numbers` says of each start to which of the `attractors` it leads, -1 where it has not settled
-    on a closed orbit within the periods that were run: chaos, an orbit of more than 16 periods, or
-    a slow approach. `unsettled` counts these.
+    `numbers` has for each start the number of its attractor among `attractors`, or -1 if it has not
+    settled on a closed orbit within the run: chaos, an orbit of more than 16 periods, or a slow
+    approach. `unsettled` is the number of these.
     """
 
     parameters: SceneParameters
     attractors: tuple[Attractor, ...]
     states: Vector
-    """The starts, (x_r, v_r, v_c), shape (n, 3)."""
+    """Start states (x_r, v_r, v_c), shape (n, 3)."""
     phases: Vector
-    """Times in the excitation period at which they start, shape (n,)."""
+    """Phases of the starts (times in the excitation period), shape (n,)."""
     numbers: NDArray[np.int16]
-    """Number of each start's attractor, shape (n,)."""
+    """Attractor number of each start, shape (n,)."""
     periods: int
-    """Excitation periods after which a run counts as not settled."""
+    """Excitation periods after which a run counts as unsettled."""
     status: Status
     dimension = "attractor"
     _recorded = "parameters starts unsettled periods attractors"
@@ -112,28 +112,28 @@ class Attractors(Result, Labelled):
 
     @property
     def unsettled(self) -> int:
-        """Number of starts whose runs did not settle."""
+        """Number of starts that did not settle."""
         return int((self.numbers == NONE).sum())
 
     @property
     def message(self) -> str:
-        """What was found, in words."""
+        """Result in words."""
         found = len(self.attractors)
         text = f"{self.starts} starts lead to {found} attractor{'s' * (found != 1)}"
         if self.status is not Status.FINISHED:
-            why = "the time was over, or the work was interrupted"
+            why = "time limit reached, or interrupted"
             return f"{text}; {why}, before {self.unsettled} of them had settled"
         late = f"{self.unsettled} have not settled within {self.periods} excitation periods"
         return f"{text}; {late}" if self.unsettled else text
 
     @property
     def scene(self) -> Scene:
-        """The scene of the parameters."""
+        """Scene of the parameters."""
         return self.parameters.scene
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The attractors as columns, shape (k,)."""
+        """Attractors as columns, shape (k,)."""
         low, high = np.array([one.interval for one in self.attractors]).reshape(-1, 2).T
         mirrors = [NONE if one.mirror is None else one.mirror for one in self.attractors]
         return {
@@ -149,7 +149,7 @@ class Attractors(Result, Labelled):
         }
 
     def attributes(self) -> dict[str, Any]:
-        """Parameters, number of starts, and how many did not settle."""
+        """Parameters, number of starts, and number of unsettled starts."""
         return self.parameters.to_dict() | record(self, "starts unsettled status")
 
 
@@ -164,16 +164,16 @@ def attractors(
     max_seconds: float = math.inf,
     progress: Callable[[int, int], object] | None = None,
 ) -> Attractors:
-    """The attractors that starts lead to, each closed, with the fraction of the starts.
+    """Attractors of a set of starts, each as a closed orbit, with the fraction of the starts.
 
-    `starts` are states (x_r, v_r, v_c), shape (n, 3), at `phases`, (n,) or one; or a box of them:
-    bounds by name, such as {"x_r": (-2, 2), "v_r": (-2, 2)}, of x_r, v_r, v_c and phase, in which
-    `count` low-discrepancy points are taken (Halton's). A name with a single number stands still,
-    and what is not named is 0. Each start is followed until the map carries a neighbourhood of an
-    orbit into itself with the run in it, or the run repeats itself, for at most so many excitation
-    `periods`. All is dimensionless. `progress` is told how many of how many starts have settled.
-    After `max_seconds` what is found so far is given. Raises InvalidInput for a value that is not
-    allowed and a box without extent.
+    `starts` are states (x_r, v_r, v_c), shape (n, 3), at `phases`, (n,) or one. Or they are a box:
+    bounds of x_r, v_r, v_c and phase by name, such as {"x_r": (-2, 2), "v_r": (-2, 2)}, in which
+    `count` low-discrepancy points (Halton's) are taken. A single number is a fixed value, and a
+    missing name is 0. Each start is run until it lies in a neighbourhood of an orbit that the map
+    carries into itself, until it repeats itself, or for `periods` excitation periods. All
+    quantities are dimensionless. `progress` is called with the number of settled starts and of all
+    starts. After `max_seconds` the result has the attractors found so far. Raises InvalidInput for
+    a value that is not allowed, and for a box without extent.
     """
     states, times = checked_starts(starts, count, phases, parameters)
     check_count("periods", periods, 2)
@@ -184,7 +184,7 @@ def attractors(
     found = Arrivals.begun(states)
 
     def report(done: int) -> None:
-        # Where the time is over no orbit closes any more.
+        # After the time limit no orbit is solved any more.
         new = settling.cycles[0][len(orbits) :]
         orbits.extend(closed_orbit(parameters, cycle) for cycle in new)
         if progress is not None:
@@ -209,7 +209,7 @@ def attractors(
 def checked_starts(
     starts: Starts, count: int, phases: ArrayLike, parameters: SceneParameters
 ) -> tuple[Vector, Vector]:
-    """States (n, 3) and phases (n,) of starts; raises InvalidInput where they are not allowed."""
+    """States (n, 3) and phases (n,) of starts; raises InvalidInput if they are not allowed."""
     if not isinstance(starts, Mapping):
         try:
             states = np.atleast_2d(np.array(starts, dtype=float))
@@ -239,13 +239,13 @@ def checked_starts(
         raise InvalidInput("starts", dict(starts), allowed)
     points = np.tile(low, (count, 1))
     sampler = package("scipy.stats.qmc", "design").Halton(len(wide), scramble=False)
-    sampler.fast_forward(1)  # the first point is a corner
+    sampler.fast_forward(1)  # the first point is a corner of the box
     points[:, wide] += sampler.random(count) * (high - low)[wide]
     return points[:, :3], points[:, 3]
 
 
 def closed_orbit(parameters: SceneParameters, cycle: Cycle) -> Orbit | None:
-    """The orbit of a cycle, as its itinerary's equations have it; None where they have none."""
+    """Orbit of a cycle, solved in its itinerary; None if that fails."""
     state = cycle.states[0].tolist()
     found = orbit_at(parameters, state, len(cycle.states))
     if found is None:
@@ -255,9 +255,9 @@ def closed_orbit(parameters: SceneParameters, cycle: Cycle) -> Orbit | None:
 
 
 def ranked(numbers: NDArray[Any], kept: Sequence[bool]) -> tuple[NDArray[np.int16], list[int]]:
-    """Numbers anew, that of the most starts first, and the old ones in that order.
+    """New numbers in the order of the most starts, and the old numbers in that order.
 
-    Those that are not kept have the number NONE.
+    Orbits that are not `kept` get the number NONE.
     """
     counts = np.bincount(numbers[numbers >= 0], minlength=len(kept))
     order = [i for i in np.argsort(-counts, kind="stable").tolist() if kept[i]]
@@ -267,7 +267,7 @@ def ranked(numbers: NDArray[Any], kept: Sequence[bool]) -> tuple[NDArray[np.int1
 
 
 def listed(orbits: Sequence[Orbit], counts: ArrayLike, total: int) -> tuple[Attractor, ...]:
-    """Attractors of orbits at one parameter set, each with the count of its starts."""
+    """Attractors of orbits at one parameter set, each with its number of starts."""
     images = mirrors(orbits)
     return tuple(
         Attractor(orbit, count, count / total, interval(count, total), image)
@@ -276,20 +276,20 @@ def listed(orbits: Sequence[Orbit], counts: ArrayLike, total: int) -> tuple[Attr
 
 
 def interval(count: int, total: int) -> tuple[float, float]:
-    """Clopper and Pearson's interval of a fraction, from how many of the starts lead there."""
+    """Clopper-Pearson interval of a fraction, from the count of its starts."""
     ends = package("scipy.stats", "design").binomtest(count, total).proportion_ci(_SHARE)
     return float(ends.low), float(ends.high)
 
 
 def mirrors(orbits: Sequence[Orbit]) -> list[int | None]:
-    """Number of each orbit's mirror image among these, None where it is not there."""
+    """Number of each orbit's mirror image among the orbits; None if it is missing."""
     if not orbits or not symmetric(orbits[0].parameters):
         return [None] * len(orbits)
     cycles = [Cycle(stroboscopic(orbit), 0.0) for orbit in orbits]
     found = list[int | None]()
     for orbit, own in zip(orbits, cycles, strict=True):
         half, length = orbit.parameters.period / 2, orbit.itinerary.period_number
-        # The image is at phase 0 what the orbit is half a period later, reversed.
+        # At phase 0 the image is the reversed orbit of half a period later.
         image = -stroboscopic(orbit, half)
         near = _MIRRORED * (1 + abs(own.states).max())
         found.append(
@@ -306,5 +306,5 @@ def mirrors(orbits: Sequence[Orbit]) -> list[int | None]:
 
 
 def shown_itinerary(orbit: Orbit) -> str:
-    """The fields of an orbit, such as "F5 F2", begun as the paper does."""
+    """Fields of an orbit, such as "F5 F2", from its standard first field."""
     return " ".join(f"F{field}" for field in begun(orbit.itinerary.fields, orbit.scene))

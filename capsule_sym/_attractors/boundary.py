@@ -1,8 +1,8 @@
-"""The basin of a motion, its boundary on a line of states, and the edge state on the boundary.
+"""Basin of a motion, its boundary on a line of states, and the edge state on the boundary.
 
-A run from the boundary stays on it and tends to a saddle there, the edge state. It is followed
-between a run that comes back to the motion and one that is lost, brought together anew by bisection
-whenever they have come apart.
+A run from the boundary stays on it and tends to a saddle, the edge state. It is tracked between a
+run that returns to the motion and one that is lost; bisection restores their distance whenever it
+has grown.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import newton_orbit, solve_orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
-_PERIODS, _SLOW = 1024, 20.0  # of a run, and what the motion attracts in more periods
+_PERIODS, _SLOW = 1024, 20.0  # of a run, plus the time in which the motion attracts by e^20
 _PATIENCE, _QUICK = 128, 4.0  # the same, after which a run counts as lost at first
-_FASTEST = 1e-3  # multiplier, below which it makes no difference how small it is
-_LOOKS = (4, 4, 8)  # excitation periods between looks whether a run is near its motion again
-_ARRIVED = 1e-9  # distance, in units of the motion's size, at which a run is on its motion
-_MOST_LEARNED = 16  # attempts to close the attractors of lost runs
-_SECTIONS = 15  # states at once between two that a boundary parts
-_APART = 1e-6  # distance, in units of size, at which two runs beside the boundary are apart
+_FASTEST = 1e-3  # multiplier below which its size has no effect
+_LOOKS = (4, 4, 8)  # excitation periods between tests for the return of a run
+_ARRIVED = 1e-9  # distance, over the motion's size, at which a run has returned
+_MOST_LEARNED = 16  # attempts to solve for the attractors of lost runs
+_SECTIONS = 15  # states at once between two sides of a boundary
+_APART = 1e-6  # distance, over the size, at which two runs beside the boundary are apart
 _REPEATED = 1e-4  # the same, at which the edge state repeats well enough for Newton's method
-_CLOSED = 1e-2  # the same, from which Newton's method may lead to it
-_ROUNDS, _ALONG = 40, 256  # bisections along the edge, and most excitation periods between two
+_CLOSED = 1e-2  # the same, from which Newton's method may converge to it
+_ROUNDS, _ALONG = 40, 256  # bisections along the edge, excitation periods between two
 Vector = NDArray[np.float64]
 
 
 class Basin:
-    """The basin of a stable periodic motion.
+    """Basin of a stable periodic motion.
 
-    `others` are attractors that are known, `periods` the excitation periods within which a run has
-    to be back, if None 1024 and those in which the motion attracts by e^20. Times are those in the
-    motion's period, from 0 to `length`; all is dimensionless.
-    Raises InvalidInput as `Destinations` does.
+    `others` are known attractors. A run has to return within `periods` excitation periods; None
+    means 1024 and the time in which the motion attracts by e^20. Times are within the motion's
+    period, from 0 to `length`; all quantities are dimensionless. Raises InvalidInput as
+    `Destinations` does.
     """
 
     def __init__(self, orbit: Orbit, others: Sequence[Orbit], periods: int | None) -> None:
         self.destinations = Destinations([orbit, *others])
         largest = float(abs(orbit.multipliers[0]))
         self.rate = -math.log(max(largest, _FASTEST)) / orbit.itinerary.period_number
-        """Rate at which the motion attracts, an excitation period."""
+        """Attraction rate of the motion, per excitation period."""
         self.periods = math.ceil(_PERIODS + _SLOW / self.rate) if periods is None else periods
         self.patience = min(math.ceil(_PATIENCE + _QUICK / self.rate), self.periods)
         self.near = 0.0
@@ -76,10 +76,10 @@ class Basin:
         return np.where(phases < self.period, phases, 0.0)
 
     def holds(self, times: Vector, states: Vector, patience: int | None = None) -> Vector:
-        """Excitation periods until the runs from states, (n, 3), are back, inf if lost; (n,).
+        """Excitation periods until runs from states, (n, 3), return, inf if lost; (n,).
 
-        A run is back within the distance `near` of the motion, or as `Destinations` tells. It is
-        given `patience`, by default that of the basin, which is raised where this is too short.
+        A run has returned within the distance `near` of the motion, or by the test of
+        `Destinations`. It is followed for `patience` periods, by default those of the basin.
         """
         found, left = np.full(len(states), np.inf), np.arange(len(states))
         ends, phases, done = states, self.phases(times), 0
@@ -98,7 +98,7 @@ class Basin:
             back = (came.numbers == 0) | (self.distance(came.states) <= _ARRIVED * self.size)
             apart = self.distance(came.states[back])
             found[left[back]] = done + came.periods[back] + self._ahead(apart)
-            # A run that repeats itself may be on an edge state, which it leaves, if after long.
+            # A run that repeats itself may be on an edge state, which it leaves after a long time.
             open_ = came.repeats & ~back & (came.numbers == NONE)
             self._learn(came.states[open_])
             open_ &= self.destinations.neighbourhoods.contain(came.states) == NONE
@@ -107,39 +107,39 @@ class Basin:
         return found
 
     def _ahead(self, apart: Vector) -> Vector:
-        """Periods from when a run is within `near` of its motion, by distances at a look, (n,)."""
+        """Periods since a run was within `near` of its motion, from distances at a test, (n,)."""
         least = _ARRIVED * self.size
         found: Vector = np.log(np.maximum(apart, least) / max(self.near, least)) / self.rate
         return np.minimum(found, 0.0)
 
     def lost(self, times: Vector, states: Vector) -> NDArray[np.bool_]:
-        """Whether the runs from states at times are lost, in all periods that they have; (n,)."""
+        """True for runs from states at times that are lost within all their periods; (n,)."""
         return np.isinf(self.holds(times, states, self.periods))
 
     def wait_longer(self) -> None:
-        """Raises the patience, where a run that counts as lost comes back."""
+        """Raise the patience, after a run that counted as lost has returned."""
         self.patience = min(4 * self.patience, self.periods)
 
     def distance(self, states: Vector) -> Vector:
-        """Distance of states at phase 0, (n, 3), from the motion's nearest there; (n,)."""
+        """Distance of states at phase 0, (n, 3), from the motion's nearest state there; (n,)."""
         apart: Vector = np.linalg.norm(states[:, None] - self.marks, axis=2).min(axis=1)
         return apart
 
     def run(
         self, phases: Vector, states: Vector, periods: int, keep: str = "final"
     ) -> Trajectories:
-        """The runs from states at phases for so many excitation periods."""
+        """Runs from states at phases for so many excitation periods."""
         rows = np.repeat(self._row, len(states), axis=0)
         return run_rows(rows, states, phases, periods, self.parameters.scene, keep=keep)
 
     def attractor(self, time: float, state: Vector) -> Orbit | None:
-        """The attractor that a run leads to, None if it settles on none within the periods."""
+        """Attractor of a run; None if it settles on none within the periods."""
         phase = self.phases(np.array([time]))
         number = int(self.destinations.of(state[None], phase, self.periods)[0])
         return None if number == NONE else self.destinations.orbits[number]
 
     def _learn(self, ends: Vector) -> None:
-        """Close attractors on which runs repeat themselves, so that later ones end there soon."""
+        """Solve for attractors on which runs repeat, so that later runs end there early."""
         while len(ends) and self._learned < _MOST_LEARNED:
             self._learned += 1
             orbit = solve_orbit(self.parameters, ends[0].tolist(), periods=256)
@@ -150,10 +150,10 @@ class Basin:
                 ends = ends[self.destinations.neighbourhoods.contain(ends) == NONE]
 
     def narrow(self, time: float, inside: Vector, outside: Vector) -> tuple[Vector, Vector]:
-        """The two states nearest to each other on a line, the first that is back, the other lost.
+        """The two nearest states on a line of which the first returns and the second is lost.
 
-        Between a state that is back and one that is lost, (3,) each, it is where the run is lost
-        first, of those that were tried.
+        `inside`, (3,), returns and `outside`, (3,), is lost. Of several boundaries between them it
+        is the one nearest to `inside` among the states tried.
         """
         shares = np.arange(1, _SECTIONS + 1)[:, None] / (_SECTIONS + 1)
         while True:
@@ -166,7 +166,7 @@ class Basin:
             inside, outside = line[i], line[i + 1]
 
     def edge_state(self, time: float, inside: Vector, outside: Vector) -> Orbit | None:
-        """The periodic orbit to which the boundary between two states leads, None if to none.
+        """Periodic orbit to which the boundary between two states leads; None if there is none.
 
         It is unstable in one direction.
         """
@@ -187,7 +187,7 @@ class Basin:
         return None
 
     def _closed(self, path: Vector) -> Orbit | None:
-        """The orbit on which states at phase 0, (n, 3), end; None if they do not repeat."""
+        """Orbit on which states at phase 0, (n, 3), end; None if they do not repeat."""
         for number in range(1, min(LONGEST, len(path) // 2) + 1):
             change = abs(path[-number:] - path[-2 * number : len(path) - number]).max()
             if change <= _REPEATED * self.size:
@@ -200,6 +200,6 @@ class Basin:
 
 
 def is_saddle(orbit: Orbit) -> bool:
-    """Whether an orbit is unstable in one direction."""
+    """True if an orbit is unstable in one direction."""
     sizes = abs(orbit.multipliers)
     return bool(sizes[0] > 1 > sizes[1])

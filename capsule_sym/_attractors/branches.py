@@ -27,11 +27,10 @@ from capsule_sym._parameters import Scene, SceneParameters
 
 
 class Change(NamedTuple):
-    """Birth or death of an attractor: between which values, and the bifurcation of its branch.
+    """Birth or death of an attractor: its interval, and the bifurcation of its branch.
 
-    All is dimensionless, but of a parameter in SI units that others are tied to.
-
-    `value` is nan and `bifurcation` None where none was located; `message` says why.
+    All values are dimensionless, except a parameter in SI units to which others are tied. `value`
+    is nan and `bifurcation` None if no bifurcation was located; `message` gives the reason.
     """
 
     value: float
@@ -41,7 +40,7 @@ class Change(NamedTuple):
     message: str
 
     def to_dict(self) -> dict[str, Any]:
-        """The change as plain values."""
+        """Change as plain values."""
         found = self.bifurcation
         about = {} if found is None else {"line": found.line, "uncertainty": found.uncertainty}
         told = record(self, "value type interval") | about | {"message": self.message}
@@ -52,7 +51,7 @@ class Change(NamedTuple):
 class AttractorBranch:
     """One attractor along the parameter, at neighbouring values; dimensionless.
 
-    `birth` is None where it exists at the first value already, `death` where it does at the last.
+    `birth` is None if it exists at the first value, `death` if it exists at the last.
     """
 
     number: int
@@ -61,18 +60,18 @@ class AttractorBranch:
     values: Vector
     """Values of the parameter, shape (k,)."""
     counts: NDArray[np.int64]
-    """Starts that lead to it, shape (k,)."""
+    """Number of starts that lead to it, shape (k,)."""
     fractions: Vector
-    """The same as fractions, shape (k,)."""
+    """Fraction of starts that lead to it, shape (k,)."""
     intervals: Vector
-    """Ends of the intervals of these, at 95 %, by Clopper and Pearson, shape (k, 2)."""
+    """95 % confidence intervals of the fractions, by Clopper and Pearson, shape (k, 2)."""
     cycles: tuple[Cycle, ...]
     """States at phase 0 and largest multiplier, for each value."""
     birth: Change | None
     death: Change | None
 
     def orbit(self, i: int) -> Orbit:
-        """The closed orbit at value i; raises InvalidInput where its equations are not solved."""
+        """Closed orbit at value i; raises InvalidInput if its equations are not solved."""
         found = closed_orbit(placed_at(self.path, self.base, self.values[i]), self.cycles[i])
         if found is None:
             raise InvalidInput("i", i, "a value at which the orbit's equations are solved")
@@ -93,7 +92,7 @@ class AttractorBranch:
         return [(shown_itinerary(one), shown_progression(one.motion)) for one in orbits]
 
     def to_dict(self) -> dict[str, Any]:
-        """The branch as plain values."""
+        """Branch as plain values."""
         return {
             **record(self, "number values counts fractions intervals"),
             "period_numbers": [len(cycle.states) for cycle in self.cycles],
@@ -108,19 +107,19 @@ class AttractorBranch:
 class ContinuedAttractors(Result, Labelled):
     """Attractors along a parameter, in the order of their first values; dimensionless.
 
-    `unsettled` counts at each value the starts that have not settled on a closed orbit.
+    `unsettled` is for each value the number of starts that have not settled on a closed orbit.
     """
 
     name: str
     values: Vector
     """Values of the parameter, ascending, shape (m,)."""
     starts: int
-    """Starts at each value."""
+    """Number of starts at each value."""
     branches: tuple[AttractorBranch, ...]
     unsettled: NDArray[np.int64]
-    """Starts that have not settled, shape (m,)."""
+    """Number of starts that have not settled, shape (m,)."""
     periods: int
-    """Excitation periods after which a run counts as not settled."""
+    """Excitation periods after which a run counts as unsettled."""
     status: Status
     base: SceneParameters
     dimension = "point"
@@ -133,7 +132,7 @@ class ContinuedAttractors(Result, Labelled):
 
     @property
     def message(self) -> str:
-        """What was found, in words."""
+        """Result in words."""
         found = len(self.branches)
         text = f"{found} attractor{'s' * (found != 1)} at {len(self.values)} values of {self.name}"
         if self.changes:
@@ -142,12 +141,12 @@ class ContinuedAttractors(Result, Labelled):
         if late := int(self.unsettled.sum()):
             text += f"; {late} of {self.starts * len(self.values)} runs have not settled"
         if self.status is not Status.FINISHED:
-            text += "; the time was over, or the work was interrupted, before the end"
+            text += "; time limit reached, or interrupted, before the end"
         return text
 
     @property
     def scene(self) -> Scene:
-        """The scene of the parameters."""
+        """Scene of the parameters."""
         return self.base.scene
 
     @property
@@ -172,21 +171,21 @@ class ContinuedAttractors(Result, Labelled):
         }
 
     def attributes(self) -> dict[str, Any]:
-        """Starts at each value, and the status."""
+        """Number of starts at each value, and status."""
         return record(self, "starts status")
 
     def to_dict(self) -> dict[str, Any]:
-        """The result by name, of numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts."""
         told = {"parameter": self.name, "parameters": self.base.to_dict()}
         found = record(self, "values starts periods unsettled")
         return super().to_dict() | told | found | {"attractors": plain(self.branches)}
 
 
 def row_at(path: ParameterPath, base: SceneParameters, value: float) -> list[float]:
-    """All parameters where what varies has this value."""
+    """All parameters at a value of the varied one."""
     return [float(one) for one in path.placed([*base.to_dict().values()], float(value))]
 
 
 def placed_at(path: ParameterPath, base: SceneParameters, value: float) -> SceneParameters:
-    """The parameters where what varies has this value."""
+    """Parameters at a value of the varied one."""
     return base.scene.Parameters(*row_at(path, base, value))

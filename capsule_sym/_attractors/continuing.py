@@ -1,9 +1,9 @@
-"""Attractors followed along a parameter, with the fractions of starts that lead to each.
+"""Attractors along a parameter, with the fractions of starts that lead to each.
 
-The starts run at all values at once. An attractor at one value is the same as one at the next if
-the closed orbit continues from one to the other and back, through changes of its itinerary. Where
-it does not, its branch is followed exactly between the two values, to the bifurcation at which the
-attractor is born or dies. Where it does, and no start leads to it, its fraction is 0 there.
+The starts run at all values at once. Attractors at neighbouring values are the same if the closed
+orbit continues from one value to the other and back, through changes of its itinerary. Otherwise
+the branch is continued between the two values, to the bifurcation at which the attractor is born or
+dies. An attractor that continues has the fraction 0 where no start leads to it.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._parameters import SceneParameters
 
-_POINTS = 5  # steps of a branch between two values, at least
-_BEYOND = 1e-3  # share of the interval from the last orbit of a branch at which others are sought
+_POINTS = 5  # least number of steps of a branch between two values
+_BEYOND = 1e-3  # share of the interval beyond the last orbit of a branch at which others are sought
 _MOST_RUNS = 10**7
 _Cell = tuple[int, int]  # index of a value, number of an orbit there
 
@@ -65,15 +65,16 @@ def continue_attractors(
     max_seconds: float = math.inf,
     progress: Callable[[int, int], object] | None = None,
 ) -> ContinuedAttractors:
-    """The attractors at several values of a parameter, each followed from value to value.
+    """Attractors at several values of a parameter, continued from value to value.
 
-    `values`, shape (m,), of the parameter `name` ascend, two or more; other parameters may vary
-    with it by `ties`, as in `continue_orbit`. `starts`, `count`, `phases` and `periods` are as in
-    `attractors`, the same at all values. Where an attractor appears or disappears between two
-    values, its branch is followed exactly from one to the other: `birth` and `death` have the
-    bifurcation at which it becomes stable or stops to be so, or ends. All is dimensionless.
-    `progress` is told how many of how many runs have settled. After `max_seconds` what is found so
-    far is given. Raises InvalidInput for a value that is not allowed.
+    `values`, shape (m,), of the parameter `name` are ascending, two or more. Other parameters may
+    vary with it by `ties`, as in `continue_orbit`. `starts`, `count`, `phases` and `periods` are
+    those of `attractors`, the same at all values. Where an attractor appears or disappears between
+    two values, its branch is continued exactly between them: `birth` and `death` have the
+    bifurcation at which it becomes stable, loses stability or ends. All quantities are
+    dimensionless. `progress` is called with the number of settled runs and of all runs. After
+    `max_seconds` the result has what was found so far. Raises InvalidInput for a value that is not
+    allowed.
     """
     path, grid = _checked(parameters, name, values, ties)
     check_count("periods", periods, 2)
@@ -129,18 +130,18 @@ def _checked(
 
 
 class _Following:
-    """The orbits at all values, and which of neighbouring values are one attractor."""
+    """Orbits at all values, and their identity between neighbouring values."""
 
     def __init__(
         self, base: SceneParameters, path: ParameterPath, values: Vector, settling: Settling
     ) -> None:
         self.base, self.path, self.values, self.settling = base, path, values, settling
-        # By the side, 1 or -1: the orbit at the next value, or why there is none.
+        # By side, 1 or -1: the orbit at the next value, or the reason why there is none.
         self.next: dict[int, dict[_Cell, _Cell]] = {1: {}, -1: {}}
         self.ends: dict[int, dict[_Cell, Change]] = {1: {}, -1: {}}
 
     def link(self) -> None:
-        """Follow every orbit to the next values on both sides, or to a bifurcation before."""
+        """Continue every orbit to the next values on both sides, or to a bifurcation before."""
         while True:
             pending = {side: self._pending(side) for side in (1, -1)}
             if not any(pending.values()):
@@ -152,7 +153,7 @@ class _Following:
                         self._follow(cell, side)
 
     def branches(self, numbers: NDArray[np.int16]) -> tuple[AttractorBranch, ...]:
-        """The attractors, of the numbers, (m, n), of the orbits to which starts lead."""
+        """Attractors along the parameter, from the orbit numbers, (m, n), of all starts."""
         found = list[AttractorBranch]()
         counts = [
             np.bincount(row[row >= 0], minlength=len(cycles)).tolist()
@@ -194,7 +195,7 @@ class _Following:
         if cell[0] == (len(self.values) - 1 if side > 0 else 0):
             return None
         return self.ends[side].get(cell) or Change(
-            math.nan, "not sought", self._between(cell, side), None, "the time was over before"
+            math.nan, "not sought", self._between(cell, side), None, "time limit reached"
         )
 
     def _between(self, cell: _Cell, side: int) -> tuple[float, float]:
@@ -202,7 +203,7 @@ class _Following:
         return float(self.values[here]), float(self.values[there])
 
     def _carry(self, cells: Sequence[_Cell], side: int) -> None:
-        """Link orbits that a step along their tangent, and one back, lead to each other."""
+        """Link orbits that lead to each other by a step along their tangent, and one back."""
         if not cells:
             return
         there = self._carried(cells, [self._cycle(cell) for cell in cells], side)
@@ -222,7 +223,7 @@ class _Following:
     def _carried(
         self, cells: Sequence[_Cell], cycles: Sequence[Cycle], side: int
     ) -> list[Cycle | None]:
-        """The orbits at the next value to which orbits lead, of as many periods."""
+        """Orbits at the next value, of as many periods, to which orbits lead."""
         rows, scene = self.settling.rows, self.settling.scene
         here = np.array([i for i, _ in cells])
         states = np.array([cycle.states[0] for cycle in cycles])
@@ -240,7 +241,7 @@ class _Following:
         ]
 
     def _join(self, cell: _Cell, cycle: Cycle, side: int) -> None:
-        """Make an orbit at the next value the same attractor as one here."""
+        """Identify an orbit at the next value with the attractor here."""
         row = cell[0] + side
         number = self.settling.number(row, cycle)
         if number == NONE:
@@ -252,7 +253,7 @@ class _Following:
             self.ends[-side].pop(other, None)
 
     def _follow(self, cell: _Cell, side: int) -> None:
-        """Follow a branch exactly from an orbit to the next value, or to where it is lost."""
+        """Continue a branch from an orbit to the next value, or to its end."""
         check_time()
         i, ends = cell[0], self._between(cell, side)
         orbit = closed_orbit(placed_at(self.path, self.base, self.values[i]), self._cycle(cell))
@@ -288,9 +289,9 @@ class _Following:
             self.ends[side][cell] = Change(math.nan, "not located", ends, None, why)
 
     def _doubling(self, branch: Branch, cell: _Cell, side: int) -> Bifurcation | None:
-        """The period doubling at which a branch of doubled orbits comes back along itself.
+        """Period doubling at which a branch of doubled orbits retraces itself.
 
-        It is sought from the orbit of half the period beyond, where border collisions hide it.
+        It is sought on the orbit of half the period beyond it, since border collisions may hide it.
         """
         turn = max(branch.points, key=lambda point: side * point.value)
         periods, (low, high) = turn.orbit.itinerary.period_number, self._between(cell, side)
@@ -308,9 +309,9 @@ class _Following:
 
 
 def loss(branch: Branch) -> Bifurcation | None:
-    """The first bifurcation on a branch beyond which its orbits are not stable, or there are none.
+    """First bifurcation on a branch beyond which its orbits are unstable or do not exist.
 
-    None where all of the branch is stable, or it ends without one.
+    None if the whole branch is stable, or ends without a bifurcation.
     """
     for one in branch.bifurcations:
         after = one.multipliers_after
@@ -320,5 +321,5 @@ def loss(branch: Branch) -> Bifurcation | None:
 
 
 def _passed(one: Bifurcation) -> str:
-    """The itineraries on both sides of a bifurcation, in words."""
+    """Itineraries on both sides of a bifurcation, in words."""
     return f"{one.itinerary_before} → {one.itinerary_after or 'none'}"

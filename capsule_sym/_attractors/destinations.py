@@ -1,4 +1,4 @@
-"""Which of several known attractors starts lead to."""
+"""Assignment of starts to known attractors."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from capsule_sym._orbits.shooting.symmetry import whole_orbit
 __all__ = ["NONE", "Arrivals", "Destinations", "run_rows", "stroboscopic"]
 
 MOST = 8192
-"""Excitation periods for which a run is followed at most."""
+"""Largest number of excitation periods of a run."""
 
 
 class Destinations:
-    """Attractors of one parameter set, and which of them starts lead to.
+    """Known attractors of one parameter set, to which starts are assigned.
 
     `orbits` are stable periodic orbits at the same parameters; `states` are those of each at phase
-    0, shape (period_number, 3). All is dimensionless. Raises InvalidInput for orbits that are not
-    stable, or not at the same parameters.
+    0, shape (period_number, 3). All quantities are dimensionless. Raises InvalidInput for orbits
+    that are unstable, or not at the same parameters.
     """
 
     def __init__(self, orbits: Sequence[Orbit], *, threads: int = 1) -> None:
@@ -51,24 +51,24 @@ class Destinations:
 
     @property
     def neighbourhoods(self) -> Neighbourhoods:
-        """The neighbourhoods of the attractors' states within which a run has arrived."""
+        """Neighbourhoods of the attractors' states within which a run has arrived."""
         return self._settling.near[0]
 
     def of(
         self, states: ArrayLike, phases: ArrayLike = 0.0, periods: int = MOST
     ) -> NDArray[np.int16]:
-        """Number of the attractor that each start leads to, shape (n,), NONE for none of them.
+        """Attractor number of each start, shape (n,), NONE for none of them.
 
         Arguments are those of `arrivals`.
         """
         return self.arrivals(states, phases, periods).numbers
 
     def arrivals(self, states: ArrayLike, phases: ArrayLike = 0.0, periods: int = MOST) -> Arrivals:
-        """Where the runs from states, (n, 3), at phases, (n,) or one, come to.
+        """Attractors at which runs from states, (n, 3), at phases, (n,) or one, arrive.
 
-        Each is followed for at most so many excitation `periods`, until it is so near to one of the
-        attractors that it stays there, or repeats itself on another orbit. Raises TimeUp where the
-        present watch is over, and InvalidInput as `simulate_many` does.
+        Each run lasts at most `periods` excitation periods, until it is so near to an attractor
+        that it stays there, or repeats itself on another orbit. Raises TimeUp if the present watch
+        is over, and InvalidInput as `simulate_many` does.
         """
         check_count("periods", periods, 2)
         starts = np.atleast_2d(np.asarray(states, dtype=float))

@@ -1,11 +1,11 @@
-"""The point of a basin's boundary that is nearest to the motion, where the boundary is smooth.
+"""Point of a basin's boundary nearest to the motion, where the boundary is smooth.
 
-There it is the stable manifold of its edge state: a run from the boundary tends to that orbit, and
-one from beside it leaves along its unstable direction. What the run has of that direction where
-it comes nearest to the edge state is 0 on the boundary and smooth across it, so that its root is
-found by secants, to rounding. Which direction and time have the least root is searched for by
-samples, whose spread follows the better half: this holds at kinks of the boundary too, which lie
-where runs change their itinerary.
+There the boundary is the stable manifold of its edge state. A run from the boundary tends to that
+orbit; a run from beside it leaves along the unstable direction. The component of a run in that
+direction, where the run is nearest to the edge state, is 0 on the boundary and smooth across it.
+Secants find this root to rounding. Sampling minimises the root over direction and time; the spread
+of the samples follows the better half. This also works at kinks of the boundary, where runs change
+their itinerary.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import jacobian
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
-_STEP = 1e-8  # share of a radius by which its derivative is a difference
+_STEP = 1e-8  # share of a radius for its finite difference
 _SECANTS = 8
-_SOLVED = 1e-13  # share of a radius, by which a secant moves it, at which it is the root
-_ACCEPTED = 1e-10  # the same at which it counts as one after all secants
-_MOST_MOVED, _FARTHEST = 0.1, 0.5  # shares by which one secant, and all, may move a radius
-_NEAR = 0.2  # distance, in units of size, at which a run is near its edge state
+_SOLVED = 1e-13  # relative change of a radius by a secant at which it is the root
+_ACCEPTED = 1e-10  # the same for acceptance after all secants
+_MOST_MOVED, _FARTHEST = 0.1, 0.5  # largest relative change of a radius by one secant, and by all
+_NEAR = 0.2  # distance, over the size, at which a run is near its edge state
 _ON = 1e-3  # the same, at which it is on it, so that the root is one of the boundary
 _LONGEST = 1024  # excitation periods from the boundary to the edge state, and along it
-_TRANSIT, _DIGITS = 24, 23.0  # of these, what leads there; logarithm of what grows along it
-_FIRST_DIGITS = 6.0  # the same for the first secants, each twice that of the one before
-_SAMPLES, _KEPT = 32, 8  # of a generation, and those that the next one is about
+_TRANSIT, _DIGITS = 24, 23.0  # of these, the approach; logarithm of the growth along the edge state
+_FIRST_DIGITS = 6.0  # the same for the first secants, doubled for each next one
+_SAMPLES, _KEPT = 32, 8  # number of samples of a generation, and of those kept
 _GENERATIONS = 60
-# Of directions at the begin of a descent, and of time as a share of the forcing's period.
+# Of directions at the start of a descent, and of time as a share of the forcing's period.
 _SPREADS = (2e-2, 1e-3, 1e-3, 1e-4, 1e-4, 1e-5)
-_GAINED = 1e-9  # share of a radius, by which a descent betters it, at which there may be more
+_GAINED = 1e-9  # relative gain of a descent below which the search ends
 _THINNEST = 1e-6  # least spread, as a share of the largest
 _FITS = 0.05  # share of the spread of values by which a model may differ from them
-_FARTHEST_TRIAL = 3.0  # distance of a model's least value, in units of the spread
-_FLAT = 1e-10  # share by which the best radii differ at which the search ends
+_FARTHEST_TRIAL = 3.0  # distance of a model's minimum, in units of the spread
+_FLAT = 1e-10  # relative difference of the best radii at which the search ends
 Vector = NDArray[np.float64]
 
 
 class Place(NamedTuple):
-    """A knock onto the boundary: time in the motion's period, direction of unit size, radius."""
+    """Knock onto the boundary: time in the motion's period, direction (unit vector), radius."""
 
     time: float
     direction: Vector
@@ -55,9 +55,9 @@ class Place(NamedTuple):
 
 
 class Surface:
-    """The stable manifold of an edge state, seen from a motion.
+    """Stable manifold of an edge state, as seen from a motion.
 
-    `knocks`, (3, m), are the knocks by the m components of a direction.
+    `knocks`, (3, m), has the knock for each of the m components of a direction.
     """
 
     def __init__(self, basin: Basin, edge: Orbit, knocks: Vector) -> None:
@@ -76,7 +76,7 @@ class Surface:
         """Excitation periods of the runs for each secant."""
 
     def radii(self, times: Vector, directions: Vector, guess: Vector) -> Vector:
-        """Radii near a guess at which knocks reach the boundary, (n,); inf where none is found.
+        """Radii near a guess at which knocks reach the boundary, (n,); inf if none is found.
 
         Times are (n,), directions (n, m).
         """
@@ -102,9 +102,9 @@ class Surface:
     def _steps(self, run: Trajectories, count: int) -> tuple[Vector, Vector]:
         """Steps to the roots, (count,), in units of the difference of each pair of runs.
 
-        Beside them how near the runs come to the edge state, in units of size.
+        Also the least distances of the runs from the edge state, over the size.
         """
-        # All end at one phase 0, and those that begin at another phase have a state less.
+        # All end at the same phase 0; runs that start at another phase have one state less.
         parts = [run[i] for i in range(len(run))]
         common = min(map(len, parts))
         pairs = np.stack([part[len(part) - common :] for part in parts]).reshape(
@@ -122,10 +122,10 @@ class Surface:
 
 
 def nearest(surface: Surface, place: Place, random: np.random.Generator) -> Place:
-    """The place of the least radius next to one on the boundary.
+    """Point of the boundary with the least radius near a given one.
 
-    Each descent begins at the best place of the one before, until none finds a better one, or one
-    ends in a smooth minimum.
+    Each descent starts at the best point of the one before. The search ends when a descent finds no
+    better point, or ends in a smooth minimum.
     """
     for spread in _SPREADS:
         before = place.radius
@@ -138,10 +138,10 @@ def nearest(surface: Surface, place: Place, random: np.random.Generator) -> Plac
 def _descend(
     surface: Surface, place: Place, wide: float, random: np.random.Generator
 ) -> tuple[Place, bool]:
-    """A place of less radius, and whether it is a smooth minimum.
+    """Point of a smaller radius, and True if it is a smooth minimum.
 
-    Samples are about a mean, as widely as the better ones of the generation before are about
-    theirs. A quadratic model of all of a generation leads to one sample of the next.
+    Samples are normal about a mean, with the spread of the better samples of the last generation. A
+    quadratic model of a generation proposes one sample of the next.
     """
     count, best = len(place.direction), place
     basis = np.linalg.svd(place.direction[None])[2][1:]  # at right angles to the direction
@@ -164,7 +164,8 @@ def _descend(
                 z[first],
             )
         if found.sum() < _SAMPLES // 2:
-            # The boundary is here on a part of the rays alone: nearer to the best it is on most.
+            # The boundary exists on a part of the rays only; more of them reach it near the best
+            # one.
             spread, slope, mean, trial, centre = spread / 3, 0 * slope, known, known, best.radius
             continue
         model = _model(w[found], radii[found])
@@ -182,9 +183,9 @@ def _descend(
 
 
 class _Model(NamedTuple):
-    """A quadratic model of values: gradient (m,) at 0, place of the least value, what it gains.
+    """Quadratic model of values: gradient (m,) at 0, place of its minimum, and its gain.
 
-    The gain is infinite where there is no least value, or the model does not fit.
+    The gain is infinite if there is no minimum, or if the model does not fit.
     """
 
     gradient: Vector
@@ -193,7 +194,7 @@ class _Model(NamedTuple):
 
 
 def _model(w: Vector, values: Vector) -> _Model:
-    """The quadratic model of values, (n,), at places w, (n, m)."""
+    """Quadratic model of values, (n,), at places w, (n, m)."""
     count = w.shape[1]
     rows, columns = np.triu_indices(count)
     terms = np.column_stack([np.ones(len(w)), w, w[:, rows] * w[:, columns]])

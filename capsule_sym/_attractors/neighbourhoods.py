@@ -1,9 +1,9 @@
 """Neighbourhoods of stable closed orbits that the map carries into themselves.
 
-A neighbourhood of an orbit's state at phase 0 is an ellipsoid. Its shape follows from the
-monodromy matrix M: with P - (M/q)^T P (M/q) = 1, q = (1 + rho)/2 and rho the largest modulus of a
-multiplier, the linear map shrinks the norm (x^T P x)^(1/2) by q at least. How far this holds for
-the map itself is tried on shells about the state, each a quarter of the one before.
+A neighbourhood of an orbit's state at phase 0 is an ellipsoid. Its shape follows from the monodromy
+matrix M: with P - (M/q)^T P (M/q) = 1, q = (1 + rho)/2 and rho the spectral radius, the linear map
+shrinks the norm (x^T P x)^(1/2) at least by q. The size up to which this holds for the map itself
+is tested on shells about the state, each a quarter of the one before.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ NONE = -1
 _SHELLS = 4.0 ** -np.arange(1, 13)  # radii in units of the orbit's size
 _DIRECTIONS = np.array([d for d in product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1)[:, None]
-# A plane that comes nearer to the middle than this share of a shell has more than a third of the
-# shell beyond it, and so some of its directions: another itinerary there is seen.
+# A plane nearer to the centre than this share of a shell's radius cuts off more than a third of
+# the shell, and so some of the directions: another itinerary there is detected.
 _INSIDE = 0.25
-# Turns of a cycle after which shells are nearer: one, but where M is not the derivative on all
-# sides, as where the drive's edge ends a stick at phase 0.
+# Turns of a cycle after which shells have shrunk: one, unless M is not the derivative on all
+# sides, such as where the drive's edge ends a stick at phase 0.
 _TURNS = (1, 2, 4, 8, 16, 32)
-NEUTRAL = 1e-9  # below 1, of a multiplier of which rounding leaves open whether it attracts
+NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
 _AT_ONCE = 10**5  # distances that are computed together
 Vector = NDArray[np.float64]
 
 
 class Neighbourhoods(NamedTuple):
-    """Ellipsoids |(x - centre) @ axes| <= 1 about m states, which the map carries into themselves.
+    """Ellipsoids |(x - centre) @ axes| <= 1 about m states that the map carries into themselves.
 
-    Where none was found the `axes`, (m, 3, 3), are infinite.
+    If none was found the `axes`, (m, 3, 3), are infinite.
     """
 
     centres: Vector
     axes: Vector
 
     def contain(self, states: Vector) -> NDArray[np.intp]:
-        """Index of the ellipsoid that each state, (n, 3), is in, NONE if it is in none; (n,)."""
+        """Index of the ellipsoid that contains each state, (n, 3), NONE if none does; (n,)."""
         found = np.full(len(states), NONE)
         count = _AT_ONCE // max(1, len(self.centres))
         for first in range(0, len(states) if len(self.centres) else 0, count):
@@ -71,7 +71,7 @@ def run_rows(
     threads: int = 1,
     keep: str = "final",
 ) -> Trajectories:
-    """The runs of parameter rows from states and phases; raises TimeUp when the time is over."""
+    """Runs of parameter rows from states and phases; raises TimeUp after the time limit."""
     check_time()
     left = present().left
     found = simulate_many(
@@ -86,12 +86,12 @@ def neighbourhoods(
 ) -> Neighbourhoods:
     """Ellipsoids about states of stable cycles that the map carries into themselves.
 
-    `centres`, (m, 3), are states at phase 0 of cycles of so many `periods`, (m,), at the parameters
-    `rows`, (m, k).
+    `centres`, (m, 3), are states at phase 0 of cycles of `periods`, (m,), at the parameters `rows`,
+    (m, k).
     """
     shapes, shrink = _norms(_monodromies(rows, centres, periods, scene))
     sizes = 1 + abs(centres).max(axis=1)
-    # So that the ellipsoid of radius 1 is within a ball of radius 1.
+    # Scale so that the ellipsoid of radius 1 is within a ball of radius 1.
     unit = np.linalg.norm(np.linalg.inv(shapes), ord=2, axis=(1, 2))
     shapes = shapes * unit[:, None, None]
     steps = _DIRECTIONS @ np.linalg.inv(shapes)  # (m, directions, 3)
@@ -107,16 +107,16 @@ def neighbourhoods(
             apart = ends.reshape(starts[these].shape) - centres[these, None, None]
             far = np.linalg.norm(apart @ shapes[these, None], axis=3).max(axis=2)
             inward = far <= shrink[these, None] * reach[these]
-            inward = np.logical_and.accumulate(inward[:, ::-1], axis=1)[:, ::-1]  # and all within
+            inward = np.logical_and.accumulate(inward[:, ::-1], axis=1)[:, ::-1]  # on all smaller
             radius[these] = np.where(inward, reach[these], 0).max(axis=1) * _INSIDE
     with np.errstate(divide="ignore", invalid="ignore"):
         return Neighbourhoods(centres, shapes / radius[:, None, None])
 
 
 def _norms(matrices: Vector) -> tuple[Vector, Vector]:
-    """Matrices B (m, 3, 3), for which |x M^T B| <= q |x B|, and shares for the map, (m,).
+    """Matrices B (m, 3, 3) with |x M^T B| <= q |x B|, and shrinking factors for the map, (m,).
 
-    The shares are half-way from q to 1.
+    The factors are half-way from q to 1.
     """
     largest = abs(np.linalg.eigvals(matrices)).max(axis=1)
     q = (1 + np.minimum(largest, 1)) / 2

@@ -1,4 +1,4 @@
-"""A pulse of the drive that leads from one attractor to another: the result of a search."""
+"""Result of the search for a pulse of the drive that switches between two attractors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
 from capsule_sym._systems import System, dimensionless
 
-_SHOWN, _BEFORE, _AFTER = 100, 2, 4  # times a period, and periods beside pulse and transient
+_SHOWN, _BEFORE, _AFTER = 100, 2, 4  # times a period, and periods shown before and after
 Vector = NDArray[np.float64]
 Interval = tuple[float, float]
 
@@ -30,18 +30,18 @@ class PulseStatus(StrEnum):
 
     #: A pulse leads from one attractor to the other.
     FOUND = "found"
-    #: No pulse of so many periods within the bounds leads there.
+    #: No pulse within the bounds and the number of periods leads there.
     NO_PULSE = "no-pulse"
     #: One of the attractors does not exist at an end of the tolerances.
     ATTRACTOR_LOST = "attractor-lost"
-    #: The time is over: the result is the best so far, if there is one.
+    #: The time limit was reached: the result is the best so far, if there is one.
     TIME_LIMIT = "time-limit"
 
 
 class PulseWindow(NamedTuple):
-    """Pulses that lead to the end: periods, period of the start at which they begin, and values.
+    """Pulses that lead to the end: periods, starting period of the motion, and range of values.
 
-    In SI units where the system is a device, else dimensionless.
+    In SI units if the system is a device, else dimensionless.
     """
 
     periods: int
@@ -51,7 +51,7 @@ class PulseWindow(NamedTuple):
 
     @property
     def width(self) -> float:
-        """How far the values are apart."""
+        """Width of the range of values."""
         return self.high - self.low
 
 
@@ -59,33 +59,33 @@ class PulseWindow(NamedTuple):
 class Pulse(Result, Labelled):
     """A change of the drive for some periods that leads from one attractor to another.
 
-    In SI units where the system is a device, else dimensionless. Without a pulse `value`, `work`
-    and `interval` are nan, `periods` and `transient` 0.
+    In SI units if the system is a device, else dimensionless. Without a pulse `value`, `work` and
+    `interval` are nan, `periods` and `transient` 0.
     """
 
     start: Orbit
     end: Orbit
     system: System
     parameter: str
-    """What the pulse changes."""
+    """Name of the parameter that the pulse changes."""
     windows: tuple[PulseWindow, ...]
-    """All pulses that were found to lead to the end."""
+    """All pulses found that lead to the end."""
     status: PulseStatus
-    """How it ended."""
+    """Status of the search."""
     message: str
-    """The same as a sentence."""
+    """Status as a sentence."""
     value: float = math.nan
-    """What it is while the pulse lasts."""
+    """Value of the parameter during the pulse."""
     periods: int = 0
-    """Periods of the changed drive."""
+    """Number of periods of the changed drive."""
     begins: int = 0
-    """Period of the start, from 0 on, at which the pulse begins: in the state `state`."""
+    """Period of the start motion, from 0, in which the pulse begins, in the state `state`."""
     state: tuple[float, ...] = (math.nan,) * 3
-    """(x_r, v_r, v_c) at forcing angle 0, where the pulse begins."""
+    """(x_r, v_r, v_c) at forcing angle 0, at the start of the pulse."""
     interval: Interval = math.nan, math.nan
-    """Values around this one that lead to the end as well, with all else as it is."""
+    """Range of values around `value` that also lead to the end, all else being equal."""
     work: float = math.nan
-    """Work of the drive while the pulse lasts."""
+    """Work of the drive during the pulse."""
     transient: int = 0
     """Excitation periods after the pulse until the motion is within 0.1 % of its end."""
     dimension = "time"
@@ -100,22 +100,22 @@ class Pulse(Result, Labelled):
 
     @property
     def scene(self) -> Scene:
-        """The scene of the system."""
+        """Scene of the system."""
         return self.system.scene
 
     @property
     def duration(self) -> float:
-        """How long the pulse lasts."""
+        """Duration of the pulse."""
         return self.times[1] - self.times[0] if self.periods else 0.0
 
     @property
     def drives(self) -> tuple[SceneParameters, SceneParameters]:
-        """The dimensionless parameters as they are else, and while the pulse lasts."""
+        """Dimensionless parameters without and with the pulse."""
         return dimensionless(self.system), pulsed(self.system, self.parameter, self.value)
 
     @cached_property
     def runs(self) -> tuple[Trajectory, Trajectory, Trajectory]:
-        """The run before the pulse, while it lasts, and after it; dimensionless."""
+        """Runs before, during and after the pulse; dimensionless."""
         assert self.periods
         usual, changed = self.drives
         marks = stroboscopic(self.start)
@@ -127,7 +127,7 @@ class Pulse(Result, Labelled):
 
     @property
     def times(self) -> tuple[float, float, float]:
-        """Times at which the pulse begins and ends, and at which the transient is over."""
+        """Times of the start and end of the pulse, and of the end of the transient."""
         if not self.periods:
             return 0.0, 0.0, 0.0
         usual, changed = self.drives
@@ -137,7 +137,7 @@ class Pulse(Result, Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Time, what the pulse changes, force of the drive, x_r and x_c, 100 a period, (n,).
+        """Time, changed parameter, force of the drive, x_r and x_c, 100 times a period, (n,).
 
         The pulse begins at time 0; two periods are before it, four after its transient.
         """
@@ -154,7 +154,7 @@ class Pulse(Result, Labelled):
             rows.append(np.array([times + begin, np.full(count, value), force, x_r, x_c + place]))
             begin, place = begin + run.span[1], place + float(run.advance)
         found = np.hstack(rows)
-        # Time and place are 0 where the pulse begins.
+        # Time and place are 0 at the start of the pulse.
         found[0] -= self.runs[0].span[1]
         found[4] -= float(self.runs[0].advance)
         units = ("duration", "", "peak_force", "x_r", "x_c")
@@ -162,16 +162,16 @@ class Pulse(Result, Labelled):
         return {name: row * scale for name, row, scale in zip(names, found, scales, strict=True)}
 
     def to_dict(self) -> dict[str, Any]:
-        """The result by name, of numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts."""
         orbits = {"start": str(self.start.itinerary), "end": str(self.end.itinerary)}
         return super().to_dict() | orbits | record(self, "windows")
 
 
 def pulsed(system: System, name: str, value: float) -> SceneParameters:
-    """The dimensionless parameters while the pulse lasts."""
+    """Dimensionless parameters during the pulse."""
     return dimensionless(system.replace(**{name: value}))
 
 
 def unit_of(system: System, quantity: str) -> float:
-    """The SI unit of a quantity where the system is a device, else 1."""
+    """SI unit of a quantity if the system is a device, else 1."""
     return system.scale(quantity) if isinstance(system, SceneDevice) else 1.0

@@ -1,8 +1,8 @@
 """Intervals of a drive's value in which a pulse of some periods leads to an attractor.
 
-Along the values the run after the pulse is a continuous curve, which the borders of basins cut. It
-is sampled until neighbours stay close for a while after the pulse: beside a border runs part from
-each other, so that an interval too narrow for the first samples is found by those next to it.
+As a function of the value, the run after the pulse is a continuous curve, which the boundaries of
+basins cut. It is sampled until neighbours stay close for a while after the pulse. Beside a boundary
+runs separate, so that samples next to it find intervals narrower than the first spacing.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from capsule_sym._attractors.pulse import Interval
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
 from capsule_sym._orbits.shooting.orbit import Orbit
 
-_FOLLOWED = (4, 16)  # excitation periods after the pulse, at which neighbours are compared
-_APART = 0.02  # distance of neighbours, over the size of all, from which one is put between them
-_FINEST = 1e-7  # least distance of values that are compared so, over the range
-_MOST_VALUES = 10  # of pulses of one number of periods in a part of the range, over the first
-_LEAST_VALUES = 9  # in a part of the range
-_REFINED = 4  # intervals of a part of which the ends are halved, the widest ones
-_EDGE = 1e-11  # how well these ends are known, over the range
-_END = 1  # number of the attractor at the end among the known
-_NEAR = 1e-6  # share of a deviation that is left when a run counts as settled
-_SETTLING = 512, 8192  # excitation periods in which a run arrives, the fewest and the most
+_FOLLOWED = (4, 16)  # excitation periods after the pulse at which neighbours are compared
+_APART = 0.02  # distance of neighbours, over the size of all, above which a sample is inserted
+_FINEST = 1e-7  # least spacing of inserted values, over the range
+_MOST_VALUES = 10  # factor of values for pulses of one number of periods, over the first ones
+_LEAST_VALUES = 9  # least number of values in a part of the range
+_REFINED = 4  # intervals of a part whose ends are refined, the widest ones
+_EDGE = 1e-11  # accuracy of these ends, over the range
+_END = 1  # number of the end attractor among the known ones
+_NEAR = 1e-6  # remaining share of a deviation at which a run counts as settled
+_SETTLING = 512, 8192  # least and largest number of excitation periods in which a run arrives
 Vector = NDArray[np.float64]
 
 
@@ -38,22 +38,22 @@ Vector = NDArray[np.float64]
 class Case:
     """Parameters at one end of their tolerances, and pulses there.
 
-    `orbits` are the attractors at the start and at the end, `starts` the states at phase 0 of the
-    first, (period number, 3).
+    `orbits` are the attractors at the start and at the end, `starts` the states of the first at
+    phase 0, (period number, 3).
     """
 
     orbits: tuple[Orbit, Orbit]
     starts: Vector
     column: int
-    """Place of the dimensionless parameter that the pulse changes."""
+    """Index of the dimensionless parameter that the pulse changes."""
     factor: float
-    """This parameter over the value."""
+    """Ratio of this parameter to the value."""
 
     @cached_property
     def known(self) -> Settling:
-        """Attractors at these parameters: both, and those that runs have come to so far.
+        """Attractors at these parameters: both orbits, and those that runs have reached so far.
 
-        A run to any of them ends where it has arrived.
+        A run to any of them ends on arrival.
         """
         found = Settling(self.usual(1), self.orbits[0].scene)
         for orbit in self.orbits:
@@ -62,7 +62,7 @@ class Case:
 
     @cached_property
     def settling(self) -> int:
-        """Excitation periods after which a run that goes to the end is there."""
+        """Excitation periods within which a run to the end attractor arrives."""
         end = self.orbits[1]
         largest = min(max(float(abs(end.multipliers[0])), 1e-3), 1 - 1e-9)
         wanted = math.ceil(math.log(_NEAR) / math.log(largest)) * end.itinerary.period_number
@@ -83,17 +83,17 @@ class Case:
         return self.on(np.tile(self.starts[begins], (len(values), 1)), rows, periods)
 
     def leads(self, values: Vector, periods: int, begins: int) -> NDArray[np.bool_]:
-        """Whether pulses of these values lead to the end, (n,)."""
+        """True for pulses of these values that lead to the end attractor, (n,)."""
         return self.at_end(self.after(values, periods, begins))
 
     def at_end(self, states: Vector) -> NDArray[np.bool_]:
-        """Whether states at phase 0 lead to the end, (n,)."""
+        """True for states at phase 0 that lead to the end attractor, (n,)."""
         row, runs = np.zeros(len(states), np.intp), Arrivals.begun(states)
         found: NDArray[np.bool_] = self.known.follow(row, runs, 0.0, self.settling).numbers == _END
         return found
 
     def samples(self, values: Vector, periods: int, begins: int) -> _Samples:
-        """Pulses of these values, and how the runs go on."""
+        """Pulses of these values, and the states after them."""
         states, traces, passed = self.after(values, periods, begins), list[Vector](), 0
         rows = self.usual(len(values))
         for after in _FOLLOWED:
@@ -104,7 +104,7 @@ class Case:
 
 
 class _Samples(NamedTuple):
-    """Values in ascending order (n,), whether each leads to the end, and states on the way."""
+    """Values in ascending order (n,), True if a value leads to the end, and states on the way."""
 
     values: Vector
     leads: NDArray[np.bool_]
@@ -121,8 +121,8 @@ def intervals(
 ) -> list[Interval]:
     """Intervals within parts of a range in which the pulse leads to the end, in ascending order.
 
-    `count` values are tried, and in a thorough search more where neighbours part from each other.
-    Of many intervals the ends of the widest alone are refined.
+    `count` values are tried; a thorough search adds more where neighbours separate. Only the ends
+    of the widest intervals are refined.
     """
     if not parts:
         return []
@@ -141,7 +141,7 @@ def intervals(
 
 
 def _with_more(case: Case, periods: int, begins: int, values: Vector, width: float) -> _Samples:
-    """Samples at values, and more between neighbours that part from each other."""
+    """Samples at values, with more between neighbours that separate."""
     found, most = case.samples(values, periods, begins), _MOST_VALUES * len(values)
     size = np.ptp(found.traces, axis=0).max(initial=0.0)
     while len(found.values) < most:
@@ -150,7 +150,7 @@ def _with_more(case: Case, periods: int, begins: int, values: Vector, width: flo
         chosen = np.flatnonzero((apart | np.diff(found.leads)) & (gaps > _FINEST * width))
         if not chosen.size:
             break
-        # The widest first, where there is no room for all.
+        # The widest gaps first, if there is no room for all.
         chosen = chosen[np.argsort(-gaps[chosen], kind="stable")]
         chosen = chosen[: most - len(found.values)]
         middle = found.values[chosen] + gaps[chosen] / 2
@@ -169,14 +169,14 @@ def _refined(
     leads: NDArray[np.bool_],
     width: float,
 ) -> list[Interval]:
-    """The intervals of values that lead to the end; the ends of the widest by halving."""
+    """Intervals of values that lead to the end; the ends of the widest are bisected."""
     padded = np.concatenate([[False], leads, [False]])
     firsts, lasts = np.flatnonzero(leads & ~padded[:-2]), np.flatnonzero(leads & ~padded[2:])
     widest = np.argsort(values[firsts] - values[lasts], kind="stable")[:_REFINED]
     ends = np.concatenate([firsts[widest], lasts[widest]])
     beside = np.repeat((-1, 1), len(widest)) + ends
     inside, beside = values[ends], np.clip(beside, 0, len(values) - 1)
-    # At an end of the part there is nothing beyond.
+    # The part has no values beyond its ends.
     outside = np.where(leads[beside], inside, values[beside])
     while (wide := np.flatnonzero(abs(outside - inside) > _EDGE * width)).size:
         middle = (inside[wide] + outside[wide]) / 2

@@ -1,8 +1,8 @@
-"""From one attractor to another by a pulse of the drive: the shortest, or that of least work.
+"""Switching between attractors by a pulse of the drive: the shortest, or that of least work.
 
-The pulse begins at forcing angle 0, at one of the periods of the motion, and has whole periods of
-the changed drive; then the drive is as before, and the motion settles on the other attractor. Its
-work is that of the drive while the pulse lasts.
+The pulse begins at forcing angle 0, in one of the periods of the motion, and has whole periods of
+the changed drive. Then the drive is restored, and the motion settles on the other attractor. Its
+work is that of the drive during the pulse.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from capsule_sym._systems import System, dimensionless, drives, factors_of, real
 
 _MOST_PERIODS = 1000
 _VALUES = 9, 10**6
-_ARRIVED = 1e-3  # distance from an attractor, over its size, from which the transient is over
+_ARRIVED = 1e-3  # distance from an attractor, over its size, at which the transient ends
 _LONGEST = 2**16  # excitation periods of a transient
-_INSIDE = 100  # pulses in a window, with which a thorough search begins
-_PRICED, _CLOSER = 300, 60  # pulses of which the work is computed: of all windows, and of one
-_LOOKED_AT = 8  # windows that are searched thoroughly, the best ones
+_INSIDE = 100  # number of pulses in a window at the start of a thorough search
+_PRICED, _CLOSER = 300, 60  # pulses whose work is computed: in all windows, and in one
+_LOOKED_AT = 8  # largest number of windows that are searched thoroughly
 _POINTS = 5  # steps of a branch to an end of the tolerances
 _WIDE = 1e-3  # least width, over the range, of the window of a pulse of least work
 Vector = NDArray[np.float64]
@@ -56,28 +56,27 @@ def switch_by_pulse(
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Pulse:
-    """The pulse of the drive that leads from one stable orbit to another.
+    """Pulse of the drive that leads from one stable orbit to another.
 
-    For at most `most_periods` periods, from forcing angle 0 on, one parameter of the drive has
-    another value; then the drive is as before. `over` has the bounds of that value: of alpha or
-    omega, of alpha_low or D where the drive is pulsed, or of P_d or Omega of a device in SI units;
-    without it the amplitude goes from 0 to twice its own. `base` is that device, or the parameters
-    of the orbits. Of a motion of several periods the pulse begins at the best of them.
+    For at most `most_periods` periods, from forcing angle 0, one parameter of the drive has another
+    value; then the drive is as before. `over` has the bounds of that value: of alpha or omega, of
+    alpha_low or D if the drive is pulsed, or of P_d or Omega of a device in SI units. By default
+    the amplitude varies from 0 to twice its own. `base` is that device, or the parameters of the
+    orbits. For a motion of several periods the pulse begins in the best of them.
 
-    `least` is "periods": the shortest pulse, its value in the middle of the widest interval of
-    values that lead there; or "work": that of least work of the drive while it lasts, at least a
-    share `margin` of its interval away from the ends. The interval has 0.1 % of the bounds or more
-    where there is such a one. With `tolerances`, a share for each of some parameters, the same
-    pulse leads there with all of them at both ends, those of the drive too.
+    `least` is "periods" for the shortest pulse, with the middle of the widest interval of values
+    that lead to the end. It is "work" for the least work of the drive during the pulse, at least a
+    share `margin` of the interval away from its ends; the interval has at least 0.1 % of the bounds
+    if there is such a one. With `tolerances`, a share for each of some parameters, the same pulse
+    works with all of them at both ends, including those of the drive.
 
-    `values` are tried first for each number of periods, and more where runs part from each other:
-    intervals much narrower than that are found beside the borders of basins. After `max_seconds`
-    the result has the best pulse so far. `progress` is called with what is done, in words. A run
-    leads to the end if it comes into a neighbourhood that the map carries into itself, as in
-    `attractors`.
+    `values` are tried first for each number of periods, and more where runs separate: much narrower
+    intervals are found beside basin boundaries. After `max_seconds` the result has the best pulse
+    so far. `progress` is called with a text. A run leads to the end if it enters a neighbourhood
+    that the map carries into itself, as in `attractors`.
 
-    Raises InvalidInput for orbits that are one, not stable or at different parameters, for what is
-    no parameter of the drive, and for values that are not allowed.
+    Raises InvalidInput for orbits that are equal, unstable or at different parameters, for an
+    unknown parameter of the drive, and for values that are not allowed.
     """
     system = start.parameters if base is None else base
     name, bounds = _checked(start, end, over, system)
@@ -98,7 +97,7 @@ def switch_by_pulse(
 def _checked(
     start: Orbit, end: Orbit, over: Mapping[str, Sequence[float]] | None, system: System
 ) -> tuple[str, Interval]:
-    """What the pulse changes, and its bounds; raises InvalidInput for these, and for orbits."""
+    """Parameter that the pulse changes, and its bounds; raises InvalidInput for all arguments."""
     for field_, orbit in (("start", start), ("end", end)):
         if not isinstance(orbit, Orbit) or not orbit.success or not _stable(orbit.multipliers):
             raise InvalidInput(field_, orbit, "a stable periodic orbit")
@@ -132,12 +131,12 @@ def _checked(
 
 
 def _stable(multipliers: Iterable[complex]) -> bool:
-    """Whether an orbit with these multipliers is one that runs settle on."""
+    """True if an orbit with these multipliers is stable beyond rounding."""
     return max(map(abs, multipliers), default=0.0) < 1 - NEUTRAL
 
 
 class _Lost(Exception):
-    """An attractor does not exist at an end of the tolerances, by the message."""
+    """Raised if an attractor does not exist at an end of the tolerances, with the reason."""
 
 
 @dataclass
@@ -153,11 +152,11 @@ class _Search:
     cases: list[Case] = field(default_factory=list)
     windows: list[PulseWindow] = field(default_factory=list)
     whole: set[PulseWindow] = field(default_factory=set)
-    """Windows that a thorough search has not parted."""
+    """Windows that a thorough search has not divided."""
     best: tuple[PulseWindow, float] | None = None
     """Its window and value."""
     early: dict[str, Any] = field(default_factory=dict)
-    """The pulse in the middle of the widest window, for a search that is cut short."""
+    """The pulse in the middle of the widest window, for a search that is interrupted."""
     lost: str = ""
     done: bool = False
 
@@ -189,7 +188,7 @@ class _Search:
                 if found:
                     break
             self.windows += found
-            if found:  # measured now: a run would not start once the time is over
+            if found:  # computed now: no run starts after the time limit
                 self.early = self.measured(*self.broadest())
             if least == "periods" and (widest := self.widest()) is not None:
                 self.best = widest, (widest.low + widest.high) / 2
@@ -208,13 +207,13 @@ class _Search:
         return parts
 
     def case(self, factors: Mapping[str, float]) -> Case:
-        """Parameters at an end of the tolerances, with the attractors that are there."""
+        """Parameters at an end of the tolerances, with the attractors there."""
         changed = {name: getattr(self.system, name) * by for name, by in factors.items()}
         system = self.system.replace(**changed)
         there = dimensionless(system)
         orbits = _carried(self.start, there, factors), _carried(self.end, there, factors)
         starts, marks = stroboscopic(self.start), stroboscopic(orbits[0])
-        # The periods are counted as those of the start.
+        # The periods are numbered as those of the start.
         shifts = range(len(starts))
         turn = min(shifts, key=lambda i: float(abs(np.roll(marks, -i, axis=0) - starts).max()))
         tied, factor = (
@@ -225,7 +224,7 @@ class _Search:
         return Case(orbits, np.roll(marks, -turn, axis=0), column, by)
 
     def checked(self, window: PulseWindow) -> list[PulseWindow]:
-        """The parts of a window in which a thorough search finds nothing else; they replace it."""
+        """Parts of a window that a thorough search confirms; they replace the window."""
         parts = [(window.low, window.high)]
         parts = self.within(window.periods, window.begins, parts, _INSIDE, True)
         pieces = [window._replace(low=low, high=high) for low, high in parts]
@@ -235,7 +234,7 @@ class _Search:
         return pieces
 
     def widest(self) -> PulseWindow | None:
-        """The widest window, of the widest that are looked at; None if there is none."""
+        """Widest window after thorough searches of the widest ones; None if there is none."""
         for _ in range(_LOOKED_AT):
             left = self.windows
             if not left or (window := max(left, key=lambda one: one.width)) in self.whole:
@@ -244,9 +243,9 @@ class _Search:
         return max(self.whole, key=lambda one: (one.width, one), default=None)
 
     def cheapest(self) -> tuple[PulseWindow, float] | None:
-        """The window with the pulse of least work, and its value; None if there is no window.
+        """Window with the pulse of least work, and its value; None if there is no window.
 
-        Windows that are too narrow to be of use count only where there is no other.
+        Windows too narrow for use count only if there is no other.
         """
         prices, total = dict[PulseWindow, float](), sum(one.width for one in self.windows)
         for one in filter(self.wide, self.windows):
@@ -264,18 +263,18 @@ class _Search:
         return (least[2], least[1]) if (least := min(polished, default=None)) else None
 
     def wide(self, window: PulseWindow) -> bool:
-        """Whether a window is so wide that a drive can be set to a value within it."""
+        """True if a window is wide enough to set a drive to a value within it."""
         return window.width >= _WIDE * (self.bounds[1] - self.bounds[0])
 
     def least(self, window: PulseWindow, count: int) -> tuple[float, float, float]:
-        """The least work of so many pulses of a window, their value, and how far they are apart."""
+        """Least work of so many pulses of a window, their value, and their spacing."""
         kept, count = self.margin * window.width, max(count, 3)
         values = np.linspace(window.low + kept, window.high - kept, count).tolist()
         work, value = min((self.work(window, value), value) for value in values)
         return work, value, (values[-1] - values[0]) / (count - 1)
 
     def polished(self, window: PulseWindow) -> tuple[float, float]:
-        """The least work in a window, refined beside the least of some pulses, and its value."""
+        """Least work in a window, refined beside the best of some pulses, and its value."""
         from scipy.optimize import minimize_scalar
 
         work, value, apart = self.least(window, _CLOSER)
@@ -289,7 +288,7 @@ class _Search:
         return work, value
 
     def pulsed(self, value: float) -> SceneParameters:
-        """The dimensionless parameters while the pulse lasts."""
+        """Dimensionless parameters during the pulse."""
         return pulsed(self.system, self.name, value)
 
     def work(self, window: PulseWindow, value: float) -> float:
@@ -298,13 +297,13 @@ class _Search:
         return drive_work(simulate(self.pulsed(value), state, periods=window.periods))
 
     def result(self, most: int) -> Pulse:
-        """The best pulse that was found, or why there is none."""
+        """Best pulse found, or the reason why there is none."""
         low, high = self.bounds
         told = f"of at most {most} periods with {self.name} from {low:.6g} to {high:.6g}"
         if self.lost:
             status, message = PulseStatus.ATTRACTOR_LOST, self.lost
         elif not self.done:
-            status, message = PulseStatus.TIME_LIMIT, "the time is over before all pulses are tried"
+            status, message = PulseStatus.TIME_LIMIT, "time limit reached; pulses are untried"
         elif self.best is None:
             status, message = PulseStatus.NO_PULSE, f"no pulse {told} leads to the other attractor"
         else:
@@ -316,12 +315,12 @@ class _Search:
         return replace(none, **self.measured(*self.best))
 
     def broadest(self) -> tuple[PulseWindow, float]:
-        """The widest window so far, and the value in its middle."""
+        """Widest window so far, and the value in its middle."""
         window = max(self.windows, key=lambda one: one.width)
         return window, (window.low + window.high) / 2
 
     def measured(self, window: PulseWindow, value: float) -> dict[str, Any]:
-        """The fields of the result that describe a pulse."""
+        """Fields of the result that describe a pulse."""
         units = [unit_of(self.system, name) for name in ("x_r", "v_r", "v_c")]
         return {
             "value": value,
@@ -334,7 +333,7 @@ class _Search:
         }
 
     def transient(self, window: PulseWindow, value: float) -> int:
-        """Excitation periods from a pulse on until the motion stays close to the end."""
+        """Excitation periods after a pulse until the motion stays close to the end."""
         marks = stroboscopic(self.end)
         usual = self.end.parameters
         state = stroboscopic(self.start)[window.begins].tolist()
@@ -351,7 +350,7 @@ class _Search:
 
 
 def _carried(orbit: Orbit, parameters: SceneParameters, factors: Mapping[str, float]) -> Orbit:
-    """The orbit at other parameters that this one becomes on a straight way; raises _Lost."""
+    """Orbit continued to other parameters along a straight line; raises _Lost."""
     branch = continue_straight(orbit, parameters, points=_POINTS)
     if branch is None:
         return orbit

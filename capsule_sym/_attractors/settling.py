@@ -1,7 +1,7 @@
-"""Runs of many starts, at many parameter sets at once, until each has settled on a closed orbit.
+"""Runs of many starts at many parameter sets, until each has settled on a closed orbit.
 
 A run has arrived at an orbit once it is within a neighbourhood that the map carries into itself.
-Orbits that are not known are closed by Newton's method from ends of runs that nearly repeat.
+Unknown orbits are solved by Newton's method from ends of runs that nearly repeat.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._parameters import Scene
 
-_FIRST = 2 * LONGEST  # excitation periods before the first look
-_REPEATED = 1e-12  # change of a run, in units of its size, at which it is at rest on an orbit
-_ROUNDING = 1e-11  # the same that rounding may leave
-_SETTLED = 1e-9  # the same where its periods are over
+_FIRST = 2 * LONGEST  # excitation periods before the first test
+_REPEATED = 1e-12  # change of a run, over its size, at which it has settled
+_ROUNDING = 1e-11  # the same, due to rounding
+_SETTLED = 1e-9  # the same at the end of its periods
 _NEARLY = 1e-3  # the same at which it may be near to an orbit
-_NEAR = 1e-2  # distance, in these units, of an orbit from the end that it is closed from
-_SAME = 1e-8  # the same of two orbits that are one
-_BLOCK = 4096  # runs that are followed together: what is done of them is kept at a limit of time
-_FAILURES = 20  # ends of one parameter set from which no new orbit closes, before it is given up
+_NEAR = 1e-2  # distance of an orbit, over the size, from the state that starts Newton's method
+_SAME = 1e-8  # the same of two equal orbits
+_BLOCK = 4096  # runs that are followed together and kept at a time limit
+_FAILURES = 20  # ends of one parameter set without a new orbit, before it is given up
 
 
 class Cycle(NamedTuple):
-    """A stable closed orbit: its states at phase 0, (period_number, 3), and largest multiplier."""
+    """Stable closed orbit: its states at phase 0, (period_number, 3), and largest multiplier."""
 
     states: Vector
     multiplier: float
@@ -53,7 +53,7 @@ class Cycle(NamedTuple):
         return apart
 
     def same(self, other: Cycle) -> bool:
-        """Whether both are one orbit."""
+        """True if both are the same orbit."""
         scale = _SAME * (1 + abs(self.states).max())
         alike = self.states.shape == other.states.shape
         return alike and bool(self.distance(other.states).max() <= scale)
@@ -63,24 +63,24 @@ class Arrivals(NamedTuple):
     """The attractors at which n runs arrived."""
 
     numbers: NDArray[np.int16]
-    """Number of each run's attractor, NONE for another one or for none."""
+    """Attractor number of each run, NONE for another attractor or for none."""
     repeats: NDArray[np.bool_]
-    """Whether a run without attractor repeats itself: it is on one that is not among the known."""
+    """True for a run that repeats itself on an unknown attractor."""
     states: Vector
-    """States at phase 0 where the runs ended, (n, 3)."""
+    """Final states of the runs at phase 0, (n, 3)."""
     periods: NDArray[np.int64]
-    """Excitation periods that each was followed."""
+    """Excitation periods of each run."""
 
     @classmethod
     def begun(cls, states: Vector) -> Arrivals:
-        """Runs that are still at their starts, (n, 3)."""
+        """Runs at their starts, (n, 3)."""
         n = len(states)
         numbers = np.full(n, NONE, np.int16)
         return cls(numbers, np.zeros(n, bool), states.copy(), np.zeros(n, np.int64))
 
 
 class Settling:
-    """Parameter sets, `rows` (m, k), and the closed orbits that are known of each, `cycles`."""
+    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`."""
 
     def __init__(self, rows: Vector, scene: Scene, threads: int = 1) -> None:
         self.rows, self.scene, self.threads = rows, scene, threads
@@ -111,7 +111,7 @@ class Settling:
             self.cycles[row].append(cycle)
 
     def number(self, row: int, cycle: Cycle) -> int:
-        """Number of an orbit among those of a row, NONE if it is not known."""
+        """Number of an orbit among those of a row, NONE if it is unknown."""
         known = (k for k, one in enumerate(self.cycles[row]) if one.same(cycle))
         return next(known, NONE)
 
@@ -135,11 +135,11 @@ class Settling:
         find: bool = True,
         report: Callable[[int], object] | None = None,
     ) -> Arrivals:
-        """Take n runs on until they have arrived, for at most so many excitation periods.
+        """Continue n runs until they have arrived, for at most so many excitation periods.
 
-        `groups`, (n,), is the row of each one's parameters, `phases` are those at which they begin.
-        With `find` orbits that are not known are closed and added. `report` is told how many have
-        arrived. Raises TimeUp where the present watch is over; the runs are as far as they came.
+        `groups`, (n,), is the row of each run's parameters, `phases` are those of the starts. With
+        `find` unknown orbits are solved and added. `report` is called with the number of runs that
+        have arrived. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
         for first in range(0, len(times), _BLOCK):
@@ -157,12 +157,12 @@ class Settling:
         find: bool,
         report: Callable[[int], object] | None,
     ) -> None:
-        """Take the runs `left` on, as `follow` does; those before them are done."""
+        """Continue the runs `left`, as `follow` does; those before them are done."""
         numbers, repeats, ends, passed = runs
         last, done, length = int(left[-1]) + 1, 0, min(_FIRST, periods)
         while left.size and length > 1:
             check_time()
-            # Of the last periods all states are kept, to see whether the run repeats itself.
+            # All states of the last periods are kept, to detect repetition.
             short = min(LONGEST, length - 1)
             left, marks = self._marks(groups, ends, times, left, length - short, short)
             ends[left], times[left] = marks[:, -1], 0.0
@@ -192,13 +192,13 @@ class Settling:
         periods: NDArray[Any],
         settled: bool = True,
     ) -> NDArray[np.int16]:
-        """Numbers of the orbits that ends of runs, (n, 3), are on; orbits not known are closed.
+        """Numbers of the orbits on which runs end, (n, 3); unknown orbits are solved and added.
 
-        The runs repeat themselves after so many `periods`, (n,), not at all where it is 0. Of all
-        ends that are in no neighbourhood of an orbit, that farthest from the orbits known so far is
-        closed next. If that leads to the orbit nearest to it, so do the ends that are nearer to
-        that orbit still, where the runs have `settled`; else only those in a neighbourhood are
-        numbered. Ends from which no stable orbit closes have the number NONE.
+        The runs repeat themselves after `periods`, (n,), or never if it is 0. Of all ends outside
+        the known neighbourhoods, the one farthest from known orbits is solved next. If the runs
+        have `settled` and it leads to its nearest orbit, so do all ends that are nearer to that
+        orbit. Otherwise only ends within a neighbourhood are numbered. Ends without a stable orbit
+        have the number NONE.
         """
         numbers = self.inside(groups, ends)
         left = np.flatnonzero((numbers == NONE) & (periods > 0))
@@ -238,7 +238,7 @@ class Settling:
     def closed(
         self, groups: NDArray[np.intp], states: Vector, periods: NDArray[Any]
     ) -> list[Cycle | None]:
-        """The stable orbits that Newton's method leads to from states at phase 0, None for none."""
+        """Stable orbits that Newton's method finds from states at phase 0, None for none."""
         rows, count = self.rows[groups], len(states)
         found, multipliers = states.copy(), np.full(count, np.nan)
         scales = 1 + abs(states).max(axis=1)
@@ -247,7 +247,7 @@ class Settling:
                 rows, states, periods, energies=False, forces=False, scene=self.scene
             )
             found = many.states
-            # "Changed" are those of fewer periods too: the marks below decide.
+            # Orbits of fewer periods have the status "changed" too: the marks below decide.
             multipliers = abs(many.multipliers[:, 0])
         else:
             for i in range(count):
@@ -277,7 +277,7 @@ class Settling:
         ahead: int,
         short: int,
     ) -> tuple[NDArray[np.intp], Vector]:
-        """The runs that go on, and their states at the last marks, (n, short + 1, 3)."""
+        """Runs that succeed, and their states at the last marks, (n, short + 1, 3)."""
         of = self.scene, self.threads
         run = run_rows(self.rows[groups[left]], ends[left], times[left], ahead, *of)
         left, begin = left[run.success], run.states[run.success]
@@ -288,7 +288,7 @@ class Settling:
     def _nearest(
         self, groups: NDArray[np.intp], ends: Vector, periods: NDArray[Any]
     ) -> tuple[Vector, NDArray[np.intp]]:
-        """Distance and number of the nearest orbit over such periods, inf where there is none."""
+        """Distance and number of the nearest orbit over such periods, inf if there is none."""
         apart, nearest = np.full(len(ends), np.inf), np.full(len(ends), NONE)
         for row in np.unique(groups).tolist():
             here = np.flatnonzero(groups == row)
@@ -301,17 +301,17 @@ class Settling:
 
 
 def _changes(marks: Vector) -> tuple[Vector, NDArray[np.intp]]:
-    """Least change of runs over some periods, in units of their size, and the periods; (n,)."""
+    """Least change of runs over some periods, relative to their size, and the periods; (n,)."""
     change = abs(marks[:, -2::-1] - marks[:, -1:]).max(axis=2)
     change /= 1 + abs(marks).max(axis=(1, 2))[:, None]
     least = change.min(axis=1)
-    # Of a run at rest rounding decides after how many of its turns it is nearest.
+    # For a settled run rounding decides after which number of turns it is nearest.
     guess = 1 + (change <= np.maximum(2 * least, _ROUNDING)[:, None]).argmax(axis=1)
     return least, guess
 
 
 def _once(marks: Vector, number: int, multiplier: float, scale: float) -> Cycle | None:
-    """An orbit by its marks over so many periods, or a part of them that it repeats."""
+    """Orbit from its marks over so many periods, or over a divisor after which it repeats."""
     for part in range(1, number + 1):
         if not number % part and abs(marks[part] - marks[0]).max() <= _SAME * scale:
             return Cycle(marks[:part].copy(), multiplier ** (part / number))

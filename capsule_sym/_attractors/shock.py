@@ -1,4 +1,4 @@
-"""The minimal shock of a motion: the smallest knock after which it is lost."""
+"""Minimal shock of a motion: the smallest knock after which it is lost."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene
 
 SAMPLES = 100, 10_000_000
-"""Knocks that are tried at last within the smallest one that was found."""
-_LONGEST = 64, 1_000_000  # excitation periods within which a run is to be back
-_SHOWN = 24, 512  # excitation periods of the runs that are drawn, at least and at most
-_PARTED = 3.0  # of these, in the time from a knock beside the boundary to its size
+"""Number of final knocks that are tried within the smallest one found."""
+_LONGEST = 64, 1_000_000  # excitation periods within which a run has to return
+_SHOWN = 24, 512  # least and largest number of excitation periods of the runs that are drawn
+_PARTED = 3.0  # of these, for the growth from beside the boundary to the size of the knock
 _DRAWN = 1e-3  # share of the knock by which they start beside the boundary
 Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Shock(Result):
-    """The smallest knock after which a motion is lost; dimensionless.
+    """Smallest knock after which a motion is lost; dimensionless.
 
-    The knock leads onto the boundary of the motion's basin: one that is longer by 1e-9 of it loses
-    the motion, and where `status` is FOUND the motion comes back from one shorter by as much. Where
-    no knock was found, it and what belongs to it are None, and `size` is the radius up to which
-    knocks were tried.
+    The knock leads onto the boundary of the motion's basin. A knock larger by a factor 1 + 1e-9
+    loses the motion; if `status` is FOUND, the motion returns from one smaller by as much. If no
+    knock was found, it and its related values are None, and `size` is the radius up to which knocks
+    were tried.
     """
 
     orbit: Orbit
@@ -45,23 +45,23 @@ class Shock(Result):
     weights: tuple[float, ...]
     """Weights of the knock's components in its size, shape (3,)."""
     size: float
-    """The root of the sum of squares of the knock's components, each times its weight."""
+    """Root of the sum of squares of the knock's components, each times its weight."""
     knock: Vector | None
-    """The change of (x_r, v_r, v_c), shape (3,)."""
+    """Change of (x_r, v_r, v_c), shape (3,)."""
     phase: float | None
-    """Time at which it hits, from 0 to the end of the motion's period."""
+    """Time of the knock, from 0 to the end of the motion's period."""
     start: Vector | None
-    """State of the motion there, shape (3,)."""
+    """State of the motion before the knock, shape (3,)."""
     edge: Orbit | None
-    """The edge state: the unstable orbit to which the boundary leads from the knock."""
+    """Edge state: the unstable orbit to which the boundary leads from the knock."""
     attractor: Orbit | None
-    """Where runs from just beyond lead; None if they settle on no periodic motion."""
+    """Attractor of runs from just beyond; None if they settle on no periodic motion."""
     tried: int
-    """How many knocks were tried."""
+    """Number of knocks tried."""
     status: ShockStatus
-    """How it ended."""
+    """Status of the search."""
     message: str
-    """The same as a sentence."""
+    """Status as a sentence."""
     _good = (ShockStatus.FOUND, ShockStatus.SAMPLED, ShockStatus.NOT_LOST)
     _recorded = "size phase tried"
 
@@ -70,24 +70,24 @@ class Shock(Result):
 
     @property
     def scene(self) -> Scene:
-        """The scene of the motion."""
+        """Scene of the motion."""
         return self.orbit.scene
 
     @property
     def state(self) -> Vector | None:
-        """The state after the knock, on the boundary, shape (3,)."""
+        """State after the knock, on the boundary, shape (3,)."""
         if self.start is None or self.knock is None:
             return None
         return np.asarray(self.start + self.knock)
 
     @cached_property
     def runs(self) -> tuple[Trajectory, Trajectory]:
-        """The run after a knock that is smaller by 0.1 %, and that after one larger by as much.
+        """Runs after a knock that is smaller by 0.1 %, and after one that is larger by 0.1 %.
 
-        Raises InvalidInput where no knock was found.
+        Raises InvalidInput if no knock was found.
         """
         if self.start is None or self.knock is None or self.phase is None:
-            raise InvalidInput("shock", self, "one with a knock that loses the motion")
+            raise InvalidInput("shock", self, "a result with a knock")
         parameters, phase = self.orbit.parameters, self.phase % self.orbit.parameters.period
         periods = _SHOWN[0]
         if self.edge is not None:
@@ -100,7 +100,7 @@ class Shock(Result):
         return inner, outer
 
     def to_dict(self) -> dict[str, Any]:
-        """The result by name, of numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts."""
         states = {"knock": self.knock, "start": self.start, "state": self.state}
         orbits = {"motion": self.orbit, "edge": self.edge, "attractor": self.attractor}
         names = self.scene.facts.STATE
@@ -138,21 +138,21 @@ def minimal_shock(
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Shock:
-    """The smallest knock of (x_r, v_r, v_c), at any time, after which a stable motion is lost.
+    """Smallest knock of (x_r, v_r, v_c), at any time, after which a stable motion is lost.
 
-    It is lost if it leads to another attractor, or is not back within so many excitation `periods`,
-    by default 1024 and those in which a motion that attracts slowly does so by e^20.
-    The size of a knock is the root of the sum of squares of its components times their `weights`;
-    a component of infinite weight stays as it is. Knocks up to the size `largest` are tried, by
-    default 4 times 1 + the largest size of x_r, v_r and v_c, times the least weight. `others` are
-    attractors that are known; those that are missing are found on the way. All is dimensionless.
+    The motion is lost if it leads to another attractor, or has not returned within `periods`
+    excitation periods, by default 1024 plus the time in which it attracts by e^20. The size of a
+    knock is the root of the sum of squares of its components times their `weights`; a component of
+    infinite weight is 0. Knocks up to the size `largest` are tried, by default 4 times 1 + the
+    largest size of x_r, v_r and v_c, times the least weight. `others` are known attractors; missing
+    ones are found during the search. All quantities are dimensionless.
 
-    Where the boundary of the motion's basin leads to a periodic edge state the knock is the nearest
-    point of that boundary, to rounding. That no other part of it comes nearer is not proved: so
-    many knocks as `samples` says were tried within the distance in the end, and none lost the
-    motion. `seed` decides them. After `max_seconds` the result is what was found.
+    If the boundary of the motion's basin leads to a periodic edge state, the knock is the nearest
+    point of that boundary, to rounding. It is not proved that no other part of the boundary is
+    nearer: at the end `samples` smaller knocks are tried, none of which loses the motion. `seed`
+    determines them. After `max_seconds` the result is the best so far.
 
-    Raises InvalidInput for a value that is not allowed, as an orbit that is not stable.
+    Raises InvalidInput for a value that is not allowed, such as an unstable orbit.
     """
     if periods is not None:
         check_count("periods", periods, *_LONGEST)
@@ -168,19 +168,19 @@ def minimal_shock(
 
 
 def _knocks(weights: Sequence[float]) -> Vector:
-    """Knocks of size 1 along each component that is allowed, shape (3, m)."""
+    """Knocks of size 1 along each allowed component, shape (3, m)."""
     try:
         given = np.array([float(one) for one in weights])
     except (TypeError, ValueError):
         given = np.zeros(0)
     if given.shape != (3,) or not (given > 0).all() or np.isinf(given).all():
-        allowed = "three numbers > 0, inf for a component that stays as it is, but not all inf"
+        allowed = "three numbers > 0, inf for a component without a knock, not all inf"
         raise InvalidInput("weights", weights, allowed)
     return np.diag(1 / given)[:, np.isfinite(given)]
 
 
 def _result(search: Search, weights: tuple[float, ...]) -> Shock:
-    """The result of a search."""
+    """Result of a search."""
     motion, best = search.basin, search.best
     found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
     if best is not None:
@@ -201,13 +201,13 @@ def _result(search: Search, weights: tuple[float, ...]) -> Shock:
 
 
 def _message(search: Search) -> str:
-    """How a search ended, as a sentence."""
+    """Status of a search, as a sentence."""
     if search.status is ShockStatus.NOT_LOST:
         return f"none of {search.tried} knocks up to {search.radius:.6g} loses the motion"
     if search.best is None:
-        return "the time was over before a knock was found that loses the motion"
+        return "time limit reached before a knock was found that loses the motion"
     if search.status is ShockStatus.TIME_LIMIT:
-        return f"the time was over: it is the smallest of {search.tried} knocks"
+        return f"time limit reached: smallest of {search.tried} knocks so far"
     where = "to another motion" if search.attractor is not None else "to no periodic motion"
     edge = (
         "has no periodic edge state, and may be fractal"

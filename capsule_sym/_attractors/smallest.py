@@ -1,10 +1,10 @@
-"""The search for the smallest knock after which a motion is lost.
+"""Search for the smallest knock after which a motion is lost.
 
-Knocks at all times of the motion's period are sampled on spheres in the state space, and the sphere
-shrinks to whatever loses the motion within it. New samples are drawn all over the sphere, about the
-best knock, and about those after which the motion takes longest to come back: these are next to the
-boundary of its basin. From the best knock the boundary leads to its edge state, by which the
-nearest point is found to rounding (`nearest`). Last, samples within that distance are tried again.
+Knocks at all times of the motion's period are sampled on spheres in the state space. The sphere
+shrinks to the smallest knock that loses the motion. New samples are drawn all over the sphere, near
+the best knock, and near those from which the motion takes longest to return: they are next to the
+boundary of its basin. From the best knock the boundary leads to its edge state, which gives the
+nearest point to rounding (`nearest`). At the end samples within that distance are tried again.
 """
 
 from __future__ import annotations
@@ -21,42 +21,42 @@ from capsule_sym._attractors.nearest import Place, Surface, nearest
 from capsule_sym._orbits.shooting.orbit import Orbit
 
 _GENERATION = 768  # knocks at once
-_LARGEST = 4.0  # radius, in units of the motion's size, up to which knocks are tried by default
-_SMALLEST = 2.0**-10  # the same, at which they begin
-_CLOSE = 1e-3  # share of the radius that a generation has to gain, while samples alone are taken
-_QUIET = 3  # generations without a gain, before the boundary is looked at
-_FINEST = 1e-5  # the same, where the boundary has no edge state
+_LARGEST = 4.0  # radius, over the motion's size, up to which knocks are tried by default
+_SMALLEST = 2.0**-10  # the same for the first knocks
+_CLOSE = 1e-3  # share of the radius that a generation has to gain, while only samples are used
+_QUIET = 3  # generations without a gain, before the boundary is evaluated
+_FINEST = 1e-5  # the same gain, if the boundary has no edge state
 _RAYS, _ON_RAY = 24, 7  # knocks of a generation that are shortened, and states on each at once
-_NEAR = 0.1  # share of the smallest knock within which a run counts as back
-_SLOWEST = 0.06  # share of a generation that takes longest
+_NEAR = 0.1  # share of the smallest knock within which a run has returned
+_SLOWEST = 0.06  # share of a generation with the longest returns
 _ASIDE = 0.1  # distance from the best knock, in direction and angle of time
-_LEAST = 1e-6  # share of the radius by which the last knocks are smaller at least
-_DEEPEST = 0.7  # the same, by which knocks are smaller at most
-_RIVALS_FROM, _LARGER = 3072, 1.3  # knocks, and their share of the best one, where rivals begin
-_RIVALS, _CHILDREN, _STEPS = 16, 16, 30  # rivals, knocks about each at a time, and times
-_WIDE = 0.3  # spread of these at first
-_ROUNDS = 8  # at most, of a boundary closed and a nearer one found
+_LEAST = 1e-6  # least share of the radius by which the last knocks are smaller
+_DEEPEST = 0.7  # largest share of the radius by which knocks are smaller
+_RIVALS_FROM, _LARGER = 3072, 1.3  # knocks, and their ratio to the best one, at which rivals begin
+_RIVALS, _CHILDREN, _STEPS = 16, 16, 30  # rivals, knocks about each at a time, and repetitions
+_WIDE = 0.3  # first spread of these
+_ROUNDS = 8  # largest number of rounds: an edge state, then a nearer boundary
 BESIDE = 1e-9
-"""Share of the radius, to both sides of which the boundary is confirmed."""
+"""Share of the radius on both sides of which the boundary is confirmed."""
 Vector = NDArray[np.float64]
 
 
 class ShockStatus(StrEnum):
-    """What is known of a minimal shock."""
+    """Status of a minimal shock."""
 
-    #: The boundary is smooth at the knock, or has a kink there, and none next to it is smaller.
+    #: The boundary is smooth or has a kink at the knock, and none next to it is smaller.
     FOUND = "found"
-    #: The boundary has no periodic edge state, and may be fractal: the smallest that was tried,
-    #: within 0.1 %.
+    #: The boundary has no periodic edge state and may be fractal: the smallest knock tried, within
+    #: 0.1 %.
     SAMPLED = "sampled"
     #: No knock up to the largest loses the motion.
     NOT_LOST = "not-lost"
-    #: The time is over: the smallest knock until then.
+    #: The time limit was reached: the smallest knock so far.
     TIME_LIMIT = "time-limit"
 
 
 class Search:
-    """The search for the smallest knock."""
+    """Search for the smallest knock."""
 
     def __init__(
         self,
@@ -78,7 +78,7 @@ class Search:
         self.tried, self.radius, self.status = 0, 0.0, ShockStatus.TIME_LIMIT
 
     def run(self) -> None:
-        """Searches until no knock of the samples is smaller."""
+        """Search until no sampled knock is smaller."""
         if not self._grow():
             self.status = ShockStatus.NOT_LOST
             return
@@ -107,26 +107,26 @@ class Search:
         return self.basin.holds(times, self._states(times, directions, radii))
 
     def _all_over(self, count: int) -> tuple[Vector, Vector]:
-        """Times and directions, anywhere."""
+        """Uniform random times and directions."""
         times = self.random.uniform(0, self.basin.length, count)
         directions = self.random.normal(size=(count, self.knocks.shape[1]))
         return times, directions / np.linalg.norm(directions, axis=1)[:, None]
 
     def _about(self, times: Vector, directions: Vector) -> tuple[Vector, Vector]:
-        """Times and directions about others, at distances of all orders."""
+        """Random times and directions near given ones, at distances of all orders."""
         return self._spread_by(times, directions, 10 ** self.random.uniform(-4, -0.3, len(times)))
 
     def _spread_by(
         self, times: Vector, directions: Vector, spread: Vector
     ) -> tuple[Vector, Vector]:
-        """Times and directions about others, by a spread (n,)."""
+        """Random times and directions near given ones, with a spread (n,)."""
         times = times + spread * self.basin.period / 6 * self.random.normal(size=len(times))
         directions = directions + spread[:, None] * self.random.normal(size=directions.shape)
         times = np.mod(times, self.basin.length)
         return times, directions / np.linalg.norm(directions, axis=1)[:, None]
 
     def _grow(self) -> bool:
-        """Tries larger and larger knocks until some lose the motion; whether any do."""
+        """Try larger and larger knocks; returns True once some lose the motion."""
         radius = min(_SMALLEST * self.unit, self.largest)
         while True:
             times, directions = self._all_over(_GENERATION)
@@ -143,7 +143,7 @@ class Search:
             radius = min(2 * radius, self.largest)
 
     def _shrink(self, gain: float) -> None:
-        """Generations of knocks that are smaller by a share, until some find none."""
+        """Try generations of smaller knocks until several find none that loses the motion."""
         times, directions, holds = *self._all_over(_GENERATION), np.zeros(_GENERATION)
         self.gain, silent = gain, 0
         while silent < _QUIET:
@@ -159,11 +159,11 @@ class Search:
     def _next(
         self, times: Vector, directions: Vector, holds: Vector, count: int
     ) -> tuple[Vector, Vector]:
-        """The next generation: all over, about the best, and about those that take longest."""
+        """Next generation: all over, near the best, and near those with the longest returns."""
         assert self.best is not None
         third = count // 3
         best = np.full(third, self.best.time), np.tile(self.best.direction, (third, 1))
-        # What is next to the best knock takes longest of all.
+        # Knocks next to the best one have the longest returns of all.
         apart = self._apart(times, directions, self.best)
         order = np.argsort(np.where(apart > _ASIDE, -holds, 0), kind="stable")
         chosen = self.random.choice(order[: int(_SLOWEST * len(holds))], third)
@@ -175,11 +175,11 @@ class Search:
         return np.concatenate([t for t, _ in parts]), np.concatenate([d for _, d in parts])
 
     def _shares(self, least: float, count: int) -> Vector:
-        """Shares by which knocks are smaller than the best one, of all orders, (count,)."""
+        """Random shares by which knocks are smaller than the best one, of all orders, (count,)."""
         return 10 ** self.random.uniform(math.log10(least), math.log10(_DEEPEST), count)
 
     def _shorten(self, times: Vector, directions: Vector, radii: Vector) -> bool:
-        """Takes the smallest knock along directions in which the motion is lost, if it is."""
+        """Take the smallest knock along directions that loses the motion; True if one does."""
         least = np.argsort(radii, kind="stable")[:_RAYS]
         times, directions, radii = times[least], directions[least], radii[least]
         while len(times):
@@ -196,9 +196,9 @@ class Search:
         return False
 
     def _first_lost(self, times: Vector, directions: Vector, high: Vector) -> tuple[float, int]:
-        """The smallest radius at which a motion is lost along directions, and which of them.
+        """Smallest radius at which a motion is lost along directions, and its index.
 
-        It is lost at the radii `high`.
+        The motion is lost at the radii `high`.
         """
         low, rows = np.zeros(len(times)), np.arange(len(times))
         while (high - low).max() > self.gain / 10 * high.min():
@@ -216,7 +216,7 @@ class Search:
         return float(high[i]), i
 
     def _is_lost(self, place: Place, radius: float) -> bool:
-        """Whether a motion is lost, in all its periods, by a knock of a place's direction."""
+        """True if a motion is lost, in all its periods, by a knock of a place's direction."""
         time = np.array([place.time])
         states = self._states(time, place.direction[None], radius)
         return bool(self.basin.lost(time, states)[0])
@@ -226,7 +226,7 @@ class Search:
         self.basin.near = _NEAR * place.radius
 
     def _close(self) -> bool:
-        """Takes the nearest point of the boundary at the best knock, by its edge state."""
+        """Take the nearest point of the boundary at the best knock, from its edge state."""
         assert self.best is not None
         time, along = self.best.time, self.knocks @ self.best.direction
         origin = self.basin.state(np.array([time]))[0]
@@ -248,9 +248,9 @@ class Search:
         return True
 
     def _rival(self) -> bool:
-        """Follows other parts of the boundary down; takes one that comes nearer, if any does.
+        """Follow other parts of the boundary; take one that is nearer, if there is any.
 
-        Each begins where a larger knock loses the motion, far from the others.
+        Each starts where a larger knock loses the motion, far from the others.
         """
         times, directions = self._all_over(_RIVALS_FROM)
         lost = np.isinf(self._holds(times, directions, _LARGER * self.radius))
@@ -287,7 +287,7 @@ class Search:
 
     @property
     def _least(self) -> float:
-        """Share by which knocks have to be smaller than the best one, to better it in the end."""
+        """Least share by which a final knock has to be smaller than the best one."""
         return _CLOSE if self.edge is None else _LEAST
 
     def _apart(self, times: Vector, directions: Vector, place: Place) -> Vector:
@@ -298,7 +298,7 @@ class Search:
         return found
 
     def _smaller(self) -> bool:
-        """Tries knocks within the best one; takes the smallest that loses the motion, if any."""
+        """Try knocks within the best one; take the smallest that loses the motion, if any."""
         times, directions = self._all_over(_GENERATION)
         holds, left = np.zeros(_GENERATION), self.samples
         while left > 0:

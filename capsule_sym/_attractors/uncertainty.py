@@ -1,4 +1,4 @@
-"""How uncertain the end of a run is where its start is known with limited precision."""
+"""Uncertainty of a run's attractor if its start is known with limited precision."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count
 from capsule_sym._map.labelled import package
 
-_SHARE = 8  # of a grid's shortest side, over which distances go at most
+_SHARE = 8  # of a grid's shortest side, the largest distance
 
 
 class BasinEntropy(NamedTuple):
-    """Entropy of a basin in boxes of so many cells, dimensionless, in nats (Daza et al. 2016).
+    """Entropy of a basin in boxes of cells, dimensionless, in nats (Daza et al. 2016).
 
-    `entropy` is the mean over all boxes, 0 for a basin of one attractor and at most the logarithm
-    of their number; `boundary_entropy` that over the boxes with cells of more than one, nan where
-    there is none. Above ln 2 the latter is a sign of a fractal boundary.
+    `entropy` is the mean over all boxes: 0 for a basin of one attractor, at most the logarithm of
+    their number. `boundary_entropy` is the mean over the boxes with cells of more than one
+    attractor, nan if there is none; above ln 2 it indicates a fractal boundary.
     """
 
     entropy: float
@@ -32,12 +32,13 @@ class BasinEntropy(NamedTuple):
 
 
 class UncertaintyExponent(NamedTuple):
-    """How the fraction of uncertain cells grows with the distance (Grebogi et al. 1983).
+    """Growth of the fraction of uncertain cells with the distance (Grebogi et al. 1983).
 
-    It grows as distance^exponent: 1 for a smooth boundary, less for a fractal one, of which
-    `dimension` is the estimate, the grid's number of axes less the exponent; both dimensionless.
-    `error` is the standard error of the fit. `distances` are in cells, shape (k,), `fractions`
-    those of the cells that have another number at this distance along an axis, shape (k,).
+    It grows as distance^exponent: 1 for a smooth boundary, less for a fractal one. `dimension` is
+    the estimate of the boundary's dimension, the grid's number of axes less the exponent; `error`
+    is the standard error of the fit. `distances` are in cells, shape (k,); `fractions`, shape (k,),
+    are those of cells with a neighbour of another number at this distance along an axis.
+    Dimensionless.
     """
 
     exponent: float
@@ -48,11 +49,11 @@ class UncertaintyExponent(NamedTuple):
 
 
 def basin_entropy(numbers: ArrayLike, side: int = 5) -> BasinEntropy:
-    """The entropy of a basin, dimensionless, from the number of each cell's attractor.
+    """Entropy of a basin, dimensionless, from the attractor number of each cell.
 
-    `numbers`, shape (n, ...), are as `run_basin` gives them; cells without attractor count as those
-    of one more. The boxes have `side` cells along each axis; cells that fill no box are left out.
-    Raises InvalidInput for an array without axes and a side that does not fit.
+    `numbers`, shape (n, ...), are those of `run_basin`; cells without attractor count as one
+    further attractor. The boxes have `side` cells along each axis; cells that fill no box are
+    omitted. Raises InvalidInput for an array without axes, and for a side that does not fit.
     """
     cells = np.asarray(numbers)
     if cells.ndim == 0 or cells.size == 0:
@@ -74,11 +75,11 @@ def basin_entropy(numbers: ArrayLike, side: int = 5) -> BasinEntropy:
 def uncertainty_exponent(
     numbers: ArrayLike, distances: Sequence[int] | None = None
 ) -> UncertaintyExponent:
-    """The uncertainty exponent of a basin's boundary, dimensionless, by linear regression.
+    """Uncertainty exponent of a basin's boundary, dimensionless, by linear regression.
 
-    `numbers`, shape (n, ...), are those of each cell's attractor on a grid, as `run_basin` gives
-    them; `distances` are in cells, 1, 2, 4, ... to an eighth of the grid if not given. Raises
-    InvalidInput for distances that do not fit, and where no cell is uncertain.
+    `numbers`, shape (n, ...), are the attractor numbers of the cells of a grid, as of `run_basin`.
+    `distances` are in cells, by default 1, 2, 4, ... to an eighth of the grid. Raises InvalidInput
+    for distances that do not fit, and if no cell is uncertain.
     """
     cells = np.asarray(numbers)
     if cells.ndim == 0 or min(cells.shape) < 2 * _SHARE:
@@ -91,7 +92,7 @@ def uncertainty_exponent(
         raise InvalidInput("distances", distances, "two or more")
     for one in chosen.tolist():
         check_count("distances", one, 1, (min(cells.shape) - 1) // 2)
-    # The same cells at all distances: those that have neighbours at the largest one.
+    # The cells are the same at all distances: those with neighbours at the largest one.
     rim = int(chosen[-1])
     inner = tuple(slice(rim, n - rim) for n in cells.shape)
     fractions = []

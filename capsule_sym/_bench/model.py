@@ -61,10 +61,8 @@ class Result(NamedTuple):
 
 
 Run = Callable[[Sequence[Start]], list[Result]]
-"""Function that makes the runs of several starts, one after the other.
-
-The starts share all parameters but alpha.
-"""
+"""Function that makes the runs of several starts, one after the other. The starts share all
+parameters but alpha."""
 
 
 Rates = Callable[[float, float, float], tuple[float, float, float]]
@@ -150,10 +148,8 @@ def guards(p: Parameters, field: int, raised: float) -> list[Guard]:
 
 
 Step = Callable[[int, float, Any], tuple[float, Any, int | None]]
-"""Integrates a field from a time and state to its first event: time, state and guard number.
-
-The number is None at the end of the run; the state is None if the integration failed.
-"""
+"""Integrates a field from a time and state to its first event: time, state and guard number. The
+number is None at the end of the run; the state is None if the integration failed."""
 
 
 def switched(start: Start, step: Step) -> Result:

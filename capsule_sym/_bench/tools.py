@@ -21,8 +21,8 @@ class Tool(NamedTuple):
     """A tool at one setting.
 
     `build` returns the function that is timed. If that gives states alone, `check` is a run
-    function
-    that gives itineraries too. A `slow` tool makes a part of the runs of tangencies and sweep.
+    function that gives itineraries too. A `slow` tool makes a part of the runs of tangencies and
+    sweep.
     """
 
     name: str

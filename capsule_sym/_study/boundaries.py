@@ -2,8 +2,8 @@
 
 L10 is the part of P1 = 0, P2 = delta that Eq. (14) omits: v_r < 0, P3 > f_b, for delta > f_b.
 
-All lie on one of two planes: P1 = v_c = 0 (S1-S6, L1-L8) or P2 = x_r = delta (S7-S10, L9).
-A box, a pair of limits for each of (x_r, v_r, v_c), bounds the part that is drawn.
+All lie on one of two planes: P1 = v_c = 0 (S1-S6, L1-L8) or P2 = x_r = delta (S7-S10, L9). A box, a
+pair of limits for each of (x_r, v_r, v_c), bounds the part that is drawn.
 """
 
 from __future__ import annotations

@@ -29,10 +29,8 @@ MOST_PERIODS = 4096
 
 
 THRESHOLDS = frozenset(float(row.high) for row in paper.section_4(_PAPER)[:-1])
-"""Printed bifurcation values of alpha, rounded to four digits.
-
-The motion computed at one of them is that of one side or the other.
-"""
+"""Printed bifurcation values of alpha, rounded to four digits. The motion computed at one of them
+is that of one side or the other."""
 
 
 def local_maps(global_map: str) -> list[str]:

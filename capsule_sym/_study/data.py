@@ -38,10 +38,8 @@ _DRAWN = 3  # least number of excitation periods of a motion that are drawn
 _CLOSING = 256  # excitation periods of the run that starts Newton's method
 
 Track = Callable[[Iterable[Any], str | Callable[[Any], str], float | None], Iterable[Any]]
-"""Passes items on and shows how many of a total are done (None if unknown).
-
-The text describes the work, or is a function that describes each item.
-"""
+"""Passes items on and shows how many of a total are done (None if unknown). The text describes the
+work, or is a function that describes each item."""
 
 
 class Store:
@@ -103,8 +101,7 @@ class Store:
         """Bifurcations of the branch in the plane's first parameter as curves in both.
 
         Plain data as of `capsule-sym curve --json`. The branch begins with the motion from rest at
-        the
-        low end of the first range, or at the high end if that motion does not become periodic.
+        the low end of the first range, or at the high end if that motion does not become periodic.
         """
         from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
         from capsule_sym._orbits.continuation.records import curve_record
@@ -123,8 +120,7 @@ class Store:
         """Regions between the `curves`.
 
         Their itineraries come from the steady motions from rest at one point of each region and at
-        the
-        points of a grid.
+        the points of a grid.
         """
         from capsule_sym._study import regions
 

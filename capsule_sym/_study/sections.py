@@ -25,8 +25,8 @@ SIGNS = {"S1": 0, "S5": 0, "L1": 1, "L2": -1, "L3": 1, "L4": -1}
 class Section(NamedTuple):
     """Window around a point of a surface or line: its middle, and its half-widths.
 
-    The middle is a state (x_r, v_r, v_c) at a phase (a time). The abscissa is x_r - delta across
-    P2 = delta, the interaction force less +-f_b across L1 to L4, and x_r - x_r0 elsewhere. The
+    The middle is a state (x_r, v_r, v_c) at a phase (a time). The abscissa is x_r - delta across P2
+    = delta, the interaction force less +-f_b across L1 to L4, and x_r - x_r0 elsewhere. The
     ordinate is v_c.
     """
 

@@ -123,8 +123,7 @@ class Axis:
         """`count` points of a scrambled Sobol sequence in a box, one range for each quantity.
 
         The sequence is balanced if `count` is a power of two. Raises InvalidInput for ranges, a
-        count
-        or a seed that are not allowed.
+        count or a seed that are not allowed.
         """
         if not isinstance(ranges, Mapping) or not ranges:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")

@@ -32,8 +32,7 @@ class Block(NamedTuple):
 
     `itineraries` has code and number of cells of each itinerary by its text, `reasons` the reason
     of each failed cell by its index in the chunk. `kernels` (a digest) and `core` name the code
-    that
-    computed them: backends, and cores of other widths, differ in the last bits.
+    that computed them: backends, and cores of other widths, differ in the last bits.
     """
 
     columns: dict[str, NDArray[np.generic]]

@@ -117,9 +117,9 @@ def run_sweep(
 ) -> Summary:
     """Run all cells that a store does not hold yet; each finished chunk is written at once.
 
-    The executor is "threads", "processes", or any `concurrent.futures.Executor`, such as that of
-    a Dask client. At most `workers` chunks (by default one per core, at most 1,024) are in work at
-    a time: memory does not grow with the sweep, and an interruption loses at most one chunk per
+    The executor is "threads", "processes", or any `concurrent.futures.Executor`, such as that of a
+    Dask client. At most `workers` chunks (by default one per core, at most 1,024) are in work at a
+    time: memory does not grow with the sweep, and an interruption loses at most one chunk per
     worker. Results are the same byte for byte however often a run is stopped and resumed. With
     `any_core` a store is resumed with a different core, and this no longer holds (see `opened`).
     `progress` is called with the number of finished cells and of all cells.

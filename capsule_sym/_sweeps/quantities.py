@@ -60,11 +60,8 @@ VARIABLES = {
     "lyapunov": {"lyapunov": Variable("f8", "largest Lyapunov exponent, per unit of time")},
 }
 QUANTITIES = tuple(VARIABLES)
-"""Quantities of a cell.
-
-An itinerary comes with its period number, energies with the average velocity. Multipliers,
-energies and forces are those of the orbit solved by Newton's method.
-"""
+"""Quantities of a cell. An itinerary comes with its period number, energies with the average
+velocity. Multipliers, energies and forces are those of the orbit solved by Newton's method."""
 OF_ORBIT = frozenset(("multipliers", "energies", "forces", "lyapunov"))
 """Quantities that need that orbit."""
 

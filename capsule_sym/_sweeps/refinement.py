@@ -72,8 +72,8 @@ def refine_sweep(
 ) -> Chart:
     """Chart of itineraries over two axes, computed only where neighbours differ.
 
-    A lattice of every `stride`-th point is computed first. Then the stride is halved repeatedly.
-    In each round the squares whose corners differ in outcome, itinerary or period_number, and the
+    A lattice of every `stride`-th point is computed first. Then the stride is halved repeatedly. In
+    each round the squares whose corners differ in outcome, itinerary or period_number, and the
     squares beside them, are computed at their midpoints; a point of any other square gets the label
     of its corners. A region smaller than the stride that lies within one square is missed. The
     points of each round are a sweep of their own in the store, and resume as one; `how` has the

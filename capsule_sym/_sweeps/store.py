@@ -95,8 +95,7 @@ class Store:
         """Write a chunk to `partial`, move its files to their places, and record it as finished.
 
         Raises NotWritten if that fails, and CapsuleError for a chunk of other kernels, or of
-        another
-        core than the one with which the store was begun.
+        another core than the one with which the store was begun.
         """
         kernels = self.sweep.parameters.scene.digest
         if block.kernels != kernels:

@@ -335,7 +335,7 @@ def test_an_orbit_that_was_not_found_is_refused() -> None:
     there = settled(alpha=1.2)
     none = solve_itinerary(Parameters(alpha=0.1), there.itinerary, there.z)
     assert not none.success
-    with pytest.raises(InvalidInput, match="one that was found"):
+    with pytest.raises(InvalidInput, match="an orbit that was found"):
         continue_orbit(none, "alpha", 1.0)
 
 

@@ -88,7 +88,7 @@ def test_folds_of_doubled_orbits_leave_there() -> None:
     assert (curve.type, curve.endings[0][0]) == (FOLD, Ending.REACHED)
     assert curve.endings[1] == (
         Ending.CODIMENSION_TWO,
-        "the point from which the curve is followed",
+        "the point at which the curve starts",
     )
     assert curve.codimension_two[0].values == doublings().codimension_two[0].values
     omega, delta = curve.points[0].values

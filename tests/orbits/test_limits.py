@@ -109,7 +109,7 @@ def test_work_ends_at_its_limit_with_what_was_found(name: str, seconds: int, tic
     found = results(CALLS[name](max_seconds=limit))
     assert found[-1].status == "time-limit"
     assert not found[-1].success
-    assert "time was over" in found[-1].message
+    assert "time limit" in found[-1].message
     assert present().deadline == math.inf
 
 

@@ -101,7 +101,7 @@ def test_the_derivative_of_a_formula_is_exact(text: str) -> None:
         ("omega", {"weight": "2"}, "of one of alpha, delta"),
         ("omega", {"omega": "2"}, "of one of alpha, delta"),
         ("s", None, "one of alpha, omega"),
-        ("s", {"alpha": "s**2"}, "affine function"),
+        ("s", {"alpha": "s**2"}, "depends affinely"),
         ("omega", {"alpha": "0.5*omega"}, "hold for the orbit"),
         ("omega", {"alpha": "0.324 + (omega - 0.6)*(omega - 2.9)"}, "alpha = -.*>= 0"),
         ("omega", {"alpha": "0.324*(1 + 0*(1.3 - omega)**0.5)"}, "arithmetic of omega"),

@@ -82,7 +82,7 @@ def test_a_fold_is_left_on_both_sides_of_it() -> None:
     assert len(found) == 2
     norms = sorted(abs(one.points[0].multipliers[0]) for one in found)
     assert norms[0] < 1 < norms[1]
-    with pytest.raises(InvalidInput, match="no branch leaves FO1 the other way"):
+    with pytest.raises(InvalidInput, match="no branch starts at FO1 that way"):
         continue_from(hysteretic(), "FO1", fold.value + 0.01)
 
 
@@ -181,7 +181,7 @@ def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
 def test_what_does_not_change_with_the_parameter_is_told() -> None:
     # Without contact the stiffness of the second spring is all the same.
     branch = continue_orbit(settled(alpha=0.3, delta=1.2), "alpha", 0.4, points=4)
-    with pytest.raises(InvalidInput, match="none leaves this one, to either side"):
+    with pytest.raises(InvalidInput, match="a point from which a branch in"):
         continue_from(branch, "AS1", 2.0, parameter="beta")
 
 
@@ -218,8 +218,11 @@ def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp
         (damaged(file, format=1), "format = 1: must be 3"),
         ("{}", "a branch.json that"),
         ("[1", "JSON that"),
-        (damaged(file, bifurcations=[{"label": "PD1"}]), "a whole branch.json"),
-        *((damaged(file, bifurcations=[one]), "a whole branch.json") for one in wrong_points(file)),
+        (damaged(file, bifurcations=[{"label": "PD1"}]), "an undamaged branch.json"),
+        *(
+            (damaged(file, bifurcations=[one]), "an undamaged branch.json")
+            for one in wrong_points(file)
+        ),
     ):
         other.write_text(text)
         with pytest.raises(InvalidInput, match=itineraries):

@@ -1,8 +1,8 @@
 """heyoka.py, one trajectory at a time or in lanes of its batch mode.
 
-One integrator has all six fields. Contact and drift are run-time parameters, which the callbacks
-of its terminal events change, as its documentation advises. Of the forms tried this was the
-fastest: one integrator a field, restarted from Python, takes half as long again.
+One integrator has all six fields. Contact and drift are run-time parameters, which the callbacks of
+its terminal events change, as its documentation advises. Of the forms tried this was the fastest:
+one integrator a field, restarted from Python, takes half as long again.
 """
 
 from __future__ import annotations
@@ -34,8 +34,7 @@ def build(tolerance: float, careful: bool, lanes: int | None = None) -> Run:
     """Run function at a tolerance, in lanes of the batch mode if `lanes` is given.
 
     After a switch x_r is set to delta, or v_c to zero. With `careful` it is one unit off, inside
-    the
-    region that is entered: guards that start at exactly zero can lose their next root.
+    the region that is entered: guards that start at exactly zero can lose their next root.
     """
     import heyoka as hy  # type: ignore[import-not-found,import-untyped,unused-ignore]
 

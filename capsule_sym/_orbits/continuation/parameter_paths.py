@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 Function = Callable[[Any], Any]
 Evaluated = Callable[[Mapping[str, Any]], Any]
 _LONGEST = 200  # characters of a function
-_SAMPLES = 65  # places of a path at which its values are checked before it is followed
-_ON_PATH = 1e-12  # relative distance of an orbit's parameters from the path it is to lie on
+_SAMPLES = 65  # places of a path at which its values are checked before a continuation
+_ON_PATH = 1e-12  # relative distance of an orbit's parameters from its path
 _OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -34,7 +34,7 @@ _OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
 
 
 class NoNumber(ArithmeticError):
-    """A function of a path has no number at a value."""
+    """Raised if a function of a path has no value."""
 
 
 class Slope:
@@ -83,12 +83,12 @@ def _lifted(value: Any) -> Slope:
 
 @dataclass(frozen=True)
 class ParameterPath:
-    """A path of parameters: `name` varies, and those tied to it, each by a function.
+    """Path of parameters: `name` varies, and with it the parameters tied to it by functions.
 
-    The name is a parameter, or another one that a tied parameter is an affine function of. The
-    functions consist of arithmetic: their derivatives are exact. `texts` has those that were given
-    as text, and None for those of Python. Parameters are those of the scene, dimensionless,
-    derivatives by them (many, parameters); a name of one's own has the units that its ties give it.
+    The name is a parameter, or a new name of which a tied parameter is an affine function. The
+    functions consist of arithmetic, so that their derivatives are exact. `texts` has the functions
+    given as text, and None for Python functions. Parameters are those of the scene, dimensionless;
+    derivatives by them have shape (many, parameters). A new name has the units of its ties.
     """
 
     name: str
@@ -102,7 +102,7 @@ class ParameterPath:
         return self.scene.facts.PARAMETERS  # type: ignore[no-any-return]
 
     def value(self, values: Sequence[Number]) -> Number:
-        """The value of what varies, at parameters on the path."""
+        """Value of the varied parameter, at parameters on the path."""
         if self.name in self.names:
             return values[self.names.index(self.name)]
         name, function = self._affine()
@@ -110,7 +110,7 @@ class ParameterPath:
         return (values[self.names.index(name)] - at.value) / at.slope
 
     def placed(self, values: Sequence[Number], value: Number) -> list[Number]:
-        """All parameters where what varies has this value; the others as given."""
+        """All parameters at a value of the varied one; those not tied are unchanged."""
         placed = list(values)
         if self.name in self.names:
             placed[self.names.index(self.name)] = value
@@ -119,7 +119,7 @@ class ParameterPath:
         return placed
 
     def along(self, by_p: Matrix, value: Number) -> Vector:
-        """The derivative by what varies, from those by the parameters, (many, parameters)."""
+        """Derivative by the varied parameter, from those by all parameters, (many, parameters)."""
         result = 0 * by_p[:, 0]
         if self.name in self.names:
             result = result + by_p[:, self.names.index(self.name)]
@@ -128,7 +128,7 @@ class ParameterPath:
             result = result + by_p[:, self.names.index(name)] * slope
         return result
 
-    # A path is a coordinate as an axis is: by its value.
+    # A path is a coordinate like an axis, given by its value.
     share = value
     width = 1.0
 
@@ -138,11 +138,11 @@ class ParameterPath:
         return self
 
     def by(self, by_p: Matrix, values: Sequence[Number]) -> Vector:
-        """The derivative by what varies at parameters on the path, as `along`."""
+        """Derivative by the varied parameter at parameters on the path, as `along`."""
         return self.along(by_p, self.value(values))
 
     def _affine(self) -> tuple[str, Function]:
-        """A tied parameter that is an affine function of what varies."""
+        """Tied parameter that is an affine function of the varied one."""
         for name, function in self.ties:
             try:
                 ends = (0.0, 0.7, 1.9)
@@ -151,11 +151,11 @@ class ParameterPath:
                 continue
             if slopes[0] != 0 and slopes[0] == slopes[1] == slopes[2]:
                 return name, function
-        allowed = f"a parameter ({', '.join(self.names)}), or what one is an affine function of"
+        allowed = f"a parameter ({', '.join(self.names)}) or a name on which one depends affinely"
         raise InvalidInput("parameter", self.name, allowed)
 
     def check(self, base: SceneParameters, first: float, last: float) -> None:
-        """Raises InvalidInput where the path between two values goes through no parameters."""
+        """Raises InvalidInput if the path between two values leaves the allowed parameters."""
         for at in (first, last):
             if not math.isfinite(at):
                 raise InvalidInput(self.name, at, "finite")
@@ -173,7 +173,7 @@ class ParameterPath:
 
 
 class Axis(NamedTuple):
-    """A path of parameters, and the range that the coordinate q from 0 to 1 stands for."""
+    """Path of parameters, and its range, mapped to the coordinate q in [0, 1]."""
 
     path: ParameterPath
     begin: float
@@ -181,48 +181,48 @@ class Axis(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of what varies."""
+        """Name of the varied parameter."""
         return self.path.name
 
     @property
     def width(self) -> float:
-        """Change of what varies over the range."""
+        """Length of the range."""
         return self.end - self.begin
 
     def value(self, values: Sequence[Number]) -> float:
-        """The value of what varies, at these parameters."""
+        """Value of the varied parameter, at these parameters."""
         return float(self.path.value(values))
 
     def share(self, values: Sequence[Number]) -> float:
-        """The q of these parameters."""
+        """Coordinate q of these parameters."""
         return (self.value(values) - self.begin) / self.width
 
     def placed(self, values: Sequence[float], q: float) -> list[float]:
-        """All parameters at q; its ends, 0 and 1, give those of the range to the last bit."""
+        """All parameters at q; q = 0 and q = 1 give the ends of the range to the last bit."""
         near, share = (self.end, q - 1) if q > 0.5 else (self.begin, q)
         return self.path.placed(values, float(near + share * self.width))
 
     def by(self, by_p: Matrix, values: Sequence[float]) -> Vector:
-        """The derivative by q, from those by the parameters, (many, parameters)."""
+        """Derivative by q, from those by the parameters, (many, parameters)."""
         return self.path.by(by_p, values) * self.width
 
     def check(self, base: SceneParameters, values: Sequence[Number]) -> None:
-        """Raises InvalidInput for values off the path, or where it goes through no parameters."""
+        """Raises InvalidInput for values off the path, or if it has parameters not allowed."""
         self.path.check(base, self.begin, self.end)
         value = self.value(values)
         for given, placed in zip(values, self.path.placed(values, value), strict=True):
             if abs(given - placed) > _ON_PATH * (abs(given) + abs(placed)):
                 tied = [name for name, _ in self.path.ties]
-                raise InvalidInput("ties", tied, f"such that they hold for the orbit at {value!r}")
+                raise InvalidInput("ties", tied, f"functions that hold for the orbit at {value!r}")
 
 
 def parameter_path(
     name: str, ties: Mapping[str, Function | str] | None = None, scene: Scene = CAPSULE
 ) -> ParameterPath:
-    """The path on which a scene's parameter varies, and those tied to it by functions or texts.
+    """Path on which a scene's parameter varies, with parameters tied by functions or texts.
 
-    A text, such as "0.5*omega**2", has numbers, the name of what varies, + - * / ** and
-    parentheses. Raises InvalidInput for other texts and for ties of what is no parameter.
+    A text, such as "0.5*omega**2", has numbers, the name of the varied parameter, + - * / ** and
+    parentheses. Raises InvalidInput for other texts, and for ties of an unknown parameter.
     """
     functions, texts, known = [], [], scene.facts.PARAMETERS
     for tied, given in (ties or {}).items():
@@ -243,14 +243,14 @@ def chosen_path(
     ties: Mapping[str, Function | str] | None,
     scene: Scene = CAPSULE,
 ) -> ParameterPath:
-    """The path of what is given, or where nothing is the known one, on which `name` varies."""
+    """Path of the given parameter and ties; without them the known path, on which `name` varies."""
     if parameter is None and ties is None:
         return known()
     return parameter_path(parameter or name, ties, scene)
 
 
 def device_path(device: SceneDevice, name: str) -> dict[str, str]:
-    """The tie of a device's P_d, Omega, G, c or k2 (SI units), for `parameter_path`.
+    """Tie of a device's P_d, Omega, G, c or k2 (SI units), for `parameter_path`.
 
     Raises InvalidInput for another name.
     """
@@ -269,13 +269,13 @@ def _number(function: Function, value: Any) -> Any:
 
 
 def _function(text: str, name: str) -> Function:
-    """The function of a text."""
+    """Function of a text."""
     body = arithmetic("ties", text, (name,))
     return lambda value: body({name: value})
 
 
 def arithmetic(field: str, text: str, names: Collection[str]) -> Evaluated:
-    """The function of values by name that a text of arithmetic gives; raises InvalidInput."""
+    """Function of values by name, from a text of arithmetic; raises InvalidInput."""
     try:
         if len(text) > _LONGEST:
             raise ValueError(text)
@@ -287,10 +287,10 @@ def arithmetic(field: str, text: str, names: Collection[str]) -> Evaluated:
 
 
 def _evaluated(node: ast.expr, names: Collection[str]) -> Evaluated:
-    """The function of an expression; raises ValueError where it is no arithmetic of these names."""
+    """Function of an expression; raises ValueError if it is not arithmetic of these names."""
     match node:
         case ast.BinOp(left, op, right) if type(op) in _OPERATIONS:
-            # Exponents have no names: a power is differentiated by its base.
+            # An exponent has no names: a power is differentiated by its base.
             apply, first = _OPERATIONS[type(op)], _evaluated(left, names)
             second = _evaluated(right, () if isinstance(op, ast.Pow) else names)
             return lambda values: apply(first(values), second(values))
@@ -298,7 +298,7 @@ def _evaluated(node: ast.expr, names: Collection[str]) -> Evaluated:
             negated = _evaluated(operand, names)
             return lambda values: -negated(values)
         case ast.Constant(value) if type(value) in (int, float):
-            # Powers of whole numbers may have more digits than there is time for.
+            # Powers of integers could have too many digits.
             number = float(ast.literal_eval(node))
             return lambda values: number
         case ast.Name(name) if name in names:

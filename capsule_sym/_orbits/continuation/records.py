@@ -22,7 +22,7 @@ from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
 
-# Attributes that are written as they are named.
+# Attributes that are written under their own names.
 _CONVERGENCE = ("residual", "iterations", "status", "success")
 _ITINERARIES = ("itinerary_before", "itinerary_after")
 _BIFURCATION = (
@@ -34,7 +34,7 @@ _NORMAL_FORM = ("growth", "order", "coefficient", "exponent", "scenario")
 
 
 def _plain(value: Any) -> Any:
-    """A value of a result as JSON has it, empty texts as null."""
+    """Value of a result for JSON; an empty text becomes null."""
     if isinstance(value, Itinerary):
         return list(value.cyclic.names)
     if isinstance(value, NormalForm):
@@ -48,7 +48,7 @@ def _fields(one: Any, names: Iterable[str]) -> dict[str, Any]:
 
 
 def orbit_record(orbit: Orbit) -> dict[str, Any]:
-    """An orbit: itinerary, section point, multipliers, admissibility, performance metrics.
+    """Record of an orbit: itinerary, section point, multipliers, admissibility, metrics.
 
     Complex numbers are [real, imaginary]; a gradient is by the name of the parameter.
     """
@@ -71,9 +71,9 @@ def orbit_record(orbit: Orbit) -> dict[str, Any]:
 
 
 def branch_record(branch: Branch, switched: Iterable[Branch] = ()) -> dict[str, Any]:
-    """A branch: its points and bifurcations in order, and why it ends.
+    """Record of a branch: its points and bifurcations in order, and the reason for its end.
 
-    `switched` are branches that leave it; each has its `origin`, the label where it does.
+    `switched` are branches that leave it; `origin` of each is the label of its starting point.
     """
     return {
         "format": FORMAT,
@@ -102,15 +102,15 @@ def _branch_point(point: BranchPoint) -> dict[str, Any]:
 
 
 def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
-    """A bifurcation, with the orbit that undergoes it; `segment` is its segment of duration 0."""
+    """Record of a bifurcation and its orbit; `segment` is the segment of duration 0."""
     itinerary, segment = one.orbit.itinerary, one.segment
-    if segment is not None:  # counted from 1, where the itinerary is begun
+    if segment is not None:  # counted from 1, from the start of the cyclic itinerary
         segment = (segment - itinerary.first) % len(itinerary) + 1
     return {**_fields(one, _BIFURCATION), "segment": segment, "orbit": _place(one.orbit, ())}
 
 
 def curve_record(curve: Curve) -> dict[str, Any]:
-    """A curve of bifurcations: its points, its points of codimension two, and why it ends."""
+    """Record of a curve: its points, its codimension-two points, and the reasons for its ends."""
     return {
         **_fields(curve, ("type", "origin", "parameters")),
         "points": [_curve_point(curve, point) for point in curve.points],
@@ -138,7 +138,7 @@ def _codimension_two(curve: Curve, one: CodimensionTwoPoint) -> dict[str, Any]:
 
 
 def _cells(record: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
-    """Entries of a record as cells of a table: empty where there is none."""
+    """Entries of a record as cells of a table; null becomes empty."""
     cells = {}
     for name in names:
         value = record[name]
@@ -151,7 +151,7 @@ def _sizes(multipliers: Iterable[complex]) -> dict[str, float]:
 
 
 def point_rows(branch: Branch) -> list[dict[str, Any]]:
-    """The points of a branch as rows of a table."""
+    """Points of a branch as rows of a table."""
     rows = []
     for point in branch.points:
         record, itinerary = _branch_point(point), point.orbit.itinerary
@@ -182,7 +182,7 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
 
 
 def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
-    """The points of curves as rows of a table."""
+    """Points of curves as rows of a table."""
     return [
         {
             "curve": number,
@@ -199,7 +199,7 @@ def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
 
 
 def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
-    """The points of codimension two of curves as rows of a table."""
+    """Codimension-two points of curves as rows of a table."""
     rows = []
     for number, curve in enumerate(curves, 1):
         for one in curve.codimension_two:
@@ -221,7 +221,7 @@ def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
 
 
 def failure_record(found: Orbit) -> dict[str, Any]:
-    """The reason where there is no orbit, and where Newton's method ended."""
+    """Record of a failed search: its reason, and the last state of Newton's method."""
     names = ("success", "status", "message", "itinerary", "iterations")
     residual = float(found.residual)
     return {**_fields(found, names), "residual": residual if math.isfinite(residual) else None}

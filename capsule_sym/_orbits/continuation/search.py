@@ -1,4 +1,4 @@
-"""All orbits that a box of starts leads to: attractors, unstable orbits, and isolas."""
+"""Search of a box of starts for orbits: attractors, unstable orbits, and isolas."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ _MOST_STARTS, _MOST_PERIODS = 100_000, 16
 
 @dataclass(frozen=True)
 class BoxSearch:
-    """Orbits found from a box of starts, and what was searched; dimensionless.
+    """Orbits found from a box of starts, and the extent of the search; dimensionless.
 
-    `orbits` come in the order of their period numbers; `settled` says for each how many of the
-    `starts` settle on it, and `open` how many settle on none within the periods that were run.
-    `branches` are those that were followed, of which closed ones are `isolas`. `message` says what
-    was searched, and what may be missing.
+    `orbits` are in the order of their period numbers. `settled` has for each the number of `starts`
+    that settle on it, `open` the number that settle on none within the run. `branches` are the
+    continued ones; the closed ones are `isolas`. `message` lists what was searched, and what may be
+    missing.
     """
 
     orbits: tuple[Orbit, ...]
@@ -57,12 +57,12 @@ class BoxSearch:
 
     @property
     def success(self) -> bool:
-        """True if the search was finished and every start settles on one of the orbits."""
+        """True if the search finished and every start settles on one of the orbits."""
         return self.status is Status.FINISHED and self.open == 0
 
     @property
     def isolas(self) -> tuple[Branch, ...]:
-        """The branches that are closed."""
+        """Closed branches."""
         return tuple(one for one in self.branches if one.status is Ending.RETURNED)
 
 
@@ -80,22 +80,22 @@ def search_box(
     report: Callable[[str], None] | None = None,
     max_seconds: float = math.inf,
 ) -> BoxSearch:
-    """All orbits that a grid of starts in a box leads to, stable or not, and the branches of each.
+    """All orbits reached from a grid of starts in a box, stable or not, and their branches.
 
-    All is dimensionless. Starts are a grid of `size` (n_x, n_v, n_c) states with `|x_r|`, `|v_r|`,
-    `|v_c|` up to the bounds `box`, at phase 0. All run until they have settled: these are the
-    attractors. Newton's method on the map over each of `period_numbers` excitation periods goes
-    from every start, and from where it is after 1, 2, 4, 8 and 16 periods: this finds unstable
-    orbits too. With a parameter `along` the branch of each is followed both ways between `ends`,
-    through folds, and orbits that it has at the same parameters are among those found; closed
-    branches are isolas. `settings` has the tolerances. `report` is told what is done.
-    The search ends after `max_seconds`. Raises InvalidInput for a box, a size or numbers of periods
-    that are not allowed, where there is no C core, and as `continue_both_ways` does.
+    All quantities are dimensionless. The starts are a grid of `size` (n_x, n_v, n_c) states with
+    `|x_r|`, `|v_r|`, `|v_c|` up to the bounds `box`, at phase 0. Runs from all starts until they
+    settle give the attractors. Newton's method on the map over each of `period_numbers` excitation
+    periods starts from every start, and from its state after 1, 2, 4, 8 and 16 periods: this also
+    finds unstable orbits. With a parameter `along` the branch of each orbit is continued both ways
+    between `ends`, through folds. Further orbits of a branch at the given parameters are added;
+    closed branches are isolas. `settings` has the tolerances. `report` is called with the progress.
+    The search ends after `max_seconds`. Raises InvalidInput for a box, a size or period numbers
+    that are not allowed, without a C core, and as `continue_both_ways` does.
     """
     bounds, counts, numbers = _checked(box, size, period_numbers)
     check_count("periods", periods)
     if (along is None) != (ends is None):
-        raise InvalidInput("ends", ends, "given with along, and only then")
+        raise InvalidInput("ends", ends, "given if and only if along is given")
     axis = None
     if along is not None and ends is not None:
         axis = axis_within(parameters, [*parameters.to_dict().values()], along, ends)
@@ -109,7 +109,7 @@ def search_box(
         say(f"{len(search.orbits)} attractors; Newton's method from {seeds} states")
         search.find_closed(numbers)
         on_branch: list[Orbit] = []
-        for orbit in search.orbits:  # grows on the way
+        for orbit in search.orbits:  # grows during the loop
             if axis is None or any(same(orbit, known) for known in on_branch):
                 continue
             say(f"following {orbit.itinerary} in {along}; {len(search.orbits)} orbits")
@@ -148,7 +148,7 @@ def _checked(
 
 
 def _grid(bounds: NDArray[np.float64], counts: Sequence[int]) -> NDArray[np.float64]:
-    """States (n, 3) that fill a box, its middle where there is one in a direction."""
+    """States (n, 3) of a grid in a box; its middle in a direction of one state."""
     lines = [
         np.linspace(-b, b, n) if n > 1 else np.zeros(1) for b, n in zip(bounds, counts, strict=True)
     ]
@@ -156,7 +156,7 @@ def _grid(bounds: NDArray[np.float64], counts: Sequence[int]) -> NDArray[np.floa
 
 
 class _Search:
-    """The orbits that are known, and how many starts settle on each."""
+    """Known orbits, and the number of starts that settle on each."""
 
     def __init__(
         self,
@@ -170,7 +170,7 @@ class _Search:
         self.settled: list[int] = []
 
     def find_attractors(self, periods: int) -> None:
-        """Add the orbits on which starts settle, and how many do on each."""
+        """Add the orbits on which starts settle, with their numbers of starts."""
         ends, length = self.starts, periods
         for _ in range(self.settings.settling_rounds):
             ends = self._states(ends, length)
@@ -189,14 +189,14 @@ class _Search:
                     self.settled.append(int(here.sum()))
                     left &= ~here
                 else:
-                    # What has not settled yet, or never does, goes on with the others.
+                    # Runs that have not settled yet continue with the others.
                     ends, left = (np.roll(one, -first - 1, axis=0) for one in (ends, left))
             ends, length = ends[left], 2 * length
             if not len(ends):
                 break
 
     def find_closed(self, period_numbers: Sequence[int]) -> None:
-        """Add other orbits to which Newton's method on the map leads from starts and their runs."""
+        """Add other orbits that Newton's method on the map finds from starts and their runs."""
         first, *later = self.settings.seed_periods
         seeds, before = [self._states(self.starts, first) if first else self.starts], first
         for after in later:
@@ -227,7 +227,7 @@ class _Search:
                 left = left[others]
 
     def add(self, orbits: Sequence[Orbit]) -> bool:
-        """Add orbits that are not known, and say whether there are any."""
+        """Add orbits that are not known; returns True if there are any."""
         before = len(self.orbits)
         for orbit in orbits:
             if not any(same(orbit, one) for one in self.orbits):
@@ -258,7 +258,7 @@ def _searched(
     axis: Axis | None,
     settings: ContinuationSettings,
 ) -> str:
-    """Message of a search: what was searched, what was found, and what may be missing."""
+    """Message of a search: its extent, its result, and what may be missing."""
     stable = sum(abs(floquet_multipliers(one)[0]) < 1 for one in found.orbits)
     size = " x ".join(map(str, counts))
     within = ", ".join(
@@ -278,5 +278,5 @@ def _searched(
             f"{len(found.isolas)} closed"
         )
     if found.status is Status.TIME_LIMIT:
-        text += "; the time was over before all this was done"
+        text += "; the time limit was reached before the end"
     return f"{text}. Not searched: other starts and phases, and orbits of other period numbers."

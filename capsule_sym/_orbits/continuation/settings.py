@@ -1,4 +1,4 @@
-"""Settings of continuations: lengths of steps and tolerances, each with its unit and its price."""
+"""Settings of continuations: step lengths and tolerances, and the effect of larger values."""
 
 from __future__ import annotations
 
@@ -15,132 +15,129 @@ from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Scene
 
-_MOST_STEPS = 5_000  # that may be asked for
+_MOST_STEPS = 5_000  # largest number of steps that a caller may ask for
 
 
 def _real(default: float | tuple[float, ...], most: float) -> Any:
-    """A setting above 0, or several, and at most so large."""
+    """Setting, or several, above 0 and at most `most`."""
     return field(default=default, metadata={"most": most, "whole": False, "least": 0.0})
 
 
 def _whole(default: int | tuple[int, ...], most: int, least: int = 1) -> Any:
-    """A whole number, or several."""
+    """Integer setting, or several."""
     return field(default=default, metadata={"most": most, "whole": True, "least": least})
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContinuationSettings:
-    """Lengths of steps and tolerances of continuations; dimensionless.
+    """Step lengths and tolerances of continuations; dimensionless.
 
-    A length is one of u: state, forcing angle (radians) and durations of an orbit, and each
-    parameter that varies as a share of its range. Raises InvalidInput for a value out of its range.
+    A length is measured in u: state, forcing angle (radians) and durations of an orbit, and each
+    varied parameter as a share of its range. Raises InvalidInput for a value out of its range.
     """
 
     first_step: float = _real(1e-2, 10.0)
-    """Length of the first step, and of that after an event. Larger: steps that have to be halved
-    where the next event is near."""
+    """Length of the first step, and of the first after an event. Larger: more halved steps."""
     least_step: float = _real(1e-8, 1.0)
-    """Length below which no step is tried. Larger: branches end sooner where they turn sharply."""
+    """Least length of a step. Larger: branches end sooner at sharp turns."""
     largest_step: float = _real(0.2, 100.0)
-    """Length of the largest step. Larger: fewer points, and events may be missed."""
+    """Largest length of a step. Larger: fewer points, and events may be missed."""
     largest_share: float = _real(0.02, 1.0)
-    """Growth of that length with the largest entry of u beyond `slow_size`. Larger: fewer points of
-    slow motions, whose durations are long, and events may be missed."""
+    """Growth of the largest length with the largest entry of u beyond `slow_size`. Larger: fewer
+    points of slow motions, whose durations are long, and events may be missed."""
     slow_size: float = _real(50.0, 1e6)
-    """Entry of u, such as a duration, from which on steps are longer. Larger: more points of slow
-    motions."""
+    """Entry of u, such as a duration, above which steps grow. Larger: more points."""
     least_cosine: float = _real(0.95, 1.0)
     """Least cosine of the angle between tangents before and after a step. Larger: more points."""
     newton_steps: int = _whole(8, 100)
-    """Most steps of Newton's method to a point. Larger: longer steps, and a risk that they lead to
-    another branch."""
+    """Largest number of Newton steps to a point. Larger: longer steps may leave the branch."""
     newton_tolerance: float = _real(1e-10, 1e-3)
-    """Newton step over the size of u that ends the method; its square is left as error. Larger:
-    points that are less exact."""
+    """Newton step over the size of u that ends the iteration; the error is its square. Larger: less
+    exact points."""
     residual_tolerance: float = _real(1e-13, 1e-3)
-    """Largest entry of the residual over the size of u, above which Newton's method goes on.
-    Larger: points that are less exact, next to a segment of duration 0 above all."""
+    """Residual over the size of u above which Newton's method continues. Larger: less exact points,
+    mostly next to a segment of duration 0."""
     rounding_step: float = _real(1e-6, 1e-3)
-    """The same, where the residual is rounding already. Larger: points that are less exact."""
+    """The same, if the residual is already rounding. Larger: less exact points."""
     least_searched_step: float = _real(1e-5, 10.0)
-    """Length above which a step is searched for two bifurcations of one type that leave no change
-    of sign. Larger: pairs of bifurcations may be missed."""
+    """Length above which a step is tested for two bifurcations of one type without a sign change.
+    Larger: pairs of bifurcations may be missed."""
     clear_share: float = _real(0.1, 1.0)
-    """Share of a test function's, or of the parameter's slope's, values at the ends of a step above
-    which their cubic is taken to stay away from 0. Larger: more points, fewer pairs are missed."""
+    """Share of the values at the ends of a step above which a cubic counts as nonzero. The cubic is
+    that of a test function, or of the parameter's slope. Larger: more points, fewer missed
+    pairs."""
     small_test: float = _real(0.3, 1e6)
     """Value of a test function below which it may vanish twice in a step. Larger: more points."""
     least_return: float = _real(0.25, 1.0)
     """Least share of a step that turns back to the border of the range from which it comes. Larger:
     more points there."""
     same_share: float = _real(1e-7, 1e-2)
-    """Share of a step within which inequalities fail together, as one event. Larger: events that
-    are near each other may be taken for one."""
+    """Share of a step within which failing inequalities count as one event. Larger: two close
+    events may count as one."""
     before_share: float = _real(1e-3, 0.5)
     """Share of a step before an event at which all other inequalities have to hold. Larger: more
-    points near a second event, which is missed the less."""
+    points near a second event, which is missed less often."""
     before_lengths: tuple[float, ...] = _real((1e-6, 1e-8), 1.0)
-    """The same as lengths, where these are nearer to the event."""
+    """The same as absolute lengths, where these are shorter."""
     share_error: float = _real(0.1, 1.0)
-    """Share of a step by which its ends may mislead about where an inequality fails. Larger: fewer
-    steps that are halved, and the first event may be missed where it is not located."""
+    """Error, as a share of a step, of the estimate of where an inequality fails. Larger: fewer
+    halved steps; the first event may be missed if it is not located."""
     outside_share: float = _real(1e-6, 0.1)
-    """Share of a step by which an event may seem to be beyond its ends. Larger: one that is not on
-    the way may be found."""
+    """Share of a step by which an event may lie beyond its ends. Larger: an event outside the step
+    may be found."""
     zero_halvings: int = _whole(8, 100)
-    """Halvings of a step for a guess of where a test function vanishes. Larger: more computing, and
-    fewer bifurcations that are not solved."""
+    """Halvings of a step in the search for a zero of a test function. Larger: longer computation,
+    fewer unsolved bifurcations."""
     neighbour_step: float = _real(1e-4, 1.0)
-    """Distance from an event at which its two sides are looked at. Larger: less exact multipliers
+    """Distance from an event at which its two sides are evaluated. Larger: less exact multipliers
     on both sides, and another event may lie in between."""
     neighbour_shares: tuple[float, ...] = _real((1.0, 0.1, 1e-2, 1e-3), 1.0)
-    """Shares of it that are tried, the next one where another event is nearer."""
+    """Shares of `neighbour_step` to try; a smaller one is used if another event is near."""
     crossing_step: float = _real(1e-3, 1.0)
-    """Distance from a point at which the curves that cross there are told apart. Larger: they may
-    bend away."""
+    """Distance from a crossing at which its curves are separated. Larger: they may bend away."""
     crossing_ratio: float = _real(1e-9, 1e-2)
-    """Least over largest singular value at which two curves cross. Larger: more directions are
-    tried where one curve passes."""
+    """Ratio of the least to the largest singular value below which two curves cross. Larger: more
+    directions are tried where only one curve passes."""
     crossing_directions: int = _whole(16, 1000)
-    """Directions that are tried at a crossing. Larger: more computing, and no curve is missed."""
+    """Number of directions tried at a crossing. Larger: longer computation, fewer missed curves."""
     doubled_distances: tuple[float, ...] = _real((1e-3, 3e-3, 1e-2, 3e-4, 1e-4), 1.0)
-    """Distances from an orbit that doubles at which the doubled one is sought, in this order."""
+    """Distances from an orbit at which its doubled orbit is sought, in this order."""
     fold_distances: tuple[float, ...] = _real((3e-2, 1e-2, 1e-1), 1.0)
     """The same for the fold of doubled orbits beside a generalized period doubling."""
     fold_tolerance: float = _real(1e-6, 1e-3)
-    """The Newton step that ends the search of that fold; rounding moves it along its curve."""
+    """Newton step that ends the search of that fold, which rounding moves along its curve."""
     least_duration: float = _real(1e-6, 1e-2)
-    """Least duration, beside a codimension-two point, of a segment that has the duration 0 there.
-    Larger: the other curve is missed where it leaves slowly."""
+    """Least duration, beside a codimension-two point, of a segment of duration 0 at the point.
+    Larger: the other curve is missed if it leaves slowly."""
     closed_distance: float = _real(1e-6, 1e-2)
-    """Distance from its first point at which a curve is closed. Larger: curves that pass near it
-    may be taken for closed."""
+    """Distance from its first point at which a curve is closed. Larger: curves that pass near their
+    first point may count as closed."""
     singular_uncertainty: float = _real(1e-8, 1.0)
-    """Uncertainty of a codimension-two point from which on its equations are taken for singular,
-    and those of a degenerate point are tried. Larger: points near one are less exact."""
+    """Uncertainty of a codimension-two point above which its equations count as singular. The
+    equations of a degenerate point are then tried. Larger: less exact points near one."""
     degenerate_distance: float = _real(0.1, 10.0)
-    """Distance from the end of a curve within which a degenerate point is sought. Larger: one that
-    is not on the curve may be found."""
+    """Distance from the end of a curve within which a degenerate point is sought. Larger: a point
+    off the curve may be found."""
     resonance_tolerance: float = _real(1e-6, 1e-2)
-    """Derivative of the characteristic polynomial at a multiplier 1 or -1 below which it is a
-    double one. Larger: other points are taken for resonances."""
+    """Derivative of the characteristic polynomial at a multiplier 1 or -1 below which it is double.
+    Larger: other points count as resonances."""
     most_points: int = _whole(20_000, 1_000_000)
-    """Points at which a branch ends. Larger: more time and memory."""
+    """Largest number of points of a branch. Larger: more time and memory."""
     most_curve_points: int = _whole(5_000, 1_000_000)
-    """Points at which each half of a curve of bifurcations ends. Larger: more time and memory."""
+    """Largest number of points of each half of a curve. Larger: more time and memory."""
     settled_distance: float = _real(1e-6, 1e-2)
-    """Distance from an orbit, over its size, at which a run of a box has settled on it. Larger:
-    fewer periods, and orbits near each other may be taken for one."""
+    """Distance from an orbit, over its size, at which a run has settled on it. Larger: fewer
+    periods; orbits near each other may count as one."""
     settling_rounds: int = _whole(3, 20)
-    """Rounds in which runs that have not settled go on, twice as long each. Larger: more time."""
+    """Rounds in which unsettled runs continue, each twice as long. Larger: more time."""
     settling_trials: int = _whole(12, 1000)
-    """Runs whose end is looked at in a round, of those on no known orbit. Larger: more time, and
-    fewer attractors are missed."""
+    """Ends of unsettled runs that are examined in a round. Larger: more time, fewer missed
+    attractors."""
     same_distance: float = _real(1e-7, 1e-2)
-    """Distance of states within which two orbits of a box are one. Larger: orbits may be missed."""
+    """Distance of states within which two orbits are one. Larger: orbits may be missed."""
     seed_periods: tuple[int, ...] = _whole((0, 1, 2, 4, 8, 16), 10_000, least=0)
-    """Excitation periods after which the state of a run is a guess for Newton's method. More of
-    them: more time, and fewer unstable orbits are missed."""
+    """Excitation periods after which the state of a run starts Newton's method. More entries: more
+    time, fewer missed unstable orbits."""
 
     def __post_init__(self) -> None:
         for one in fields(self):
@@ -177,7 +174,7 @@ DEFAULT = ContinuationSettings()
 
 
 def check_points(points: int) -> None:
-    """Raises InvalidInput unless this is a number of steps that a path may be asked to take."""
+    """Raises InvalidInput unless this is an allowed number of steps."""
     check_count("points", points, 1, _MOST_STEPS)
 
 
@@ -185,7 +182,7 @@ def check_points(points: int) -> None:
 def computing(
     points: int, settings: ContinuationSettings, max_seconds: float, scene: Scene
 ) -> Iterator[tuple[Backend, Watch]]:
-    """The number system of a continuation, and its limit; raises InvalidInput for these arguments.
+    """Numbers of a continuation, and its time limit; raises InvalidInput for these arguments.
 
     The limit holds within `with limit:`.
     """

@@ -1,6 +1,6 @@
 """Performance of many periodic motions at once by the C core, with gradients and multipliers.
 
-It is for the cells of a sweep, and for the inner loop of an optimiser.
+It serves the cells of a sweep, and the inner loop of an optimiser.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym.generated.capsule.interface import ORBIT_STATUSES, STOPS, OrbitStatus, Stop
 
 MOST_SEGMENTS = 256
-"""In one period of a motion, from forcing angle 0 on; of a longer one nothing is found."""
+"""Largest number of segments in a period from forcing angle 0; a motion with more is not found."""
 
 
 @dataclass(frozen=True, eq=False)
 class Performances:
     """Periodic motions, closed at forcing angle 0, their metrics and multipliers; dimensionless.
 
-    What was not asked for, or not found, is nan. Derivatives are along the branch of orbits.
+    Values that were not requested or not found are nan. Derivatives are along the branch of orbits.
     """
 
     records: NDArray[np.void]
-    """What the core found, of dtype ORBIT, shape (n,)."""
+    """Results of the core, of dtype ORBIT, shape (n,)."""
     stops: NDArray[np.int8]
-    """Why it came back, a `Stop`, shape (n,)."""
+    """Status of the core, a `Stop`, shape (n,)."""
     fields: NDArray[np.uint8]
-    """The fields passed from forcing angle 0 on, 0 after them, shape (n, MOST_SEGMENTS)."""
+    """Fields from forcing angle 0 on, padded with 0, shape (n, MOST_SEGMENTS)."""
     scene: Scene = CAPSULE
-    """The scene of the parameters."""
+    """Scene of the parameters."""
 
     def __len__(self) -> int:
         return len(self.records)
@@ -63,12 +63,12 @@ class Performances:
 
     @property
     def closed(self) -> NDArray[np.bool_]:
-        """Whether the motion is closed, and switches as from the given state on, shape (n,)."""
+        """True for each motion that is closed in the itinerary of its start state, shape (n,)."""
         return np.asarray(self.records["status"] == OrbitStatus.CLOSED)
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """What became of each, as a word, shape (n,)."""
+        """Status of each motion, as a word, shape (n,)."""
         words = np.array(ORBIT_STATUSES)[self.records["status"]]
         return np.where(self.stops == Stop.DONE, words, np.array(STOPS)[self.stops])
 
@@ -84,7 +84,7 @@ class Performances:
 
     @property
     def values(self) -> NDArray[np.float64]:
-        """The metrics, in the order of METRICS, shape (n, 7)."""
+        """Metrics in the order of METRICS, shape (n, 7)."""
         return np.stack([self.records[name] for name in METRICS], axis=-1)
 
     @property
@@ -98,13 +98,13 @@ class Performances:
         return multipliers_of(self.records["monodromy"].reshape(-1, 3, 3), self.records["sticks"])
 
     def itinerary(self, i: int) -> tuple[str, ...]:
-        """Names of the fields of one period of motion i, begun as `SteadyMotion.itinerary` is."""
+        """Names of the fields of one period of motion i, as in `SteadyMotion.itinerary`."""
         return tuple(f"F{field}" for field in self.cycle(i))
 
     def cycle(self, i: int) -> tuple[int, ...]:
-        """Numbers of these fields."""
+        """Numbers of the fields of one period of motion i."""
         passed = self.fields[i][: self.records["segments"][i]].tolist()
-        # The run begins and ends within one segment, but where a switch falls on the angle 0.
+        # The run starts and ends within one segment, unless a switch is at the angle 0.
         if len(passed) > 1 and passed[0] == passed[-1]:
             passed.pop()
         return tuple(begun(passed, self.scene))
@@ -121,13 +121,13 @@ def performance_many(
     watch: Watch | None = None,
     scene: Scene = CAPSULE,
 ) -> Performances:
-    """The periodic motions near given states, as `performance` gives them one by one.
+    """Periodic motions near given states, with metrics as of `performance`.
 
-    `parameters` are rows of those of the scene, (n, 7) in the paper's, or one, `states` (n, 3) or
-    one (x_r, v_r, v_c) at forcing angle 0, `period_numbers` excitation periods of each motion; all
-    dimensionless. What is not asked for is not computed, nor that which there is no time for, by
-    the present watch or the one given. Raises InvalidInput for a value that is not allowed, and
-    where there is no core.
+    `parameters` are rows of the scene's parameters, (n, 7) in the paper's, or one row; `states` are
+    (n, 3) or one (x_r, v_r, v_c) at forcing angle 0; `period_numbers` are the excitation periods of
+    each motion. All are dimensionless. Only requested metrics are computed. Motions that are not
+    reached in the time of `watch` (by default the present one) are left out. Raises InvalidInput
+    for a value that is not allowed, and without a C core.
     """
     binding = core(scene)
     rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)), scene)
@@ -157,9 +157,9 @@ def performance_many(
 def multipliers_of(
     monodromy: NDArray[np.float64], sticks: NDArray[np.integer[Any]]
 ) -> NDArray[np.complex128]:
-    """Eigenvalues (n, 3) of matrices (n, 3, 3), the largest first; of what sticks one is 0.
+    """Eigenvalues (n, 3) of matrices (n, 3, 3), the largest first; one is 0 if the capsule sticks.
 
-    Where a matrix is not finite they are nan.
+    They are nan if the matrix is not finite.
     """
     found = np.full((len(monodromy), 3), np.nan, complex)
     slides = []
@@ -179,7 +179,7 @@ def multipliers_of(
 
 
 def _two_of(a: list[list[float]]) -> tuple[complex, complex]:
-    """The eigenvalues of a singular matrix besides 0: the rest of its polynomial is quadratic."""
+    """Eigenvalues of a singular matrix besides 0: the remaining polynomial is quadratic."""
     half = (a[0][0] + a[1][1] + a[2][2]) / 2
     minors = sum(a[i][i] * a[k][k] - a[i][k] * a[k][i] for i, k in ((0, 1), (0, 2), (1, 2)))
     apart = half * half - minors

@@ -1,4 +1,4 @@
-"""The largest forces along an orbit, with their derivatives."""
+"""Largest forces along an orbit, with their derivatives."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from capsule_sym.generated.capsule.interface import Quantity
 
 
 class _Place(NamedTuple):
-    """A place where a force may be largest: its size, the segment, and the time since its start.
+    """Candidate for the largest force: its size, the segment, and the time since its start.
 
-    No time stands for the segment's end.
+    A time None is the segment's end.
     """
 
     size: Number
@@ -26,7 +26,7 @@ class _Place(NamedTuple):
 
 
 def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
-    """The largest |P| along an orbit, and its derivatives (n + 11,)."""
+    """Largest |P| along an orbit, and its derivatives (n + 11,)."""
     return _of_force(forms, max(_places(forms, orbit, Quantity.FORCE), key=lambda one: one.size))
 
 
@@ -43,9 +43,9 @@ def _of_force(forms: ClosedForms, place: _Place) -> tuple[Number, Vector]:
 def peaks_of_force(
     forms: ClosedForms, orbit: Orbit, least: float
 ) -> dict[tuple[int, int], tuple[Number, Vector]]:
-    """The local largest |P| that are at least a share of the largest, with derivatives (n + 11,).
+    """Local maxima of |P| of at least a share of the largest, with derivatives (n + 11,).
 
-    Their keys are the segment, and the number of the place within it, the end first.
+    Keys are the segment and the number of the place within it, the end first.
     """
     places, found = list(_places(forms, orbit, Quantity.FORCE)), {}
     bound, segments = least * max(place.size for place in places), list(orbit.system.flows)
@@ -59,7 +59,7 @@ def peaks_of_force(
 
 
 def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
-    """The largest force of a stop's spring along an orbit, and its derivatives (n + 11,)."""
+    """Largest force of a stop's spring along an orbit, and its derivatives (n + 11,)."""
     places = _places(forms, orbit, Quantity.GAP)
     place = max(places, key=lambda found: found.size, default=None)
     if place is None:
@@ -72,7 +72,7 @@ def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
 
 
 def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
-    """Ends and extrema of all segments, for the gap of those in contact only."""
+    """Ends and extrema of all segments; of the gap only for segments in contact."""
     for flow in orbit.system.flows:
         c, (x_r, v_r, _) = flow.c, flow.end
         gap = x_r - c.own_stop()
@@ -88,14 +88,14 @@ def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_P
 
 
 def _size(forms: ClosedForms, c: Any, gap: Number) -> Number:
-    """What is compared of contacts: the gap, of two stops the force."""
+    """Measure by which contacts are compared: the gap, with two stops the force."""
     return gap if len(forms.scene.facts.STOPS) == 1 else abs(c.force(0, gap, 0))
 
 
 def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:
     """x_r and v_r at a place, and their total derivatives (3, n + 11) at a time in the segment.
 
-    At an extremum inside a segment the time may be held, for the force does not change with it.
+    At an interior extremum the time may be held fixed, since the force is stationary in it.
     """
     flow = place.flow
     if place.time is None:

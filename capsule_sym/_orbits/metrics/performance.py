@@ -1,13 +1,13 @@
-"""Performance of a periodic motion: progression, work and losses, peak forces; gradients of each.
+"""Performance of a periodic motion: progression, work, losses and peak forces, with gradients.
 
-Work and damper loss are integrals of products of closed forms, entire functions of time of known
-exponential type: Gauss-Legendre quadrature on panels short beside that type has no error above
-rounding, at resonance and for short segments as well. As the fast mode of strong damping decays,
-the panels become longer. Each is integrated on its own, so that the energy balance, work = damper
-loss + friction loss, tests both. Friction loss and progression are closed forms.
+Work and damper loss are integrals of products of closed forms, which are entire functions of time
+of known exponential type. Gauss-Legendre quadrature on panels that are short compared with that
+type has no error above rounding, at resonance and for short segments too. As the fast mode of
+strong damping decays, the panels become longer. Each integral is computed on its own, so that the
+energy balance, work = damper loss + friction loss, tests both. Friction loss and progression are
+closed forms.
 
-A gradient is that along the branch of orbits: the implicit function theorem gives how the orbit
-moves with each parameter.
+A gradient is that along the branch of orbits, by the implicit function theorem.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene
 
-# The error of n nodes on e^(lambda t) over a panel h is (lambda h)^(2n) (n!)^4/((2n + 1) (2n)!^3)
-# of the integral: below 1e-20 for 16 nodes where lambda h <= 12, below 1e-65 for 48 up to 30.
+# Relative error of n nodes on e^(lambda t) over a panel h: (lambda h)^(2n) (n!)^4/((2n + 1)
+# (2n)!^3), below 1e-20 for 16 nodes if lambda h <= 12, below 1e-65 for 48 nodes up to 30.
 _NODES, _REACH = 16, 12
 _MOST_EXPONENT = 700.0
-_MPMATH_DEGREE, _MPMATH_REACH = 5, 30  # of this degree mpmath's rule has 48 nodes
+_MPMATH_DEGREE, _MPMATH_REACH = 5, 30  # mpmath's rule of this degree has 48 nodes
 METRICS = (
     "velocity",
     "progression",
@@ -50,11 +50,11 @@ METRICS = (
     "peak_force",
     "peak_contact",
 )
-"""The metrics in their order, as the C core has them too."""
+"""Metrics in the order of the C core."""
 
 
 def shown(scene: Scene) -> tuple[str, ...]:
-    """The metrics that are shown in a scene: lift too where there is some."""
+    """Metrics that are shown in a scene; with lift if the scene has a constant force."""
     return (*METRICS[:5], "lift", *METRICS[5:]) if scene.facts.LIFTS else METRICS
 
 
@@ -123,14 +123,14 @@ def performance(orbit: Orbit) -> Performance:
 
 
 def _along(orbit: Orbit, value: Number, by: Vector) -> Metric:
-    """A metric from its derivatives (n + 11,): the gradient is that along the branch of orbits."""
+    """Metric from its derivatives (n + 11,); the gradient is that along the branch of orbits."""
     unknowns = len(orbit.z)
     slopes = by[unknowns:] + by[:unknowns] @ orbit.by_parameter
     return Metric(value, dict(zip(orbit.scene.facts.PARAMETERS, slopes, strict=True)))
 
 
 def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Metric:
-    """An energy per excitation period, from those of the segments and their derivatives."""
+    """Energy per excitation period, from those of the segments and their derivatives."""
     period_number = orbit.itinerary.period_number
     flows = orbit.system.flows
     by = sum(
@@ -168,7 +168,7 @@ def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, 
 
 
 def _integral(values: Vector, by: Matrix, weights: Vector, h: Number) -> _Energy:
-    """An integral over a segment and its derivatives, from values at fractions of the duration."""
+    """Integral over a segment and its derivatives, from values at fractions of the duration."""
     mean = values @ weights
     row = h * (by @ weights)
     row[BY_TIME] += mean
@@ -180,7 +180,8 @@ def _sample(
 ) -> tuple[Vector, Vector, Vector, Vector, Matrix, Matrix]:
     """v_r, v_c, cosine and sine of the forcing angle, and derivatives of state and angle.
 
-    These are (3, 12, many) and (12, many), that by the duration at a fixed fraction of it.
+    The derivatives are (3, 12, many) and (12, many), those by the duration at a fixed fraction of
+    it.
     """
     c, times = flow.c, fractions * flow.h
     runs = [forms.run(flow.segment.field, c, flow.closed, time) for time in times]
@@ -213,9 +214,9 @@ def panels(numbers: Backend, c: Any, h: float) -> tuple[Vector, Vector]:
 
 
 def _graded(c: Any, h: float, longest: float, order: int) -> list[float]:
-    """Ends of an overdamped segment's panels, longer and longer as its fast mode decays.
+    """Ends of an overdamped segment's panels, which grow as its fast mode decays.
 
-    Half of the decay is for the powers of time in the derivatives.
+    Half of the decay is reserved for the powers of time in the derivatives.
     """
     fast, slow = c.fast * h, max(c.omega, -c.slow) * h
     ends = [0.0]

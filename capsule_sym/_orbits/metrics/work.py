@@ -14,7 +14,7 @@ Vector = NDArray[np.float64]
 
 
 def drive_work(run: Trajectory) -> float:
-    """The work of the drive over a run, dimensionless, by quadrature as that of an orbit."""
+    """Work of the drive over a run, dimensionless, by quadrature."""
     omega, origin = run.parameters.omega, run.span[0]
     records, parts = run.records, list[tuple[Vector, Vector]]()
     with backend("numpy", run.scene) as numbers:
@@ -36,9 +36,9 @@ def drive_work(run: Trajectory) -> float:
 
 
 def drive_force(run: Trajectory, times: Vector) -> Vector:
-    """The force of the drive on the mass at times of a run, (n,), dimensionless.
+    """Force of the drive on the mass at times of a run, (n,), dimensionless.
 
-    Where a pulse rises or falls it is that of the segment which begins.
+    Where a pulse rises or falls it is the force after the edge.
     """
     omega, records = run.parameters.omega, run.records
     begins = run.span[0] + np.append(0.0, np.cumsum(records["duration"]))[:-1]
@@ -48,7 +48,7 @@ def drive_force(run: Trajectory, times: Vector) -> Vector:
         forms = ClosedForms(numbers, [*run.parameters.to_dict().values()])
         for field in np.unique(fields).tolist():
             these = fields == field
-            # The power at a velocity of the mass of 1.
+            # Equal to the power at velocity 1 of the mass.
             found[these] = forms.constants(field).drive_power(
                 np.cos(omega * times[these]), 1.0, 0.0
             )

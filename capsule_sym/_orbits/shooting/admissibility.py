@@ -1,4 +1,4 @@
-"""The inequalities of an orbit's itinerary: its motion has that itinerary where all hold."""
+"""Inequalities of an orbit's itinerary; the orbit is a motion of the map if all hold."""
 
 from __future__ import annotations
 
@@ -20,20 +20,23 @@ from capsule_sym.generated.capsule.interface import Quantity
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
 EDGE, BEFORE_END = "edge", "before end"
 KINKS = (Guard.EDGE, Guard.GAP, Guard.BACK)
-"""The guards beyond which other forces act."""
+"""Guards beyond which other forces act."""
 _ROUNDINGS = 32  # in a duration, of the longest one
-_NEAR = 1e-5  # share of a segment within which a minimum is that at its end
+_NEAR = 1e-5  # share of a segment within which a minimum counts as that at its end
 
 
 class Inequality(NamedTuple):
-    """A quantity that is positive where the itinerary is admissible; dimensionless.
+    """A quantity that is positive if the itinerary is admissible; dimensionless.
 
-    `kind` is "duration": that of segment `segment`; "minimum": the least of guard `guard` at the
-    time `time` inside the segment; "landing": where the segment ends with v_c = 0, how far the
-    force is within the friction bound if stick follows, or beyond it if the drift is reversed;
-    "edge": where the segment ends with an edge at which the pull on the capsule jumps, how far
-    guard `guard` is from 0 there, or beyond it if the edge breaks rest; "before end": how far it
-    is from 0 at rest just before an edge or a stop, where it is least.
+    The meaning of `value` depends on `kind`:
+
+    - "duration": duration of segment `segment`;
+    - "minimum": least value of guard `guard`, at the time `time` inside the segment;
+    - "landing": where the segment ends with v_c = 0, distance of the force from the friction bound,
+      inside it if stick follows, beyond it if the drift is reversed;
+    - "edge": where the segment ends at an edge with a jump of the pull on the capsule, distance of
+      guard `guard` from 0, or beyond 0 if the edge breaks rest;
+    - "before end": distance of the guard from 0 at rest, just before an edge or a stop.
     """
 
     kind: str
@@ -43,7 +46,7 @@ class Inequality(NamedTuple):
     time: Number
 
     def named(self, itinerary: Itinerary) -> str:
-        """The inequality in words; segments count from 1, where the paper begins an itinerary."""
+        """Inequality in words; segments count from 1, from the start of the cyclic itinerary."""
         what = f" of {self.guard.value}" if self.guard else ""
         itinerary = itinerary.whole
         number = (self.segment - itinerary.first) % len(itinerary) + 1
@@ -56,13 +59,14 @@ def inequalities(
     system: ShootingSystem,
     zero_segments: Collection[int] = (),
 ) -> list[Inequality]:
-    """All inequalities of an itinerary at a solution of its equations, shape (many,).
+    """All inequalities of an itinerary at a solution of its equations.
 
-    The minima are those inside the segment, proved to be all; at its ends the itinerary's equations
-    and the other inequalities hold the guards. Next to a segment of negative duration there are
-    none. The segments `zero_segments` have the duration 0: what is 0 with them is left out. Of a
-    motion that is its own mirror image what comes in pairs is looked at in the first half, the gap
-    of a single stop in both; where its spring has no stiffness the gap is free.
+    The minima are all interior minima of a segment, with proof; at its ends the itinerary's
+    equations and the other inequalities bound the guards. There are none next to a segment of
+    negative duration. The segments `zero_segments` have the duration 0; inequalities that are 0
+    with them are left out. If the motion is its own mirror image, pairs are evaluated in the first
+    half, the gap of a single stop in both. If the spring of a single stop has no stiffness, its gap
+    is free.
     """
     found = []
     n, flows = len(itinerary), system.flows
@@ -73,10 +77,10 @@ def inequalities(
         if i in zero_segments:
             continue
         before, after = (i - 1) % n, (i + 1) % n
-        # Where rounding hides a duration it is not known to be below 0.
+        # A duration hidden by rounding is not known to be negative.
         duration = abs(flow.h) if abs(flow.h) <= hidden else flow.h
         found.append(Inequality(DURATION, i, None, duration, flow.h))
-        # A segment of negative duration takes the inequalities of its neighbours with it.
+        # A segment of negative duration invalidates the inequalities of its neighbours.
         if any(flows[k].h <= 0 for k in (before, i, after) if k not in zero_segments):
             continue
         if flow.segment.guard is Guard.DRIFT and after not in zero_segments:
@@ -93,16 +97,16 @@ def inequalities(
                 after in zero_segments and flow.h - time < near
             ):
                 continue
-            # A drift that sets off the wrong way fails by the landing or edge before it.
+            # A drift that starts in the wrong direction fails by the landing or edge before it.
             if guard is not Guard.DRIFT or not _reversed_wrongly(itinerary, flows, before):
                 found.append(Inequality(MINIMUM, i, guard, value, time))
     return found
 
 
 def _at_end(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> Iterator[Inequality]:
-    """What has to hold at the edge or the stop that ends a segment.
+    """Inequalities at the edge or the stop that ends a segment.
 
-    The pull on the capsule jumps at an edge if the drive reacts. Elsewhere its rate does: at rest
+    If the drive reacts, the pull on the capsule jumps at an edge. Elsewhere its rate jumps: at rest
     the pull may be at an extremum there.
     """
     flow, following = flows[i], flows[(i + 1) % len(flows)]
@@ -158,7 +162,7 @@ def pull_rates(itinerary: Itinerary, flows: Sequence[SegmentFlow], i: int) -> tu
 def _gaps(
     numbers: Backend, itinerary: Itinerary, flow: SegmentFlow, segment: int
 ) -> Iterator[Inequality]:
-    """The least gaps in a segment and in its mirror image."""
+    """Least gaps in a segment and in its mirror image."""
     for kind, time, value in extrema(numbers, flow, Quantity.GAP, _zeros(itinerary, segment)):
         if kind < 0:
             yield Inequality(MINIMUM, segment, Guard.GAP, -value, time)
@@ -171,13 +175,13 @@ def _gaps(
 
 
 def tightest(orbit: Orbit) -> Inequality:
-    """The inequality of an orbit's itinerary with the least value."""
+    """Inequality of an orbit's itinerary with the least value."""
     with backend(orbit.backend, orbit.scene) as numbers:
         return min(inequalities(numbers, orbit.itinerary, orbit.system), key=lambda one: one.value)
 
 
 def _zeros(itinerary: Itinerary, segment: int) -> dict[Guard, int]:
-    """The guards that vanish at a segment's start, by the guard that ended the segment before."""
+    """Guards that vanish at a segment's start, from the guard that ended the segment before."""
     before, stop = itinerary.guard_before(segment), itinerary.stop(segment - 1)
     if stop:
         free = not contact(itinerary.fields[segment], itinerary.scene)
@@ -209,9 +213,9 @@ def _landing(itinerary: Itinerary, flows: Sequence[SegmentFlow], segment: int) -
 
 
 def is_admissible(orbit: Orbit) -> bool:
-    """Whether the certified map, run for the orbit's periods, goes through the same itinerary.
+    """True if the certified map, run for the orbit's periods, has the same itinerary.
 
-    Where no stop's spring has stiffness an itinerary without contact stands for those with any.
+    If no stop's spring has stiffness, an itinerary without contact represents those with contact.
     """
     scene, fields = orbit.scene, tuple(segment.field for segment in rerun(orbit).segments)
     if stiffless(orbit) and not any(contact(field, scene) for field in orbit.itinerary.fields):
@@ -223,19 +227,19 @@ def is_admissible(orbit: Orbit) -> bool:
 
 
 def stiffless(orbit: Orbit) -> bool:
-    """Whether no stop's spring has stiffness, so that contact changes nothing."""
+    """True if no stop's spring has stiffness, so that contact changes nothing."""
     return all(orbit.value(stiffness) == 0 for _, stiffness in orbit.scene.facts.STOPS)
 
 
 def parted(scene: Scene, field: int) -> int:
-    """The field without contact, of the same drift and level."""
+    """Field without contact, of the same drift and level."""
     return field_of(scene, 0, drift(field, scene), level(field, scene))
 
 
 def rerun(orbit: Orbit) -> Trajectory:
-    """The certified map over the orbit's periods and one more.
+    """Run of the certified map over the orbit's periods and one more.
 
-    It starts in the middle of the longest segment, where nothing is at its bound.
+    It starts in the middle of the longest segment, away from all guards.
     """
     parameters = orbit.parameters
     state, angle = _middle(orbit, orbit.system.flows[_longest(orbit)])

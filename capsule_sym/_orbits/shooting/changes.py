@@ -1,8 +1,7 @@
-"""How an itinerary changes where an inequality fails: a segment of duration 0 comes or goes.
+"""Changes of an itinerary where an inequality fails: insertion or removal of a segment.
 
-Close to a tangency, a landing on the edge of stick, or a corner, the flow leaves no choice: the
-segment that comes in is given by the guard that fails, and the itinerary that holds it contains the
-event as the orbit on which that segment has the duration 0.
+Close to a tangency, a landing on the edge of stick, or a corner, the failing guard determines the
+inserted segment. The event is the orbit on which that segment has the duration 0.
 """
 
 from __future__ import annotations
@@ -27,14 +26,14 @@ from capsule_sym._orbits.shooting.equations import ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
 from capsule_sym._parameters import Scene
 
-NO_DURATION = 1e-9  # of a segment beside one of duration 0
+NO_DURATION = 1e-9  # largest duration of a segment that counts as 0
 
 
 class Change(NamedTuple):
-    """Another itinerary for the same orbit, its unknowns, and where the segments have gone.
+    """Another itinerary for the same orbit, its unknowns, and the new indices of the segments.
 
-    `kept` gives for every segment of the itinerary before its index in `itinerary`; None if it is
-    no segment of its own any more.
+    `kept` has for every segment of the old itinerary its index in `itinerary`; None if the segment
+    no longer exists.
     """
 
     itinerary: Itinerary
@@ -54,10 +53,9 @@ def around(itinerary: Itinerary, segment: int) -> tuple[int, int, int]:
 def insert_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, failed: Inequality
 ) -> tuple[Change, int]:
-    """The itinerary with the segment inserted where an inequality is 0, and that segment.
+    """Itinerary with a segment inserted where an inequality is 0, and the index of that segment.
 
-    `z` may be an estimate; `system` is near it. Raises InvalidInput where the fields are no
-    itinerary.
+    `z` may be an estimate; `system` is near it. Raises InvalidInput if the fields are no itinerary.
     """
     fields, i, zero = itinerary.fields, failed.segment, numbers.number(0)
     f, following = fields[i], itinerary.neighbour(i + 1)
@@ -83,7 +81,7 @@ def insert_segment(
 def _between(
     itinerary: Itinerary, system: ShootingSystem, failed: Inequality, f: int, following: int
 ) -> tuple[int, ...]:
-    """The fields that come between two others where a landing, or what holds at an edge, fails."""
+    """Fields inserted between two others where a landing, or a condition at an edge, fails."""
     scene, ways = itinerary.scene, (drift(f, itinerary.scene), drift(following, itinerary.scene))
     slips = 1 if failed.guard is Guard.UPPER else -1
     if failed.kind == LANDING:
@@ -94,13 +92,13 @@ def _between(
         slips = -ways[0]
     elif failed.kind == EDGE:
         return (_like(scene, following, drift=0 if ways[1] else slips),)
-    # A slip before the edge goes on beyond it, unless what follows is such a slip.
+    # A slip before the edge continues beyond it, unless such a slip follows.
     before = _like(scene, f, drift=slips)
     return (before,) if ways[1] == slips else (before, _like(scene, following, drift=slips))
 
 
 def sticks_before_edge(system: ShootingSystem, segment: int) -> bool:
-    """Whether a drift that came to rest where its segment ends would stick there."""
+    """True if a drift that stopped at the end of its segment would stick there."""
     flow = system.flows[segment]
     c, (x_r, v_r, _) = flow.c, flow.end
     pull = c.pull(x_r, x_r - c.own_stop(), v_r)
@@ -108,14 +106,14 @@ def sticks_before_edge(system: ShootingSystem, segment: int) -> bool:
 
 
 def _like(scene: Scene, field: int, *, touches: int | None = None, drift: int | None = None) -> int:
-    """The field like another one, but for the contact or the drift given."""
+    """Field equal to another one, except for the given contact or drift."""
     known = scene.facts.FIELDS[field]
     touches, drift = known[0] if touches is None else touches, known[1] if drift is None else drift
     return field_of(scene, touches, drift, level(field, scene))
 
 
 def _comes(scene: Scene, field: int, guard: Guard | None) -> int:
-    """The field that a segment of F`field` touches where this guard has a minimum of 0."""
+    """Field that a segment of F`field` touches if this guard has a minimum of 0."""
     if guard is Guard.GAP:
         return _like(scene, field, touches=0 if contact(field, scene) else 1)
     if guard is Guard.BACK:
@@ -128,12 +126,12 @@ def _comes(scene: Scene, field: int, guard: Guard | None) -> int:
 def swap_segment(
     itinerary: Itinerary, z: Vector, segment: int, system: ShootingSystem | None = None
 ) -> Change | None:
-    """The itinerary with the two switches in the other order at a segment of duration 0.
+    """Itinerary with the two switches at a segment of duration 0 in the other order.
 
-    Of contact, drift and the drive's level one changes where it begins, and others where it ends;
-    None elsewhere, and where a slip meets an edge at which the pull on the capsule jumps, or two
-    segments vanish there. Where the drive reacts, `system` tells whether a drift that lands before
-    the edge turns round.
+    One of contact, drift and the drive's level changes at its start, others at its end. None in
+    other cases, if a slip meets an edge at which the pull on the capsule jumps, and if two segments
+    vanish there. If the drive reacts, `system` decides if a drift that lands before the edge
+    reverses.
     """
     scene, fields = itinerary.scene, itinerary.fields
     if _pair(itinerary, z, segment) is not None:
@@ -143,19 +141,19 @@ def swap_segment(
     second = {k for k in range(3) if during[k] != after[k]}
     comes = [b + a - d for b, d, a in zip(before, during, after, strict=True)]
     if (first, second) == ({1}, {1, 2}) and before[1] == -after[1]:
-        comes[1] = before[1]  # beyond the edge that breaks rest, the drift turns round
+        comes[1] = before[1]  # beyond the edge that breaks rest, the drift reverses
     elif first & second:
         return None
     if scene.facts.REACTS and {1, 2} in (first | second, first, second):
         if len(first) == len(second) and not before[1]:
             return None
-        if first == {2}:  # before the edge it lands where it sticks, or turns round
+        if first == {2}:  # before the edge the drift lands, and sticks or reverses
             if system is None or sticks_before_edge(system, segment - 1):
                 comes[1] = 0
             elif not after[1]:
                 return _turned_round(itinerary, z, segment, before, after)
     passed = field_of(scene, *comes)
-    if segment == 0 and before[2] > after[2]:  # it begins on the other side of a rise
+    if segment == 0 and before[2] > after[2]:  # the orbit starts on the other side of a rise
         z = z.copy()
         z[3] = z[3] + math.tau * (comes[2] - during[2])
     other = _itinerary((*fields[:segment], passed, *fields[segment + 1 :]), itinerary)
@@ -169,7 +167,7 @@ def _turned_round(
     before: tuple[int, int, int],
     after: tuple[int, int, int],
 ) -> Change:
-    """The itinerary in which a drift turns round before an edge, and lands beyond it at once."""
+    """Itinerary in which a drift reverses before an edge, and lands beyond it at once."""
     scene, fields = itinerary.scene, itinerary.fields
     pair = (field_of(scene, part[0], -before[1], part[2]) for part in (before, after))
     other = _itinerary((*fields[:segment], *pair, *fields[segment + 1 :]), itinerary)
@@ -185,9 +183,9 @@ def _parts(scene: Scene, field: int) -> tuple[int, int, int]:
 def remove_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int
 ) -> tuple[Change, Inequality]:
-    """The itinerary without a segment of duration 0, and the inequality that is 0 on this orbit.
+    """Itinerary without a segment of duration 0, and the inequality that is 0 on this orbit.
 
-    Raises InvalidInput where what is left is no itinerary.
+    Raises InvalidInput if the remaining fields are no itinerary.
     """
     n, (before, _, after) = len(itinerary), around(itinerary, segment)
     pair = _pair(itinerary, z, segment)
@@ -219,19 +217,19 @@ def remove_segment(
 
 
 def zero_segments(itinerary: Itinerary, z: Vector, segment: int) -> tuple[int, ...]:
-    """The segment of duration 0, or two: a slip before an edge or a stop, and its rest beyond."""
+    """Segment of duration 0, or two: a slip before an edge or a stop, and its rest beyond."""
     first = _pair(itinerary, z, segment)
     return (segment,) if first is None else (first, (first + 1) % len(itinerary))
 
 
 def is_kink(itinerary: Itinerary, vanishing: tuple[int, ...]) -> bool:
-    """Whether two segments of duration 0 are a slip that begins without a jump of the pull."""
+    """True if two segments of duration 0 are a slip that starts without a jump of the pull."""
     jumps = itinerary.scene.facts.REACTS and itinerary.segments[vanishing[0]].guard is Guard.EDGE
     return len(vanishing) > 1 and not jumps
 
 
 def _pair(itinerary: Itinerary, z: Vector, segment: int) -> int | None:
-    """The first of two segments of no duration, a slip before an edge or a stop and its rest."""
+    """First of two segments of zero duration, a slip before an edge or a stop and its rest."""
     n, scene = len(itinerary), itinerary.scene
     for k in (segment, segment - 1):
         both = itinerary.segments[k], itinerary.segments[(k + 1) % n]
@@ -251,9 +249,9 @@ def _pair(itinerary: Itinerary, z: Vector, segment: int) -> int | None:
 def _without_pair(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, first: int
 ) -> tuple[Change, Inequality]:
-    """The itinerary without such a pair, as `remove_segment` gives it.
+    """Itinerary without such a pair, as in `remove_segment`.
 
-    What drifted before it and rests after it drifts on beyond the edge, and lands there at once.
+    A drift before it that is at rest after it continues beyond the edge, and lands there at once.
     """
     scene, n = itinerary.scene, len(itinerary)
     turned = rotated(numbers, itinerary, z, system, first - 1)
@@ -278,7 +276,7 @@ def _without_pair(
 def _alone(
     numbers: Backend, itinerary: Itinerary, system: ShootingSystem, segment: int
 ) -> tuple[Change, Inequality]:
-    """The itinerary of the one other segment, begun at the forcing angle 0."""
+    """Itinerary of the one other segment, from the forcing angle 0."""
     flow, guard = system.flows[1 - segment], itinerary.segments[1 - segment].guard
     _, angle = numbers.turns(flow.angle % numbers.full_turn)
     wait = (numbers.full_turn - angle) / flow.c.omega
@@ -286,7 +284,7 @@ def _alone(
     zero = numbers.number(0)
     alone = _itinerary((flow.segment.field,), itinerary)
     change = Change(alone, np.array([x_r, v_r, zero, zero, flow.h]), (None, None))
-    # Of what touches the guard before and after, the itinerary has the part from the angle 0 on.
+    # A touch of the guard before or after is reduced to the period from the angle 0.
     turns = math.floor((flow.h - wait) / flow.h)
     if itinerary.mirrored and turns % 2:
         guard = itinerary.image(itinerary.segments[1 - segment]).guard
@@ -296,7 +294,7 @@ def _alone(
 def rotated(
     numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int
 ) -> Change:
-    """The same orbit begun at another segment, at an angle of the first turn if edges are there."""
+    """The same orbit from another segment on; with edges, at an angle of the first turn."""
     n = len(itinerary)
     segment %= n
     flow = system.flows[segment]

@@ -1,4 +1,4 @@
-"""The closed form of a segment with its Jacobian: by the C core, or by kernels."""
+"""Closed form of a segment with its Jacobian: by the C core, or by kernels."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from capsule_sym._native import check_time, core_of, present
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._parameters import CAPSULE, Scene
 
-_LONGEST = 4096  # segments of an itinerary that the C core takes
+_LONGEST = 4096  # largest number of segments of an itinerary in the C core
 
 
 class ClosedForms:
-    """The closed forms of all fields at one parameter set, in the number system of a backend."""
+    """Closed forms of all fields at one parameter set, in the numbers of a backend."""
 
     def __init__(self, numbers: Backend, values: Sequence[Number]) -> None:
         self.numbers, self.values, self.scene = numbers, tuple(values), numbers.scene
@@ -41,13 +41,13 @@ class ClosedForms:
         return names.index(name) - len(names)  # type: ignore[no-any-return]
 
     def evaluated(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
-        """An itinerary's equations by the C core; None without it, or where it is too long."""
+        """Equations of an itinerary by the C core; None without it, or for too many segments."""
         if self._fields is None or len(itinerary) > _LONGEST:
             return None
         return self._fields.evaluate_itinerary(*_spelt(itinerary), np.array(z, dtype=float))  # type: ignore[no-any-return]
 
     def solved(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
-        """Unknowns, system, status, steps and residual where the C core ends; None likewise."""
+        """Final unknowns, system, status, steps and residual; None as in `evaluated`."""
         if self._fields is None or len(itinerary) > _LONGEST:
             return None
         found = self._fields.solve_itinerary(*_spelt(itinerary), z, watch=present())
@@ -60,7 +60,8 @@ class ClosedForms:
         """Values (x_r's change, v_r, v_c's change, x_c's advance) at h, and Jacobian (4, columns).
 
         The columns are JACOBIAN_COLUMNS of the kernels; in stick the last two rows are zero. In 50
-        digits a Jacobian that is `kept` is not computed, which takes three times what values take.
+        digits a given Jacobian `kept` is not computed again; it takes three times as long as the
+        values.
         """
         if self._fields is not None:
             values, matrix = self._fields.closed_form(field, np.array(closed), h)
@@ -78,12 +79,12 @@ class ClosedForms:
 
 
 def _spelt(itinerary: Itinerary) -> tuple[NDArray[np.int32], int, bool]:
-    """An itinerary as the C core takes it."""
+    """Itinerary in the form of the C core."""
     return np.array(itinerary.fields, np.int32), itinerary.period_number, itinerary.mirrored
 
 
 def native_fields(values: tuple[float, ...], scene: Scene = CAPSULE) -> Any:
-    """The fields of a scene's core at parameter values; None without the core."""
+    """Fields of a scene's core at parameter values; None without the core."""
     return None if core_of(scene) is None else _made(scene, values)
 
 
@@ -92,7 +93,7 @@ def _made(scene: Scene, values: tuple[float, ...]) -> Any:
     return core_of(scene).Fields(np.array(values, dtype=float))  # type: ignore[union-attr]
 
 
-# The steps of Newton's method at one parameter set use the same constants again.
+# Newton steps at one parameter set use the same constants.
 @lru_cache(maxsize=64)
 def _constants(scene: Scene, field: int, values: tuple[float, ...]) -> Any:
     fields, kernels = native_fields(values, scene), scene.kernels

@@ -1,14 +1,14 @@
-"""The equations of a periodic orbit of a given itinerary, with their exact derivatives.
+"""Equations of a periodic orbit of a given itinerary, with their exact derivatives.
 
-The unknowns are z = (x_r, v_r, v_c, theta, h_1, ..., h_n): state and forcing angle where the first
-segment begins, and the duration of every segment. The n + 4 equations are: each segment's guard
-vanishes at its end; state and forcing angle are those of the start again, the position x_c apart
-(modulo drift). Of a motion that is its own mirror image only the first half is solved for: it ends
-in the image of its start, so that what happens twice by symmetry happens once in the equations.
+The unknowns are z = (x_r, v_r, v_c, theta, h_1, ..., h_n): state and forcing angle at the start of
+the first segment, and the duration of every segment. The n + 4 equations are: each segment's guard
+vanishes at its end; the final state and forcing angle are those of the start, while x_c may differ
+(modulo drift). If a motion is its own mirror image, only its first half is solved for. It ends in
+the image of its start, so that an event that happens twice by symmetry appears once.
 
-Where a guard vanishes at the segment's start already, that root is divided out: the equations then
-stay regular as the segment shrinks to nothing, and go on beyond, to durations below zero. A motion
-whose segment has the duration 0 is the bifurcation at which that segment is inserted.
+If a guard vanishes at the segment's start too, that root is divided out. The equations then stay
+regular as the segment shrinks to zero duration, and beyond, at negative durations. An orbit with a
+segment of duration 0 is the bifurcation at which that segment is inserted.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _GUARD_BITS = 10  # in solving linear equations in 50 digits
 _NODES = (-2, -1, 1, 2)
 ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
 PARAMETERS: tuple[str, ...] = CAPSULE.facts.PARAMETERS
-"""Names of the parameters of the paper's scene; those of a scene are in its facts."""
+"""Parameter names of the paper's scene; those of another scene are in its facts."""
 STATES = 3  # x_r, v_r, v_c
 BY_ANGLE, BY_TIME = STATES, STATES + 1  # columns of a row, after those by the start
 Vector = NDArray[Any]  # of floats, or of mpmath numbers
@@ -43,13 +43,13 @@ Matrix = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class SegmentFlow:
-    """A segment's flow: closed form, ends, and derivatives with respect to (z, parameters).
+    """Flow of a segment: closed form, ends, and derivatives with respect to (z, parameters).
 
-    States are (x_r, v_r, v_c); `angle` is the forcing angle at the start, not reduced; `moved` has
+    States are (x_r, v_r, v_c). `angle` is the forcing angle at the start, not reduced. `moved` has
     the increments of x_r, v_c and x_c. `matrix` has a row for x_r, v_r, v_c and the advance of x_c:
-    derivatives within the segment, in the columns JACOBIAN_COLUMNS of the kernels; `start_by`,
-    `end_by` (3, many) and `angle_by` (many,) are total derivatives by z and the parameters, where
-    the segment's duration is `column`.
+    derivatives within the segment, in the columns JACOBIAN_COLUMNS of the kernels. `start_by`,
+    `end_by` (3, many) and `angle_by` (many,) are total derivatives by z and the parameters; the
+    segment's duration is entry `column` of z.
     """
 
     segment: ItinerarySegment
@@ -70,16 +70,17 @@ class SegmentFlow:
         return f"<SegmentFlow in F{self.segment.field} for {float(self.h):.6g}>"
 
     def total(self, rows: Matrix) -> Matrix:
-        """Total derivatives (..., many) of what has these rows (..., 12) within the segment."""
+        """Total derivatives (..., many) of quantities with rows (..., 12) within the segment."""
         return total(rows, self.start_by, self.angle_by, self.column)
 
 
 @dataclass(frozen=True, eq=False)
 class ShootingSystem:
-    """The equations of an orbit at some unknowns: residual, derivatives, and the segments.
+    """Equations of an orbit at some unknowns: residual, derivatives, and segments.
 
-    `residual` (n + 4,), `by_z` (n + 4, n + 4) and `by_p`, a column for each parameter; `advance` is
-    the change of x_c over the orbit and `advance_by` its gradient with respect to (z, parameters).
+    `residual` is (n + 4,), `by_z` (n + 4, n + 4), and `by_p` has a column for each parameter.
+    `advance` is the change of x_c over the orbit and `advance_by` its gradient with respect to (z,
+    parameters).
     """
 
     residual: Vector
@@ -88,13 +89,13 @@ class ShootingSystem:
     advance: Number
     advance_by: Vector
     made: Callable[[], tuple[SegmentFlow, ...]]
-    """Makes `flows`, which few of the steps to a solution are asked for."""
+    """Makes `flows`, which few Newton steps need."""
     monodromy: Matrix | None = None
-    """The monodromy matrix, where the C core evaluated the equations."""
+    """Monodromy matrix, if the C core evaluated the equations."""
 
     @cached_property
     def flows(self) -> tuple[SegmentFlow, ...]:
-        """The flow of each segment."""
+        """Flow of each segment."""
         return self.made()
 
     def __repr__(self) -> str:
@@ -110,9 +111,9 @@ def shooting(
     z: Vector,
     kept: ShootingSystem | None = None,
 ) -> ShootingSystem:
-    """The equations of an itinerary at unknowns z, for values of the parameters in their order.
+    """Equations of an itinerary at unknowns z, for values of the parameters in their order.
 
-    In double precision they are those of the C core, where it is. In 50 digits the segments'
+    In double precision they are evaluated by the C core if it exists. In 50 digits the segments'
     derivatives may be those `kept` from unknowns nearby.
     """
     check_time()
@@ -126,7 +127,7 @@ def shooting(
 def of_core(
     values: tuple[float, ...], itinerary: Itinerary, z: Vector, found: tuple[Any, ...]
 ) -> ShootingSystem:
-    """The equations at z as the C core evaluated them."""
+    """Equations at z as evaluated by the C core."""
     records, states_by, residual, by, advance_by, advance, monodromy = found
     count = len(residual)
     made = partial(_flows_of_core, values, itinerary, z, records, states_by)
@@ -164,7 +165,7 @@ def _flows_of_core(
 
 
 def _angle_by(forms: ClosedForms, z: Vector, segment: int) -> Vector:
-    """Gradient of the forcing angle where a segment begins, by z and the parameters."""
+    """Gradient of the forcing angle at a segment's start, by z and the parameters."""
     zero, first = forms.numbers.number(0), STATES + 1
     gradient = np.full(len(z) + len(forms.values), zero)
     gradient[BY_ANGLE] = zero + 1
@@ -176,10 +177,10 @@ def _angle_by(forms: ClosedForms, z: Vector, segment: int) -> Vector:
 def _by_kernels(
     forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: ShootingSystem | None
 ) -> ShootingSystem:
-    """The equations by the kernels of any number system, segment by segment."""
+    """Equations by the kernels of any number system, segment by segment."""
     numbers, n, size = forms.numbers, len(itinerary), len(z) + len(forms.values)
     zero, omega = numbers.number(0), forms.value("omega")
-    # Plain numbers: NumPy's own make the scalar path several times slower.
+    # NumPy's scalars make the scalar path several times slower than plain numbers.
     angle, *durations = z[STATES:].tolist()
     state, state_by = z[:STATES], np.full((STATES, size), zero)
     for row in range(STATES):
@@ -210,9 +211,9 @@ def _by_kernels(
 
 
 def solve(numbers: Backend, matrix: Matrix, right: Matrix) -> Matrix:
-    """The solution of a square system, for one right side or several as columns.
+    """Solution of a square system, for one right side or several as columns.
 
-    Raises numpy.linalg.LinAlgError where the matrix is singular.
+    Raises numpy.linalg.LinAlgError if the matrix is singular.
     """
     if numbers.name != "mpmath":
         return np.linalg.solve(matrix, right)
@@ -239,13 +240,13 @@ def _flow(
     column: int,
     kept: Matrix | None = None,
 ) -> SegmentFlow:
-    """A segment of duration h from a state and a forcing angle that are known with derivatives."""
+    """Segment of duration h from a state and a forcing angle with known derivatives."""
     numbers, c, (state, angle) = forms.numbers, forms.constants(segment.field), begin
     x_r, v_r, v_c = state.tolist()
     gap, turned = x_r - c.own_stop(), numbers.cos_sin(angle)
     margin = c.margin_at(x_r, gap, v_r, turned[0])
     closed = numbers.kernels.Start(x_r, gap, v_r, v_c, margin, *turned)
-    # A duration of 0 would leave nothing to divide by; within rounding the limit is the same.
+    # A duration of 0 cannot divide; the unit of rounding gives the same limit.
     duration = h if abs(h) > numbers.unit else numbers.unit
     (position, velocity, change, advance), matrix = forms.run(
         segment.field, c, closed, duration, kept
@@ -269,7 +270,7 @@ def _flow(
 
 
 def total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Matrix:
-    """Total derivatives of what depends on a segment's start, duration and the parameters."""
+    """Total derivatives of a function of a segment's start, its duration and the parameters."""
     result = rows[..., :STATES] @ state_by + rows[..., BY_ANGLE, None] * angle_by
     result[..., column] = result[..., column] + rows[..., BY_TIME]
     first = BY_TIME + 1 - rows.shape[-1]
@@ -289,7 +290,7 @@ def angle_row(forms: ClosedForms, h: Number, like: Vector) -> Vector:
 def _guard(
     forms: ClosedForms, flow: SegmentFlow, itinerary: Itinerary, i: int, kept: Vector | None
 ) -> tuple[Number, Vector]:
-    """A segment's guard at its end over a power of its duration, and the gradient."""
+    """Guard of a segment at its end, over a power of its duration, and the gradient."""
     if flow.segment.guard is None:
         return flow.angle, flow.angle_by
     zeros = itinerary.zeros(i)
@@ -303,8 +304,8 @@ def _guard(
         return value, flow.total(row)
     if kept is not None:
         return value, kept
-    # So near to the limit the differences in the row would cancel: it is interpolated, to an
-    # error of `least` times the rate to the fourth, from durations to both sides where they do not.
+    # So near to the limit the differences in the row cancel. It is interpolated between durations
+    # on both sides, with an error of (`least` times the rate)^4.
     begin = (flow.start, flow.angle), (flow.start_by, flow.angle_by)
     row = 0 * row
     for node in _NODES:
@@ -315,7 +316,7 @@ def _guard(
 
 
 def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
-    """What a guard gains, over the duration's power `zeros`, and its row.
+    """Gain of a guard over the duration's power `zeros`, and its row.
 
     At the segment's start the guard and `zeros` - 1 of its derivatives vanish.
     """
@@ -324,7 +325,7 @@ def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
     row = flow.matrix[which].copy()
     row[which] = row[which] - 1
     if zeros == 2:
-        # The rate at the start, which the guard before makes 0 where all equations hold.
+        # Rate at the start, which is 0 where all equations hold, by the guard before.
         x_r, gap, v_r, *_ = flow.closed
         rate, unit = c.v_c_rate(flow.closed.margin), 0 * flow.matrix[: STATES + 1]
         for k in range(STATES + 1):
@@ -342,7 +343,7 @@ def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
 def _value(
     forms: ClosedForms, flow: SegmentFlow, itinerary: Itinerary, i: int
 ) -> tuple[Number, Vector]:
-    """A guard at the end of a segment, and its row."""
+    """Guard at the end of a segment, and its row."""
     c, (x_r, v_r, v_c), rows, guard = flow.c, flow.end, flow.matrix, flow.segment.guard
     if guard in (Guard.GAP, Guard.BACK):
         at = touched(forms, itinerary, i)
@@ -361,13 +362,13 @@ def _value(
 
 
 def touched(forms: ClosedForms, itinerary: Itinerary, i: int) -> Any:
-    """Constants of the field in contact with the stop at which segment i ends."""
+    """Constants of the field in contact with the stop at the end of segment i."""
     fields = itinerary.neighbour(i), itinerary.neighbour(i + 1)
     return forms.constants(max(fields, key=lambda field: contact(field, itinerary.scene)))
 
 
 def edge_of(forms: ClosedForms, itinerary: Itinerary, i: int) -> tuple[Number, Vector]:
-    """The angle of the edge of the drive at which segment i ends, and its row within the segment.
+    """Angle of the drive's edge at the end of segment i, and its row within the segment.
 
     The itinerary begins in the first turn.
     """
@@ -384,10 +385,10 @@ def edge_of(forms: ClosedForms, itinerary: Itinerary, i: int) -> tuple[Number, V
 def _pin(
     forms: ClosedForms, itinerary: Itinerary, start: SegmentFlow, residual: Vector, by: Matrix
 ) -> None:
-    """Hold the start to the last guard's surface, in place of that component's closure.
+    """Fix the start on the last guard's surface, in place of that component's closure.
 
-    The last segment's guard has its end there. Were the start not held, segments whose guards begin
-    at 0 one after the other all round would fix their differences only.
+    The end is there by the last segment's guard. Without this equation, segments whose guards all
+    begin at 0 would determine only the differences of that component.
     """
     n, guard = len(itinerary), itinerary.segments[-1].guard
     if guard in (Guard.GAP, Guard.BACK):

@@ -1,4 +1,4 @@
-"""Every interior extremum of gap, force, speed or pull in a segment, by proof: its rate's roots."""
+"""Interior extrema of gap, force, speed or pull in a segment: proved roots of its rate."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._parameters import Scene
 from capsule_sym.generated.capsule.interface import Quantity
 
-_REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
+_REACH = 3  # reach of an expansion, over the fastest rate of the segment
 _SHRINK = 8
-_FAINT = 32  # errors of a rate, below which its sign is not looked at closer
-_TINY = 1e-200  # rates and remainders below this are looked at in 50 digits, which do not underflow
-_LEAST = 64  # roundings of a time, below which nothing is told apart
+_FAINT = 32  # errors of a rate, below which its sign is not resolved
+_TINY = 1e-200  # smaller rates and remainders are evaluated in 50 digits, which do not underflow
+_LEAST = 64  # roundings of a time, the least resolved step
 
 
 class Extremum(NamedTuple):
-    """An interior extremum: 1 for a minimum, -1 for a maximum; duration after the start; value."""
+    """Interior extremum: 1 for a minimum, -1 for a maximum; duration after the start; value."""
 
     kind: int
     time: Number
@@ -35,7 +35,7 @@ class Extremum(NamedTuple):
 
 
 class Minimum(NamedTuple):
-    """An interior minimum of a guard: duration after the segment's start, and the guard there."""
+    """Interior minimum of a guard: duration after the segment's start, and the guard there."""
 
     guard: Guard
     time: Number
@@ -43,10 +43,10 @@ class Minimum(NamedTuple):
 
 
 def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> Iterator[Minimum]:
-    """The minima of all watched guards inside a segment, guard by guard in time.
+    """Minima of all watched guards inside a segment, guard by guard in order of time.
 
-    `zeros` tells which guards vanish at the segment's start, and how many derivatives from the
-    guard itself on.
+    `zeros` has the guards that vanish at the segment's start, each with the number of vanishing
+    derivatives, counted from the guard itself.
     """
     c = flow.c
     stops = len(numbers.scene.facts.STOPS)
@@ -61,7 +61,7 @@ def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> I
             if kind == c.drift:
                 yield Minimum(Guard.DRIFT, time, kind * value)
         return
-    # In stick the pull is least where it is nearest to its lower bound.
+    # In stick the pull is least nearest to its lower bound.
     for kind, time, value in extrema(numbers, flow, Quantity.PULL, zeros):
         least = c.friction_guard(kind, value)
         yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)
@@ -76,12 +76,12 @@ def _between_stops(scene: Scene, c: Any) -> Number:
 def extrema(
     numbers: Backend, flow: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
 ) -> Iterator[Extremum]:
-    """The extrema of a quantity inside a segment, in the order of time.
+    """Extrema of a quantity inside a segment, in order of time.
 
-    Between two of them its rate is proved to keep its sign, wherever it can be told from zero;
-    where its sign before and after a time at which it cannot differ, one is given. `zeros` is as
-    for `minima`. A segment of duration 0 or less has none. In double precision the C core finds
-    them, and this search what it leaves open, in 50 digits where all is tiny. Raises ValueError
+    Between two of them the rate is proved to keep its sign, except where it is within its error of
+    zero; if its sign differs before and after such a time, one extremum is given. `zeros` is as for
+    `minima`. A segment of duration <= 0 has none. In double precision the C core finds the extrema;
+    what it cannot decide is searched here, in 50 digits if all values are tiny. Raises ValueError
     unless the duration is finite.
     """
     if not math.isfinite(flow.h):
@@ -92,14 +92,14 @@ def extrema(
 
 
 def _parameters(scene: Scene, c: Any) -> tuple[Number, ...]:
-    """The parameters, which are the first of a segment's constants."""
+    """Parameters, which are the first of a segment's constants."""
     return tuple(c[: len(scene.facts.PARAMETERS)])
 
 
 def _by_core(
     scene: Scene, flow: SegmentFlow, quantity: Quantity, zeros: int
 ) -> list[Extremum] | None:
-    """The extrema by the C core; None without it, and where they stay open."""
+    """Extrema by the C core; None without it, and if it cannot decide."""
     c = flow.c
     core = native_fields(_parameters(scene, c), scene)
     if core is None:
@@ -112,9 +112,9 @@ def _by_core(
 def _searched(
     numbers: Backend, flow: SegmentFlow, quantity: int, zeros: Mapping[Guard, int]
 ) -> Iterator[Extremum]:
-    """The extrema by the expansions of the reference map."""
+    """Extrema by the expansions of the reference map."""
     c, number = flow.c, numbers.number
-    # Plain numbers: NumPy's own make this several times slower.
+    # NumPy's scalars make this several times slower than plain numbers.
     x_r, gap, v_r, v_c, margin, *_ = map(number, flow.closed)
     angle, duration = number(flow.angle % numbers.full_turn), number(flow.h)
     start = Start(x_r, gap, v_r, v_c, margin, angle, zeros)
@@ -169,7 +169,7 @@ def _in_fifty_digits(
 def _rate(numbers: Backend, c: Any, at: Point, quantity: int) -> Expansion:
     """Expansion of a quantity's rate, or of a positive multiple of it.
 
-    The remainder of an expansion bounds a derivative, and so that of its derivatives too.
+    The remainder of an expansion bounds a derivative, and so also the remainder of its derivatives.
     """
     guard, side, order = _guard_of(c, quantity)
     e = expand(numbers, c, at)[guard]
@@ -180,14 +180,14 @@ def _rate(numbers: Backend, c: Any, at: Point, quantity: int) -> Expansion:
 def _rate_of_forced(
     numbers: Backend, c: Any, at: Point, quantity: int, with_slow: bool
 ) -> Expansion:
-    """The same rate, expanded much further: the fast free part is only bounded."""
+    """The same rate in an expansion of much longer reach: the fast free part is only bounded."""
     guard, side, order = _guard_of(c, quantity)
     e = quasistatic.expand_forced(numbers, c, at, order, with_slow)[guard]
     return _of_force(numbers, c, at, quantity, _signed(e, side))
 
 
 def _of_force(numbers: Backend, c: Any, at: Point, quantity: int, pull: Expansion) -> Expansion:
-    """A rate of the pull Q, or for the force that of P, which is more by the drive's own part."""
+    """Rate of the pull Q; for the force that of P, which differs by the drive's reaction."""
     own = reaction_of(c) if quantity is Quantity.FORCE else 0
     if not own:
         return pull
@@ -203,7 +203,7 @@ def _of_force(numbers: Backend, c: Any, at: Point, quantity: int, pull: Expansio
 
 
 def _guard_of(c: Any, quantity: int) -> tuple[Guard, int, int]:
-    """A guard, the sign, and which derivative of it is the rate of a quantity, or a multiple."""
+    """Guard, sign, and order of the derivative that is a multiple of a quantity's rate."""
     if quantity is Quantity.GAP:
         return Guard.GAP, 1 if c.contact == 1 else -1, 1
     if c.drift:
@@ -229,7 +229,7 @@ def _value(c: Any, at: Point, quantity: int) -> Number:
 
 
 def _beginning(rate: Expansion, zeros: int) -> tuple[int, int]:
-    """Sign of a rate just after an instant, 0 if not known, and how many zeros it has there."""
+    """Sign of a rate just after an instant, 0 if unknown, and the number of its zeros there."""
     for count in range(zeros, len(rate.values)):
         value, error = rate.values[count], rate.errors[count]
         if abs(value) > error:
@@ -240,9 +240,10 @@ def _beginning(rate: Expansion, zeros: int) -> tuple[int, int]:
 def _stretch(
     rate: Expansion, zeros: int, rounding: Number, ahead: Number, least: Number, unit: Number
 ) -> tuple[Number, Number, int]:
-    """How far a rate is positive, how far to go in all, and its sign there, 0 if not known.
+    """Length over which a rate is positive, length of the stretch, and the sign at its end.
 
-    If it is negative there, it has one root in between, or is hidden by `rounding`.
+    The sign is 0 if unknown. If it is negative, the rate has one root in between, or is hidden by
+    `rounding`.
     """
     faint = not zeros and abs(rate.values[0]) <= rounding
     reach = ahead
@@ -253,9 +254,9 @@ def _stretch(
         if found.clear > least and not (faint and found.clear < ahead):
             return found.clear, found.clear, 1
         if faint:
-            break  # shorter stretches would hardly leave it behind
+            break  # shorter stretches would hardly resolve it
         reach = reach / _SHRINK
-    # Rounding hides the rate here, and perhaps not further on.
+    # Rounding hides the rate here; it may resolve further on.
     step = least
     while step < ahead:
         for sign in (1, -1):
@@ -268,10 +269,10 @@ def _stretch(
 def _further(
     rate: Expansion, sign: int, rounding: Number, least: Number, most: Number, unit: Number
 ) -> tuple[Number, Number, int]:
-    """As `_stretch`, from an expansion that reaches further: at least so far, and at most.
+    """As `_stretch`, from an expansion of longer reach: at least `least`, at most `most`.
 
-    As far as a positive rate is proved to stay so. One that is hidden by `rounding`: to where it
-    shows, or as far as it is proved to stay hidden.
+    A positive rate: the length over which it is proved positive. A rate hidden by `rounding`: the
+    length until it is resolved, or over which it is proved to be hidden.
     """
     zero = least * 0
     if not sign:

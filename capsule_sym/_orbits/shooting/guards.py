@@ -15,10 +15,11 @@ _STATE = 3
 def chained(
     gradient: Sequence[Any], by: NDArray[Any], angle_by: NDArray[Any] | None = None
 ) -> NDArray[Any]:
-    """Gradient (n, ...) of a function of state and parameters; `by` (3, n, ...) are the state's.
+    """Gradient (n, ...) of a function of state and parameters; `by` (3, n, ...) is the state's.
 
-    `gradient` is that by state, phase and parameters, as formulas give it; the last of the n are by
-    the parameters. A function that depends on the phase needs that of the angle, (n, ...).
+    `gradient` has the derivatives by state, phase and parameters, as formulas give them; the last
+    of the n are by the parameters. A function of the phase needs the gradient of the angle, (n,
+    ...).
     """
     rows = by[:_STATE] if angle_by is None else [*by[:_STATE], angle_by]
     by_state = gradient[: len(rows)]
@@ -32,7 +33,7 @@ def chained(
 
 
 def _varies(slope: Any) -> bool:
-    """Whether a derivative is other than the 0 that formulas write where there is none."""
+    """True unless a derivative is the integer 0 that formulas write for none."""
     return type(slope) is not int or slope != 0
 
 
@@ -45,11 +46,12 @@ def guard_by(
     turned: Sequence[Any] = (None, None),
     angle_by: NDArray[Any] | None = None,
 ) -> NDArray[Any]:
-    """Gradient (n,) of a guard, positive in the cell of the segment with constants `c`.
+    """Gradient (n,) of a guard that is positive in the cell of the segment with constants `c`.
 
-    `by` (3, n) are the derivatives of the state there; the last columns are by the parameters. Of a
-    drive that reacts the forcing angle counts: its cosine and sine, `turned`, and its derivatives.
-    The other stop of two, `BACK`, has the constants of contact with it, and the sign of these.
+    `by` (3, n) are the derivatives of the state there; the last columns are by the parameters. If
+    the drive reacts, cosine and sine of the forcing angle, `turned`, and its derivatives are
+    needed. The other stop of two, `BACK`, needs the constants of contact with it, and has their
+    sign.
     """
     if guard in (Guard.GAP, Guard.BACK):
         sign, row = 1 if c.contact else -1, c.gap_gradient()

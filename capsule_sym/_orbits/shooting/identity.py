@@ -1,4 +1,4 @@
-"""Whether two orbits are one, or an orbit is a shorter one traversed again."""
+"""Identity of orbits: equal orbits, and orbits that repeat a shorter one."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 
-_SAME = 1e-7  # states of one orbit, found twice, differ by less
+_SAME = 1e-7  # states of an orbit found twice differ by less
 
 
 def same(orbit: Orbit, other: Orbit) -> bool:
-    """Whether two orbits are one, begun at different switches perhaps."""
+    """True if two orbits are equal, also if they begin at different switches."""
     if orbit.itinerary.period_number != other.itinerary.period_number or len(
         orbit.itinerary
     ) != len(other.itinerary):
@@ -26,12 +26,12 @@ def same(orbit: Orbit, other: Orbit) -> bool:
 
 
 def same_start(orbit: Orbit, other: Orbit) -> bool:
-    """Whether two orbits of one itinerary begin in the same state."""
+    """True if two orbits of one itinerary begin in the same state."""
     return orbit.itinerary == other.itinerary and _alike(orbit, 0, other, 0)
 
 
 def primitive(orbit: Orbit) -> Orbit:
-    """The orbit traversed once: that of the shortest itinerary which it repeats."""
+    """The orbit traversed once: that of the shortest itinerary that it repeats."""
     itinerary, most = orbit.itinerary, gcd(len(orbit.itinerary), orbit.itinerary.period_number)
     for times in range(most, 1, -1):
         count = len(itinerary) // times
@@ -53,7 +53,7 @@ def _alike(orbit: Orbit, segment: int, other: Orbit, its: int) -> bool:
 
 
 def _place(orbit: Orbit, segment: int) -> NDArray[np.float64]:
-    """State and forcing where a segment begins."""
+    """State and forcing at a segment's start."""
     flow = orbit.system.flows[segment]
     angle = float(flow.angle)
     return np.array([*flow.start, np.cos(angle), np.sin(angle)], dtype=float)

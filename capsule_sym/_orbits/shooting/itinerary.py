@@ -1,4 +1,4 @@
-"""The itinerary of a periodic motion: which fields in which order, and which guard ends each."""
+"""Itinerary of a periodic motion: its fields in order, and the guard that ends each segment."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BEHIND = 2  # contact at the second stop
 
 
 def contact(field: int, scene: Scene = CAPSULE) -> int:
-    """1 where the stop in front is in contact (F4, F5, F6), 2 where that behind is, else 0."""
+    """1 in contact with the front stop (F4, F5, F6), 2 with the one behind, else 0."""
     return scene.facts.FIELDS[field][0]  # type: ignore[no-any-return]
 
 
@@ -41,9 +41,9 @@ def field_of(scene: Scene, contact: int, drift: int, level: int = 0) -> int:
 
 
 def mirror(field: int, scene: Scene = CAPSULE) -> int:
-    """The field of the mirror image (-x_r, -v_r, -v_c), half a period later.
+    """Field of the mirror image (-x_r, -v_r, -v_c), half a period later.
 
-    Of one stop it is without contact; two change places, as high and low levels of pulses do.
+    With one stop it is without contact; two stops exchange places, as do high and low pulses.
     """
     facts = scene.facts
     opposite = (0, 2, 1)[contact(field, scene)] if len(facts.STOPS) > 1 else 0
@@ -52,9 +52,9 @@ def mirror(field: int, scene: Scene = CAPSULE) -> int:
 
 
 def guard_between(field: int, following: int, scene: Scene = CAPSULE) -> Guard:
-    """The guard whose zero takes field F`field` over to F`following`.
+    """Guard whose zero switches from field F`field` to F`following`.
 
-    An edge of the drive may end rest, too. Raises InvalidInput where no single guard does.
+    An edge of the drive may also end rest. Raises InvalidInput if no single guard does.
     """
     touches, slides = (
         (contact(field, scene), contact(following, scene)),
@@ -70,9 +70,7 @@ def guard_between(field: int, following: int, scene: Scene = CAPSULE) -> Guard:
         if slides[0]:
             return Guard.DRIFT
         return Guard.UPPER if slides[1] > 0 else Guard.LOWER
-    raise InvalidInput(
-        "itinerary", f"F{field} F{following}", "a succession that one guard brings about"
-    )
+    raise InvalidInput("itinerary", f"F{field} F{following}", "two fields that one guard connects")
 
 
 @dataclass(frozen=True)
@@ -88,10 +86,10 @@ class ItinerarySegment:
 
 @dataclass(frozen=True)
 class Itinerary:
-    """The segments of a motion's period in cyclic order, over `period_number` excitation periods.
+    """Segments of a motion's period in cyclic order, over `period_number` excitation periods.
 
     With `mirrored` they are those of the first half of a motion that is its own mirror image: the
-    images of the segments follow them, a single stop is not in contact, `period_number` is odd.
+    images of the segments follow them, a single stop is not in contact, and `period_number` is odd.
     Fields are those of the scene.
     """
 
@@ -121,10 +119,10 @@ class Itinerary:
         mirrored: bool = False,
         scene: Scene = CAPSULE,
     ) -> Itinerary:
-        """The itinerary of these fields; the guards follow from each field and the next one.
+        """Itinerary of these fields; each guard follows from a field and the next one.
 
-        Raises InvalidInput for a field that does not exist, a succession that no single guard
-        brings about, and a single field other than stick.
+        Raises InvalidInput for a field that does not exist, for two fields that no single guard
+        connects, and for a single field other than stick.
         """
         order = tuple(fields)
         for field in order:
@@ -145,9 +143,9 @@ class Itinerary:
 
     @classmethod
     def parse(cls, text: str, period_number: int = 1, scene: Scene | str = CAPSULE) -> Itinerary:
-        """The itinerary written as "52", "F5 F2" or "F5,F2"; raises InvalidInput as `of` does.
+        """Itinerary from a text such as "52", "F5 F2" or "F5,F2"; raises InvalidInput as `of` does.
 
-        Where a scene has more than nine fields, they are told apart by F, blanks or commas.
+        In a scene with more than nine fields they are separated by F, blanks or commas.
         """
         scene = as_scene(scene)
         few = len(scene.facts.FIELDS) < 10
@@ -159,7 +157,7 @@ class Itinerary:
 
     @classmethod
     def of_motion(cls, motion: SteadyMotion) -> Itinerary:
-        """The itinerary of a motion that the map has settled on."""
+        """Itinerary of a steady motion."""
         fields = (segment.field for segment in motion.segments)
         return cls.of(fields, motion.period_number, scene=motion.parameters.scene)
 
@@ -180,7 +178,7 @@ class Itinerary:
         return len(self.segments)
 
     def __str__(self) -> str:
-        """The cycle as it is written, wherever this itinerary begins."""
+        """Text of the cycle from its standard first field."""
         return " ".join(self.whole.cyclic.names)
 
     @cached_property
@@ -190,40 +188,40 @@ class Itinerary:
 
     @property
     def whole(self) -> Itinerary:
-        """The itinerary of the whole motion, where this one is of its first half."""
+        """Itinerary of the whole motion, if this one is of its first half."""
         if not self.mirrored:
             return self
         segments = self.segments
-        # Stick without an end is one segment.
+        # Stick without end is one segment.
         images = tuple(map(self.image, segments)) if segments[0].guard else ()
         return Itinerary(segments + images, self.period_number, scene=self.scene)
 
     def image(self, segment: ItinerarySegment) -> ItinerarySegment:
-        """The segment of the mirror image."""
+        """Mirror image of a segment."""
         guard = segment.guard
-        # A segment in contact ends at its own stop, which its image has too.
+        # A segment in contact ends at its own stop; so does its image.
         pairs = _OPPOSITE if contact(segment.field, self.scene) else _OPPOSITE | _OTHER_STOP
         opposite = None if guard is None else pairs.get(guard, guard)
         return ItinerarySegment(mirror(segment.field, self.scene), opposite)
 
     def neighbour(self, index: int) -> int:
-        """The field at an index from -1, the segment before the first, to their number."""
+        """Field at an index from -1 (before the first segment) to the number of segments."""
         n = len(self.segments)
         field = self.segments[index % n].field
         return field if 0 <= index < n or not self.mirrored else mirror(field, self.scene)
 
     def guard_before(self, index: int) -> Guard | None:
-        """The guard that ends the segment before an index from 0."""
+        """Guard that ends the segment before an index from 0."""
         before = self.segments[index - 1]
         return self.image(before).guard if self.mirrored and index == 0 else before.guard
 
     def turns(self, index: int) -> int:
-        """Rises of the drive before a segment, each of which begins a turn of the forcing angle."""
+        """Rises of the drive before a segment; each begins a turn of the forcing angle."""
         before = (one for one in self.segments[:index] if one.guard is Guard.EDGE)
         return sum(level(one.field, self.scene) for one in before)
 
     def stop(self, index: int) -> int:
-        """The stop at which a segment of an index from -1 ends: 1 in front, 2 behind, 0 at none."""
+        """Stop at which a segment of an index from -1 ends: 1 in front, 2 behind, 0 for none."""
         fields = self.scene.facts.FIELDS
         first, second = fields[self.neighbour(index)][0], fields[self.neighbour(index + 1)][0]
         return 0 if first == second else first or second
@@ -235,26 +233,26 @@ class Itinerary:
 
     @property
     def first(self) -> int:
-        """The segment at which the paper begins: in contact, at rest if there is such a segment."""
+        """First segment as in the paper: in contact, and at rest if there is such a segment."""
         return cyclic_start(self.fields, self.scene)
 
     @property
     def cyclic(self) -> Itinerary:
-        """The same cycle begun where the paper begins it, as it is written."""
+        """The same cycle from its standard first segment."""
         return self.rotated(self.first)
 
     def rotated(self, start: int) -> Itinerary:
-        """The same cycle begun at segment `start`."""
+        """The same cycle from segment `start` on."""
         start %= len(self.segments)
         first = self.segments[:start]
         rest = tuple(map(self.image, first)) if self.mirrored else first
         return replace(self, segments=self.segments[start:] + rest)
 
     def zeros(self, index: int) -> int:
-        """How many derivatives of a segment's guard, from itself on, vanish at the segment's start.
+        """Number of derivatives of a segment's guard, from itself on, that vanish at its start.
 
-        They do by the guard that ended the segment before: a gap that begins at 0, a capsule that
-        begins at rest, and, after stick, with no acceleration either, unless an edge breaks it.
+        The guard that ended the segment before makes them vanish: a gap that begins at 0, a capsule
+        that begins at rest, and, after stick, without acceleration, unless an edge ends the stick.
         """
         guard, before = self.segments[index].guard, self.segments[index - 1].guard
         if guard in (Guard.GAP, Guard.BACK):

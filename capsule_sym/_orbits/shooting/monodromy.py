@@ -1,4 +1,4 @@
-"""The derivative of an orbit's monodromy matrix, by its unknowns and along parameters."""
+"""Derivative of an orbit's monodromy matrix, by its unknowns and along parameters."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from capsule_sym._orbits.shooting.stability import field, saltation_matrix
 from capsule_sym._orbits.shooting.taylor import generator
 
 _DIFFERENCE = 1e-5
-_LANDING = np.array([[0.0, 0, 0], [0, 0, -1], [0, 0, 1]])  # of a saltation matrix by its ratio
+_LANDING = np.array([[0.0, 0, 0], [0, 0, -1], [0, 0, 1]])  # saltation matrix by its ratio
 
 
 def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> NDArray[np.float64]:
     """Derivative (n + 4 + m, 3, 3) of the monodromy matrix by z and along parameters, in doubles.
 
-    `directions` (m, p) are directions of the p parameters. Within a segment the matrix grows
-    with the duration by the field's own; only its change with the parameters is a difference.
+    `directions` (m, p) are directions of the p parameters. Only the derivative of a segment's
+    matrix along parameters is a finite difference.
     """
     flows, itinerary, n = orbit.system.flows, orbit.itinerary, len(orbit.itinerary)
     forms, omega = ClosedForms(numbers, orbit.values), float(orbit.value("omega"))
@@ -57,7 +57,7 @@ def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> 
 
 
 def _flows(numbers: Backend, orbit: Orbit, direction: Vector) -> list[Matrix]:
-    """The derivative of every segment's Jacobian along a direction of the parameters."""
+    """Derivative of every segment's Jacobian along a direction of the parameters."""
 
     def jacobians(side: float) -> list[Matrix]:
         values = [float(v) + side * d for v, d in zip(orbit.values, direction, strict=True)]

@@ -19,13 +19,13 @@ from capsule_sym.generated.capsule.interface import Solving
 
 _MOST_STEPS = 25
 _LEAST_SCALE = 2.0**-12
-_FINE = 2**13  # units of rounding in a step that is not looked at more closely
-_LOST = 0.01  # condition of the equations, over what double precision resolves
-_BACK = 0.5  # how far a segment may go below duration 0, over its fastest rate
+_FINE = 2**13  # units of rounding in a step that is not tested further
+_LOST = 0.01  # condition of the equations, over the resolution of double precision
+_BACK = 0.5  # allowed negative duration of a segment, over its fastest rate
 
 
 class Solution(NamedTuple):
-    """Where the search ended: unknowns, equations, status, steps, and largest residual."""
+    """Result of the iteration: unknowns, equations, status, steps, and largest residual."""
 
     z: Vector
     system: ShootingSystem
@@ -37,7 +37,7 @@ class Solution(NamedTuple):
 def newton(
     numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector
 ) -> Solution:
-    """The solution near z, by damped steps with the exact derivative, as the C core has it."""
+    """Solution near z, by damped Newton steps with the exact derivative, as in the C core."""
     system, steps = shooting(numbers, values, itinerary, z), 0
 
     def ended(solving: Solving) -> Solution:
@@ -52,7 +52,7 @@ def newton(
             return ended(Solving.SINGULAR)
         solved = _norm(system) <= _tolerance(numbers, z)
         least = 1.0 if solved else _LEAST_SCALE
-        # A solution is polished until a step's square is rounding, as far as rounding lets it.
+        # A solution is polished until the square of a step is rounding, if rounding allows.
         better = _step(numbers, values, itinerary, z, step, system, least)
         if better is not None:
             z, system = better
@@ -68,7 +68,7 @@ def newton(
 
 
 def _condition(system: ShootingSystem, z: Vector) -> float:
-    """Condition of the equations in units of the motion's size, each over its largest term."""
+    """Condition of the equations, with unknowns in units of the motion's size."""
     sizes = np.ones(len(z))
     sizes[:3] = abs(z[:3]).max() or 1.0
     matrix = system.by_z * sizes
@@ -76,15 +76,15 @@ def _condition(system: ShootingSystem, z: Vector) -> float:
 
 
 def _tolerance(numbers: Backend, z: Vector) -> Number:
-    """Largest entry of the residual that is taken for zero."""
+    """Largest entry of the residual that counts as zero."""
     tolerance = 1e-13 if numbers.name != "mpmath" else numbers.number(10) ** -50
     return tolerance * max(1, *abs(z))
 
 
 def solved_to_rounding(numbers: Backend, system: ShootingSystem, z: Vector) -> bool:
-    """Whether each equation is solved as far as the roundings of its own terms let it.
+    """True if each equation is solved to the rounding of its own terms.
 
-    In a long itinerary every rounding is carried on by all that follows: the terms are large.
+    In a long itinerary all later segments amplify a rounding: the terms are large.
     """
     terms = numbers.unit * (abs(system.by_z) @ abs(z))
     return all(abs(system.residual) <= np.maximum(_tolerance(numbers, z), ROUNDINGS * terms))
@@ -99,9 +99,9 @@ def _step(
     system: ShootingSystem,
     least_scale: float,
 ) -> tuple[Vector, ShootingSystem] | None:
-    """The longest fraction of a Newton step that comes nearer to a solution; None if none does.
+    """Longest fraction of a Newton step that reduces the error; None if none does.
 
-    One that makes the residual smaller does, and one after which the next step is shorter.
+    The error is reduced if the residual or the next step is smaller.
     """
     scale, norm = 1.0, _norm(system)
     least = [-_BACK / flow.c.rate for flow in system.flows]
@@ -123,12 +123,12 @@ def _nearer(
     step: Vector,
     scale: float,
 ) -> bool:
-    """Whether the next step of Newton's method, by the same Jacobian, is shorter for certain.
+    """True if the next Newton step with the same Jacobian is certainly shorter.
 
-    Where an equation is weak, as the balance of a small friction over a period, a step that solves
-    it disturbs the others by more. The flow is affine in the states, so that the times alone are
-    measured. See Deuflhard, Newton Methods for Nonlinear Problems, 2011, Section 3.3: the natural
-    monotonicity test.
+    If an equation is weak, such as the balance of a small friction over a period, a step that
+    solves it disturbs the others by more. The flow is affine in the states, so that only the times
+    are compared: the natural monotonicity test of Deuflhard, Newton Methods for Nonlinear Problems,
+    2011, Section 3.3.
     """
     size = max(abs(step[3:]))
     if not _norm(ahead) < float("inf") or size <= _FINE * numbers.unit * max(1, *abs(z[3:])):

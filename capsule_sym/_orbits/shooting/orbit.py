@@ -1,4 +1,4 @@
-"""A periodic orbit of a given itinerary, found by Newton's method on its equations."""
+"""Periodic orbit of a given itinerary, solved by Newton's method."""
 
 from __future__ import annotations
 
@@ -37,28 +37,28 @@ _backend = backend  # the parameter of `solve_itinerary` has the same name
 
 
 class OrbitStatus(StrEnum):
-    """Whether the equations of an orbit are solved, or why there is no orbit."""
+    """Status of an orbit's equations, or the reason why there is no orbit."""
 
     #: The equations are solved to rounding.
     CONVERGED = "converged"
-    #: Newton's method did not come to rest on a solution.
+    #: Newton's method did not converge.
     NOT_CONVERGED = "not-converged"
-    #: The equations' derivative is singular, as at a fold or at undamped resonance.
+    #: The Jacobian of the equations is singular, as at a fold or at undamped resonance.
     SINGULAR = "singular"
     #: The equations have no finite value at the guess.
     NOT_FINITE = "not-finite"
-    #: The equations are solved, but the map goes another way from there.
+    #: The equations are solved, but the map has another itinerary from there.
     NOT_ADMISSIBLE = "not-admissible"
     #: The simulated motion did not settle on a periodic one.
     NOT_PERIODIC = "not-periodic"
-    #: The time is over.
+    #: The time limit was reached.
     TIME_LIMIT = "time-limit"
 
 
 _UNSOLVED = {
     Solving.UNSOLVED: (
         OrbitStatus.NOT_CONVERGED,
-        "Newton's method came to rest where the residual is not small",
+        "Newton's method did not converge: the residual is not small",
     ),
     Solving.SINGULAR: (OrbitStatus.SINGULAR, "the Jacobian of the equations is singular"),
     Solving.IMPRECISE: (OrbitStatus.SINGULAR, "rounding leaves no digit of the solution"),
@@ -68,13 +68,13 @@ _UNSOLVED = {
 
 @dataclass(frozen=True, eq=False)
 class Orbit(Labelled):
-    """A periodic orbit modulo drift: a solution z of its itinerary's equations.
+    """Periodic orbit modulo drift: a solution z of its itinerary's equations.
 
-    `values` are the parameters of the scene in their order, `z` state (x_r, v_r, v_c),
-    forcing angle and durations as in `equations`, `system` the equations there. `iterations` counts
-    the steps of Newton's method that led here. With the backend "mpmath" all numbers have 50
-    digits. Durations below 0 are allowed: such an orbit solves the equations, but is no motion.
-    All quantities are dimensionless; columns have shape (k,), a row for each of the k segments.
+    `values` are the parameters of the scene in their order. `z` has the state (x_r, v_r, v_c), the
+    forcing angle and the durations, `system` the equations there, `iterations` the number of Newton
+    steps. With the backend "mpmath" all numbers have 50 digits. Durations below 0 are allowed: such
+    an orbit solves the equations, but is not a motion. All quantities are dimensionless; columns
+    have shape (k,), one row for each of the k segments.
     """
 
     values: tuple[Number, ...]
@@ -91,44 +91,44 @@ class Orbit(Labelled):
 
     @property
     def scene(self) -> Scene:
-        """The scene of which the parameters are."""
+        """Scene of the parameters."""
         return self.itinerary.scene
 
     @property
     def parameters(self) -> SceneParameters:
-        """The parameters, rounded to double precision."""
+        """Parameters, rounded to double precision."""
         return self.scene.Parameters(*(float(value) for value in self.values))
 
     def value(self, name: str) -> Number:
-        """A parameter by its name, in the number system of the orbit."""
+        """Parameter by its name, in the number system of the orbit."""
         return self.values[self.scene.facts.PARAMETERS.index(name)]
 
     @property
     def residual(self) -> Number:
-        """Largest entry of the equations' residual."""
+        """Largest absolute entry of the equations' residual."""
         return max(abs(self.system.residual))
 
     @cached_property
     def status(self) -> OrbitStatus:
-        """Whether the equations are solved, by their residual here."""
+        """CONVERGED if the residual is within rounding, else NOT_CONVERGED."""
         with backend(self.backend, self.scene) as numbers:
             solved = solved_to_rounding(numbers, self.system, self.z)
         return OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED
 
     @property
     def success(self) -> bool:
-        """Whether this is an orbit; where it is not, `status` and `message` say why."""
+        """True if this is an orbit; otherwise `status` and `message` give the reason."""
         return self.status is OrbitStatus.CONVERGED
 
     @property
     def message(self) -> str:
-        """The status in words."""
+        """Status in words."""
         solved = "the equations are solved to rounding"
         return solved if self.success else "the residual of the equations is not small"
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Newton's steps, and the largest entry of the residual where they ended."""
+        """Number of Newton steps, and largest entry of the final residual."""
         return {"iterations": self.iterations, "residual": float(self.residual)}
 
     @property
@@ -165,9 +165,9 @@ class Orbit(Labelled):
 
     @cached_property
     def motion(self) -> SteadyMotion:
-        """The orbit as a steady motion of the map: segments, global map, progression.
+        """Orbit as a steady motion of the map: segments, global map, progression.
 
-        What is known exactly at a switch is kept there: x_r at the stop, v_c = 0.
+        Values that are exact at a switch are exact here: x_r at the stop, v_c = 0.
         """
         with backend(self.backend, self.scene) as numbers:
             return SteadyMotion(
@@ -178,14 +178,14 @@ class Orbit(Labelled):
             )
 
     def trajectory(self) -> Trajectory:
-        """One period of the orbit as a trajectory, to be evaluated at times."""
+        """One period of the orbit as a trajectory, which can be evaluated at times."""
         segments = self.motion.segments
         origin = segments[0].start, segments[0].start_state
         return Trajectory.of_segments(self.parameters, self.backend, origin, segments)
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The segments of one period as columns, as those of a trajectory."""
+        """Segments of one period as columns, like those of a trajectory."""
         return self.trajectory().columns
 
     def attributes(self) -> dict[str, Any]:
@@ -194,17 +194,17 @@ class Orbit(Labelled):
         return {**self.parameters.to_dict(), **progression}
 
     def refined(self, max_seconds: float = math.inf) -> Orbit:
-        """The same orbit in 50 digits; arguments are as in `solve_itinerary`."""
+        """The same orbit in 50 digits; arguments are those of `solve_itinerary`."""
         given = self.values, self.itinerary, list(self.z)
         return solve_itinerary(*given, backend="mpmath", max_seconds=max_seconds)
 
 
 class NoOrbit(Orbit):
-    """What takes the place of an orbit where none is found: `success` is False.
+    """Result without an orbit: `success` is False.
 
-    `status` and `message` say why, `residual` is the largest entry where the search ended,
-    `iterations` how many steps of Newton's method led there. An orbit's other properties raise
-    AttributeError with the message.
+    `status` and `message` give the reason, `residual` the largest entry of the final residual,
+    `iterations` the number of Newton steps. An orbit's other properties raise AttributeError with
+    the message.
     """
 
     def __init__(
@@ -233,7 +233,7 @@ class NoOrbit(Orbit):
 
     @property
     def scene(self) -> Scene:
-        """The scene of which the parameters are."""
+        """Scene of the parameters."""
         return self._scene  # type: ignore[no-any-return]
 
     @property
@@ -243,17 +243,17 @@ class NoOrbit(Orbit):
 
     @property
     def message(self) -> str:
-        """Why there is no orbit."""
+        """Reason why there is no orbit."""
         return str(self._why[0])
 
     @property
     def residual(self) -> Number:
-        """Largest entry of the equations' residual where the search ended."""
+        """Largest entry of the equations' final residual."""
         return self._why[1]
 
 
 def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
-    """Itinerary, period number, progression and average velocity of orbits, and their starts."""
+    """Itinerary, period number, progression, average velocity and start of orbits, as columns."""
     starts = np.array([orbit.z[:3] for orbit in orbits], dtype=float).reshape(-1, 3)
     return {
         "itinerary": np.array([str(orbit.itinerary) for orbit in orbits], dtype=np.str_),
@@ -276,14 +276,14 @@ def solve_itinerary(
     backend: str = "numpy",
     max_seconds: float = math.inf,
 ) -> Orbit:
-    """The orbit of this itinerary near a guess z, by damped Newton steps with the exact Jacobian.
+    """Orbit of an itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
-    All is dimensionless: z has the state (x_r, v_r, v_c), the forcing angle and the durations.
-    The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits, times
-    the largest entry of z if that is above 1, or at most the roundings of its equations' terms
-    where those are larger, as of long itineraries. Without a guess only an itinerary without
-    switches is closed. Values without names are those of the itinerary's scene. The search ends
-    after `max_seconds`. Raises InvalidInput for a guess of the wrong size.
+    All quantities are dimensionless: z has the state (x_r, v_r, v_c), the forcing angle and the
+    durations. The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits,
+    times the largest entry of z if that is above 1; for long itineraries, whose terms are large, it
+    is at most their rounding. A guess may be omitted for an itinerary without switches only. A
+    sequence of values has the order of the itinerary's scene. The search ends after `max_seconds`.
+    Raises InvalidInput for a guess of the wrong size.
     """
     given: Iterable[Number]
     if not isinstance(itinerary, Itinerary):
@@ -303,7 +303,7 @@ def solve_itinerary(
         z = np.array([numbers.number(value) for value in guess])
         with np.errstate(all="ignore"), Watch(checked_seconds(max_seconds)):
             return _found(numbers, values, itinerary, z)
-        message = "the time was over before Newton's method came to rest"
+        message = "time limit reached before Newton's method converged"
         return NoOrbit(OrbitStatus.TIME_LIMIT, message, itinerary, values, math.inf)
 
 
@@ -318,7 +318,7 @@ def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerar
 
 
 def _found(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector) -> Orbit:
-    """What Newton's method leads to: the C core's, or that of any number system."""
+    """Result of Newton's method, in the C core or in any number system."""
     by_core = ClosedForms(numbers, values).solved(itinerary, z)
     if by_core is None:
         z, system, solving, steps, norm = newton(numbers, values, itinerary, z)
@@ -331,7 +331,7 @@ def _found(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z
 
 
 def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
-    """The orbit's segments as segments of the map."""
+    """Segments of the orbit as segments of the map."""
     itinerary, flows = orbit.itinerary, orbit.system.flows
     omega, forms = orbit.value("omega"), ClosedForms(numbers, orbit.values)
     starts = [_exact_start(forms, itinerary, i, flow.start) for i, flow in enumerate(flows)]
@@ -370,7 +370,7 @@ def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
 def _exact_start(
     forms: ClosedForms, itinerary: Itinerary, i: int, state: Vector
 ) -> tuple[Any, Any, Any]:
-    """A segment's start with what the guard before it makes exact."""
+    """Start of a segment, with the values that the guard before it makes exact."""
     (x_r, v_r, v_c), guard = state, itinerary.segments[i - 1].guard
     if guard in (Guard.GAP, Guard.BACK):
         x_r = touched(forms, itinerary, i - 1).own_stop()
@@ -378,7 +378,7 @@ def _exact_start(
 
 
 def _plane(itinerary: Itinerary, index: int) -> str:
-    """The switching plane on which a segment begins, Eq. (24)."""
+    """Switching plane on which a segment begins, Eq. (24)."""
     field, guard = itinerary.segments[index].field, itinerary.segments[index - 1].guard
     tables, way = itinerary.scene.switching, drift(field, itinerary.scene)
     if guard is Guard.EDGE:
@@ -386,6 +386,6 @@ def _plane(itinerary: Itinerary, index: int) -> str:
     if way == 0 or guard not in (Guard.GAP, Guard.BACK):
         return f"Σ{field}"
     stop = itinerary.stop(index - 1)
-    # Into contact at the stop in front the mass moves forward, at the other one backward.
+    # Into contact with the front stop the mass moves forward, with the other one backward.
     inward = contact(field, itinerary.scene) == stop
     return f"Σ{tables.IMPACT_PLANES[stop, way, 1 if inward == (stop == 1) else -1]}"

@@ -1,4 +1,4 @@
-"""Finding periodic orbits: from a motion that settles, and from random starts."""
+"""Search for periodic orbits: from a motion that settles, and from random starts."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, OrbitStatus, solv
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
 from capsule_sym._parameters import Scene, SceneParameters
 
-_BLOCK = 64  # excitation periods after which it is first looked whether the motion is periodic
-_LATEST = 16  # segments that tell the size of the motion
-_NEAR = 0.1  # how far, in units of the motion's own size, an orbit may be from where it is sought
+_BLOCK = 64  # excitation periods before the first test for a periodic motion
+_LATEST = 16  # number of last segments that give the size of the motion
+_NEAR = 0.1  # largest distance of an orbit from its guess, over the motion's size
 _NEWTON_STEPS = 30
-_CLOSED = 1e-6  # change over the orbit's periods below which an itinerary is read off
+_CLOSED = 1e-6  # change over the orbit's periods below which the itinerary is read from the run
 _REPEATED = 1e-7  # change over a turn below which a run has settled
-_ARRIVED = 1e-6  # distance, in units of the motion's size, below which a run is on its orbit
-_SLACK = 10  # how far a run may be from an orbit over what the multipliers say
+_ARRIVED = 1e-6  # distance, over the motion's size, below which a run is on its orbit
+_SLACK = 10  # factor by which a run may be further from an orbit than the multipliers predict
 _MOST_STARTS, _LONGEST_SOUGHT = 10**6, 1024
-_BLOCKS = 64  # how long a run that creeps towards its orbit is looked at, in blocks
-_MOST_NAMED = 3  # itineraries that a message names
+_BLOCKS = 64  # number of blocks for which a slowly converging run is followed
+_MOST_NAMED = 3  # largest number of itineraries in a message
 
 
 def solve_orbit(
@@ -43,15 +43,13 @@ def solve_orbit(
     *,
     max_seconds: float = math.inf,
 ) -> Orbit:
-    """The stable orbit on which the simulated motion settles within so many excitation periods.
+    """Stable orbit on which the simulated motion settles within a number of excitation periods.
 
-    The state at phase 0 is dimensionless.
-
-    The motion need not have settled to the last digit: an orbit close by, of an itinerary that the
-    motion repeats, is taken if it is stable and admissible, and the motion goes on towards
-    it. Itineraries over 1 to 16 excitation periods are tried. Where there is no orbit the detail
-    names those that the end of the run suggested, and what is wrong with each. The search ends
-    after `max_seconds`. Raises InvalidInput as `simulate` does.
+    The start state at phase `phase` is dimensionless. The motion need not have settled to the last
+    digit: a nearby orbit of a repeated itinerary is accepted if it is stable and admissible, and if
+    the motion approaches it. Itineraries over 1 to 16 excitation periods are tried. If there is no
+    orbit, the message names the itineraries at the end of the run and the reason against each. The
+    search ends after `max_seconds`. Raises InvalidInput as `simulate` does.
     """
     length, refused = 0, list[_Refused]()
 
@@ -63,7 +61,7 @@ def solve_orbit(
     with Watch(checked_seconds(max_seconds)):
         while length < periods:
             length = min(2 * length or _BLOCK, periods)
-            # Always from the start: a chaotic transient would go elsewhere from a rounded state.
+            # Always from the start: a chaotic transient would differ after a restart.
             trajectory = simulate(parameters, state, phase, length)
             if (why := dragged(parameters)) or not trajectory.success:
                 return none(OrbitStatus.NOT_PERIODIC, why or trajectory.message)
@@ -74,7 +72,7 @@ def solve_orbit(
                     return found
                 refused.append(_Refused(ending, found))
         repeated = [one.why for one in refused if one.ending.change < _REPEATED]
-        # The run may have settled, and yet its equations have no such solution.
+        # The run may repeat, although its equations have no such solution.
         return (
             repeated[0]
             if repeated
@@ -86,15 +84,15 @@ def solve_orbit(
         )
     return none(
         OrbitStatus.TIME_LIMIT,
-        f"the time was over in {length} excitation periods from {tuple(state)} at phase {phase}; "
+        f"time limit reached in {length} excitation periods from {tuple(state)} at phase {phase}; "
         f"{_tried(refused)}",
     )
 
 
 class Ending(NamedTuple):
-    """The last period of a run that repeats an itinerary: itinerary, unknowns z, and change.
+    """Last period of a run that repeats an itinerary: itinerary, unknowns z, and change.
 
-    `change` is the largest change of the state over the turn, in units of the motion's size.
+    `change` is the largest change of the state over the turn, over the motion's size.
     """
 
     itinerary: Itinerary
@@ -103,14 +101,14 @@ class Ending(NamedTuple):
 
 
 class _Refused(NamedTuple):
-    """What was tried, and why it is not the orbit that the run settles on."""
+    """An itinerary that was tried, and the reason why its orbit is not accepted."""
 
     ending: Ending
     why: Orbit
 
 
 def _tried(refused: Sequence[_Refused]) -> str:
-    """What was tried, in words."""
+    """Itineraries tried and the reasons against them, in words."""
     if not refused:
         return "the end of the run repeats no itinerary"
     tried = [
@@ -123,7 +121,7 @@ def _tried(refused: Sequence[_Refused]) -> str:
 
 
 def _accepted(trajectory: Trajectory, ending: Ending) -> Orbit:
-    """The orbit next to the end of a run, if the run settles on it."""
+    """Orbit next to the end of a run, if the run settles on it."""
     found = solve_admissible(trajectory.parameters, ending.itinerary, ending.guess)
     if not found.success:
         return found
@@ -134,14 +132,14 @@ def _accepted(trajectory: Trajectory, ending: Ending) -> Orbit:
     elif not largest < 1:
         detail = f"the orbit of this itinerary is unstable, its multiplier {largest:.6g}"
     elif not _tends_to(trajectory, orbit, largest):
-        detail = "the run goes on away from the orbit of this itinerary"
+        detail = "the run moves away from the orbit of this itinerary"
     else:
         return orbit
     return NoOrbit(OrbitStatus.NOT_PERIODIC, detail, orbit.itinerary, orbit.values, orbit.residual)
 
 
 def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
-    """Whether a run is on an orbit, or comes closer to it as the largest multiplier says."""
+    """True if a run is on an orbit, or approaches it at the rate of the largest multiplier."""
     period_number = orbit.itinerary.period_number
     marks = np.array(rerun(orbit).stroboscopic[-period_number:], dtype=float)
     size = 1 + abs(np.array([flow.start for flow in orbit.system.flows], dtype=float)).max()
@@ -168,11 +166,10 @@ def solve_admissible(
     *,
     max_seconds: float = math.inf,
 ) -> Orbit:
-    """The orbit of a given itinerary near a guess z that the map follows as well.
+    """Orbit of a given itinerary near a guess z, if the map has this itinerary too.
 
-    Where it does not, the reason is NOT_ADMISSIBLE, and the detail names the inequality of the
-    itinerary that fails most. The guess, dimensionless, and `max_seconds` are as
-    in `solve_itinerary`.
+    Otherwise the status is NOT_ADMISSIBLE, and the message names the inequality of the itinerary
+    that fails most. The guess, dimensionless, and `max_seconds` are those of `solve_itinerary`.
     """
     orbit: Orbit | None = None
     with Watch(checked_seconds(max_seconds)):
@@ -180,21 +177,21 @@ def solve_admissible(
         if not orbit.success or (min(orbit.durations) > 0 and is_admissible(orbit)):
             return orbit
         worst = tightest(orbit)
-        detail = "the map goes another way, though every inequality of the itinerary holds"
+        detail = "the map has another itinerary, although all inequalities hold"
         if worst.value <= 0:
             value = f"{float(worst.value):.3g}"
-            detail = f"{worst.named(itinerary)} is {value}, where the itinerary needs it above 0"
+            detail = f"{worst.named(itinerary)} is {value}; it has to be above 0"
         return NoOrbit(OrbitStatus.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
-    detail = "the time was over before an orbit was found that the map follows"
+    detail = "time limit reached before an admissible orbit was found"
     residual = float("inf") if orbit is None else orbit.residual
     return NoOrbit(OrbitStatus.TIME_LIMIT, detail, itinerary, _values(parameters), residual)
 
 
 def endings(trajectory: Trajectory) -> Iterator[Ending]:
-    """The last 1, 2, ... excitation periods of a run, where they repeat those before.
+    """The last 1, 2, ... excitation periods of a run that repeat those before.
 
-    They do where the fields are the same, and the states not far off. Segments may be longer than a
-    period. First comes stick without an end, where the run ends with more than a period of it.
+    They repeat if the fields are equal and the states close. Segments may be longer than a period.
+    Stick without end comes first, if the run ends with more than a period of it.
     """
     period, omega, scene = _periodic(trajectory)
     last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
@@ -203,7 +200,7 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
         yield Ending(
             Itinerary.of((last.field,), scene=scene), [*marks[-1].tolist(), 0.0, period], change
         )
-    # Those of the most periods that are looked at, and as many before.
+    # Segments of the largest number of periods to test, and as many before.
     count, earliest = 1, last.start.period - LONGEST
     while count < len(trajectory.segments) and trajectory.segments[-count].start.period >= earliest:
         count += 1
@@ -215,7 +212,7 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     end = times[-1] + float(segments[-1].duration)
     size, seen = abs(starts[-_LATEST:]).max(), dict[int, float]()
     for period_number in range(1, LONGEST + 1):
-        # The switch that comes nearest to so many periods before the last one.
+        # Switch that is nearest to this number of periods before the last one.
         first = int(np.argmin(abs(end - period_number * period - times)))
         chosen = segments[first:]
         fields = [s.field for s in segments[max(0, 2 * first - len(segments)) :]]
@@ -224,8 +221,8 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
         if fields != 2 * fields[-len(chosen) :] or max(change / size, late / period) > _NEAR:
             continue
         cycle = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in chosen]
-        # What repeats after one turn does so after several: a motion of more periods repeats better
-        # after them than after any part.
+        # A motion that repeats after one turn also repeats after several: a longer period is
+        # accepted only if it repeats better than each of its divisors.
         if any(not period_number % one and change >= other for one, other in seen.items()):
             continue
         seen[period_number] = change
@@ -239,7 +236,7 @@ def _periodic(run: Trajectory) -> tuple[float, float, Scene]:
 
 
 class _RunSegment(NamedTuple):
-    """A segment of a run: field, unknowns (x_r, v_r, v_c, theta) at its start, duration."""
+    """Segment of a run: field, unknowns (x_r, v_r, v_c, theta) at its start, duration."""
 
     field: int
     start: list[float]
@@ -253,7 +250,7 @@ def _start(segment: Segment, omega: float) -> list[float]:
 def _guess(
     segments: Sequence[_RunSegment], period_number: int, scene: Scene
 ) -> tuple[Itinerary, list[float]] | None:
-    """Itinerary and unknowns of segments that follow themselves, None if they cannot."""
+    """Itinerary and unknowns of segments that form a cycle; None if they cannot."""
     try:
         fields = (segment.field for segment in segments)
         itinerary = Itinerary.of(fields, period_number, scene=scene)
@@ -279,13 +276,12 @@ def search_orbits(
 ) -> FoundOrbits:
     """Periodic orbits found from random initial states, stable or not, each once.
 
-    From every start, and from where it has come to after `transient` excitation periods, Newton's
-    method is applied to the map over each number of periods in `period_numbers`, and what it finds
-    is polished by its itinerary. Starts are uniform in (-b, b) for the bounds b in `box`, by
-    default twice what the motion from rest reaches, and at least the gaps. `report` is told after
-    each start how many starts are done and how many orbits are known. The search ends after
-    `max_seconds`. States and bounds are dimensionless. Raises InvalidInput for a value that is not
-    allowed.
+    Newton's method on the map over each number of periods in `period_numbers` starts from every
+    start, and from its state after `transient` excitation periods; the orbit is then solved in its
+    itinerary. Starts are uniform in (-b, b) for the bounds b in `box`, by default twice the largest
+    values of the motion from rest, and at least the gaps. `report` is called after each start with
+    the number of starts and of known orbits. The search ends after `max_seconds`. States and bounds
+    are dimensionless. Raises InvalidInput for a value that is not allowed.
     """
     check_count("starts", starts, most=_MOST_STARTS)
     check_count("transient", transient)
@@ -311,13 +307,13 @@ def search_orbits(
 
 
 class FoundOrbits(tuple[Orbit, ...]):
-    """Orbits in the order of their period numbers, and how many of the starts were searched."""
+    """Orbits in the order of their period numbers, and the number of searched starts."""
 
     searched: int
     starts: int
 
     def __new__(cls, found: Sequence[Orbit], searched: int, starts: int) -> FoundOrbits:
-        """The orbits found, each once, from so many of the starts."""
+        """Orbits found, each once, from `searched` of the `starts`."""
         self = super().__new__(cls, sorted(found, key=lambda one: one.itinerary.period_number))
         self.searched, self.starts = searched, starts
         return self
@@ -327,18 +323,18 @@ class FoundOrbits(tuple[Orbit, ...]):
 
     @property
     def status(self) -> Status:
-        """Whether all starts were searched, or the time was over before."""
+        """FINISHED if all starts were searched, else TIME_LIMIT."""
         return Status.FINISHED if self.success else Status.TIME_LIMIT
 
     @property
     def success(self) -> bool:
-        """Whether all starts were searched."""
+        """True if all starts were searched."""
         return self.searched == self.starts
 
     @property
     def message(self) -> str:
-        """The status in words."""
-        over = "" if self.success else ", when the time was over"
+        """Status in words."""
+        over = "" if self.success else "; time limit reached"
         return f"{len(self)} orbits from {self.searched} of {self.starts} starts{over}"
 
 
@@ -354,7 +350,7 @@ def checked_box(box: Sequence[float]) -> NDArray[np.float64]:
 
 
 def checked_periods(period_numbers: Sequence[int], most: int) -> tuple[int, ...]:
-    """Numbers of periods, each once; raises InvalidInput unless all are whole, from 1 to `most`."""
+    """Period numbers, each once; raises InvalidInput unless all are integers from 1 to `most`."""
     if not isinstance(period_numbers, Iterable):
         raise InvalidInput("period_numbers", period_numbers, "several whole numbers")
     for number in period_numbers:
@@ -373,9 +369,9 @@ def _reach(parameters: SceneParameters) -> NDArray[np.float64]:
 def newton_orbit(
     parameters: SceneParameters, state: NDArray[np.float64], period_number: int
 ) -> Orbit | None:
-    """The orbit that Newton's method on the map over some periods leads to; None if to none.
+    """Orbit to which Newton's method on the map over some periods converges; None if none.
 
-    Steps are shortened, as far starts need: of 230 random starts from which this finds an orbit
+    Steps are shortened for the sake of far starts: from 230 random starts with an orbit,
     `capsule_solve_orbit`, which polishes a motion that is nearly closed, finds it from 198.
     """
     for _ in range(_NEWTON_STEPS):
@@ -390,7 +386,7 @@ def newton_orbit(
             step = np.linalg.solve(jacobian(run) - np.eye(3), change)
         except np.linalg.LinAlgError:
             return None
-        # A step beyond the size of the motion itself says that the guess was no good.
+        # A step beyond the size of the motion indicates a poor guess.
         state = state - step * min(1.0, size / abs(step).max())
     return None
 
@@ -398,7 +394,7 @@ def newton_orbit(
 def orbit_at(
     parameters: SceneParameters, state: Sequence[float], period_number: int
 ) -> Orbit | None:
-    """The orbit through a state at phase 0, in the itinerary of the map's run; None if none.
+    """Orbit through a state at phase 0, in the itinerary of the map's run; None if none.
 
     The state (x_r, v_r, v_c) is dimensionless.
     """
@@ -406,7 +402,7 @@ def orbit_at(
 
 
 def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
-    """The orbit next to a run over one turn of it."""
+    """Orbit next to a run over one period."""
     guess = _one_period(run, period_number)
     orbit = solve_itinerary(run.parameters, *guess) if guess else None
     return (
@@ -415,11 +411,11 @@ def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
 
 
 def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:
-    """Itinerary and unknowns of a run over one turn of an orbit, from phase 0 to phase 0."""
+    """Itinerary and unknowns of a run over one period of an orbit, from phase 0 to phase 0."""
     _, omega, scene = _periodic(run)
     segments = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in run.segments]
     if len(segments) > 1 and segments[0].field == segments[-1].field:
-        # The turn is cut in the middle of a segment: the run's last segment is its first part.
+        # The period starts in the middle of a segment: the last segment is its first part.
         joined = segments[-1]._replace(duration=segments[-1].duration + segments[0].duration)
         segments = [*segments[1:-1], joined]
     return _guess(segments, period_number, scene)

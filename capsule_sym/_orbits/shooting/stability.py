@@ -1,9 +1,9 @@
-"""Linear stability: monodromy of a periodic orbit, its multipliers, and Lyapunov exponents.
+"""Linear stability: monodromy of a periodic orbit, Floquet multipliers, and Lyapunov exponents.
 
-Between switches a deviation of the state (x_r, v_r, v_c) is carried by the flow's Jacobian, across
-a switch by the saltation matrix S = I + (f_after - f_before) n^T / (n^T f_before). The fields are
-continuous on the impact surface and where a slip begins, so that S differs from I only where the
-capsule comes to rest, n = (0, 0, 1). If it then sticks, S projects out v_c, and the rank falls.
+Between switches the flow's Jacobian propagates a deviation of the state (x_r, v_r, v_c); at a
+switch the saltation matrix S = I + (f_after - f_before) n^T / (n^T f_before) does. The fields are
+continuous on the impact surface and at the start of a slip, so that S differs from I only where the
+capsule stops, n = (0, 0, 1). If it then sticks, S removes v_c, and the rank decreases.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 
 
 class Orbit(Protocol):
-    """What is read of an orbit that was found."""
+    """Properties of an orbit that stability uses."""
 
     @property
     def itinerary(self) -> Itinerary: ...
@@ -52,14 +52,14 @@ def field(c: Any, state: Vector, cosine: Number) -> Vector:
 
 
 def saltation_matrix(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:
-    """Saltation matrix (3, 3) where the capsule comes to rest in passing from one field to another.
+    """Saltation matrix (3, 3) where the capsule stops and passes from one field to another.
 
-    `before` and `after` are the constants of the two segments, `state` and the cosine of the
-    forcing angle those of the switch; all dimensionless.
+    `before` and `after` are the constants of the two segments, `state` and `cosine` the state and
+    the cosine of the forcing angle at the switch; all dimensionless.
     """
     f, g = field(before, state, cosine), field(after, state, cosine)
-    # v_r' jumps by as much as v_c' does, the other way. What sticks has no v_c', even where the
-    # landing is so soft that the drift has none either.
+    # v_r' and v_c' have opposite jumps. In stick v_c' = 0, even if a soft landing has no v_c' in
+    # drift either.
     ratio = g[2] / f[2] if after.drift else 0 * f[2]
     matrix = np.zeros((3, 3)) * ratio + np.eye(3, dtype=int)
     matrix[1, 2] = 1 - ratio
@@ -68,10 +68,10 @@ def saltation_matrix(before: Any, after: Any, state: Vector, cosine: Number) -> 
 
 
 def monodromy_matrix(orbit: Orbit) -> Matrix:
-    """Monodromy matrix (3, 3), dimensionless, over the orbit, at the phase where it begins.
+    """Monodromy matrix (3, 3) of an orbit at the phase of its start, dimensionless.
 
-    Of the first half of a motion that is its own mirror image it is the matrix of half the period
-    and the reflection: its square is that of the motion.
+    For the first half of a motion that is its own mirror image it is the matrix of half the period
+    times the reflection; its square is that of the motion.
     """
     if orbit.system.monodromy is not None:
         return orbit.system.monodromy
@@ -80,10 +80,9 @@ def monodromy_matrix(orbit: Orbit) -> Matrix:
 
 
 def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
-    """The three multipliers, complex, shape (3,), dimensionless, the largest modulus first.
+    """The three Floquet multipliers, complex, shape (3,), dimensionless, the largest modulus first.
 
-    One is 0 exactly where the capsule sticks somewhere along the orbit: only deviations with
-    v_c = 0 leave the stick.
+    One is exactly 0 if the capsule sticks on the orbit: stick ends with v_c = 0 for all deviations.
     """
     flows = orbit.system.flows
     sticking = [i for i, flow in enumerate(flows) if not flow.c.drift]
@@ -103,7 +102,7 @@ def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
     n, forms = len(flows), ClosedForms(numbers, orbit.values)
     sign = -1 if itinerary.mirrored else 1
     product: Matrix = np.zeros((3, 3)) * numbers.number(1) + sign * np.eye(3, dtype=int)
-    # The reflection is -1 in all of the state, so that it does not matter where it is taken.
+    # The reflection is -1 in the whole state, so that its place in the product does not matter.
     for k in (*range(first, n), *range(first)):
         flow = flows[k]
         product = flow.matrix[:3, :3] @ product
@@ -115,10 +114,10 @@ def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
 
 
 def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArray[np.float64]:
-    """Derivative (3, 3) of a run's final state with respect to the state at its start.
+    """Derivative (3, 3) of a run's final state with respect to its start state.
 
-    Dimensionless, the product of the segments' derivatives and of saltation matrices, in double
-    precision whatever the trajectory's backend. After `max_seconds` of the clock it is nan.
+    Dimensionless: the product of the segments' derivatives and the saltation matrices, in double
+    precision with every backend. After `max_seconds` of wall-clock time the result is nan.
     """
     product, done = np.eye(3), False
     with Watch(checked_seconds(max_seconds)):
@@ -133,33 +132,32 @@ class LyapunovExponents:
     """The three Lyapunov exponents along a trajectory, per unit of time, dimensionless."""
 
     values: NDArray[np.float64]
-    """The exponents, shape (3,), descending; nan where no time was passed."""
+    """Exponents, shape (3,), descending; nan if no time was covered."""
     time: float
-    """How long the part of the trajectory lasts that they are of."""
+    """Duration of the part of the trajectory that they cover."""
     status: Status
-    """Finished, or time-limit."""
+    """FINISHED or TIME_LIMIT."""
 
     @property
     def success(self) -> bool:
-        """Whether they are of the whole trajectory but its transient."""
+        """True if they cover the whole trajectory without its transient."""
         return self.status is Status.FINISHED
 
     @property
     def message(self) -> str:
-        """The status as a sentence."""
-        whole = "of the whole trajectory" if self.success else "of what was passed in the time"
+        """Status as a sentence."""
+        whole = "of the whole trajectory" if self.success else "of the part within the time limit"
         return f"the exponents are {whole}"
 
 
 def lyapunov_exponents(
     trajectory: Trajectory, transient: int = 0, *, max_seconds: float = math.inf
 ) -> LyapunovExponents:
-    """The three Lyapunov exponents per unit of time along a trajectory, its segments in order.
+    """The three Lyapunov exponents along a trajectory, per unit of time.
 
     Only segments that begin after `transient` excitation periods count. An exponent is -inf once
-    the capsule has stuck. In double precision whatever the trajectory's backend. After
-    `max_seconds` of the clock they are those of the part that was passed. Raises InvalidInput where
-    no segment is left.
+    the capsule has stuck. Computed in double precision with every backend. After `max_seconds` of
+    wall-clock time they cover the part done so far. Raises InvalidInput if no segment is left.
     """
     first = int(np.searchsorted(trajectory.records["start_period"], transient))
     segments = trajectory.segments[first:]
@@ -180,7 +178,7 @@ def lyapunov_exponents(
 def _matrices(
     trajectory: Trajectory, segments: Sequence[Segment]
 ) -> Iterator[tuple[NDArray[np.float64], float]]:
-    """What carries a deviation along, Jacobians and saltation matrices, and how long each lasts."""
+    """Jacobians and saltation matrices along segments, each with its duration."""
     with backend("numpy", trajectory.parameters.scene) as numbers:
         forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
         for segment, following in pairwise(chain(segments, (None,))):
@@ -194,7 +192,7 @@ def flows(forms: ClosedForms, segment: Segment) -> Iterator[tuple[NDArray[np.flo
     """Jacobians (3, 3) over pieces of a segment no longer than a period, and their durations."""
     c, duration = forms.constants(segment.field), float(segment.duration)
     pieces = math.ceil(duration * c.omega / forms.numbers.full_turn) or 1
-    # A segment's flow is affine in the state: its Jacobian is the same from every start.
+    # A segment's flow is affine in the state: its Jacobian does not depend on the start.
     start = forms.numbers.kernels.Start(0.0, -c.own_stop(), 0.0, 0.0, 0.0, 1.0, 0.0)
     matrix = forms.run(segment.field, c, start, duration / pieces)[1][:3, :3]
     for _ in range(pieces):
@@ -218,9 +216,9 @@ def _lands(forms: ClosedForms, field: int, following: int) -> bool:
 
 
 def _orthonormal(frame: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """An orthonormal basis of the frame's span, and the logarithms of its growth.
+    """Orthonormal basis of the frame's span, and the logarithms of its growth.
 
-    Where the last row vanishes the capsule sticks, and a third vector has nowhere to point.
+    If the last row vanishes the capsule sticks, and the span has dimension two.
     """
     if not np.any(frame[2]):
         basis, triangle = np.linalg.qr(frame[:2, :2])

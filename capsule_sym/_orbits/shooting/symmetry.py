@@ -1,15 +1,15 @@
-"""Orbits that are their own mirror image, by their first halves.
+"""Orbits that are their own mirror image, solved by their first halves.
 
-Without a load, with bounds alike, and while a single stop exerts no force or two are alike, the
-capsule is symmetric under (x_r, v_r, v_c, tau) -> (-x_r, -v_r, -v_c, tau + pi/omega). An orbit that
-is its own image meets everything twice, a switch at a single stop apart. Half of it has equations
-of its own, in which it happens once.
+Without a load, with equal friction bounds, and while a single stop exerts no force or two stops are
+equal, the capsule is symmetric under (x_r, v_r, v_c, tau) -> (-x_r, -v_r, -v_c, tau + pi/omega). On
+an orbit that is its own image every event happens twice, except a switch at a single stop. In the
+equations of its half it happens once.
 
-Between two stops a smooth bifurcation breaks the symmetry where the half's map has a multiplier of
--1. Of motions without contact none does: the energy of the difference of two of them,
-(x_r^2 + (v_r + v_c)^2 + gamma v_c^2)/2, never grows, since damping and friction take from it. All
-multipliers are at most 1 in modulus, and for zeta > 0 there is one orbit. What breaks their
-symmetry is a touch of a single stop.
+Between two stops a smooth bifurcation breaks the symmetry where the half's map has a multiplier -1.
+Without contact this cannot happen: the energy of the difference of two such motions, (x_r^2 + (v_r
++ v_c)^2 + gamma v_c^2)/2, never grows, since damping and friction reduce it. All multipliers are at
+most 1 in modulus, and for zeta > 0 there is one orbit. Its symmetry is broken by a touch of a
+single stop.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._parameters import SceneParameters
 
 KEPT, BROKEN = "kept", "broken"
-_SAME = 1e-7  # states of one orbit, found twice, differ by less
+_SAME = 1e-7  # states of an orbit found twice differ by less
 _SAMPLES = 16
 
 
 def springless(orbit: Orbit) -> bool:
-    """Whether an itinerary without contact passes a stop, as where it has no stiffness only."""
+    """True if an itinerary without contact passes a stop, which needs a stiffness of 0."""
     if not stiffless(orbit) or _touches(orbit.itinerary):
         return False
     with backend(orbit.backend, orbit.scene) as numbers:
@@ -42,15 +42,15 @@ def springless(orbit: Orbit) -> bool:
 
 
 def _touches(itinerary: Itinerary) -> bool:
-    """Whether a segment is in contact."""
+    """True if a segment is in contact."""
     return any(contact(field, itinerary.scene) for field in itinerary.fields)
 
 
 def symmetric(parameters: SceneParameters) -> bool:
-    """Whether a motion has a mirror image, of one stop a motion without contact.
+    """True if motions have mirror images; with one stop those without contact.
 
-    Both bounds are alike, no load acts, two stops are alike, and pulses are as long and as high as
-    what is between them.
+    Both friction bounds are equal, there is no load, two stops are equal, and pulses are as long
+    and as high as the intervals between them.
     """
     scene = parameters.scene
     fields = scene.facts.FIELDS
@@ -64,7 +64,7 @@ def symmetric(parameters: SceneParameters) -> bool:
 
 
 def mirror_image(orbit: Orbit) -> bool:
-    """Whether an orbit is its own mirror image: all of (x_r, v_r, v_c) reversed half a turn later.
+    """True if an orbit is its own mirror image: (x_r, v_r, v_c) is reversed half a period later.
 
     Over an even number of excitation periods no orbit is its own image.
     """
@@ -78,7 +78,7 @@ def mirror_image(orbit: Orbit) -> bool:
 
 
 def whole_orbit(orbit: Orbit) -> Orbit:
-    """The whole orbit of which this may be the first half; a segment keeps its index."""
+    """Whole orbit, if this is the first half; a segment keeps its index."""
     if not orbit.itinerary.mirrored:
         return orbit
     itinerary, durations = orbit.itinerary.whole, orbit.durations
@@ -92,9 +92,9 @@ def whole_orbit(orbit: Orbit) -> Orbit:
 
 
 def half_orbit(orbit: Orbit) -> Orbit | None:
-    """The first half of an orbit that is its own mirror image, None of any other.
+    """First half of an orbit that is its own mirror image, None for any other.
 
-    Where a single stop has no stiffness the half is of fields without contact.
+    If a single stop has no stiffness, the half has fields without contact.
     """
     plain = _without_contact(orbit)
     if plain is None:
@@ -108,7 +108,7 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
 
 
 def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | None:
-    """A bifurcating orbit's first half and its segment of duration 0; None as for `half_orbit`."""
+    """First half of a bifurcating orbit and its segment of duration 0; None as for `half_orbit`."""
     itinerary = half_itinerary(orbit.itinerary)
     if itinerary is None or not symmetric(orbit.parameters) or not mirror_image(orbit):
         return None
@@ -130,7 +130,7 @@ def _first_half(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
 
 
 def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
-    """The itinerary of the first half, None where the second is not of the images of its fields."""
+    """Itinerary of the first half; None if the second half is not its mirror image."""
     n = len(itinerary) // 2
     scene, alone = itinerary.scene, len(itinerary.scene.facts.STOPS) == 1
     if itinerary.period_number % 2 == 0 or (alone and _touches(itinerary)):
@@ -144,7 +144,7 @@ def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
 
 
 def _without_contact(orbit: Orbit) -> Orbit | None:
-    """The orbit in fields without contact; None where a single stop exerts a force."""
+    """Orbit in fields without contact; None if a single stop exerts a force."""
     itinerary = orbit.itinerary
     if len(orbit.scene.facts.STOPS) > 1 or not _touches(itinerary):
         return orbit

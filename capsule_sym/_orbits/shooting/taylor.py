@@ -1,9 +1,9 @@
-"""The equations of an orbit along a curve of unknowns: their Taylor coefficients.
+"""Taylor coefficients of an orbit's equations along a curve of unknowns.
 
 Within a segment the motion is linear in y = (x_r, v_r, v_c, cos, sin, 1): y' = L y with a constant
-matrix. A change of the start is carried to the end by the closed form's Jacobian, which does not
-depend on the state, and a change d of the duration by the series of exp(L d). No derivative is a
-difference: every coefficient is exact but for rounding.
+matrix. The closed form's Jacobian, which does not depend on the state, propagates a change of the
+start to the end; the series of exp(L d) propagates a change d of the duration. No derivative is a
+finite difference: every coefficient is exact but for rounding.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Series = Matrix  # Taylor coefficients, by order along the first axis
 
 
 def generator(c: Any, omega: Number) -> Matrix:
-    """The matrix L (6, 6) of a segment with the constants `c`."""
+    """Matrix L (6, 6) of a segment with the constants `c`."""
     zero = omega * 0
     still = np.array([zero, zero, zero])
     constant = field(c, still, zero)
@@ -41,9 +41,9 @@ def generator(c: Any, omega: Number) -> Matrix:
 def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
     """Taylor coefficients (many, n + 4) of the equations along a curve of unknowns.
 
-    `curve` (many, n + 4) has the coefficients of z, the first of them the orbit's own. The
-    equations are those whose residual and derivative the orbit has. A segment of duration 0 loses
-    the last orders, one for every zero of its guard at its start: their coefficients are not valid.
+    `curve` (many, n + 4) has the coefficients of z; the first is the orbit's z. The equations are
+    those of the orbit's residual. A segment of duration 0 loses the last orders, one for every zero
+    of its guard at its start: their coefficients are not valid.
     """
     itinerary, n = orbit.itinerary, len(orbit.itinerary)
     forms, omega = ClosedForms(numbers, orbit.values), orbit.value("omega")
@@ -56,7 +56,7 @@ def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
         state, angle = end[:, :3], _without_constant(angle + omega * duration)
     sign = -1 if itinerary.mirrored else 1
     result[:, n : n + 3] = state - sign * curve[:, :3]
-    # The start is held to the last guard's surface, as in the equations.
+    # The start is fixed on the last guard's surface, as in the equations.
     pinned = {Guard.GAP: 0, Guard.BACK: 0, Guard.DRIFT: 2}.get(
         itinerary.segments[-1].guard or Guard.UPPER
     )
@@ -68,7 +68,7 @@ def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
 
 
 def product(first: Vector, second: Series) -> Series:
-    """The product of two series, the first of scalars, to as many orders."""
+    """Product of two series, the first of scalars, to the same order."""
     result = second * 0
     for order, value in enumerate(first):
         result[order:] = result[order:] + value * second[: len(second) - order]
@@ -76,7 +76,7 @@ def product(first: Vector, second: Series) -> Series:
 
 
 def quotient(series: Vector, by: Vector) -> Vector:
-    """A series over another one, whose constant is not 0."""
+    """Quotient of two series; the constant of the divisor is not 0."""
     result = series * 0
     for order in range(len(series)):
         known = sum((by[k] * result[order - k] for k in range(1, order + 1)), 0 * by[0])
@@ -85,7 +85,7 @@ def quotient(series: Vector, by: Vector) -> Vector:
 
 
 def carried(y: Series, duration: Vector, matrix: Matrix) -> Series:
-    """A series of y (many, 6) after a duration without a constant, where y' = L y."""
+    """Series of y (many, 6) after a duration without a constant term, where y' = L y."""
     term = y
     for order in range(1, len(y)):
         term = product(duration, term @ matrix.T) / order
@@ -100,7 +100,7 @@ def _without_constant(series: Vector) -> Vector:
 
 
 def _cos_sin(angle: Vector) -> tuple[Vector, Vector]:
-    """Cosine and sine of a series without a constant."""
+    """Cosine and sine of a series without a constant term."""
     term = angle * 0
     term[0] = term[0] + 1
     parts = [term]
@@ -119,7 +119,7 @@ def _ends(
     The state at the start, the angle there and the duration are series.
     """
     c, closed = flow.c, flow.closed
-    # The derivative by the angle, a quarter turn back, is the response to the forcing itself.
+    # The derivative by the angle, shifted by a quarter turn, is the response to the forcing.
     back = closed._replace(cos_theta=closed.sin_theta, sin_theta=-closed.cos_theta)
     forced = forms.run(flow.segment.field, c, back, flow.h or forms.numbers.unit)[1][:3, 3]
     cosine, sine = _cos_sin(angle)
@@ -137,7 +137,7 @@ def _ends(
 
 
 def _pull(c: Any, at: Series) -> Vector:
-    """A series of the pull on the capsule, but for its constant."""
+    """Series of the pull on the capsule, without its constant term."""
     drive = c.pull(0, 0, 0, 1) - c.pull(0, 0, 0, 0)
     return c.force_change(at[:, 0], at[:, 1]) + drive * at[:, 3]  # type: ignore[no-any-return]
 
@@ -145,7 +145,7 @@ def _pull(c: Any, at: Series) -> Vector:
 def _guard(
     flow: SegmentFlow, zeros: int, start: Series, end: Series, angle: Vector, duration: Vector
 ) -> Vector:
-    """A segment's guard at its end, over the power `zeros` of its duration."""
+    """Guard of a segment at its end, over the power `zeros` of its duration."""
     guard, c = flow.segment.guard, flow.c
     if guard is None:
         return angle
@@ -168,5 +168,5 @@ def _guard(
 
 
 def _shifted(series: Vector) -> Vector:
-    """A series without a constant over its variable; the last coefficient is lost."""
+    """Series without a constant term over its variable; the last coefficient is lost."""
     return np.append(series[1:], series[:1] * 0)

@@ -1,4 +1,4 @@
-"""A branch of periodic orbits in one parameter, and the run that fills it."""
+"""A branch of periodic orbits in one parameter, and its computation."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class BranchPoint:
 
     @cached_property
     def multipliers(self) -> tuple[complex, ...]:
-        """Multipliers of the orbit, the largest modulus first."""
+        """Floquet multipliers of the orbit, the largest modulus first."""
         return sorted_multipliers(self.orbit)
 
 
@@ -62,12 +62,12 @@ def ends(points: Sequence[_Point]) -> dict[str, _Point]:
 
 @dataclass(frozen=True)
 class Branch(Labelled):
-    """Orbits along a branch and its bifurcations, both in order, and why it ends.
+    """Orbits along a branch and its bifurcations, both in order, and the reason for its end.
 
-    `axis` has what varies and between which values it is followed, `origin` is the label of the
-    bifurcation at which it leaves another branch, such as "PD1", or "PD1/PD2" on a branch that
-    itself leaves at PD1; empty for a branch of its own. All values are dimensionless, but of a
-    parameter in SI units that others are tied to.
+    `axis` has the varied parameter and its range. `origin` is the label of the bifurcation at which
+    the branch leaves another one, such as "PD1", or "PD1/PD2" on a branch that itself leaves at
+    PD1; it is empty for other branches. All values are dimensionless, except a parameter in SI
+    units to which others are tied.
     """
 
     axis: Axis
@@ -80,10 +80,10 @@ class Branch(Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The points as columns, arrays of shape (n,).
+        """Points as columns, arrays of shape (n,).
 
-        What varies has its own name; of each orbit there are itinerary, period number,
-        progression, start, and the largest modulus of a Floquet multiplier.
+        The varied parameter has its own name. Each orbit has itinerary, period number, progression,
+        start, and the largest modulus of its Floquet multipliers.
         """
         largest = [max(map(abs, point.multipliers), default=0.0) for point in self.points]
         return {
@@ -93,27 +93,27 @@ class Branch(Labelled):
         }
 
     def attributes(self) -> dict[str, Any]:
-        """Status and message of the branch's end, and the label at which it leaves another."""
+        """Status and message of the branch's end, and the label of its origin."""
         return {"status": str(self.status), "message": self.message, "origin": self.origin}
 
     @property
     def success(self) -> bool:
-        """True if the branch reaches the value it was to reach."""
+        """True if the branch reaches the target value."""
         return self.status is Ending.REACHED
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Number of points, and of Newton's steps to all of them."""
+        """Number of points, and of all Newton steps."""
         steps = sum(point.orbit.iterations for point in self.points)
         return {"points": len(self.points), "iterations": steps}
 
     @property
     def parameter(self) -> str:
-        """Name of what varies."""
+        """Name of the varied parameter."""
         return self.axis.name
 
     def at(self, label: str) -> Bifurcation | BranchPoint:
-        """The bifurcation of this label, such as "PD2"; "EP1" and "EP2" are the branch's ends.
+        """Bifurcation with this label, such as "PD2"; "EP1" and "EP2" are the ends of the branch.
 
         Raises InvalidInput for a label that the branch does not have.
         """
@@ -130,7 +130,7 @@ class Branch(Labelled):
 
 
 class BranchRun(Run):
-    """One run along a branch."""
+    """Computation of one branch."""
 
     def __init__(self, continuation: Continuation, points: int, origin: str = "") -> None:
         super().__init__(continuation, points, continuation.settings.most_points)
@@ -139,9 +139,9 @@ class BranchRun(Run):
         self.bifurcations: list[Bifurcation] = []
 
     def go(self, u: Vector, along: Vector, smooth: Sequence[SmoothEvent] = ()) -> Branch:
-        """Follow the branch from unknowns u to the side of `along`, to its end.
+        """Continue the branch from unknowns u in the direction `along`, to its end.
 
-        It may begin beside a point, with smooth bifurcations between.
+        The branch may begin beside a point; `smooth` are the smooth bifurcations between.
         """
 
         def begin() -> State:
@@ -160,7 +160,7 @@ class BranchRun(Run):
     def add(self, state: State) -> None:
         tightest = self.continuation.tightest(state)
         if self.axis.path.ties:
-            _ = state.orbit.parameters  # refuses what lies between the values that were tried
+            _ = state.orbit.parameters  # raises InvalidInput for parameters that are not allowed
         orbit = whole_orbit(state.orbit)
         self.points.append(BranchPoint(self._value(orbit), orbit, tightest))
         self._check_drift(orbit)
@@ -168,15 +168,15 @@ class BranchRun(Run):
     def reach_border(self, state: State) -> None:
         ending = Ending.REACHED
         if state.u[-1] < 0.5 and self.first.u[-1] < self.problem.settings.neighbour_step:
-            # It runs the other way: to an orbit beyond a fold, however near, or along itself
-            # with the halves of a doubled orbit exchanged.
+            # The branch returns to the start: beyond a fold, or with the halves of a doubled orbit
+            # exchanged.
             end, first = whole_orbit(state.orbit), self.points[0].orbit
             returned = same(end, first) and not same_start(end, first)
             ending = Ending.RETURNED if returned else Ending.TURNED_BACK
         raise Stop(ending, self.problem.where(state.orbit))
 
     def check(self, old: State, step: Step) -> None:
-        """Raises Stop where the halves of an orbit have become one, or mirror images."""
+        """Raises Stop if the halves of an orbit have become equal, or mirror images."""
         new, found = step.state, None
         if step.event is None:
             found = halved(self.continuation, old.orbit, new.orbit)
@@ -192,7 +192,7 @@ class BranchRun(Run):
     def record_smooth(self, one: SmoothEvent) -> None:
         (old, new), error, kind = one.ends, max(self.errors(one.solution)), one.type
         if kind == kinds.PERIOD_DOUBLING and old.orbit.itinerary.mirrored:
-            # What doubles is the half: the whole stays closed, and is its own image no more.
+            # The half orbit doubles: the whole stays closed, and is no longer its own mirror image.
             kind = kinds.SYMMETRY_BREAKING
         self._record(old, new, new, one.solution, one.solved, type=kind, uncertainty=error)
 
@@ -236,7 +236,7 @@ class BranchRun(Run):
         return failure_of(state)
 
     def _check_drift(self, orbit: Orbit, segment: int | None = None) -> None:
-        """Raises Stop where the capsule always drifts one way, but in a segment of duration 0."""
+        """Raises Stop if the capsule drifts one way in all segments of nonzero duration."""
         itinerary = orbit.itinerary.whole
         fields = (field for k, field in enumerate(itinerary.fields) if k != segment)
         if {drift(field, itinerary.scene) for field in fields} in ({1}, {-1}):
@@ -247,7 +247,7 @@ class BranchRun(Run):
 
 
 def _symmetry(old: State, itinerary: Itinerary, beyond: State | None) -> str:
-    """The mirror symmetry at an event on the way from one state to another."""
+    """Mirror symmetry at an event between two states."""
     if itinerary.mirrored:
         return KEPT
     sides = [state.orbit.itinerary.mirrored for state in (old, beyond) if state]
@@ -266,25 +266,25 @@ def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
 
 
 def failure_of(state: State) -> str:
-    """The reason for which a state beyond an event is no motion; empty if it is one."""
+    """Reason why a state beyond an event is not admissible; empty if it is."""
     itinerary = state.orbit.itinerary
     failed = [one.named(itinerary) for one in state.held if one.value <= 0]
     if failed:
         return f"{' and '.join(failed)} fails in {itinerary} at once"
     try:
         followed = is_admissible(whole_orbit(state.orbit))
-    except InvalidInput as error:  # parameters that there are not
+    except InvalidInput as error:  # parameters that are not allowed
         return str(error)
     return "" if followed else f"the map does not follow {itinerary}"
 
 
 def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
-    """The period doubling between two orbits of one branch at which the halves exchange places.
+    """Period doubling between two orbits of one branch at which their halves exchange places.
 
-    A period-doubled branch ends there: followed further it would come back along itself. The
-    solution's orbit is that of half the period. None where the itinerary's halves have other
-    fields, or keep their places, or where no doubling is near. Halves that are images of each
-    other's fields exchange places where the symmetry breaks: the orbit is then the first half.
+    A period-doubled branch ends there: further on it would retrace itself. The solution's orbit has
+    half the period. None if the two halves have different fields or do not exchange places, or if
+    no doubling is near. If the halves are mirror images in their fields, they exchange places where
+    the symmetry breaks; the orbit is then the first half.
     """
     itinerary, n = old.itinerary, len(old.itinerary) // 2
     mirrored = itinerary.period_number % 2
@@ -296,7 +296,7 @@ def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
     before, after = _difference(old), _difference(new)
     if not before @ after < 0 or (mirrored and not keeps_images(old, family.axes)):
         return None
-    # The doubled orbit's equations are singular there; those of half the period are not.
+    # The equations of the doubled orbit are singular there; those of the half are not.
     share = before @ before / (before @ before - before @ after)
     middle = old.z + share * (new.z - old.z)
     start, first, second = np.split(middle, [kinds.DURATIONS, kinds.DURATIONS + n])
@@ -312,13 +312,13 @@ def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
 
 
 def _difference(orbit: Orbit) -> Vector:
-    """The difference between the durations of the two halves, (n/2,)."""
+    """Difference between the durations of the two halves, (n/2,)."""
     first, second = np.split(orbit.durations, 2)
     return np.asarray(first - second)
 
 
 def halves_apart(orbit: Orbit, least: float, mirrored: bool = False) -> bool:
-    """True if the two halves of an orbit, one of them mirrored, differ by so much."""
+    """True if the two halves of an orbit, one of them mirrored, differ by more than `least`."""
     n = len(orbit.itinerary) // 2
     begin, middle = orbit.system.flows[0].start, orbit.system.flows[n].start
     change = begin + middle if mirrored else begin - middle

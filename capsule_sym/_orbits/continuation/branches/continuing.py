@@ -1,4 +1,4 @@
-"""Branches followed from an orbit: to a value, or both ways within a range."""
+"""Continuation of an orbit: to a value, or both ways within a range."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import SceneParameters
 
-_SHARE = "share"  # what varies along a straight line, from 0 to 1
+_SHARE = "share"  # parameter of a straight line, from 0 to 1
 
 
 def continue_orbit(
@@ -40,22 +40,23 @@ def continue_orbit(
     settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> Branch:
-    """The branch through an orbit, from its value of a parameter to another one (dimensionless).
+    """Branch through an orbit, from its value of a parameter to another one (dimensionless).
 
-    At least `points` steps are taken, more where the branch bends or an itinerary begins. The
-    branch is followed through folds, whether stable or not, and from itinerary to itinerary, until
-    the parameter leaves the range between the two values; an end before that says why, and comes
-    after `max_seconds` at the latest. Other parameters may vary with it: `ties` has for each its
-    function, or a text such as "0.5*omega**2"; then `parameter` may also be something else of which
-    one of them is an affine function. `settings` has the lengths of steps and the tolerances.
-    Raises InvalidInput for what is no parameter and not tied to one, a value that a parameter
-    cannot have, equal values, and an orbit whose parameters are not on the path.
+    At least `points` steps are taken, more where the branch bends or the itinerary changes. The
+    branch passes folds, contains stable and unstable orbits, and continues from itinerary to
+    itinerary until the parameter leaves the range between the two values. Its `status` and
+    `message` give the reason for an earlier end; it ends after `max_seconds` at the latest. Other
+    parameters may vary with it: `ties` has for each a function, or a text such as "0.5*omega**2".
+    `parameter` may then also be a new name of which one tied parameter is an affine function.
+    `settings` has the step lengths and tolerances. Raises InvalidInput for an unknown parameter
+    that is not tied, a value that the parameter cannot have, equal values, and an orbit whose
+    parameters are not on the path.
     """
     axis = axis_from(orbit, parameter_path(parameter, ties, orbit.scene), to)
     with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
         continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
         with limit:
-            # It says itself that the time was over.
+            # The branch itself records the time limit.
             found = BranchRun(continuation, points).go(u, np.eye(len(u))[-1])
     return found
 
@@ -63,9 +64,9 @@ def continue_orbit(
 def continue_straight(
     orbit: Orbit, parameters: SceneParameters, *, points: int = 100
 ) -> Branch | None:
-    """The branch along a straight line to other parameters; None where they are the orbit's own."""
+    """Branch along a straight line to other parameters; None if they are the orbit's own."""
     begin, end = orbit.parameters.to_dict(), parameters.to_dict()
-    # The share is told by the first of them: by one that does change.
+    # The first of them gives the share: the parameter that changes most.
     names = sorted(end, key=lambda name: -abs(end[name] - begin[name]))
     ties = {
         name: f"{begin[name]!r} + {end[name] - begin[name]!r}*{_SHARE}"
@@ -87,11 +88,11 @@ def continue_both_ways(
     settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
-    """The branch through an orbit in a range (low, high) around it: one if it is closed, else two.
+    """Branch through an orbit in a range (low, high) around it: one if it is closed, else two.
 
-    A closed branch, an isola, comes back to the same orbit at the same value: its status is
-    "returned". Else the first goes to larger values from the orbit on, the second to smaller ones.
-    Arguments, units and errors are otherwise those of `continue_orbit`.
+    A closed branch (an isola) returns to the same orbit at the same value; its status is
+    "returned". Otherwise the first branch goes from the orbit to larger values, the second to
+    smaller ones. Arguments, units and errors are otherwise those of `continue_orbit`.
     """
     axis = axis_within(orbit.parameters, orbit.values, parameter, ends, ties)
     with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
@@ -106,7 +107,7 @@ def follow_both_ways(
     settings: ContinuationSettings,
     limit: Watch,
 ) -> tuple[tuple[Branch, ...], tuple[Orbit, ...]]:
-    """The branches of `continue_both_ways`, and other orbits of them at the value of the first."""
+    """Branches of `continue_both_ways`, and their other orbits at the value of the first orbit."""
     found: list[Branch] = []
     passed: list[Orbit] = []
     for side in (1.0, -1.0):
@@ -121,23 +122,23 @@ def follow_both_ways(
 
 
 def _begin(problem: Problem, orbit: Orbit) -> tuple[Continuation, Vector]:
-    """The continuation of an orbit, and its unknowns."""
+    """Continuation of an orbit, and its unknowns."""
     start = first_half(orbit, problem.axes) or orbit
     continuation = Continuation(problem, start)
     return continuation, continuation.unknowns(start)
 
 
 def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
-    """The axis from an orbit on a path to a value of what varies; raises InvalidInput."""
+    """Axis from an orbit on a path to a value of the varied parameter; raises InvalidInput."""
     if isinstance(orbit, NoOrbit):
-        raise InvalidInput("orbit", orbit, f"one that was found: {orbit.message}")
+        raise InvalidInput("orbit", orbit, f"an orbit that was found ({orbit.message})")
     if isinstance(to, bool) or not isinstance(to, int | float) or not math.isfinite(to):
         raise InvalidInput(path.name, to, "finite")
     if path.name in path.names:
         orbit.parameters.replace(**{path.name: to})
     axis = Axis(path, float(path.value(orbit.values)), float(to))
     if axis.begin == axis.end:
-        raise InvalidInput("to", axis.end, f"other than {axis.begin}, where the branch begins")
+        raise InvalidInput("to", axis.end, f"other than {axis.begin}, the branch's start")
     axis.check(orbit.parameters, orbit.values)
     return axis
 
@@ -149,7 +150,7 @@ def axis_within(
     ends: Sequence[float],
     ties: Mapping[str, Function | str] | None = None,
 ) -> Axis:
-    """The axis of a parameter between ends, from `values` of all; raises InvalidInput."""
+    """Axis of a parameter between ends, starting from the values of all; raises InvalidInput."""
     path = parameter_path(parameter, ties, parameters.scene)
     try:
         low, high = map(float, ends)
@@ -165,7 +166,7 @@ def axis_within(
 
 
 class _PassingRun(BranchRun):
-    """A run that notices every orbit at the value where it began, and ends at the first again."""
+    """A run that records each orbit at its start value, and stops when it returns to the first."""
 
     passed: tuple[Orbit, ...] = ()
 
@@ -182,7 +183,7 @@ class _PassingRun(BranchRun):
         self.passed += (orbit,)
 
     def _orbit_at_start(self, before: State, after: State) -> Orbit | None:
-        """The orbit between two neighbours at the value where the run began; None if none."""
+        """Orbit between two neighbours at the start value of the run; None if there is none."""
         mark = self.first.u[-1]
         for state, other in ((before, after), (after, before)):
             step = state.tangent / state.tangent[-1]

@@ -1,4 +1,4 @@
-"""Branches from their files: the labelled points, to go on from."""
+"""Labelled points of saved branches, from which a continuation can restart."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._parameters import scene as load_scene
 
-#: Of what `branch_record` gives; another number is another version of it.
+#: Format of the result of `branch_record`; a changed format has another number.
 FORMAT = 3
 
 Record = Mapping[str, Any]
 _WHAT = "JSON that `branch --out` or `curve --out` wrote"
-_CLOSED = 1e-6  # what the equations of a written orbit are off by is less
+_CLOSED = 1e-6  # residual below which a saved orbit is accepted
 
 
 def labelled_point(
@@ -43,12 +43,12 @@ def labelled_point(
     parameter: str | None = None,
     ties: Mapping[str, Function | str] | None = None,
 ) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
-    """The path of a branch that `branch --out` wrote, and its point of this label.
+    """Path of a saved branch (`branch --out`), and its point with this label.
 
-    A point of a branch that leaves it has the label "PD1/AS2", of the origin and its own. What
-    varies is what is given, if anything is. Raises InvalidInput for a file that cannot be read, is
-    no branch of this format, or has no such label, and for a branch tied by functions of Python,
-    which no file holds, unless they are given again.
+    A point of a branch that leaves it has the label "PD1/AS2": the origin and its own label.
+    `parameter` and `ties`, if given, replace those of the file. Raises InvalidInput for a file that
+    cannot be read, is not a branch of this format, or has no such label. A file cannot hold ties by
+    Python functions: they have to be given again.
     """
     record = read_branch(path)
     try:
@@ -64,13 +64,13 @@ def labelled_point(
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
-        raise InvalidInput("file", str(path), "a whole branch.json, which this is not") from None
+        raise InvalidInput("file", str(path), "an undamaged branch.json") from None
 
 
 def _path(record: Record) -> ParameterPath:
     lost = [name for name, text in record["ties"].items() if text is None]
     if lost:
-        raise InvalidInput("ties", lost, "given again: a file holds no functions of Python")
+        raise InvalidInput("ties", lost, "given again, since a file holds no Python functions")
     return parameter_path(record["parameter"], record["ties"], _scene(record))
 
 
@@ -82,7 +82,7 @@ def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:
 
 
 def read_curves(path: Path | str) -> Record | None:
-    """The record in a file that `curve --out` wrote; None if another one is there.
+    """Record of a file that `curve --out` wrote; None if the file has another record.
 
     Raises InvalidInput for a file that cannot be read.
     """
@@ -91,7 +91,7 @@ def read_curves(path: Path | str) -> Record | None:
 
 
 def read_branch(path: Path | str) -> Record:
-    """The record in a file that `branch --out` wrote; raises InvalidInput for any other."""
+    """Record of a file that `branch --out` wrote; raises InvalidInput for any other."""
     record = read_json(path, _WHAT)
     if not isinstance(record, dict) or "bifurcations" not in record:
         raise InvalidInput("file", str(path), "a branch.json that `branch --out` wrote")
@@ -124,15 +124,15 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
         for field in fields(Bifurcation)
         if field.name not in ("orbit", "path", "segment")
     }
-    # The orbit's segments are written from where the paper begins, as segments are counted.
+    # In the record segments are counted from the start of the cyclic itinerary.
     segment = None if segment is None else segment - 1
     return Bifurcation(**given, orbit=orbit, path=path, segment=segment)
 
 
 def orbit_from_record(record: Record) -> Orbit:
-    """The orbit of a record with parameters, itinerary, phase, state and durations; dimensionless.
+    """Orbit of a record with parameters, itinerary, phase, state and durations; dimensionless.
 
-    Raises InvalidInput for a record without one of these, and ValueError where they do not solve
+    Raises InvalidInput for a record that lacks one of these, and ValueError if they do not solve
     the orbit's equations.
     """
     needed = ("parameters", "phase", "state", "durations", "itinerary", "period_number")
@@ -156,7 +156,7 @@ def _orbit(record: Record) -> Orbit:
         orbit = orbit_at(numbers, values, itinerary, z)
         edges = [i for i, one in enumerate(itinerary.segments) if one.guard is Guard.EDGE]
         turns = round(orbit.system.residual[edges[0]] / numbers.full_turn) if edges else 0
-        if turns:  # of a start at a rise, a phase of a whole period stands for 0, or 0 for that
+        if turns:  # at the start, a phase of one period and 0 are the same edge
             z[BY_ANGLE] -= turns * numbers.full_turn
             orbit = orbit_at(numbers, values, itinerary, z)
     if not abs(orbit.residual) < _CLOSED:
@@ -165,7 +165,7 @@ def _orbit(record: Record) -> Orbit:
 
 
 def _scene(record: Record) -> Scene:
-    """The scene that a record names; the paper's where it names none."""
+    """Scene named in a record; the paper's if none is named."""
     return load_scene(str(record.get("scene", CAPSULE.source)))
 
 

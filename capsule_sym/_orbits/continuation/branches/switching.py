@@ -1,4 +1,4 @@
-"""From one branch to others: at smooth bifurcations and at border collisions."""
+"""Branch switching at smooth bifurcations and at border collisions."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
 
-_DEEPEST = 16  # doublings of doublings: of 65,536 periods
+_DEEPEST = 16  # period doublings in a row: to 65,536 periods
 
 
 def continue_from(
@@ -52,16 +52,18 @@ def continue_from(
 ) -> tuple[Branch, ...]:
     """All branches that leave a labelled point of a branch, or of its file, towards a value.
 
-    `parameter` and `ties`, as of `continue_orbit`, are those of the branch unless given, and so
-    are its units: dimensionless, unless a parameter has its own. `settings` are those of
-    `continue_orbit`. From a period doubling they are the branch itself and that of the doubled
-    orbits, where a symmetry breaks the branch itself and two whose orbits are each other's mirror
-    images, from a fold the two sides of it, from a border collision what lies on the side of the
-    value: two branches, or none, at a non-smooth fold. The
-    `origin` of each is the label, of several "PD1.1" and "PD1.2". After `max_seconds` the branches
-    end with that status, some without points. Raises InvalidInput for a label that does not exist,
-    a file that is not one of this version, a value that the parameter cannot have, and where no
-    branch leaves that way.
+    `parameter` and `ties`, as in `continue_orbit`, are by default those of the branch, with its
+    units. `settings` are those of `continue_orbit`. The result depends on the point:
+
+    - period doubling: the branch itself and that of the doubled orbits;
+    - symmetry breaking: the branch itself, and two branches that are mirror images of each other;
+    - fold: its two sides;
+    - border collision: the branches on the side of `to`, at a non-smooth fold two or none.
+
+    The `origin` of a branch is the label; of several branches "PD1.1", "PD1.2", and so on. After
+    `max_seconds` the branches end with status "time-limit", some without points. Raises
+    InvalidInput for an unknown label, a file of another version, a value that the parameter cannot
+    have, and if no branch leaves in that direction.
     """
     if isinstance(source, Branch):
         own, point = source.axis.path, source.at(label)
@@ -82,11 +84,11 @@ def continue_from(
         both = zip(ahead, names, strict=True)
         found = [_followed(start, points, name) for start, name in both]
         if not starts:
-            allowed = f"one that branches leave in {path.name}"
-            raise InvalidInput("label", label, f"{allowed}: none leaves this one, to either side")
+            allowed = f"a point from which a branch in {path.name} starts"
+            raise InvalidInput("label", label, f"{allowed}")
         if not found:
             side = f"{'below' if to > axis.begin else 'above'} {axis.begin}"
-            raise InvalidInput("to", to, f"{side}: no branch leaves {label} the other way")
+            raise InvalidInput("to", to, f"{side}: no branch starts at {label} that way")
         return tuple(found)
     return (Branch(axis, (), (), *OUT_OF_TIME, label),)
 
@@ -97,7 +99,7 @@ def _followed(start: Start, points: int, origin: str) -> Branch:
 
 
 def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
-    """The point where no stop is stiff, of the itinerary that holds beyond: with contact."""
+    """The point where all stops have stiffness 0, with the itinerary beyond it, in contact."""
     orbit = None
     if isinstance(point, BranchPoint):
         parameters, period_number = point.orbit.parameters, point.orbit.itinerary.period_number
@@ -119,12 +121,12 @@ def period_doubling_cascade(
     settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
-    """The branches of doubled orbits that leave a branch, and those that leave them, to a depth.
+    """Branches of doubled orbits that leave a branch, and those that leave them, to a depth.
 
-    Each is followed to the ends of the range of the first, in its units. One that arrives at a
-    period doubling of a branch that is known says so, and is not followed from there again. After
-    `max_seconds` the last branch ends with that status. `settings` are those of `continue_orbit`.
-    Raises InvalidInput for a depth that is not allowed.
+    Each is continued to the ends of the range of the first branch, in its units. A branch that ends
+    at a period doubling of a known branch names it in its message; it is not continued from there
+    again. After `max_seconds` the last branch ends with status "time-limit". `settings` are those
+    of `continue_orbit`. Raises InvalidInput for a depth that is not allowed.
     """
     check_count("depth", depth, 0, _DEEPEST)
     found: list[Branch] = []
@@ -141,7 +143,7 @@ def period_doubling_cascade(
 
 
 def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branch]:
-    """The branches of doubled orbits that leave a branch, each once."""
+    """Branches of doubled orbits that leave a branch, each once."""
     last = branch.bifurcations[-1:] if branch.status is Ending.PERIOD_HALVED else ()
     reached: set[str] = set()
     for one in branch.bifurcations:
@@ -163,14 +165,14 @@ def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branc
 
 
 def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
-    """The period doubling of a branch at which another one ends."""
+    """Period doubling of a branch at which another branch ends."""
     end = new.bifurcations[-1].orbit
     doublings = (one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
     return next((one for one in doublings if same(one.orbit, end)), None)
 
 
 def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start]:
-    """The states beside a point, on every side on which they are admissible."""
+    """Admissible states beside a point, on all sides."""
     found = list(_sides(problem, point))
     if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
         found.append(_doubled(problem, point.orbit))
@@ -183,7 +185,7 @@ def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Sta
 
 
 def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start | None]:
-    """The states on both sides of a point, of one itinerary or two; None where there is none."""
+    """States on both sides of a point, of one itinerary or two; None on a side without a state."""
     orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
     if segment is None:
         orbit = first_half(orbit, problem.axes) or orbit
@@ -204,9 +206,9 @@ def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start
 
 
 def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Start | None:
-    """The state beside an orbit at a period doubling on the branch of the doubled orbits.
+    """State on the branch of doubled orbits, beside the orbit at its period doubling.
 
-    Beside a half at which the symmetry breaks, on the branch of one of both sides.
+    For half an orbit at a symmetry breaking: the state on the branch of one `side`.
     """
     for distance, start in doubled_starts(problem, orbit, side=side):
         apart = halves_apart(start.state.orbit, distance / 2, orbit.itinerary.mirrored)

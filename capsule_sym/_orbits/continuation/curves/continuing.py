@@ -1,4 +1,4 @@
-"""Curves followed from bifurcations, and the curves that leave their codimension-two points."""
+"""Curves of bifurcations, and the curves that start at their codimension-two points."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
-_BEGIN = (Ending.CODIMENSION_TWO, "the point from which the curve is followed")
-# The type of the other curve through a point where this vanishes; None where there is none.
+_BEGIN = (Ending.CODIMENSION_TWO, "the point at which the curve starts")
+# Type of the other curve through a point where this test function vanishes; None if none.
 _OTHER = {
     kinds.CUSP: None,
     kinds.DEGENERATE: None,
@@ -57,15 +57,15 @@ def continue_bifurcation(
     settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> Curve:
-    """The curve through a bifurcation in its parameter and a second one, within two ranges.
+    """Curve through a bifurcation in its parameter and a second one, within two ranges.
 
-    The ranges, dimensionless, are those of the bifurcation's parameter and of the second, and hold
-    the bifurcation; no step is longer than 1/`points` of either, and `settings` has the other
-    lengths of steps and the tolerances. Where another inequality of the itinerary fails, the point
-    is located exactly and the curve goes on in the itinerary beyond. After `max_seconds` it ends
-    with that status. Raises InvalidInput for a second parameter that is none or is the first, and
-    for ranges that are not ascending, leave the parameters' own, or do not hold the bifurcation,
-    and where the stiffness of a stop varies from 0, of a motion that passes it.
+    The ranges, dimensionless, are those of the bifurcation's parameter and of the second parameter,
+    and contain the bifurcation. No step is longer than 1/`points` of either range; `settings` has
+    the other step lengths and the tolerances. Where another inequality of the itinerary fails, the
+    point is located exactly and the curve continues in the itinerary beyond. After `max_seconds` it
+    ends with status "time-limit". Raises InvalidInput for a second parameter that is unknown or is
+    the first, for ranges that are not ascending, exceed the parameters' own, or do not contain the
+    bifurcation, and if the stiffness of a stop varies from 0 for a motion that passes the stop.
     """
     first, orbit = bifurcation.parameter, bifurcation.orbit
     axes = _axes(orbit, (first, second), ranges)
@@ -102,15 +102,19 @@ def curves_from(
     settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> tuple[Curve, ...]:
-    """The other curves that pass a curve's points of codimension two, within two ranges.
+    """Other curves that pass the codimension-two points of a curve, within two ranges.
 
-    At a multiplier 1 or -1 on a curve of border collisions it is that of folds or period doublings,
-    at two border collisions, or at a degenerate one, that of the other collision, at a 1:1 or 1:2
-    resonance that of Neimark-Sacker bifurcations, or from these that of folds or period doublings.
-    None leaves a cusp: the curve of folds itself passes. At a generalized period doubling a curve
-    of folds of the doubled orbits begins. Each curve is given once, and none that is among those
-    `known`. The ranges are dimensionless. After `max_seconds` the last curve ends with that
-    status. Settings and errors are those of `continue_bifurcation`.
+    The other curve depends on the point:
+
+    - a multiplier 1 or -1 on a curve of border collisions: folds or period doublings;
+    - two border collisions, or a degenerate one: the other border collision;
+    - a 1:1 or 1:2 resonance: Neimark-Sacker bifurcations, or from these folds or period doublings;
+    - a cusp: none, since the curve of folds itself passes it;
+    - a generalized period doubling: folds of the doubled orbits.
+
+    Each curve is given once, without those in `known`. The ranges are dimensionless. After
+    `max_seconds` the last curve ends with status "time-limit". Settings and errors are those of
+    `continue_bifurcation`.
     """
     found: list[Curve] = []
     kind = curve.type
@@ -136,7 +140,7 @@ def curves_from(
 
 
 def _other(kind: str, meets: str) -> str:
-    """The type of the other curve through a point of a curve; empty where there is none."""
+    """Type of the other curve through a point of a curve; empty if there is none."""
     if kind == kinds.NEIMARK_SACKER and meets in _RESONANT:
         return _RESONANT[meets]
     return _OTHER.get(meets, meets) or ""
@@ -147,12 +151,12 @@ def _passes(curve: Curve, kind: str, point: CodimensionTwoPoint) -> bool:
 
 
 def _scene(curve: Curve) -> Scene:
-    """The scene of a curve's points."""
+    """Scene of a curve's points."""
     return next((one.orbit.scene for one in (*curve.codimension_two, *curve.points)), CAPSULE)
 
 
 def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, ...]:
-    """The axes of two parameters, from a point within their ranges; raises InvalidInput."""
+    """Axes of two parameters with a point within their ranges; raises InvalidInput."""
     check(orbit.parameters, names, ranges)
     axes = []
     for name, (low, high) in zip(names, ranges, strict=True):
@@ -164,7 +168,7 @@ def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, .
 
 
 def _both_ways(problem: Problem, orbit: Orbit, kind: str, segment: int | None) -> list[Start]:
-    """The starts of both halves at an orbit; the first is that of a falling second parameter."""
+    """Starts of both halves at an orbit; on the first the second parameter decreases."""
     critical = kind if kind in kinds.SMOOTH else None
     both = [Continuation(problem, orbit, segment, critical) for _ in range(2)]
     u = both[0].unknowns(orbit)
@@ -173,7 +177,7 @@ def _both_ways(problem: Problem, orbit: Orbit, kind: str, segment: int | None) -
 
 
 def _followed(kind: str, starts: Sequence[Start], points: int) -> Curve:
-    """The curve of a type from one or two starts."""
+    """Curve of a type from one or two starts."""
     runs = [CurveRun(start.continuation, kind, points) for start in starts]
     endings = [runs[0].go(starts[0].state)]
     ahead, crossed, end = [], [], _BEGIN
@@ -195,20 +199,20 @@ def _followed(kind: str, starts: Sequence[Start], points: int) -> Curve:
 
 
 def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> list[Start]:
-    """The starts of the other curve through a point, on the sides on which it is a motion."""
+    """Starts of the other curve through a point, on the sides with admissible motions."""
     orbit, segments, smooth = point.orbit, point.segments, kind in kinds.SMOOTH
     if (half := halved_at(orbit, None)) is not None:
         orbit, _ = half
     if point.types[1] == kinds.GENERALIZED_DOUBLING:
-        # Of doubled orbits whose halves are so far apart, to either side, which are the same, the
-        # fold is next to the point: the parameters differ by the square of that.
+        # To either side of the point the doubled orbits are the same. At a distance d of their
+        # halves the fold differs from the point by d^2 in the parameters.
         folds = (start for _, start in doubled_starts(problem, orbit, kinds.FOLD))
         return list(islice((one for one in folds if one.state.admissible and _within(one)), 1))
     if len(segments) == 1 and not smooth:
         return _both_ways(problem, orbit, kind, segments[0])
     if not segments:
         return _both_ways(problem, orbit, kind, None) if smooth else []
-    # The curve's own segment, of duration 0 here, is there on one side of the point only.
+    # The curve's own segment, of duration 0 here, exists on one side of the point only.
     own, zero_segment = segments[0], None if smooth else segments[1]
 
     def with_segment(one: Continuation) -> Iterator[State]:

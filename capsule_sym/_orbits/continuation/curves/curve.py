@@ -1,4 +1,4 @@
-"""A curve of bifurcations in two parameters, and the run that fills one half of it."""
+"""A curve of bifurcations in two parameters, and the computation of one half of it."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ _FINE = (Ending.REACHED, Ending.RETURNED, Ending.CODIMENSION_TWO)
 
 @dataclass(frozen=True)
 class Curve(Labelled):
-    """A curve of bifurcations in two parameters: points in order, and why each of its ends is.
+    """Curve of bifurcations in two parameters: points in order, and the reasons for its ends.
 
-    `origin` says from which point of codimension two the curve is followed, as "cusp" or such, and
-    is empty for one from a bifurcation on a branch. All values are dimensionless.
+    `origin` names the codimension-two point at which the curve starts, such as "cusp"; it is empty
+    for a curve from a bifurcation on a branch. All values are dimensionless.
     """
 
     type: str
@@ -57,10 +57,10 @@ class Curve(Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The points as columns, arrays of shape (n,).
+        """Points as columns, arrays of shape (n,).
 
-        The two parameters have their own names; of each point there are the line, and its orbit's
-        itinerary, period number, progression and start.
+        The two parameters have their own names. Each point has its line, and the itinerary, period
+        number, progression and start of its orbit.
         """
         values = np.array([point.values for point in self.points], dtype=float).reshape(-1, 2)
         return {
@@ -74,12 +74,12 @@ class Curve(Labelled):
 
     @property
     def success(self) -> bool:
-        """True if both ends are regular: at the ranges, at the begin, or in a special point."""
+        """True if both ends are regular: at the ranges, at the start, or in a special point."""
         return all(end in _FINE for end, _ in self.endings)
 
     @property
     def status(self) -> Ending:
-        """The reason for the end: of the two ends the first that is not regular."""
+        """Reason for the end: of the two ends the first irregular one."""
         return self._worst[0]
 
     @property
@@ -89,7 +89,7 @@ class Curve(Labelled):
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Number of points, and of Newton's steps to all of them."""
+        """Number of points, and of all Newton steps."""
         steps = sum(point.iterations for point in self.points)
         return {"points": len(self.points), "iterations": steps}
 
@@ -98,7 +98,7 @@ class Curve(Labelled):
         return min(self.endings, key=lambda end: end[0] in _FINE)
 
     def attributes(self) -> dict[str, Any]:
-        """The type of the bifurcations, and why the curve ends."""
+        """Type of the bifurcations, and reasons for the curve's ends."""
         return {"type": self.type, "endings": [str(ending) for ending, _ in self.endings]}
 
     def __repr__(self) -> str:
@@ -111,7 +111,7 @@ _SADDLES = "the multipliers of product 1 are real"
 
 
 class CurveRun(Run):
-    """One half of a curve of a bifurcation type, from a state of a continuation on."""
+    """One half of a curve of a bifurcation type, from a state of a continuation."""
 
     def __init__(self, continuation: Continuation, kind: str, points: int) -> None:
         super().__init__(continuation, points, continuation.settings.most_curve_points)
@@ -120,7 +120,7 @@ class CurveRun(Run):
         self.codimension_two: list[CodimensionTwoPoint] = []
 
     def go(self, first: State) -> tuple[Ending, str]:
-        """Follow the curve from a state to its end, and say why it ends."""
+        """Continue the curve from a state to its end; returns the reason for the end."""
         ending, detail = self.follow(lambda: first)
         lost = ending in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT)
         try:
@@ -145,7 +145,7 @@ class CurveRun(Run):
         return there is not None and bool(np.linalg.norm(there.u - first.u) < near)
 
     def check(self, old: State, step: Step) -> None:
-        """Raises Stop where a curve of rotations ends: beyond, the multipliers are real."""
+        """Raises Stop where a Neimark-Sacker curve ends: beyond, the multipliers are real."""
         if self.kind == kinds.NEIMARK_SACKER and not has_rotations(step.state.orbit):
             last = self.codimension_two[-1].orbit if step.smooth else old.orbit
             detail = f"{self.problem.where(last)}; beyond, {_SADDLES}"
@@ -199,7 +199,7 @@ class CurveRun(Run):
         failed: str = "",
         solved: bool = True,
     ) -> None:
-        """Record a point of codimension two, with the itineraries before it and beyond."""
+        """Record a codimension-two point, with the itineraries before and after it."""
         here, there = places
         first, second = (float(value) for value in found.uncertainties[-2:])
         point = CodimensionTwoPoint(
@@ -229,10 +229,10 @@ class CurveRun(Run):
         return at
 
     def _regular(self, found: EventSolution) -> EventSolution:
-        """The point where two segments vanish together, by equations that are regular there.
+        """Point where two segments vanish together, from equations that are regular there.
 
-        At a degenerate point their durations are not independent: one vanishes with the next
-        derivative of its guard.
+        At a degenerate point their durations are dependent: one vanishes with the next derivative
+        of its guard.
         """
         ill = max(found.uncertainties) >= self.problem.settings.singular_uncertainty
         if len(found.segments) < 2 or not ill:
@@ -240,9 +240,9 @@ class CurveRun(Run):
         return self._degenerate(found.orbit, found.segments) or found
 
     def _degenerate(self, orbit: Orbit, segments: tuple[int, ...]) -> EventSolution | None:
-        """The point near an orbit at which the first of some segments is degenerate.
+        """Point near an orbit at which the first of several segments is degenerate.
 
-        Where a neighbour vanishes with it, one of all the conditions follows from the others.
+        If a neighbour vanishes with it, one of all conditions follows from the others.
         """
         z = orbit.z.copy()
         z[[kinds.DURATIONS + segment for segment in segments]] = 0.0
@@ -253,7 +253,7 @@ class CurveRun(Run):
 
     def _ends_in_point(self, state: State) -> bool:
         """True if the curve has ended in a degenerate point, which is then recorded."""
-        # A crossing that failed has left the itinerary of the last point.
+        # A failed crossing has changed the itinerary of the last point.
         orbit, own = state.orbit, self.points[-1].segment
         known = self.codimension_two[-1:]
         if own is None or orbit.itinerary.mirrored or any(p.itinerary_after is None for p in known):

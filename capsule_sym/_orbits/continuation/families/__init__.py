@@ -1,1 +1,1 @@
-"""Families of orbits in their parameters, followed step by step from itinerary to itinerary."""
+"""Families of orbits in their parameters, continued step by step from itinerary to itinerary."""

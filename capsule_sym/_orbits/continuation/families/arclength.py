@@ -15,7 +15,7 @@ _ROUNDING = 2.0**-51
 
 
 class Solution(NamedTuple):
-    """A point of the curve, the equations there, and the Newton steps it took."""
+    """Point of the curve, the equations there, and the number of Newton steps."""
 
     u: Vector
     at: Evaluation
@@ -26,7 +26,7 @@ Equations = Callable[[Vector], Evaluation]
 
 
 def tangent(by: Matrix, along: Vector) -> Vector:
-    """The unit tangent of the curve where its equations have the derivative `by`, (m + 1,).
+    """Unit tangent of the curve where its equations have the derivative `by`, (m + 1,).
 
     It makes an acute angle with `along`. Raises numpy.linalg.LinAlgError at a branch point.
     """
@@ -43,9 +43,9 @@ def corrected(
     settings: ContinuationSettings = DEFAULT,
     tolerance: float | None = None,
 ) -> Solution | None:
-    """The point of the curve in the plane through the guess, by Newton's method; None if none.
+    """Point of the curve in the plane through the guess, by Newton's method; None if none.
 
-    Steps that are within a tolerance end it; they do not get smaller than rounding lets them.
+    The iteration ends when a step is within the tolerance, or limited by rounding.
     """
     u, size, tolerance = guess, float("inf"), tolerance or settings.newton_tolerance
     found = None
@@ -65,27 +65,27 @@ def corrected(
         u, size = u + change, float(np.linalg.norm(change))
         if size < tolerance * (1 + np.linalg.norm(u)):
             found = Solution(u, equations(u), step)
-            # A derivative that is not exact, near a segment of duration 0, leaves more.
+            # Near a segment of duration 0 the inexact derivative leaves a larger residual.
             if np.max(abs(found.at.residual)) <= settings.residual_tolerance * (1 + np.max(abs(u))):
                 break
     return found
 
 
 def least_between(ends: Vector, slopes: Vector) -> float:
-    """The least value on [0, 1] of the cubic that has these values and derivatives at 0 and 1."""
+    """Least value on [0, 1] of the cubic with these values and derivatives at 0 and 1."""
     return _least(_cubic(ends[1] - ends[0], slopes) + ends[0])
 
 
 def least_slope_between(chord: float, slopes: Vector) -> float:
-    """The least derivative on [0, 1] of the cubic with these derivatives at 0 and 1.
+    """Least derivative on [0, 1] of the cubic with these derivatives at 0 and 1.
 
-    `chord` is the difference of its values there.
+    `chord` is the difference of its values at the ends.
     """
     return _least(_cubic(chord, slopes).deriv())
 
 
 def _cubic(chord: float, slopes: Vector) -> np.poly1d:
-    """The cubic that is 0 at 0 and `chord` at 1, with these derivatives there."""
+    """Cubic that is 0 at 0 and `chord` at 1, with these derivatives there."""
     first, last = slopes
     return np.poly1d([first + last - 2 * chord, 3 * chord - 2 * first - last, first, 0.0])
 

@@ -20,7 +20,8 @@ from capsule_sym._orbits.shooting.changes import zero_segments
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 
-# What else may vanish along a curve of a smooth bifurcation; a cusp is seen by the curve's tangent.
+# Other test functions that may vanish along a curve of a smooth bifurcation; a cusp is found
+# from the curve's tangent.
 _WATCHED = {
     kinds.FOLD: (kinds.PERIOD_DOUBLING, kinds.RESONANCE_1_1),
     kinds.PERIOD_DOUBLING: (kinds.FOLD, kinds.RESONANCE_1_2, kinds.GENERALIZED_DOUBLING),
@@ -29,7 +30,7 @@ _WATCHED = {
 
 
 class Family(OrbitEquations):
-    """Orbits of one itinerary with free parameters, and a condition for each but one of them.
+    """Orbits of one itinerary with free parameters, and one condition less than parameters.
 
     The condition is that the segment `zero_segment` has the duration 0, or that the test function
     `critical` of a smooth bifurcation vanishes.
@@ -52,28 +53,28 @@ class Family(OrbitEquations):
 
     @property
     def zero_segment(self) -> int | None:
-        """The segment that has the duration 0, or the first of two."""
+        """Segment of duration 0, or the first of two."""
         return self.segments[0] if self.segments else None
 
     def direction(self, segment: int) -> Vector:
-        """The unknowns' direction (many,) in which the duration of a segment grows."""
+        """Direction of the unknowns (many,) in which the duration of a segment grows."""
         unit = np.eye(kinds.DURATIONS + len(self.itinerary))[kinds.DURATIONS + segment]
         return np.append(unit[self.rest], np.zeros(len(self.axes)))
 
     def corrected(
         self, guess: Vector, normal: Vector, tolerance: float | None = None
     ) -> Solution | None:
-        """The family's point in the plane through the guess, by Newton's method; None if none."""
+        """Point of the family in the plane through the guess, by Newton's method; None if none."""
         return corrected(self.evaluate, guess, normal, self.settings, tolerance)
 
     def corrected_at(self, guess: Vector, k: int, value: float) -> Solution | None:
-        """The family's point near a guess at which the unknown k has this value; None if none."""
+        """Point of the family near a guess at which the unknown k has this value; None if none."""
         guess, normal = guess.copy(), np.eye(len(guess))[k]
         guess[k] = value
         return self.corrected(guess, normal)
 
     def state(self, u: Vector, along: Vector, solution: Solution | None = None) -> State:
-        """The state at u, which a solution may be of, with its tangent in the direction `along`."""
+        """State at u, or at a given solution, with its tangent in the direction `along`."""
         _, by, orbit = solution.at if solution else self.evaluate(u)
         orbit = replace(orbit, iterations=solution.steps if solution else 0)
         held = inequalities(self.numbers, orbit.itinerary, orbit.system, self.segments)
@@ -86,13 +87,13 @@ class Family(OrbitEquations):
 
     @property
     def watched(self) -> tuple[str, ...]:
-        """The test functions that are looked at along the path."""
+        """Test functions that are monitored along the path."""
         if self.critical is not None:
             return _WATCHED[self.critical]
         return kinds.SMOOTH if self.zero_segment is None else (*kinds.SMOOTH, kinds.DEGENERATE)
 
     def tests(self, orbit: Orbit) -> dict[str, float]:
-        """The test functions at an orbit of the path."""
+        """Test functions at an orbit of the path."""
         found = evaluate_test_functions(orbit)
         others = [name for name in self.watched if name not in found]
         tests = [Condition(name, self.zero_segment) for name in others]
@@ -101,9 +102,9 @@ class Family(OrbitEquations):
     def solved(
         self, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
     ) -> EventSolution | None:
-        """The orbit near a guess at which test functions vanish and segments have the duration 0.
+        """Orbit near a guess at which test functions vanish and segments have the duration 0.
 
-        All as one system of equations; None where Newton's method finds none.
+        All equations are solved as one system; None if Newton's method does not converge.
         """
         free = tuple(axis.path for axis in self.axes)
         like = np.linalg.svd(orbit.system.by_z)[2][-1]
@@ -116,7 +117,7 @@ class Family(OrbitEquations):
             return None
 
     def tightest(self, state: State) -> Inequality:
-        """The inequality with the least value. Raises Stop where it fails."""
+        """Inequality with the least value. Raises Stop if it fails."""
         least = min(state.held, key=lambda one: float(one.value))
         if least.value <= 0:
             named, where = least.named(state.orbit.itinerary), self.problem.where(state.orbit)

@@ -1,4 +1,4 @@
-"""Bifurcations between two states of a family: by test functions, and by inequalities that fail."""
+"""Bifurcations between two states of a family: from test functions and failing inequalities."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
 
 def smooth_between(family: Family, old: State, new: State, until: float) -> list[SmoothEvent]:
-    """The smooth bifurcations between two states of one itinerary, up to a share, in order."""
+    """Smooth bifurcations between two states of one itinerary, up to a share, in order."""
     names = [name for name in family.watched if _changes_sign(name, old, new)]
-    # The parameters turn back along a curve of folds.
+    # Along a curve of folds the parameters turn back at a cusp.
     if family.critical == kinds.FOLD and float(old.tangent[-2:] @ new.tangent[-2:]) < 0:
         names.append(kinds.CUSP)
     found = [_zero_between(family, name, old, new) for name in names]
@@ -43,9 +43,9 @@ def smooth_between(family: Family, old: State, new: State, until: float) -> list
 
 
 def _changes_sign(name: str, old: State, new: State) -> bool:
-    """True if a test function vanishes on the way; one that is rounding at both ends does not.
+    """True if a test function changes its sign on a step, by more than rounding.
 
-    All multipliers of a motion without dissipation lie on the unit circle, on all of its branch.
+    Without dissipation all multipliers lie on the unit circle along the whole branch.
     """
     ends = old.tests[name], new.tests[name]
     if not ends[0] * ends[1] < 0:
@@ -55,11 +55,12 @@ def _changes_sign(name: str, old: State, new: State) -> bool:
 
 
 def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEvent | None:
-    """The zero of a test function between two states, by its extended system.
+    """Zero of a test function between two states, from its extended system.
 
-    Where that has no solution from the zero of a line, the way is halved. What then has none is
-    not solved, or none at all: where the path is lost, the sign is that of rounding, and at a pole
-    of what is not smooth. A Neimark-Sacker bifurcation has no real pair mu, 1/mu.
+    If the extended system has no solution near the linear guess, the step is halved. The result is
+    marked as unsolved if this fails too. It is None if the path is lost, if the sign is that of
+    rounding, at a pole of a function that is not smooth, and for a Neimark-Sacker function whose
+    multipliers are a real pair mu, 1/mu.
     """
     change = new.u - old.u
     normal = change / np.linalg.norm(change)
@@ -99,13 +100,13 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
 
 
 def _share(family: Family, old: State, new: State, found: EventSolution) -> float:
-    """The share of the way between two states at which an orbit of the family is."""
+    """Share of the step between two states at which an orbit of the family lies."""
     step = new.u - old.u
     return float(step @ (family.unknowns(found.orbit) - old.u) / (step @ step))
 
 
 def first_event(family: Family, old: State, new: State, failing: list[Inequality]) -> Event | None:
-    """The first event between two states; None if nothing fails or it is not located."""
+    """First event between two states; None if nothing fails or it is not located."""
     shares = [_failing_share(old.held, failed) for failed in failing]
     found = [_locate(family, old, new, *one) for one in zip(failing, shares, strict=True)]
     events = [one for one in found if one is not None]
@@ -116,12 +117,12 @@ def first_event(family: Family, old: State, new: State, failing: list[Inequality
         if one is None and share < nearest - family.settings.share_error:
             return None
     together = [one for one in events if one.share - nearest < family.settings.same_share]
-    # A segment that shrinks to nothing may take other inequalities with it: it is the event.
+    # A segment that shrinks to 0 may let other inequalities fail with it; it is the event.
     return min(together, key=lambda one: one.failed.kind != DURATION)
 
 
 def hides(family: Family, old: State, new: State, event: Event) -> bool:
-    """True if another inequality fails before the event, which beyond it is not asked for."""
+    """True if another inequality fails before the event."""
     if event.failed.kind == MINIMUM:
         return False
     change = new.u - old.u
@@ -170,7 +171,7 @@ def _locate(
         return None
     parts = found.orbit.durations[[segment - 1, segment + 1 - len(found.orbit.durations)]]
     if failed.kind == MINIMUM and min(parts) < 0:
-        return None  # it is in a neighbour of the segment by then
+        return None  # it has moved into a neighbour of the segment
     found = found._replace(segments=(*segments[: len(kept)][:1], segment))
     here = _collapsed(family, failed, found)
     if here is None:
@@ -185,9 +186,9 @@ def _locate(
 
 
 def _collapsed(family: Family, failed: Inequality, found: EventSolution) -> Orbit | None:
-    """The orbit of an event, its unknowns those of the itinerary without the segment.
+    """Orbit of an event, in the unknowns of the itinerary without the segment.
 
-    None where that itinerary has one segment.
+    None if that itinerary has one segment.
     """
     z, segment = found.orbit.z, kinds.DURATIONS + failed.segment
     if failed.kind in (LANDING, EDGE, BEFORE_END):
@@ -201,7 +202,7 @@ def _collapsed(family: Family, failed: Inequality, found: EventSolution) -> Orbi
 
 
 def _failing_share(held: list[Inequality], failed: Inequality) -> float:
-    """The share of a step after which an inequality fails, by its values at both ends."""
+    """Share of a step after which an inequality fails, from its values at both ends."""
     before = matching(held, failed)
     if before is None or before.value <= 0:
         return 1.0
@@ -209,6 +210,6 @@ def _failing_share(held: list[Inequality], failed: Inequality) -> float:
 
 
 def matching(held: list[Inequality], wanted: Inequality) -> Inequality | None:
-    """The inequality of the same kind, segment and guard, of several minima the nearest in time."""
+    """Inequality of the same kind, segment and guard; of several minima the nearest in time."""
     same = [one for one in held if one[:3] == wanted[:3]]
     return min(same, key=lambda one: abs(float(one.time - wanted.time)), default=None)

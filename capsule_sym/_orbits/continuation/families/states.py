@@ -1,4 +1,4 @@
-"""Problem, axes, states and steps of a continuation, events on its way, and its endings."""
+"""Problem, axes, states, steps, events and endings of a continuation."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 
 
 class Ending(StrEnum):
-    """Reasons for the end of a branch or a curve."""
+    """Reason for the end of a branch or a curve."""
 
-    #: The parameter has reached the value that was asked for, or the border of its range.
+    #: The parameter has reached the target value, or the border of its range.
     REACHED = "reached"
-    #: It came back to where it began.
+    #: The path returned to its start.
     RETURNED = "returned"
-    #: The parameter came back to the value where it began, on another orbit.
+    #: The parameter returned to its start value, on another orbit.
     TURNED_BACK = "turned-back"
-    #: The two halves of a period-doubled orbit became one: a branch of half the period is reached.
+    #: The two halves of a period-doubled orbit became equal: a branch of half the period.
     PERIOD_HALVED = "period-halved"
-    #: The orbit became its own mirror image: a branch of such orbits is reached.
+    #: The orbit became its own mirror image: a branch of symmetric orbits.
     SYMMETRIC = "symmetric"
-    #: Newton's method finds no further point, however short the step.
+    #: Newton's method found no further point, even at the shortest step.
     NOT_CONVERGED = "not-converged"
-    #: An inequality of the itinerary fails, and no orbit that the map follows goes on from there.
+    #: An inequality of the itinerary fails, and no admissible orbit continues the branch.
     NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
     #: The mean force of drive and load reaches friction: beyond, no motion is periodic.
     DRAGGED = "dragged"
-    #: The curve ends in a point of codimension two, which it has on its list.
+    #: The curve ends in a codimension-two point, which is in its list.
     CODIMENSION_TWO = "codimension-two"
-    #: As many points as allowed.
+    #: The largest number of points was reached.
     TOO_MANY_POINTS = "too-many-points"
-    #: The time is over.
+    #: The time limit was reached.
     TIME_LIMIT = "time-limit"
 
 
-OUT_OF_TIME = Ending.TIME_LIMIT, "the time was over, or the work was interrupted"
+OUT_OF_TIME = Ending.TIME_LIMIT, "time limit reached, or interrupted"
 
 
 class Stop(Exception):
-    """The path ends, and why."""
+    """Raised where the path ends, with the reason."""
 
     def __init__(self, ending: Ending, detail: str) -> None:
         super().__init__(detail)
@@ -54,14 +54,14 @@ class Stop(Exception):
 
 
 class Problem(NamedTuple):
-    """The number system, axes and settings that all families of a continuation share."""
+    """Number system, axes and settings that all families of a continuation share."""
 
     numbers: Backend
     axes: tuple[Axis, ...]
     settings: ContinuationSettings = DEFAULT
 
     def values(self, orbit: Orbit) -> tuple[float, ...]:
-        """The values of what varies."""
+        """Values of the varied parameters."""
         return tuple(axis.value(orbit.values) for axis in self.axes)
 
     def where(self, orbit: Orbit) -> str:
@@ -72,7 +72,7 @@ class Problem(NamedTuple):
 
 
 class State(NamedTuple):
-    """A point of the path: unknowns u, the orbit, its inequalities, tangent and tests."""
+    """Point of the path: unknowns u, the orbit, its inequalities, tangent and test functions."""
 
     u: Vector
     orbit: Orbit
@@ -87,9 +87,9 @@ class State(NamedTuple):
 
 
 class SmoothEvent(NamedTuple):
-    """A test function that vanishes on the way between two states, and after which share of it.
+    """Test function that vanishes between two states, and the share of the step at its zero.
 
-    Where the search has failed, `solved` is False and the orbit that of the first state.
+    If the search has failed, `solved` is False and the orbit is that of the first state.
     """
 
     type: str
@@ -100,7 +100,7 @@ class SmoothEvent(NamedTuple):
 
 
 class Event(NamedTuple):
-    """A failed inequality, the orbit with a segment of duration 0 that stands for it, its share."""
+    """Failed inequality, the orbit at which it is 0 with a segment of duration 0, and its share."""
 
     failed: Inequality
     segment: int
@@ -110,7 +110,7 @@ class Event(NamedTuple):
 
 
 class Step(NamedTuple):
-    """The state after a step, what is on the way, in order, and how long to try the next step."""
+    """State after a step, the events on it in order, and the length of the next step to try."""
 
     state: State
     smooth: list[SmoothEvent]

@@ -61,12 +61,12 @@ from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, symmetric
 
-_PLACES = (0.0, 0.37, 1.0)  # of a range, at which it is seen what keeps motions symmetric
-_SLOWEST = 1e-9  # change of q along the path that is taken for none
+_PLACES = (0.0, 0.37, 1.0)  # of a range, at which the symmetry of motions is tested
+_SLOWEST = 1e-9  # change of q along the path that counts as none
 
 
 def keeps_images(orbit: Orbit, axes: tuple[Axis, ...]) -> bool:
-    """True if motions have mirror images wherever the axes lead."""
+    """True if motions have mirror images over the whole range of the axes."""
     names = orbit.scene.facts.PARAMETERS
     for axis in axes:
         for q in _PLACES:
@@ -77,9 +77,9 @@ def keeps_images(orbit: Orbit, axes: tuple[Axis, ...]) -> bool:
 
 
 def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
-    """The first half of an orbit that is its own mirror image; None of any other.
+    """First half of an orbit that is its own mirror image; None for any other.
 
-    None where what varies leaves motions without images, as a load does, or one stop's stiffness.
+    None if a varied parameter removes the symmetry, such as a load or the stiffness of one stop.
     """
     varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
     scene = orbit.scene
@@ -93,7 +93,7 @@ def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
 
 
 def vanishing(orbit: Orbit, segment: int) -> Event:
-    """The event that a continuation crosses which comes with the segment of duration 0."""
+    """Event that belongs to a segment of duration 0."""
     itinerary, zero = orbit.itinerary, 0 * orbit.z[0]
     same_itinerary = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
     solution = EventSolution(orbit, (segment,), orbit.residual, ())
@@ -102,17 +102,17 @@ def vanishing(orbit: Orbit, segment: int) -> Event:
 
 
 class Continuation(Family):
-    """A family that is followed step by step, from one itinerary to the next."""
+    """A family that is continued step by step, from one itinerary to the next."""
 
     unlocated: Sequence[str] = ()
-    """The inequalities that fail in the last step tried, at no event that was located."""
+    """Inequalities that failed in the last step tried, without a located event."""
     _falls = False
-    """True if the parameter grows ever more slowly along the path."""
+    """True if the parameter changes ever more slowly along the path."""
 
     def advance(self, state: State, length: float, largest: float) -> Step:
-        """A step of this length or a shorter one; no q changes by more than about `largest`.
+        """Step of this length or shorter; no q changes by more than about `largest`.
 
-        Raises Stop where even the shortest step is too long.
+        Raises Stop if even the shortest step is too long.
         """
         fastest = np.max(abs(state.tangent[-len(self.axes) :]))
         slow = max(0.0, np.max(abs(state.u)) - self.settings.slow_size)
@@ -132,7 +132,7 @@ class Continuation(Family):
         raise Stop(Ending.NO_ADMISSIBLE_ORBIT, f"{detail}: {failing}")
 
     def _tried(self, state: State, length: float) -> Step | None:
-        """A step of this length; None where that is too long."""
+        """Step of this length; None if it is too long."""
         guess = state.u + length * state.tangent
         try:
             solution = self.corrected(guess, state.tangent)
@@ -140,7 +140,7 @@ class Continuation(Family):
             if solution is not None and outside is not None:
                 solution = self._at_border(state, solution, *outside)
         except (ArithmeticError, ValueError):
-            return None  # the guess is where parameters, or a path of them, have no values
+            return None  # the parameters, or their path, have no value at the guess
         if solution is None:
             return None
         new = self.state(solution.u, state.tangent, solution)
@@ -160,17 +160,17 @@ class Continuation(Family):
         return Step(new, smooth, event, outside is not None, further)
 
     def _may_skip_two(self, old: State, new: State) -> bool:
-        """True if a step may have passed two bifurcations of one type, which leave no sign.
+        """True if a step may have passed two bifurcations of one type, without a change of sign.
 
-        By the cubics through both ends: the parameter's, which turns back at folds, and those of
-        the test functions where they are small.
+        The test uses the cubics through both ends: that of the parameter, which turns back at
+        folds, and those of small test functions.
         """
         change, share = new.u - old.u, self.settings.clear_share
         length = float(np.linalg.norm(change))
         if len(self.axes) == 1:
             slopes = np.array([old.tangent[-1], new.tangent[-1]]) * length
             slopes, chord = np.sign(slopes[0]) * slopes, np.sign(slopes[0]) * change[-1]
-            # Beyond an event the parameter sets out slowly: only a slope that falls may dip.
+            # Beyond an event the parameter starts slowly: only a falling slope may reach 0.
             falls = self._falls or slopes[1] < slopes[0]
             clear = share * max(slopes) if falls else 0.0
             if min(slopes) > 0 and least_slope_between(chord, slopes) < clear:
@@ -187,18 +187,18 @@ class Continuation(Family):
         return False
 
     def _slope(self, name: str, state: State) -> float:
-        """The derivative of a test function along the path."""
+        """Derivative of a test function along the path."""
         return float(self.row(state.orbit, name) @ state.tangent)
 
     def _outside(self, u: Vector) -> tuple[int, float] | None:
-        """Index and border of the first q that has left [0, 1]."""
+        """Index and border of the first q outside [0, 1]."""
         for k in range(len(u) - len(self.axes), len(u)):
             if not 0 <= u[k] <= 1:
                 return k, float(u[k] > 1)
         return None
 
     def _at_border(self, state: State, beyond: Solution, k: int, edge: float) -> Solution | None:
-        """The point at which a step leaves the range; None if the path turns back, too near."""
+        """Point at which a step leaves the range; None if the path turns back near the border."""
         step = beyond.u - state.u
         found = self.corrected_at(state.u + (edge - state.u[k]) / step[k] * step, k, edge)
         if found is None or (edge - 0.5) * state.tangent[k] > 0:
@@ -207,10 +207,10 @@ class Continuation(Family):
         return found if ahead > self.settings.least_return * np.linalg.norm(step) else None
 
     def cross(self, event: Event) -> Start | None:
-        """Go on in the itinerary beyond an event, to a little further on; None if there is nothing.
+        """Continue in the itinerary beyond an event, to a state next to it; None if there is none.
 
-        Other events of the same orbit, as where forces on both ways are alike, are crossed with it.
-        Raises Stop where the itineraries on the two sides do not share the condition.
+        Other events of the same orbit are crossed with it, as for equal forces in both directions.
+        Raises Stop if the itineraries on the two sides do not share the condition.
         """
         found, u = self._beyond(event)
         for _ in range(len(self.itinerary) if self.zero_segment is None else 0):
@@ -221,7 +221,7 @@ class Continuation(Family):
         return found
 
     def _also(self, orbit: Orbit, held: Sequence[Inequality]) -> Event | None:
-        """Another event of an orbit, of an inequality that fails beyond the first."""
+        """Another event of an orbit, from an inequality that fails beyond the first event."""
         for failed in held:
             if failed.value > 0:
                 continue
@@ -239,7 +239,7 @@ class Continuation(Family):
         return None
 
     def _beyond(self, event: Event) -> tuple[Start | None, Vector]:
-        """The state beyond one segment's event, and the unknowns of the event's orbit there."""
+        """State beyond one segment's event, and the unknowns of the event's orbit there."""
         orbit, segment = event.solution.orbit, event.segment
         broken = self.itinerary.mirrored and not orbit.itinerary.mirrored
         if broken and (self.zero_segment is not None or self.critical):
@@ -261,7 +261,7 @@ class Continuation(Family):
         return self.neighbour(u, along, kinked), u
 
     def _without(self, orbit: Orbit, segment: int) -> tuple[Start | None, Vector]:
-        """Go on in the itinerary without a segment of duration 0, to its admissible side."""
+        """Continue in the itinerary without a segment of duration 0, on its admissible side."""
         change, inequality = remove_segment(
             self.numbers, self.itinerary, orbit.z, orbit.system, segment
         )
@@ -272,7 +272,7 @@ class Continuation(Family):
         return max(both, key=lambda one: _margin(one, inequality)), u
 
     def symmetric(self, state: State) -> State:
-        """The state by the first half of its orbit, where that is its own mirror image."""
+        """State of the first half of the orbit, if the orbit is its own mirror image."""
         if self.itinerary.mirrored or self.critical is not None:
             return state
         if self.zero_segment is None:
@@ -302,10 +302,10 @@ class Continuation(Family):
         return [null, -null]
 
     def around(self, u: Vector) -> Iterator[State]:
-        """The states a little further on from u, on all curves of solutions that pass it.
+        """States next to u on all curves of solutions that pass it.
 
-        Where two of them cross the equations' null vectors fill a plane, whose directions are
-        tried; each curve may come several times.
+        Where two curves cross, the null vectors of the equations span a plane, whose directions are
+        tried; each curve may be found several times.
         """
         settings = self.settings
         _, sizes, right = np.linalg.svd(self.evaluate(u).by)
@@ -318,9 +318,9 @@ class Continuation(Family):
                 yield self.state(solution.u, way, solution)
 
     def neighbour(self, u: Vector, along: Vector, straight: bool = False) -> Start | None:
-        """The state a little further on from u, in the direction that `along` points to.
+        """State next to u, in the direction of `along`.
 
-        Nearer to u where another event is that near. `along` is the tangent itself if `straight`.
+        It is nearer to u if another event is near. `along` is the tangent itself if `straight`.
         """
         at = self.evaluate(u)
         try:
@@ -341,12 +341,12 @@ class Continuation(Family):
             return None
         state, point = states[-1], State(u, at.orbit, [], direction, self.tests(at.orbit))
         found = smooth_between(self, point, state, 1.0)
-        # Where the point is a degenerate one its own test function is rounding.
+        # At a degenerate point its own test function is rounding.
         return Start(self, state, [one for one in found if one.type != DEGENERATE])
 
 
 class Start(NamedTuple):
-    """A state beside a point to follow a path from, and the smooth bifurcations between them."""
+    """State beside a point from which to continue, and the smooth bifurcations between them."""
 
     continuation: Continuation
     state: State
@@ -358,9 +358,9 @@ def doubled_starts(
 ) -> Iterator[tuple[float, Start]]:
     """Doubled orbits beside one at a period doubling, each with its distance.
 
-    Of a half at which the symmetry breaks they are whole orbits: two sides of them.
-    Of the doubled equations two curves of solutions meet there; along one only the parameter
-    stands still, and the halves move apart.
+    At a symmetry breaking they are whole orbits on the two sides of their half. Two curves of
+    solutions of the doubled equations cross there; on one the halves move apart while the parameter
+    is constant to first order.
     """
     whole, settings = doubled(problem.numbers, orbit), problem.settings
     one = Continuation(problem, whole, critical=critical)
@@ -376,7 +376,7 @@ def doubled_starts(
 
 
 def _ratio(orbit: Orbit, first: int) -> float:
-    """Duration of a slip after an edge or a stop over that before, where both begin at 0.
+    """Ratio of the durations of the slip after and before an edge or a stop, both starting at 0.
 
     The capsule's acceleration grows from 0 and falls again at the rates of the pull.
     """
@@ -385,7 +385,7 @@ def _ratio(orbit: Orbit, first: int) -> float:
 
 
 def _margin(beside: Start | None, inequality: Inequality) -> tuple[bool, float]:
-    """True if all holds at a state, and an inequality's value; the greater the better."""
+    """Admissibility of a state, and the value of an inequality; larger is better."""
     if beside is None:
         return False, -float("inf")
     found = matching(beside.state.held, inequality)
@@ -397,18 +397,18 @@ _ROUNDINGS = 8
 
 
 class Run(ABC):
-    """A run of a continuation, with at least so many steps to each range of what varies."""
+    """Run of a continuation, with at least `points` steps over each varied range."""
 
     first: State
     last: State | None = None
-    """The first and the last state that were added."""
+    """First and last state that were added."""
 
     def __init__(self, continuation: Continuation, points: int, most: int) -> None:
         self.continuation, self.problem = continuation, continuation.problem
         self.largest, self.most = 1 / points, most
 
     def follow(self, begin: Callable[[], State]) -> tuple[Ending, str]:
-        """Follow the path from a state to its end, and say why it ends."""
+        """Continue the path from a state to its end; returns the reason for the end."""
         length = self.problem.settings.first_step
         try:
             self.first = begin()
@@ -442,7 +442,7 @@ class Run(ABC):
         return step.state, step.next
 
     def cross(self, old: State, new: State, event: Event) -> State:
-        """Record an event, and give the state beyond it. Raises Stop if there is none."""
+        """Record an event and return the state beyond it. Raises Stop if there is none."""
         failed, failure = event.failed.named(old.orbit.itinerary), "there is no orbit"
         beyond, state, stop = None, None, None
         try:
@@ -463,14 +463,14 @@ class Run(ABC):
         return state
 
     def errors(self, found: EventSolution) -> list[float]:
-        """Uncertainties of what varies at a smooth bifurcation, with the rounding of its value."""
+        """Uncertainties of the varied parameters at a smooth bifurcation, with their rounding."""
         values = self.problem.values(found.orbit)
         both = zip(found.uncertainties, values, strict=True)
         return [float(error) + _ROUNDINGS * _UNIT * abs(value) for error, value in both]
 
     @abstractmethod
     def add(self, state: State) -> None:
-        """Add a point. Raises Stop where it is not admissible."""
+        """Add a point. Raises Stop if it is not admissible."""
 
     @abstractmethod
     def record_smooth(self, one: SmoothEvent) -> None:
@@ -480,15 +480,15 @@ class Run(ABC):
     def record_event(
         self, event: Event, old: State, new: State, beyond: State | None, failed: str
     ) -> Orbit:
-        """Record a border collision between two states, and give its orbit."""
+        """Record a border collision between two states; returns its orbit."""
 
     def failure(self, state: State) -> str:
-        """The reason for which a state beyond an event is no motion; empty if it is one."""
+        """Reason why a state beyond an event is not admissible; empty if it is."""
         return ""
 
     @abstractmethod
     def check(self, old: State, step: Step) -> None:
-        """Raises Stop where the path ends on the way of a step."""
+        """Raises Stop if the path ends within a step."""
 
     def closes(self, old: State, new: State) -> bool:
         """True if the path passes its first point between two states."""

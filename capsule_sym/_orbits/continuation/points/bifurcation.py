@@ -1,4 +1,4 @@
-"""Bifurcations on branches, points of curves of them, and points where a second condition holds."""
+"""Bifurcations on branches, points of curves of them, and codimension-two points."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, whole_orbit
 
-_SAME = 1e-9  # parameters of one point, found twice, differ by less
+_SAME = 1e-9  # parameters of a point found twice differ by less
 
 
 def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
-    """The multipliers of an orbit as plain numbers, the largest modulus first."""
+    """Floquet multipliers of an orbit as plain numbers, the largest modulus first."""
     return tuple(complex(value) for value in floquet_multipliers(orbit))
 
 
 def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...]:
-    """The multipliers of an orbit without its segment of duration 0, sorted; empty if it needs it.
+    """Multipliers of an orbit without its segment of duration 0, sorted; empty if there is none.
 
-    Of an orbit that is its own mirror image also without the image of the segment. The order of two
-    switches does not matter to them, unless one is an edge of the drive.
+    For an orbit that is its own mirror image also without the image of the segment. The multipliers
+    do not depend on the order of two switches, unless one is an edge of the drive.
     """
     itinerary, z, pulsed = orbit.itinerary, orbit.z, orbit.scene.facts.PULSED
     same = segment is None or (not pulsed and swap_segment(itinerary, z, segment))
@@ -41,7 +41,7 @@ def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...
 
 
 def orbit_without(orbit: Orbit, segment: int | None) -> Orbit | None:
-    """The same orbit in the itinerary on the other side; None where there is none."""
+    """The same orbit in the itinerary on the other side; None if there is none."""
     if segment is None:
         return None
     half, its_segment = halved_at(orbit, segment) or (orbit, segment)
@@ -60,10 +60,10 @@ def orbit_without(orbit: Orbit, segment: int | None) -> Orbit | None:
 
 @dataclass(frozen=True, kw_only=True)
 class SolvedPoint:
-    """An orbit that fulfils conditions, and how well its equations and theirs are solved.
+    """Orbit that fulfils conditions, with the accuracy of the solution.
 
-    `residual` is the largest entry of all these equations, `iterations` counts the steps of
-    Newton's method, and `status` says whether they are solved.
+    `residual` is the largest entry of all equations and conditions, `iterations` the number of
+    Newton steps, `status` the state of the solution.
     """
 
     orbit: Orbit
@@ -79,48 +79,49 @@ class SolvedPoint:
 
 @dataclass(frozen=True, kw_only=True)
 class BifurcationPoint(SolvedPoint):
-    """A point with its multipliers; `segment` has the duration 0, None at a smooth bifurcation."""
+    """Point with its multipliers; `segment` has the duration 0, None at a smooth bifurcation."""
 
     segment: int | None = None
 
     @cached_property
     def multipliers(self) -> tuple[complex, ...]:
-        """Multipliers of the orbit, the largest modulus first.
+        """Floquet multipliers of the orbit, the largest modulus first.
 
-        At a border collision they are those of the itinerary with the segment: only where the
-        normal form has the power 1 per order, as at a grazing-sliding bifurcation, has the other
-        itinerary others, `multipliers_without` it.
+        At a border collision they are those of the itinerary with the segment. The other itinerary
+        has other multipliers (`multipliers_without`) only if power equals order in the normal form,
+        as at a grazing-sliding bifurcation.
         """
         return sorted_multipliers(self.orbit)
 
     @cached_property
     def multipliers_without(self) -> tuple[complex, ...]:
-        """Multipliers of the itinerary without the segment; of a smooth bifurcation the same."""
+        """Multipliers of the itinerary without the segment; the same at a smooth bifurcation."""
         return multipliers_without(self.orbit, self.segment)
 
     @cached_property
     def orbit_without(self) -> Orbit | None:
-        """The orbit in the other itinerary: derivatives of both are those of the two sides.
+        """Orbit in the other itinerary; derivatives of both orbits are those of the two sides.
 
-        Its segment of duration 0 is gone, or stands for the other order of two switches. None at a
-        smooth bifurcation, and where the branch ends.
+        Its segment of duration 0 is absent, or stands for the other order of two switches. None at
+        a smooth bifurcation, and where the branch ends.
         """
         return orbit_without(self.orbit, self.segment)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bifurcation(BifurcationPoint):
-    """A bifurcation on a branch of periodic orbits, located exactly; dimensionless.
+    """Bifurcation on a branch of periodic orbits, located exactly; dimensionless.
 
-    `value` is that of the parameter `parameter` and `uncertainty` a bound on its rounding error;
-    where the equations are not solved it is all of the interval. `line` and `surfaces` are those
-    that the orbit meets (empty for a smooth bifurcation), `segment` the segment of `orbit` that has
-    the duration 0 (None for a smooth one), `interval` the values between which the branch stepped
-    over it, `failed` the inequality that failed. Where `symmetry` is "kept" the orbits are their
-    own mirror images, and it happens to the segment's image half a period later too; where it is
-    "broken" those on one side are, those on the other touch the spring. The multipliers are those
-    of orbits on the branch a little before and after. `itinerary_after` is None where the branch
-    ends. `label`, such as "PD2", names it on its branch; `path` is what varies there.
+    `value` is that of the parameter `parameter`, and `uncertainty` a bound on its rounding error;
+    if the equations are not solved it is the whole interval. `line` and `surfaces` are those that
+    the orbit meets (empty for a smooth bifurcation). `segment` is the segment of `orbit` with
+    duration 0 (None for a smooth bifurcation), `interval` the two neighbouring values on the
+    branch, `failed` the inequality that failed. If `symmetry` is "kept", the orbits are their own
+    mirror images, and the event also happens to the segment's image half a period later. If it is
+    "broken", the orbits on one side are their own images, and those on the other touch the spring.
+    The multipliers before and after are those of orbits on the branch next to it. `itinerary_after`
+    is None if the branch ends. `label`, such as "PD2", is its name on the branch, `path` the varied
+    parameters.
     """
 
     type: str
@@ -154,7 +155,7 @@ class Bifurcation(BifurcationPoint):
 
 @dataclass(frozen=True, kw_only=True)
 class CurvePoint(BifurcationPoint):
-    """A bifurcating orbit, the values of the two parameters, the line, the tightest inequality.
+    """Bifurcating orbit, values of the two parameters, line, and tightest inequality.
 
     `segment` is the segment of duration 0, None on the curve of a smooth bifurcation. All values
     are dimensionless.
@@ -167,12 +168,12 @@ class CurvePoint(BifurcationPoint):
 
 @dataclass(frozen=True, kw_only=True)
 class CodimensionTwoPoint(SolvedPoint):
-    """A point of a curve where a second condition holds, located exactly; dimensionless.
+    """Point of a curve where a second condition holds, located exactly; dimensionless.
 
-    `types` and `lines` are those of the curve and of the second condition; `values` the two
-    parameters with bounds on their rounding errors. `itinerary_after` is None where the curve ends.
-    `segments` are those of `orbit` that have the duration 0, that of the curve first; of a motion
-    that is its own mirror image those of its first half.
+    `types` and `lines` are those of the curve and of the second condition, `values` the two
+    parameters, `uncertainties` bounds on their rounding errors. `itinerary_after` is None if the
+    curve ends. `segments` are those of `orbit` with duration 0, that of the curve first; if the
+    motion is its own mirror image they are those of its first half.
     """
 
     types: tuple[str, str]
@@ -185,14 +186,14 @@ class CodimensionTwoPoint(SolvedPoint):
     segments: tuple[int, ...] = ()
 
     def at(self, values: tuple[float, float]) -> bool:
-        """True if these are the point's parameters, as far as those of a point found twice are."""
+        """True if these are the point's parameters, up to the error of a point found twice."""
         return all(
             abs(one - other) <= _SAME for one, other in zip(self.values, values, strict=True)
         )
 
 
 def solution_fields(found: EventSolution, solved: bool = True) -> dict[str, Any]:
-    """The fields of a SolvedPoint, of the whole orbit."""
+    """Fields of a SolvedPoint, for the whole orbit."""
     orbit = found.orbit
     return {
         "orbit": whole_orbit(orbit),
@@ -203,9 +204,9 @@ def solution_fields(found: EventSolution, solved: bool = True) -> dict[str, Any]
 
 
 def refined(one: Bifurcation) -> EventSolution:
-    """A bifurcation at which a segment has duration 0, in 50 digits; the other parameters exact.
+    """Border collision in 50 digits; all other parameters are exact.
 
-    Raises ValueError for a smooth bifurcation, and ArithmeticError where Newton's method fails.
+    Raises ValueError for a smooth bifurcation, and ArithmeticError if Newton's method fails.
     """
     if one.segment is None:
         raise ValueError(f"a {one.type} has no segment of duration 0")

@@ -16,22 +16,22 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodrom
 
 _UNIT = 2.0**-53
 _ROUNDINGS = 64  # of a test function, in units of its largest terms
-_COMPLEX = 1e-6  # imaginary part of a multiplier, above which it is no real one
+_COMPLEX = 1e-6  # least imaginary part of a complex multiplier
 EXACT = (*kinds.SMOOTH, kinds.RESONANCE_1_1, kinds.RESONANCE_1_2)  # with an exact gradient
 
 
 def evaluate_test_functions(orbit: Orbit) -> dict[str, float]:
-    """The functions of the monodromy matrix that vanish at a smooth bifurcation of an orbit."""
+    """Test functions of an orbit's monodromy matrix, which vanish at smooth bifurcations."""
     return of_matrix(monodromy_matrix(orbit))
 
 
 def of_matrix(matrix: Matrix) -> dict[str, float]:
-    """The test functions of a monodromy matrix M.
+    """Test functions of a monodromy matrix M.
 
-    det(M - I) at a fold, det(M + I) at a period doubling, and the product of all 1 - mu_i mu_j,
-    i < j, at a Neimark-Sacker bifurcation. At a 1:1 resonance a second multiplier is 1 at a fold,
-    at a 1:2 resonance a second one -1 at a period doubling: there the derivative of the
-    characteristic polynomial vanishes.
+    det(M - I) at a fold, det(M + I) at a period doubling, and the product of all 1 - mu_i mu_j, i <
+    j, at a Neimark-Sacker bifurcation. At a 1:1 resonance a fold has a second multiplier 1, at a
+    1:2 resonance a period doubling has a second multiplier -1: the derivative of the characteristic
+    polynomial vanishes.
     """
     first, second, third = _invariants(matrix)
     return {
@@ -71,15 +71,15 @@ def gradient_of_test_function(
 
 
 def noise(orbit: Orbit) -> float:
-    """Rounding of the test functions at an orbit."""
+    """Rounding error of the test functions at an orbit."""
     return _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy_matrix(orbit))))) ** 3
 
 
 class Condition(NamedTuple):
-    """A test function that is to vanish.
+    """Test function as a condition: it has to vanish.
 
-    That of a degenerate border collision is of its segment of duration 0; that of a cusp needs a
-    direction `like` that of the fold.
+    A degenerate border collision needs its segment of duration 0; a cusp needs a direction `like`
+    that of the fold.
     """
 
     name: str
@@ -87,7 +87,7 @@ class Condition(NamedTuple):
     like: Vector | None = None
 
     def value(self, numbers: Backend, orbit: Orbit) -> float:
-        """The test function at an orbit."""
+        """Test function at an orbit."""
         if self.name == kinds.CUSP:
             return quadratic(numbers, orbit, self.like).term
         if self.name == kinds.GENERALIZED_DOUBLING:

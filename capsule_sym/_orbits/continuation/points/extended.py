@@ -1,4 +1,4 @@
-"""Extended systems: an orbit's equations with segments of duration 0 and test functions of 0."""
+"""Extended systems: an orbit's equations with segments of duration 0 and vanishing conditions."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 
 _MOST_STEPS = 20
 _LARGEST_RESIDUAL = 1024  # units of rounding
-_RANK = 1e-9  # singular values below this share of the largest are taken for zero
+_RANK = 1e-9  # singular values below this share of the largest count as zero
 _DIFFERENCE = 1e-6  # of the unknowns, for the gradient of a condition
 
 
 class EventSolution(NamedTuple):
-    """An orbit on which certain segments have the duration 0 and conditions hold, and how well.
+    """Orbit with segments of duration 0 and conditions that hold, and the accuracy of both.
 
-    As many parameters as there are such segments and conditions were free. The `residual` is the
-    largest entry of the equations'; `uncertainties` bound the errors of the free parameters to
-    first order: the rounding of every equation carried through the inverse Jacobian.
+    There are as many free parameters as such segments and conditions. `residual` is the largest
+    entry of the equations. `uncertainties` bound the errors of the free parameters to first order:
+    the rounding of each equation times the inverse Jacobian.
     """
 
     orbit: Orbit
@@ -60,7 +60,7 @@ def orbit_at(
     iterations: int = 0,
     kept: ShootingSystem | None = None,
 ) -> Orbit:
-    """The orbit of these unknowns, or what is to become one, in the number system of a backend."""
+    """Orbit with these unknowns, which need not be a solution, in the numbers of a backend."""
     system = shooting(numbers, values, itinerary, z, kept)
     return Orbit(tuple(values), itinerary, z, system, numbers.name, iterations)
 
@@ -75,14 +75,14 @@ class Evaluation(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _without(size: int, segments: tuple[int, ...]) -> NDArray[np.intp]:
-    """Indices of z, of so many entries, but those of some segments' durations."""
+    """Indices of z, of so many entries, without the durations of some segments."""
     return np.delete(np.arange(size), [DURATIONS + segment for segment in segments])
 
 
 class OrbitEquations:
-    """The equations of an orbit on which some segments have the duration 0 and conditions hold.
+    """Equations of an orbit with segments of duration 0 and conditions.
 
-    Unknowns are the other entries of z and, for each that is `free`, its coordinate: a path's
+    The unknowns are the other entries of z, and the coordinate of each `free` parameter: a path's
     value, or the share of an axis' range. The other parameters are those of `values`.
     """
 
@@ -104,11 +104,11 @@ class OrbitEquations:
         return _without(DURATIONS + len(self.itinerary), self.segments)
 
     def unknowns(self, orbit: Orbit) -> Vector:
-        """The unknowns of an orbit."""
+        """Unknowns of an orbit."""
         return np.array([*orbit.z[self.rest], *(one.share(orbit.values) for one in self.free)])
 
     def orbit(self, u: Vector, kept: ShootingSystem | None = None) -> Orbit:
-        """The orbit, or what is to become one, of these unknowns."""
+        """Orbit with these unknowns, which need not be a solution."""
         many, values = len(u) - len(self.free), list(self.values)
         z = u[:many]
         if self.segments:
@@ -119,7 +119,7 @@ class OrbitEquations:
         return orbit_at(self.numbers, values, self.itinerary, z, kept=kept)
 
     def evaluate(self, u: Vector, kept: ShootingSystem | None = None) -> Evaluation:
-        """The equations; the gradient of a condition that has no exact one is left as 0."""
+        """Equations at u; a condition without an exact gradient has gradient 0."""
         orbit = self.orbit(u, kept)
         system = orbit.system
         by_free = [one.by(system.by_p, orbit.values) for one in self.free]
@@ -135,7 +135,7 @@ class OrbitEquations:
 
     @property
     def _identities(self) -> list[int]:
-        """Equations that hold of themselves: a slip of two segments of no duration ends at rest."""
+        """Equations that always hold: a slip of two segments of zero duration ends at rest."""
         segments = self.itinerary.segments
         return [
             k
@@ -146,7 +146,7 @@ class OrbitEquations:
         ]
 
     def row(self, orbit: Orbit, name: str) -> Vector:
-        """Gradient of a test function by the unknowns; zeros if it has no exact one."""
+        """Gradient of a test function by the unknowns; zeros if it has no exact gradient."""
         size, count = DURATIONS + len(self.itinerary), len(self.free)
         if name not in EXACT:
             return np.zeros(size - len(self.segments) + count)
@@ -158,29 +158,31 @@ class OrbitEquations:
 
 
 class ExtendedSystem(OrbitEquations):
-    """Such equations with as many free paths as segments of duration 0 and conditions.
+    """Equations with as many free paths as segments of duration 0 and conditions.
 
-    Conditions are for double precision; there may be one too many if it follows from others.
+    Conditions need double precision; there may be one too many if it follows from the others.
     """
 
     _kept: ShootingSystem | None = None
-    # Of conditions without an exact gradient: differences at first, then Broyden's updates. An
-    # error of them costs steps of Newton's method only.
+    # Rows of conditions without an exact gradient: first differences, then Broyden's updates. Their
+    # errors cost only further Newton steps.
     _rows: Matrix | None = None
     _last = _step = np.zeros(0)
 
     def solve(self, z: Vector) -> EventSolution | None:
-        """The solution by Newton's method from z and `values`; None if there is none.
+        """Solution by Newton's method from z and `values`; None if there is none.
 
-        In 50 digits the derivatives are computed at the guess alone: a step then leaves as much of
-        the error as the guess was off, which is far less than a half.
+        In 50 digits the derivatives are computed at the guess only: each step then reduces the
+        error by a factor of the size of the guess's error.
         """
         numbers, known = self.numbers, np.array(list(z))[self.rest]
         many = len(known)
         unknowns = np.array([*known, *(one.share(self.values) for one in self.free)])
-        # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink
-        # by that. Where equations are nearly dependent, rounding alone moves the unknowns by more:
-        # the last step may be one whose square is rounding.
+        # Near a segment of duration 0 the derivative has an error of about unit^(1/3), by which
+        # each
+        # step reduces the error. If the equations are nearly dependent, rounding moves the unknowns
+        # by
+        # more: the last step is accepted if its square is rounding.
         root = numbers.sqrt(numbers.unit)
         small = root * numbers.sqrt(root)
         with np.errstate(all="ignore"):
@@ -197,7 +199,7 @@ class ExtendedSystem(OrbitEquations):
                 if max(abs(step)) <= least * (1 + max(abs(unknowns[:many]))):
                     self._rows = None
                     solution = self._solution(self._evaluate(unknowns), unknowns, iterations)
-                    # Derivatives that are kept let the error fall by a factor, not by its square.
+                    # With kept derivatives the error falls linearly, not quadratically.
                     if solution is not None or numbers.name != "mpmath":
                         return solution
         return None
@@ -214,7 +216,7 @@ class ExtendedSystem(OrbitEquations):
         return found
 
     def _secants(self, unknowns: Vector, conditions: list[Condition], now: Vector) -> Matrix:
-        """The gradients (many, size) of some conditions, which have the values `now`."""
+        """Gradients (many, size) of conditions with the values `now`."""
         numbers, step = self.numbers, self._step
         if self._rows is None:
             columns = []
@@ -234,7 +236,7 @@ class ExtendedSystem(OrbitEquations):
     def _solution(
         self, found: Evaluation, unknowns: Vector, iterations: int
     ) -> EventSolution | None:
-        """The solution and its uncertainties; None where the residual is not that of rounding."""
+        """Solution and its uncertainties; None if the residual is larger than rounding."""
         numbers, free, (residual, matrix, orbit) = self.numbers, len(self.free), found
         closed, off = np.split(residual, [len(residual) - len(self.conditions)])
         if not max(abs(closed)) <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
@@ -247,19 +249,19 @@ class ExtendedSystem(OrbitEquations):
         if len(residual) > len(unknowns):
             rows = np.linalg.pinv(matrix)[-free:]
         else:
-            # The rows of the inverse that give the parameters.
+            # The rows of the inverse that belong to the parameters.
             unit = np.full((len(unknowns), free), numbers.number(0))
             unit[-free:] = unit[-free:] + np.eye(free, dtype=int)
             rows = solve(numbers, matrix.T, unit).T
         uncertainties = tuple((abs(rows) @ (rounding + abs(residual))).tolist())
-        if self._kept is not None:  # the orbit has derivatives of its own
+        if self._kept is not None:  # the final orbit needs its own derivatives
             orbit = orbit_at(numbers, orbit.values, orbit.itinerary, orbit.z)
         orbit = replace(orbit, iterations=iterations)
         return EventSolution(orbit, self.segments, max(abs(residual)), uncertainties)
 
 
 def _newton_step(numbers: Backend, matrix: Matrix, residual: Vector) -> Vector:
-    """The step of Newton's method; of more equations than unknowns some follow from the others."""
+    """Newton step; if there are more equations than unknowns, some follow from the others."""
     if len(residual) == matrix.shape[1]:
         return solve(numbers, matrix, residual)
     step, _, rank, _ = np.linalg.lstsq(matrix, residual, rcond=_RANK)

@@ -1,4 +1,4 @@
-"""Types of bifurcations, and where in state space a border collision happens."""
+"""Types of bifurcations, and the place in state space of a border collision."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from capsule_sym._orbits.shooting.itinerary import contact, drift, level
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene
 
-#: Index in z of the first segment's duration: state and forcing angle come before.
+#: Index in z of the first segment's duration; state and forcing angle precede it.
 DURATIONS = STATES + 1
 
 GRAZING = "grazing"
@@ -31,9 +31,9 @@ GENERALIZED_DOUBLING = "generalized period doubling"
 DEGENERATE = "degenerate"
 
 SMOOTH = (FOLD, PERIOD_DOUBLING, NEIMARK_SACKER)
-#: What a curve of rotations meets where both multipliers are those of a smooth bifurcation.
+#: Resonance on a Neimark-Sacker curve where both multipliers are those of this type.
 RESONANCES = {FOLD: RESONANCE_1_1, PERIOD_DOUBLING: RESONANCE_1_2}
-#: Of a type, for the labels on a branch.
+#: Initials of each type, for the labels on a branch.
 INITIALS = {
     FOLD: "FO",
     PERIOD_DOUBLING: "PD",
@@ -50,7 +50,7 @@ INITIALS = {
 
 
 class Place(NamedTuple):
-    """The type of an event, the line on which it happens, and the surfaces that meet there."""
+    """Type of an event, its line, and the surfaces that meet there."""
 
     type: str
     line: str = ""
@@ -74,9 +74,9 @@ _SURFACES = {
 
 
 def place(orbit: Orbit, segment: int) -> Place:
-    """The event at an orbit's segment of duration 0.
+    """Event at an orbit's segment of duration 0.
 
-    Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
+    Lines L1 to L4 have their part too, such as L3^(2); see `symbolic.appendices`.
     """
     itinerary, flow = orbit.itinerary, orbit.system.flows[segment]
     scene = itinerary.scene
@@ -110,7 +110,7 @@ def place(orbit: Orbit, segment: int) -> Place:
 
 
 def _met(guard: Guard | None, side: int, scene: Scene) -> str:
-    """What a guard watches beside contact at a side, in the words of the declaration."""
+    """Label of the quantity in a guard beside contact at a side, as in the declaration."""
     facts = scene.facts
     if guard in (Guard.GAP, Guard.BACK):
         behind = (guard is Guard.BACK) != (side == 2)
@@ -131,13 +131,13 @@ def _sliding(before: int, during: int, after: int) -> str | None:
 
 
 def _edge(flow: SegmentFlow, contact: int) -> str:
-    """The edge of stick, L1 to L4, on which a segment begins."""
+    """Edge of stick, L1 to L4, on which a segment begins."""
     force = flow.closed.margin + flow.c.friction
     return f"L{(1 if force > 0 else 2) + 2 * contact}"
 
 
 def _part(flow: SegmentFlow, line: str) -> int:
-    """Number of the part of L1 to L4: by the range that the forcing leaves to the force's rate."""
+    """Part number of L1 to L4, from the range of the force's rate under the forcing."""
     c, (_, v_r, _) = flow.c, flow.start
     side = 1 if line in ("L1", "L3") else -1
     turn, reach = -c.force_change(0, -c.friction_at(side)), c.force_change(0, c.alpha)
@@ -146,7 +146,7 @@ def _part(flow: SegmentFlow, line: str) -> int:
 
 
 def _corner(guards: set[Guard | None], flow: SegmentFlow) -> str:
-    """The line or corner point on P1 = 0, P2 = delta where a segment between two guards begins."""
+    """Line or corner point on P1 = 0, P2 = delta where a segment between two guards begins."""
     if Guard.UPPER in guards:
         return "O1"
     if Guard.LOWER in guards:

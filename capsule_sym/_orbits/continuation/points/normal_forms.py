@@ -1,9 +1,9 @@
 """Normal forms of bifurcations: leading terms of the orbits beside them.
 
-Beside a bifurcation the parameter is a function of one amplitude s: parameter - value = growth
-s^order to leading order. At a border collision s is the duration of the inserted segment. At a
-fold it is the length of the change of all durations, and at a period doubling that by which the
-durations of a doubled orbit's half differ from those of the orbit that doubles.
+Beside a bifurcation the parameter is a function of one amplitude s: to leading order parameter -
+value = growth s^order. At a border collision s is the duration of the inserted segment. At a fold
+it is the norm of the change of all durations. At a period doubling it is the norm of the difference
+between the durations of one half of the doubled orbit and those of the orbit that doubles.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _POWERS = {
     kinds.EDGE: 4,
 }
 _STOPS = (Guard.GAP, Guard.BACK)
-_CANCELLED = 1e-9  # share of a coefficient below which a difference of two is rounding
+_CANCELLED = 1e-9  # share of a coefficient below which a difference of two counts as rounding
 
 _DIFFERENCE = 1e-3
 _STATE = STATES
@@ -64,19 +64,22 @@ _LINEAR = _STATE + 3  # of the state, cos, sin and 1
 
 
 class NormalForm(NamedTuple):
-    """The leading terms of a bifurcation's normal form; dimensionless.
+    """Leading terms of a bifurcation's normal form; dimensionless.
 
     Beside the bifurcation the parameter differs from its value by `growth * s**order`.
+
     `coefficient` is that of the Poincare map reduced to one variable: s -> s + coefficient s^2 at a
-    fold, s -> -s + coefficient s^3 at a period doubling, supercritical where it is positive. At a
-    border collision it is None, and `discontinuity` is what a segment of duration s does to (x_r,
-    v_r, v_c), over `s**power`: the leading term of the difference between the maps of the two
-    itineraries; at an edge of the drive `power` is 1 to 4, and a map that is piecewise linear has
-    1. `scenario` is "supercritical" or "subcritical" at a period doubling, and where a symmetry
-    breaks, which is one of the first half, closed by its mirror image; at a border
-    collision "persistence" where each of the two itineraries has its orbit on a side of its own,
-    "non-smooth fold" where both are on one; empty at a fold, and where the multipliers beyond would
-    tell but the branch ends.
+    fold, s -> -s + coefficient s^3 at a period doubling, which is supercritical if it is positive.
+    It is None at a border collision.
+
+    `discontinuity` is the leading term of the difference between the maps of the two itineraries at
+    a border collision: the change of (x_r, v_r, v_c) by a segment of duration s, over `s**power`.
+    At an edge of the drive `power` is 1 to 4; a piecewise-linear map has 1.
+
+    `scenario` is "supercritical" or "subcritical" at a period doubling, and at a symmetry breaking,
+    which is a period doubling of the first half. At a border collision it is "persistence" if the
+    two itineraries have their orbits on different sides, and "non-smooth fold" if both are on one
+    side. It is empty at a fold, and where the branch ends and the multipliers beyond are unknown.
     """
 
     order: int
@@ -88,7 +91,7 @@ class NormalForm(NamedTuple):
 
     @property
     def exponent(self) -> float:
-        """The power of the leading term; at a border collision in the distance from the border."""
+        """Power of the leading term; at a border collision as a function of the parameter."""
         return self.power if self.discontinuity is None else self.power / self.order
 
 
@@ -101,9 +104,9 @@ def normal_form(
     *,
     mirrored: bool,
 ) -> NormalForm | None:
-    """The normal form of a bifurcation of this type; None where it has none, or a degenerate one.
+    """Normal form of a bifurcation of this type; None if it has none, or a degenerate one.
 
-    `multipliers` are those on both sides, `mirrored` says that the orbit is its own mirror image.
+    `multipliers` are those on both sides; `mirrored` is True if the orbit is its own mirror image.
     """
     if mirrored:
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
@@ -133,7 +136,7 @@ def _collision(
 ) -> NormalForm:
     order, power = 2 if kind in _TOUCHES else 1, _POWERS[kind]
     if Guard.DRIFT in _corner_guards(orbit.itinerary, segment):
-        # What turns round where it lands does so the later, the longer the other spring acted.
+        # A drift that reverses where it lands does so later by the time of contact.
         ends = (orbit.itinerary.neighbour(k) for k in (segment - 1, segment + 1))
         power = 3 if any(drift(field, orbit.scene) == 0 for field in ends) else 2
     if is_kink(orbit.itinerary, zero_segments(orbit.itinerary, orbit.z, segment)):
@@ -148,13 +151,13 @@ def _collision(
 
 
 def _corner_guards(itinerary: Itinerary, segment: int) -> set[Guard | None]:
-    """The guards that vanish together at a corner, none elsewhere."""
+    """Guards that vanish together at a corner; empty elsewhere."""
     guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
     return guards if guards & set(_STOPS) and len(guards) > 1 else set()
 
 
 def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
-    """Of a map that is piecewise linear to leading order, by det(I - M) on both sides."""
+    """Scenario of a map that is piecewise linear to leading order, from det(I - M) of both."""
     if not after:
         return ""
     signs = [np.prod([1 - value for value in side]).real for side in (before, after)]
@@ -162,13 +165,13 @@ def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
 
 
 def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
-    """A curve from z, of so many coefficients."""
+    """Curve from z, with so many coefficients."""
     rows = [z, *coefficients]
     return np.array([*rows, *([0 * z] * (many - len(rows)))])
 
 
 def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, order: int) -> float:
-    """(parameter - value) / duration^order of the segment that is inserted."""
+    """(parameter - value) / duration^order of the inserted segment."""
     z, column = orbit.z, kinds.DURATIONS + segment
     rest = [i for i in range(len(z)) if i != column]
     matrix = np.column_stack([orbit.system.by_z[:, rest], path.by(orbit.system.by_p, orbit.values)])
@@ -178,20 +181,20 @@ def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, o
     for power in range(1, order + 1):
         series = residual_series(numbers, orbit, _along(z, along, many=many))
         change = -solve(numbers, matrix, series[power])
-        # At a touch the parameter stands still to first order.
+        # At a touch the parameter is constant to first order.
         along[rest] = along[rest] + change[:-1]
     return float(change[-1])
 
 
 def _null_vectors(matrix: Matrix, n: int) -> tuple[Vector, Vector]:
-    """Left and right null vector of a singular matrix, the right one of length 1 in n durations."""
+    """Left and right null vector of a singular matrix, the right one of norm 1 in n durations."""
     left, _, right = np.linalg.svd(matrix)
     along = right[-1]
     return left[:, -1], along / np.linalg.norm(along[kinds.DURATIONS :][:n])
 
 
 class _Singular(NamedTuple):
-    """An orbit's equations near where they are singular: null vectors, and a leading term."""
+    """Equations of an orbit near a singularity: null vectors, and a leading term."""
 
     left: Vector
     along: Vector
@@ -200,23 +203,23 @@ class _Singular(NamedTuple):
 
 
 def quadratic(numbers: Backend, orbit: Orbit, like: Vector | None = None) -> _Singular:
-    """The second derivative of an orbit's equations along their null vector; at a fold.
+    """Second derivative of an orbit's equations along their null vector, at a fold.
 
-    The null vector points where `like`, a change of z, does.
+    The null vector points in the direction of `like`, a change of z.
     """
     n, z = len(orbit.itinerary), orbit.z
     left, along = _null_vectors(orbit.system.by_z, n)
     if like is not None and like @ along < 0:
         along = -along
     second = left @ residual_series(numbers, orbit, _along(z, along, many=3))[2]
-    # Closed with a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
+    # With a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
     return _Singular(left, along, float(second), float(left[n:] @ along[: kinds.DURATIONS]))
 
 
 def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
-    """The third derivative of a doubled orbit's equations along their null vector.
+    """Third derivative of a doubled orbit's equations along their null vector.
 
-    Of the orbit that doubles; reduced by what the second derivative bends.
+    `orbit` is the orbit that doubles. The effect of the second derivative is eliminated.
     """
     n, whole = len(orbit.itinerary), doubled(numbers, orbit)
     left, along = _null_vectors(whole.system.by_z, n)
@@ -224,14 +227,14 @@ def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
     bordered = np.block([[whole.system.by_z, left[:, None]], [along, np.zeros(1)]])
     bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
     third = left @ residual_series(numbers, whole, _along(whole.z, along, bent, many=4))[3]
-    # Closed with a multiplier 1 + 2 m in place of 1 the equations are singular for m = b s^2.
+    # With a multiplier 1 + 2 m in place of 1 the equations are singular for m = b s^2.
     return _Singular(
         left, along, -float(third), 2 * float(left[2 * n :] @ along[: kinds.DURATIONS])
     )
 
 
 def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
-    """The orbit twice over; of a motion that is its own mirror image, by its half, all of it."""
+    """The orbit traversed twice; for half a mirrored orbit the whole orbit."""
     once = orbit.itinerary
     if once.mirrored:
         return whole_orbit(orbit)
@@ -249,7 +252,7 @@ def _fold(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
 def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
     left, along, term, by_multiplier = cubic(numbers, orbit)
     coefficient = term / by_multiplier
-    # The multiplier's change along the branch, by five-point differences of exact derivatives.
+    # Change of the multiplier along the branch, by five-point differences of exact derivatives.
     value = path.value(orbit.values)
     moved = -np.linalg.solve(orbit.system.by_z, path.by(orbit.system.by_p, orbit.values))
     step = _DIFFERENCE / max(1.0, abs(moved).max())
@@ -265,15 +268,16 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
 
 
 def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
-    """The next derivative of its guard, which is 0 at a degenerate border collision.
+    """Next derivative of the guard, which is 0 at a degenerate border collision.
 
-    Of the guard that ends the segment of duration 0, over its duration's power that vanishes.
+    It is the guard at the end of the segment of duration 0, divided by the vanishing power of its
+    duration.
     """
     forms = ClosedForms(numbers, orbit.values)
     omega, itinerary = orbit.value("omega"), orbit.itinerary
     flow, field, end = orbit.system.flows[segment], itinerary.fields[segment], segment
     zeros = itinerary.zeros(segment)
-    if itinerary.segments[segment].guard is Guard.EDGE:  # which comes at its time: the one before
+    if itinerary.segments[segment].guard is Guard.EDGE:  # ends at its time: the one before
         field, end, zeros = itinerary.neighbour(segment - 1), segment - 1, 0
     y = np.array([*flow.start, *numbers.cos_sin(flow.angle), 1.0])
     for _ in range(zeros + 1):
@@ -284,9 +288,9 @@ def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
 def _sides(
     numbers: Backend, orbit: Orbit, segment: int, kind: str
 ) -> tuple[int, Sequence[ItinerarySegment], Sequence[ItinerarySegment]]:
-    """The first segment of duration 0, those that follow it, and what the other itinerary has.
+    """First segment of duration 0, the segments after it, and those of the other itinerary.
 
-    That begins with the segment before, and is empty where the change is at the start already.
+    The latter begin with the segment before; they are empty if the change is at the start.
     """
     itinerary, z, n = orbit.itinerary, orbit.z, len(orbit.itinerary)
     change, begin = swap_segment(itinerary, z, segment, orbit.system), segment - 1
@@ -304,12 +308,12 @@ def _sides(
 def _discontinuity(
     numbers: Backend, orbit: Orbit, segment: int, kind: str, power: int
 ) -> tuple[int, int, Vector]:
-    """The change of the state at equal times by a segment of duration s, over s^power.
+    """Change of the state at equal times by a segment of duration s, over s^power.
 
-    With the index of that segment, the first one of two, and the power, which at an edge is found.
-    The series of two local motions from the same start on the guard before the segment, which is
-    chosen such that the segment has the duration s: through the segment, and as the itinerary
-    without it has it, continued to where that does not hold.
+    Also the index of that segment (the first of two), and the power, which is computed at an edge.
+    The change is the difference of two local motions from the same start, as power series. One goes
+    through the segment, the other follows the itinerary without it. The start is on the guard
+    before the segment, such that the segment has the duration s.
     """
     itinerary, omega = orbit.itinerary, orbit.value("omega")
     segment, inside, outside = _sides(numbers, orbit, segment, kind)
@@ -324,7 +328,7 @@ def _discontinuity(
     start, s = np.zeros((many, _LINEAR)), np.eye(many)[1]
     start[0] = [*flow.start, *numbers.cos_sin(flow.angle), 1.0]
     if leaves is not Guard.EDGE:
-        # The guard after a duration s, over s^zeros, as a functional of where the segment starts.
+        # Guard after a duration s, over s^zeros, as a functional of the segment's start.
         rows = [_row(forms, itinerary, place, leaves, field)]
         for order in range(1, many + zeros):
             rows.append(rows[-1] @ during / order)
@@ -364,9 +368,9 @@ def _discontinuity(
 def _row(
     forms: ClosedForms, itinerary: Itinerary, place: int, guard: Guard | None, field: int
 ) -> Vector:
-    """A guard as a linear function of (state, cos, sin, 1), by its gradient and its value at 0.
+    """Guard as a linear function of (state, cos, sin, 1), from its gradient and its value at 0.
 
-    A stop is the one that the itinerary meets at the end of the segment `place`.
+    A stop is the one at the end of the segment `place`.
     """
     cosine, c = 0.0, forms.constants(field)
     if guard is Guard.DRIFT:
@@ -383,7 +387,7 @@ def _row(
 
 
 def _time(y: Matrix, matrix: Matrix, row: Vector) -> Vector:
-    """The series of the time after which a guard that is 0 at first order is 0."""
+    """Series of the time of a guard's zero, if the guard vanishes to first order at time 0."""
     time = np.zeros(len(y))
     for _ in range(len(y)):
         there = carried(y, time, matrix)
