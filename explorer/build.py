@@ -22,6 +22,8 @@ from tempfile import TemporaryDirectory
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 PAGE = ROOT / "capsule_sym" / "_explorer" / "page.html"
+COLOURS = ROOT / "capsule_sym" / "_figures" / "colours.json"
+"""The figures' colours, which are the page's."""
 NATIVE = ROOT / "capsule_sym" / "_native"
 MODELS = sorted((ROOT / "generated").glob("*/page/model.ts"))
 SCENES = {model.parents[1].name: model.parents[1] / "c" for model in MODELS}
@@ -47,7 +49,7 @@ def sources() -> Iterator[Path]:
     yield from sorted([NATIVE / name for name in LIBRARY] + list(NATIVE.glob("*.h")))
     for kernels in SCENES.values():
         yield from sorted(kernels.glob("*.[ch]"))
-    yield from MODELS
+    yield from (*MODELS, COLOURS)
 
 
 def digest() -> str:
@@ -83,18 +85,20 @@ def build() -> None:
             name: base64.b64encode(zlib.compress(library, 9)).decode()
             for name, library in libraries.items()
         }
-        defined = {"WORKER": json.dumps(worker), "LIBRARIES": json.dumps(packed)}
-        script = _bundle("main.ts", defined)
+        script = _bundle("main.ts", {"WORKER": json.dumps(worker)})
     plot = (HERE / "node_modules/uplot/dist/uPlot.min.css").read_text(encoding="utf-8")
-    style = _bundle_style(plot + (HERE / "style.css").read_text(encoding="utf-8"))
+    colours = json.loads(COLOURS.read_text(encoding="utf-8"))
+    named = {"f4": colours["fields"][3], "f6": colours["fields"][5], "accent": colours["series"][0]}
+    root = ":root {" + "".join(f"--{name}: {colour};" for name, colour in named.items()) + "}"
+    style = _bundle_style(plot + root + (HERE / "style.css").read_text(encoding="utf-8"))
     PAGE.parent.mkdir(exist_ok=True)
-    PAGE.write_text(_page(script, style), encoding="utf-8", newline="\n")
+    PAGE.write_text(_page(script, style, packed), encoding="utf-8", newline="\n")
     print(f"{PAGE.relative_to(ROOT)}: {PAGE.stat().st_size:,} bytes")
     for name, library in libraries.items():
         print(f"  {name}: {len(library):,} bytes of library, {len(packed[name]):,} in the page")
 
 
-def _page(script: str, style: str) -> str:
+def _page(script: str, style: str, packed: dict[str, str]) -> str:
     # Nothing is loaded from anywhere; only this very script and this very style may run.
     policy = "; ".join(
         (
@@ -107,9 +111,14 @@ def _page(script: str, style: str) -> str:
             "form-action 'none'",
         )
     )
+    blocks = (
+        f'<script type="text/plain" id="library-{name}">{text}</script>'
+        for name, text in packed.items()
+    )
     parts = {"policy": policy, "digest": digest(), "style": style, "script": script}
+    parts["libraries"] = "\n".join(blocks)
     frame = (HERE / "page.html").read_text(encoding="utf-8")
-    return re.sub(r"\{(policy|digest|style|script)\}", lambda found: parts[found[1]], frame)
+    return re.sub(r"\{(\w+)\}", lambda found: parts.get(found[1], found[0]), frame)
 
 
 def _hash(text: str) -> str:

@@ -28,29 +28,25 @@ from capsule_sym._parameters import CAPSULE, Scene
 
 Colours = Literal["safe", "paper"]
 _Given = ParamSpec("_Given")
+# The explorer reads the same file.
+_COLOURS = json.loads((files(__package__) / "colours.json").read_text(encoding="utf-8"))
 _FIELDS: dict[str, tuple[str, ...]] = {
     # The hues of the paper in the palette of Okabe and Ito, which eyes of all kinds tell apart;
     # the last three are those of contact behind: forward, rest, backward.
-    "safe": (
-        *("#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00"),
-        *("#56B4E9", "#7A5230", "#4B1D78"),
-    ),
+    "safe": tuple(_COLOURS["fields"]),
     "paper": (
         *("blue", "red", "magenta", "green", "black", "orange"),
         *("deepskyblue", "saddlebrown", "olive"),
     ),
 }
-_PALE = 0.45  # share of white in a paler colour, as of a field at the low level of the drive
+_PALE: float = _COLOURS["pale"]  # share of white in a paler colour, as of a low level of the drive
 
-REGIONS = (
-    *("#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288"),
-    *("#44aa99", "#aa4499", "#999933", "#882255"),
-)
-"""Colours of areas side by side, by their size; the explorer's too. From Paul Tol's schemes."""
+REGIONS: tuple[str, ...] = tuple(_COLOURS["regions"])
+"""Colours of areas side by side, by their size. From Paul Tol's schemes."""
 
-STABLE, UNSTABLE = "#0072B2", "#D55E00"
-SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+SERIES: tuple[str, ...] = tuple(_COLOURS["series"])
 """Colours of curves that are compared."""
+STABLE, UNSTABLE = SERIES[:2]
 
 
 @cache

@@ -14,16 +14,20 @@ import { sidebar } from "./ui/sidebar.ts";
 import { explainHeadings } from "./ui/terms.ts";
 import { tour } from "./ui/tour.ts";
 
-// Put in by the build: the worker's program, and the library of each scene, deflated.
+// Put in by the build: the worker's program. The library of each scene, deflated, is a block of data in the page, which
+// costs less than a string of this script.
 declare const WORKER: string;
-declare const LIBRARIES: Record<string, string>;
 
-async function unpack(text: string): Promise<Uint8Array<ArrayBuffer>> {
+/** Compiles a library while it is unpacked, without the round trips to other processes that a Blob takes. */
+function compiled(text: string): Promise<WebAssembly.Module> {
+  const { readable, writable } = new DecompressionStream("deflate");
+  const writer = writable.getWriter();
   const read = atob(text);
   const packed = new Uint8Array(read.length);
   for (let i = 0; i < read.length; i++) packed[i] = read.charCodeAt(i);
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+  writer.write(packed).catch(() => undefined);
+  writer.close().catch(() => undefined); // what fails is heard of where it is read
+  return WebAssembly.compileStreaming(new Response(readable, { headers: { "Content-Type": "application/wasm" } }));
 }
 
 const VIEWS = ["motion", "diagram", "chart"] as const;
@@ -60,7 +64,7 @@ function tabs(app: App, enter: (view: string) => void): void {
 
 async function begin(): Promise<void> {
   // The library is compiled beside, while the page is put up.
-  const compiling = unpack(LIBRARIES[SCENE] ?? "").then((bytes) => WebAssembly.compile(bytes));
+  const compiling = compiled(byId(`library-${SCENE}`).textContent);
   compiling.catch(() => undefined); // heard of below
   let code: WebAssembly.Module;
   const app = new App((failed) => new Pool(WORKER, code, failed));

@@ -4,7 +4,7 @@ import { inflateSync } from "node:zlib";
 
 const { scene, sizes, systems } = JSON.parse(readFileSync(0, "utf8"));
 const page = readFileSync(process.argv[2], "utf8");
-const [, packed] = page.match(new RegExp(`"${scene}": "(eN[^"]+)"`));
+const [, packed] = page.match(new RegExp(`id="library-${scene}">(eN[^<]+)<`));
 const code = inflateSync(Buffer.from(packed, "base64"));
 const { instance } = await WebAssembly.instantiate(code, { page: { late: () => 0 } });
 const c = instance.exports;

@@ -22,7 +22,7 @@ import { conflict, defaults, format, parse } from "../../explorer/src/state.ts";
 import type { State } from "../../explorer/src/state.ts";
 
 const page = readFileSync(process.env["PAGE"] ?? "", "utf8");
-const packed = new RegExp(`"${SCENE}": "(eN[^"]+)"`).exec(page)?.[1] ?? "";
+const packed = new RegExp(`id="library-${SCENE}">(eN[^<]+)<`).exec(page)?.[1] ?? "";
 const library = Core.load(new WebAssembly.Module(inflateSync(Buffer.from(packed, "base64"))));
 const study: Parameters = { ...DEFAULTS };
 

@@ -1,5 +1,6 @@
-// Colours of both themes: fields in the hues of the paper and of the figures, told apart by all eyes.
+// Colours of both themes, told apart by all eyes. Fields, regions and the accent are the figures', in the dark brighter.
 
+import COLOURS from "../../../capsule_sym/_figures/colours.json" with { type: "json" };
 import { MODEL } from "../scene.ts";
 
 export interface Theme {
@@ -21,10 +22,10 @@ const LIGHT: Theme = {
   soft: "#52606f",
   line: "#e3e8ee",
   paper: "#ffffff",
-  accent: "#0b5cab",
+  accent: COLOURS.series[0] ?? "#000000",
   mark: "#b3261e",
-  fields: ["#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00", "#56B4E9", "#7A5230", "#4B1D78"],
-  itineraries: ["#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288", "#44aa99", "#aa4499", "#999933", "#882255"],
+  fields: COLOURS.fields,
+  itineraries: COLOURS.regions,
   open: "#f4f4f6",
 };
 
@@ -52,13 +53,11 @@ export function readable(colour: string): string {
   return 0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5) > 0.22 ? "#000000" : "#ffffff";
 }
 
-const PALE = 0.45; // share of the ground in a field's colour while the drive is low
-
-/** A field's colour. */
+/** A field's colour, mixed with the ground while the drive is low. */
 export function fieldColour(field: number, theme: Theme): string {
   const { contact, drift, level } = MODEL.FIELDS[field] ?? { contact: 0, drift: 0, level: 0 };
   const colour = theme.fields[3 * contact + 1 - drift] ?? theme.ink;
-  return level ? mixed(colour, theme.paper, PALE) : colour;
+  return level ? mixed(colour, theme.paper, COLOURS.pale) : colour;
 }
 
 /** The same behind curves. */

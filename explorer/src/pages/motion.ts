@@ -38,7 +38,6 @@ export class MotionPage {
       phase: new Panel(byId("phase"), drawn((motion, ...rest) => drawPhase(motion, this.plane, ...rest)), theme),
       space: new Panel(byId("space"), drawn((motion, ...rest) => drawSpace(motion, this.turn, ...rest)), theme),
     };
-    this.history.prepare();
     this.planeChoice();
     this.turning();
     this.playback();
@@ -84,8 +83,9 @@ export class MotionPage {
   }
 
   private show(motion: Motion, state: State): void {
-    this.history.show(motion);
+    // The panels take their sizes before the plot of histories changes the page: it is laid out once.
     for (const panel of Object.values(this.panels)) panel.draw();
+    this.history.show(motion);
     showItinerary(byId("itinerary"), motion, this.app.theme);
     showMap(byId("map"), motion);
     showQuantities(byId("quantities"), motion);

@@ -56,8 +56,8 @@ export class History {
     }).observe(box);
   }
 
-  /** Makes the plot before there is a motion, and anew where its look or its units are others. */
-  prepare(): void {
+  /** Makes the plot, and anew where its look or its units are others. */
+  private prepare(): void {
     const si = this.motion !== null && axesOf(this.motion).si;
     if (this.box.clientWidth && (this.look !== this.theme() || si !== this.si)) this.make();
     this.si = si;
