@@ -16,9 +16,9 @@ from typing import NoReturn, TextIO
 
 import click
 
-from capsule_sym._commands.options import meant
 from capsule_sym._commands.renamed import renewed
 from capsule_sym._commands.signature import Command
+from capsule_sym._commands.values import meant
 from capsule_sym._errors import CapsuleError, InvalidInput
 
 _INTERRUPTED = 130  # the exit status of shells for it

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from benchmarks.hardcases import adversarial
 from capsule_sym import InvalidInput, Parameters, save_figure, simulate
 from capsule_sym._cli import _status, group
-from capsule_sym._commands.options import WritablePath
+from capsule_sym._commands.values import WritablePath
 from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._explorer import page
 from capsule_sym._figures import device

@@ -11,6 +11,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option
+from capsule_sym._commands.values import Seconds
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -29,11 +30,11 @@ def check(
         "State at the start.  [default: that of the file, or 0 0 0]",
         type=float,
         nargs=3,
-        metavar="XR VR VC",
+        metavar="X_R V_R V_C",
     ),
     phase: float | None = option("Time at the start.  [default: that of the file, or 0]"),
     end: float | None = option("Time at the end.  [default: that of the file, or the last one]"),
-    tolerance: float | None = option("Tolerance that the integrator had.", type=options.Seconds()),
+    tolerance: float | None = option("Tolerance that the integrator had.", type=Seconds()),
     max_seconds: float = options.max_seconds(120.0),
     as_json: bool = options.as_json,
 ) -> None:

@@ -21,19 +21,14 @@ if TYPE_CHECKING:
 _HOUR = 3600.0
 
 
-def _growing(text: str) -> Any:
-    """An option that names a file of proved parts, which grows."""
-    return option(text, type=options.WritablePath(file=True), metavar="FILE")
-
-
 @command(further=options.paper_alone)
 def enclose(
     thresholds: bool = option("Only the bifurcations, not the intervals."),
-    region: options.Path | None = _growing(
-        "Prove the (alpha, gamma) plane instead, going on with FILE."
+    region: options.Path | None = options.out(
+        "Prove the (alpha, gamma) plane instead, going on with FILE.", "FILE", "--region"
     ),
-    from_rest: options.Path | None = _growing(
-        "Prove where the motions from rest go instead, going on with FILE."
+    from_rest: options.Path | None = options.out(
+        "Prove where the motions from rest go instead, going on with FILE.", "FILE", "--from-rest"
     ),
     max_seconds: float = options.max_seconds(
         shown="no limit; with --region or --from-rest an hour"

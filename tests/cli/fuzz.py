@@ -26,7 +26,7 @@ import capsule_sym
 from benchmarks.__main__ import group as developers
 from benchmarks.hardcases import adversarial, table
 from capsule_sym._cli import _ended, _status, group
-from capsule_sym._commands.options import Named, Range
+from capsule_sym._commands.values import Named, Range
 
 NOT_PROVED, INTERRUPTED = 4, 130
 ENDS = {0, 2, 3}

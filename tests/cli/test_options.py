@@ -11,7 +11,7 @@ import capsule_sym
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
 from capsule_sym._commands import enclose as enclosing
-from capsule_sym._commands.options import meant
+from capsule_sym._commands.values import meant
 from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._files import write_whole
 from capsule_sym._map.steady import shown_progression

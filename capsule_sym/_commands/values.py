@@ -1,0 +1,123 @@
+"""Values of options: numbers, ranges, NAME=VALUE, times, and paths that can be written."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+_DASH = r"(?<=\d)(-|–|\.\.|;)(?=[-\d.])"  # what is written between numbers
+
+
+def meant(text: str, marks: int = 0) -> str:
+    """Question whether a number was meant, or several with so many marks ":" between them.
+
+    Empty where nothing is near: 0,7 is near 0.7, and 0.1-2 and 0.1,2 are near 0.1:2.
+    """
+    decimal = text.replace(",", ".")
+    comma = re.sub(_DASH.replace(";", "[;,]"), ":", text)
+    for one in (decimal, re.sub(_DASH, ":", decimal), comma):
+        parts = one.split(":")
+        try:
+            if [*map(float, parts)] and one != text and len(parts) - 1 in {0, marks}:
+                return f" Did you mean {one}?"
+        except ValueError:
+            pass
+    return ""
+
+
+class Range(click.ParamType):  # type: ignore[type-arg]
+    """LOW:HIGH as a pair, or where a count is needed LOW:HIGH:COUNT as three numbers."""
+
+    def __init__(self, counted: bool = False) -> None:
+        self.counted, self.name = counted, "LOW:HIGH:COUNT" if counted else "LOW:HIGH"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
+        """The numbers of a text."""
+        if isinstance(value, tuple):
+            return value
+        parts = value.split(":")
+        try:
+            numbers = (*map(float, parts[:2]), *map(int, parts[2:]))
+        except ValueError:
+            numbers = ()
+        if len(numbers) != 2 + self.counted:
+            example = "0.1:2:20" if self.counted else "0.1:2"
+            told = f"{value!r} is not {self.name}, such as {example}."
+            self.fail(told + meant(value, 1 + self.counted), param, ctx)
+        return numbers
+
+
+class Named(click.ParamType):  # type: ignore[type-arg]
+    """NAME=VALUE as a name and a value of a type; where it may be missing, NAME and None."""
+
+    def __init__(self, of: Any = None, example: str = "alpha=0.1:2", bare: bool = False) -> None:
+        self.of, self.example, self.bare = of or Range(), example, bare
+        value = self.of.name if isinstance(self.of, Range) else "VALUE"
+        self.name = f"NAME[={value}]" if bare else f"NAME={value}"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Name and value of a text."""
+        if isinstance(value, tuple):
+            return value
+        name, mark, text = value.partition("=")
+        if not name or not (mark or self.bare):
+            shown = param.metavar or self.name
+            self.fail(f"{value!r} is not {shown}, such as {self.example}", param, ctx)
+        return name.strip().replace("-", "_"), self.of.convert(text, param, ctx) if mark else None
+
+
+class Seconds(click.FloatRange):
+    """A time above 0; inf is one, NaN is none."""
+
+    def __init__(self) -> None:
+        super().__init__(min=0, min_open=True)
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        """The number of a text."""
+        number = float(super().convert(value, param, ctx))
+        if math.isnan(number):
+            self.fail(f"{value} is not in the range x>0.", param, ctx)
+        return number
+
+
+# pathlib takes a fifteenth of the time of --help: it is imported where there is a path.
+class WritablePath(click.Path):
+    """A directory, or a file, to write; one that cannot be is refused before work begins."""
+
+    def __init__(self, file: bool = False) -> None:
+        super().__init__(file_okay=file, dir_okay=not file, writable=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """The path of a text."""
+        import stat
+        from pathlib import Path
+        from tempfile import TemporaryFile
+
+        from capsule_sym._files import mode_of
+
+        if not value:
+            self.fail("'' is no path", param, ctx)
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        place = Path(os.path.realpath(path))
+        try:
+            mode = mode_of(path)
+        except OSError as error:
+            self.fail(f"{str(path)!r} cannot be written ({error.strerror})", param, ctx)
+        if mode is not None and not (stat.S_ISDIR(mode) or stat.S_ISREG(mode)):
+            return path  # a device or a pipe
+        folder = place.parent if self.file_okay else place
+        there = next(one for one in (folder, *folder.parents) if os.path.exists(one))
+        try:
+            TemporaryFile(dir=there).close()
+        except OSError:
+            told = f"{str(path)!r} cannot be written: {there} is no writable directory"
+            self.fail(told, param, ctx)
+        return path
