@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -53,22 +53,21 @@ def _list() -> str:
     return "\n\n".join(f"\b\n{part}" for part in lines.values())
 
 
-class Picture:
-    """The file of a picture, its width and its resolution, which may be None for a usual one."""
+class Picture(NamedTuple):
+    """The file of a picture, and its look."""
 
-    def __init__(self, out: Path, width: float | None, dpi: float | None, data: bool) -> None:
-        self.out, self.width, self.dpi, self.data = out, width, dpi, data
+    out: Path
+    width: float
+    dpi: float | None
+    data: bool
 
-    def check(self, moving: bool = False) -> float:
-        """The width; raises InvalidInput for what no picture can have, before it is computed."""
+    def check(self, moving: bool) -> None:
+        """Raises InvalidInput for what no picture can have, before it is computed."""
         options.require("plot", "matplotlib")
         from capsule_sym._figures.style import check_ending, check_resolution
 
         check_ending(self.out.with_suffix(".png") if moving else self.out)
         check_resolution(self.dpi)
-        if self.width is not None and not NARROWEST <= self.width <= WIDEST:
-            raise InvalidInput("width", self.width, f"from {NARROWEST:g} to {WIDEST:g} inches")
-        return PAGE if self.width is None else self.width
 
 
 _picture = several(
@@ -77,9 +76,10 @@ _picture = several(
         "File to write; its ending .png, .svg or .pdf decides the format.", "FILE", required=True
     ),
     width=option(
-        f"Width of the picture, from {NARROWEST}, its type always of 7 points.  "
-        f"[default: {PAGE}, a page]",
-        type=float,
+        "Width of the picture; its type is always of 7 points.",
+        type=click.FloatRange(NARROWEST, WIDEST),
+        default=PAGE,
+        show_default=True,
         metavar="INCHES",
     ),
     dpi=option("Resolution of a PNG, and of dots in the others.  [default: 300]", type=float),
@@ -138,7 +138,7 @@ def figure(
     """
     first = subjects[0]
     moving = first == "motion" and picture.out.suffix.lower() in MOVING
-    wide = picture.check(moving)
+    picture.check(moving)
     by_name, is_sweep = first in FIGURES, os.path.isdir(first)
     if (by_name or is_sweep) and len(subjects) > 1:
         raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")
@@ -149,9 +149,9 @@ def figure(
         drawn, told = _of_name(first, picture, system, colours, moving), {"figure": first}
     elif is_sweep:
         _check_own(system, "sweeps", first)
-        drawn, told = _of_sweep(Path(first), kind, curves, wide)
+        drawn, told = _of_sweep(Path(first), kind, curves, picture.width)
     else:
-        drawn, told = _of_files(system, [*map(Path, subjects)], quantity, wide)
+        drawn, told = _of_files(system, [*map(Path, subjects)], quantity, picture.width)
     if drawn is not None:
         capsule_sym.save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
     files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
@@ -177,15 +177,14 @@ def _of_name(
     from capsule_sym._study.data import Store
 
     parameters, device = system.load()
-    wide = picture.check(moving)
     with present.tracking() as track:
-        study = Study(Store(track), parameters, colours, wide, system.chosen, device)
+        study = Study(Store(track), parameters, colours, picture.width, system.chosen, device)
         if not moving:
             return describe(FIGURES[name].drawn(study), FIGURES[name].title)
         if picture.data:
             raise click.UsageError(f"--data is for pictures, which {picture.out} is not")
         (motion,) = study.store.motions([parameters])
-        look: Any = {"colours": colours, "width": wide, "dpi": picture.dpi or 100.0}
+        look: Any = {"colours": colours, "width": picture.width, "dpi": picture.dpi or 100.0}
         capsule_sym.animate(motion, picture.out, device=device, **look)
     return None
 
