@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from enum import StrEnum
 
 
@@ -36,6 +37,12 @@ def _shown(value: object) -> str:
     except (RecursionError, ValueError):  # nested too deeply, or an integer of too many digits
         text = f"<{type(value).__name__}>"
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def check_one_of(field: str, value: object, allowed: Collection[str]) -> None:
+    """Raise InvalidInput unless a value is one of the names that are allowed."""
+    if value not in allowed:
+        raise InvalidInput(field, value, f"one of {', '.join(allowed)}")
 
 
 class NotInstalled(CapsuleError, ImportError):

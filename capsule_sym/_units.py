@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import check_one_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,8 +80,7 @@ class Scales:
         The name is one of trajectories, orbits, sweeps or metrics, such as `velocity` (m/s),
         `work` (J) or `peak_force` (N). Raises `InvalidInput` for another.
         """
-        if name not in UNITS:
-            raise InvalidInput("quantity", name, f"one of {', '.join(UNITS)}")
+        check_one_of("quantity", name, UNITS)
         force, length, rate, _ = UNITS[name]
         return self.friction_force**force * self.length_scale**length * self.natural_frequency**rate
 

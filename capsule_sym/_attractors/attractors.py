@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._attractors.neighbourhoods import NONE, Vector, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.labelled import Labelled, package
@@ -193,17 +193,8 @@ def attractors(
     with Watch(checked_seconds(max_seconds)):
         settling.follow(np.zeros(total, np.intp), found, times, periods, report=report)
         status = Status.FINISHED
-    numbers, order = ranked(found.numbers, [orbit is not None for orbit in orbits])
-    chosen = [orbit for i in order if (orbit := orbits[i]) is not None]
-    return Attractors(
-        parameters,
-        listed(chosen, np.bincount(numbers[numbers >= 0], minlength=len(chosen)), total),
-        states,
-        times,
-        numbers,
-        periods,
-        status,
-    )
+    known, numbers = collected(found.numbers, orbits)
+    return Attractors(parameters, known, states, times, numbers, periods, status)
 
 
 def checked_starts(
@@ -222,8 +213,7 @@ def checked_starts(
     names = (*parameters.scene.facts.STATE, "phase")
     low, high = np.zeros(4), np.zeros(4)
     for name, ends in starts.items():
-        if name not in names:
-            raise InvalidInput("starts", name, f"one of {', '.join(names)}")
+        check_one_of("starts", name, names)
         pair = (ends, ends) if is_real(ends) else ends
         if not (
             isinstance(pair, Sequence | np.ndarray)
@@ -254,25 +244,24 @@ def closed_orbit(parameters: SceneParameters, cycle: Cycle) -> Orbit | None:
     return found
 
 
-def ranked(numbers: NDArray[Any], kept: Sequence[bool]) -> tuple[NDArray[np.int16], list[int]]:
-    """New numbers in the order of the most starts, and the old numbers in that order.
+def collected(
+    numbers: NDArray[Any], orbits: Sequence[Orbit | None]
+) -> tuple[tuple[Attractor, ...], NDArray[np.int16]]:
+    """Attractors in the order of the most starts, and the starts' new numbers in that order.
 
-    Orbits that are not `kept` get the number NONE.
+    Starts whose orbit is None get the number NONE.
     """
-    counts = np.bincount(numbers[numbers >= 0], minlength=len(kept))
-    order = [i for i in np.argsort(-counts, kind="stable").tolist() if kept[i]]
-    rank = np.full(len(kept) + 1, NONE)  # NONE counts from the end
-    rank[order] = np.arange(len(order))
-    return rank[numbers].astype(np.int16), order
-
-
-def listed(orbits: Sequence[Orbit], counts: ArrayLike, total: int) -> tuple[Attractor, ...]:
-    """Attractors of orbits at one parameter set, each with its number of starts."""
-    images = mirrors(orbits)
-    return tuple(
+    counts = np.bincount(numbers[numbers >= 0], minlength=len(orbits)).tolist()
+    order = sorted(range(len(orbits)), key=lambda i: -counts[i])
+    chosen = [(orbit, counts[i], i) for i in order if (orbit := orbits[i]) is not None]
+    rank, total = np.full(len(orbits) + 1, NONE), numbers.size  # NONE counts from the end
+    rank[[i for *_, i in chosen]] = np.arange(len(chosen))
+    images = mirrors([orbit for orbit, *_ in chosen])
+    found = tuple(
         Attractor(orbit, count, count / total, interval(count, total), image)
-        for orbit, count, image in zip(orbits, np.asarray(counts).tolist(), images, strict=True)
+        for (orbit, count, _), image in zip(chosen, images, strict=True)
     )
+    return found, rank[numbers].astype(np.int16)
 
 
 def interval(count: int, total: int) -> tuple[float, float]:

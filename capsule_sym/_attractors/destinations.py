@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._attractors.neighbourhoods import (
     NEUTRAL,
-    NONE,
     Neighbourhoods,
-    run_rows,
     stroboscopic,
 )
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
@@ -19,8 +17,6 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
-
-__all__ = ["NONE", "Arrivals", "Destinations", "run_rows", "stroboscopic"]
 
 MOST = 8192
 """Largest number of excitation periods of a run."""

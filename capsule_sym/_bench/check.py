@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._bench.growth import growth_of_errors
 from capsule_sym._bench.matching import Pair, matched
 from capsule_sym._design.sensitivities import ending_guard
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import Segment, Trajectory, evaluation, simulate
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
@@ -203,8 +203,7 @@ def check_switches(
     is judged. The exact run stops after `max_seconds`, and `progress` is called with the whole
     periods that it passed. Raises InvalidInput for a value that is not allowed.
     """
-    if by not in COLUMNS:
-        raise InvalidInput("by", by, f"one of {', '.join(COLUMNS)}")
+    check_one_of("by", by, COLUMNS)
     found = evaluation.real("times", times, "real numbers")
     _check_times(found, phase, resolution)
     if tolerance is not None and not (math.isfinite(tolerance) and tolerance > 0):

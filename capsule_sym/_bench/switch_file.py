@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from capsule_sym._bench.check import COLUMNS
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._parameters import CAPSULE, Scene
 
 _DIGITS = 15  # with so many digits a time is as exact as a double
@@ -73,8 +73,7 @@ def _setting(note: str, scene: Scene) -> tuple[str, tuple[float, ...]]:
     """Name and numbers of a line `name = value`."""
     name, _, text = (part.strip() for part in note.partition("="))
     allowed: Sequence[str] = (*scene.facts.PARAMETERS, "state", "phase", "end", "tolerance")
-    if name not in allowed:
-        raise InvalidInput("# name", name, f"one of {', '.join(allowed)}")
+    check_one_of("# name", name, allowed)
     words = text.replace(",", " ").split()
     if len(words) != (3 if name == "state" else 1):
         raise InvalidInput(f"# {name}", text, "three numbers" if name == "state" else "a number")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design.least_squares import Least, solved
 from capsule_sym._design.problem import Problem
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import is_real
 from capsule_sym._native import TimeUp, check_time
 
@@ -59,8 +59,7 @@ class Bootstrap:
 
         Raises InvalidInput for another name, and for a level that is not between 0 and 1.
         """
-        if name not in self.names:
-            raise InvalidInput("name", name, f"one of {', '.join(self.names)}")
+        check_one_of("name", name, self.names)
         if not is_real(level) or not 0 < level < 1:
             raise InvalidInput("level", level, "between 0 and 1")
         column = self.values[:, self.names.index(name)]

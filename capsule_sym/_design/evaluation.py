@@ -169,19 +169,12 @@ def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> 
     return _closed(parameters, state, motion.period_number)
 
 
-def same_itinerary_at(
-    motion: Motion, parameters: SceneParameters, quick: bool = False
-) -> Motion | None:
-    """The orbit of the same itinerary at other parameters, admissible or not; None if none.
-
-    A quick answer is None as well where the map of a motion of the core does not pass through it.
-    """
+def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | None:
+    """The orbit of the same itinerary at other parameters, admissible or not; None if none."""
     if motion.found is not None:
         found = _moved(motion, motion.found, parameters)
         if found is not None and found.itinerary == motion.itinerary:
             return found
-        if quick:
-            return None
     orbit = motion.orbit
     if orbit is None:
         return None

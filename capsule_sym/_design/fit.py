@@ -20,7 +20,7 @@ from capsule_sym._design.measured import measured
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.quantities import System, real, record, values_of
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._map.labelled import package
 from capsule_sym._map.result import Result
@@ -202,8 +202,7 @@ class Fit(Result):
         not grow so far within the bounds of the fit, the bound is the end. An end that is not found
         within `max_seconds` is nan. Raises InvalidInput for another name or level.
         """
-        if name not in self.values:
-            raise InvalidInput("name", name, f"one of {', '.join(self.values)}")
+        check_one_of("name", name, self.values)
         deviations, ends = self.deviations(level), [math.nan, math.nan]
         k = list(self.values).index(name)
         with Watch(checked_seconds(max_seconds)):
@@ -280,8 +279,7 @@ def fitted(
     max_seconds: float,
 ) -> Fit:
     """The fit of a problem; arguments are those of `fit`, checked here."""
-    if loss not in LOSSES:
-        raise InvalidInput("loss", loss, f"one of {', '.join(LOSSES)}")
+    check_one_of("loss", loss, LOSSES)
     check_count("starts", starts, *STARTS)
     check_count("follow", follow, *FOLLOW)
     check_count("seed", seed, *SEED)

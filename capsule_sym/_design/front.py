@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.optimum import Optimum, OptimumStatus
-from capsule_sym._design.quantities import record
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import Result
 
 Vector = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ class FrontPart(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Front(Labelled):
+class Front(Result, Labelled):
     """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
 
     Those of least cost have no multipliers and slopes of the first metric: the residual is that of
@@ -46,13 +46,18 @@ class Front(Labelled):
     bound holds the point, as at the ends of parts."""
     parts: tuple[FrontPart, ...]
     """The parts of the front. Between them no place is better in both metrics than an end."""
-    success: bool
-    """Whether both ends were found, and every point is an optimum."""
     status: OptimumStatus
     """How it ended."""
     message: str
     """The same as a sentence."""
     dimension = "point"
+    _good = (OptimumStatus.OPTIMAL,)
+    _recorded = "metrics maximised parts statistics"
+
+    @property
+    def success(self) -> bool:
+        """Whether both ends were found, and every point is an optimum."""
+        return bool(self.points) and super().success
 
     def __repr__(self) -> str:
         first, second = self.metrics
@@ -80,10 +85,6 @@ class Front(Labelled):
             "status": np.array([str(point.status) for point in self.points], np.str_),
         }
 
-    def attributes(self) -> dict[str, Any]:
-        """How the front ended."""
-        return {"status": str(self.status), "message": self.message}
-
     @property
     def statistics(self) -> dict[str, int]:
         """How many points there are, and how many evaluations they took."""
@@ -91,8 +92,7 @@ class Front(Labelled):
         return {"points": len(self.points), "evaluations": taken}
 
     def to_dict(self) -> dict[str, Any]:
-        """The results by name, of numbers, texts and lists."""
+        """The result by name, of numbers, texts, lists and dicts."""
         pairs = zip(self.points, self.costs.tolist(), strict=True)
         points = [point.to_dict() | {"cost": cost} for point, cost in pairs]
-        told = record(self, "metrics maximised success status message parts")
-        return told | {"points": points, "statistics": self.statistics}
+        return super().to_dict() | {"points": points}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.quantities import allowed, dimensionless
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import simulate
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
@@ -32,8 +32,7 @@ def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tu
     Raises InvalidInput for bounds of another name, and for those that are not allowed.
     """
     for name in bounds:
-        if name not in problem.unknown:
-            raise InvalidInput("bounds", name, f"one of {', '.join(problem.unknown)}")
+        check_one_of("bounds", name, problem.unknown)
     low, high = np.full((2, len(problem.unknown)), np.inf) * [[-1], [1]]
     for k, name in enumerate(problem.unknown):
         own = name.rpartition(".")[2]

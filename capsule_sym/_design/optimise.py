@@ -26,7 +26,7 @@ from capsule_sym._design.quantities import (
     real,
 )
 from capsule_sym._design.survey import Survey
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._parameters import (
@@ -110,8 +110,7 @@ def program_of(
         subject_to = (subject_to,)
     if not isinstance(subject_to, Sequence):
         raise InvalidInput("subject_to", subject_to, "a list of constraints")
-    if among not in AMONG:
-        raise InvalidInput("among", among, f"one of {', '.join(AMONG)}")
+    check_one_of("among", among, AMONG)
     scenarios = scenarios_of(starts, tolerances, system)
     seeds = tuple(dict.fromkeys(one.state for one in scenarios))
     program = Program(

@@ -16,7 +16,8 @@ from capsule_sym._design.borders import Distance, distances
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.polish import BASIN, KINK, NOT_LED, Rest
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.quantities import System, of, record, values_of
+from capsule_sym._design.quantities import System, of, values_of
+from capsule_sym._map.result import Result
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneDevice, names_of
 from capsule_sym._units import METRIC_UNITS
@@ -75,7 +76,7 @@ NOWHERE = Tightest("", math.nan, math.nan)
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
+class Optimum(Result):
     """The best parameters for a metric of the steady motion, and what holds them there.
 
     All is in SI units where the system is a device, else dimensionless.
@@ -126,11 +127,11 @@ class Optimum:
     """The value that is approached at such a border; not reached if a margin is kept to it."""
     statistics: dict[str, int] = field(default_factory=dict)
     """Evaluations, starts that were followed, and cells of the survey."""
-
-    @property
-    def success(self) -> bool:
-        """Whether the conditions of an optimum hold, as `status` and `message` say."""
-        return self.status in (OptimumStatus.OPTIMAL, OptimumStatus.OPTIMAL_AT_BORDER)
+    _good = (OptimumStatus.OPTIMAL, OptimumStatus.OPTIMAL_AT_BORDER)
+    _recorded = (
+        "metric maximised value over metrics itinerary residual constraints bounds slopes "
+        "multiplier tightest border sides bifurcation limit statistics"
+    )
 
     def __repr__(self) -> str:
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.over.items())
@@ -138,17 +139,10 @@ class Optimum:
         return f"<Optimum: {kind} {self.metric} {self.value:.6g} at {where}, {self.status}>"
 
     def to_dict(self) -> dict[str, Any]:
-        """The results by name, of numbers, texts and lists."""
+        """The result by name, of numbers, texts, lists and dicts."""
         device = isinstance(self.system, SceneDevice)
         units = {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {}
-        return (
-            record(self, "metric maximised success status message value over")
-            | {"parameters": values_of(self.system)}
-            | record(self, "metrics")
-            | {"units": units}
-            | record(self, "itinerary residual constraints bounds slopes multiplier tightest")
-            | record(self, "border sides bifurcation limit statistics")
-        )
+        return super().to_dict() | {"parameters": values_of(self.system), "units": units}
 
 
 def optimum_of(rest: Rest) -> Optimum:

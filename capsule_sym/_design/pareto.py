@@ -381,7 +381,6 @@ class _Fronts:
             costs=np.array([point.cost for point in points]),
             slopes=np.array([point.slope for point in points]),
             parts=self.parts(points),
-            success=bool(points) and status is OptimumStatus.OPTIMAL,
             status=status,
             message=message,
         )

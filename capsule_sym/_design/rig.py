@@ -18,7 +18,7 @@ from capsule_sym._design.measured import OF_STATE, measured, read_measured
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.quantities import System, real
 from capsule_sym._design.residuals import PHASE, STATE, Recorded
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
 from capsule_sym._parameters import SceneDevice, names_of
 
@@ -111,8 +111,7 @@ def _recorded(rig: Rig, run: RigRun, system: System) -> Recorded:
         if name not in run.drive:
             raise InvalidInput(f"{run.name}: {name}", "missing", "given, as the drive of each run")
     for name, value in run.drive.items():
-        if name not in own:
-            raise InvalidInput(f"{run.name}: parameter", name, f"one of {', '.join(own)}")
+        check_one_of(f"{run.name}: parameter", name, own)
         if name in rig.unknown:
             raise InvalidInput(f"{run.name}: {name}", value, "absent, as it is unknown of all runs")
     unknown = _unknown(rig, data.names, own)
@@ -149,8 +148,7 @@ def _unknown(rig: Rig, series: Sequence[str], own: Sequence[str]) -> tuple[str, 
     allowed = [*own, *STATE, PHASE, "slip", "scale", *scales, "drift"]
     named = [*rig.unknown, *rig.each]
     for name in named:
-        if name not in allowed:
-            raise InvalidInput("unknown", name, f"one of {', '.join(allowed)}")
+        check_one_of("unknown", name, allowed)
     if len(set(named)) < len(named):
         raise InvalidInput("unknown", ", ".join(named), "different names")
     if "drift" in rig.unknown:
@@ -177,8 +175,7 @@ def read_rig(path: str | PathLike[str]) -> Rig:
     """
     table = read_toml(path)
     for key in table:
-        if key not in _OF_RIG:
-            raise InvalidInput("key", key, f"one of {', '.join(_OF_RIG)}")
+        check_one_of("key", key, _OF_RIG)
     runs = table.get("run", [])
     if not isinstance(runs, list) or not all(isinstance(run, dict) for run in runs):
         raise InvalidInput("run", runs, "tables [[run]]")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import Status, check_one_of
 from capsule_sym._map import Trajectory, evaluation
 from capsule_sym._map.backend import backend
 from capsule_sym._map.checks import checked_seconds
@@ -90,8 +90,7 @@ class Sensitivities:
         Raises InvalidInput for another name.
         """
         for name in names:
-            if name not in self.columns:
-                raise InvalidInput("name", name, f"one of {', '.join(self.columns)}")
+            check_one_of("name", name, self.columns)
         chosen = [self.columns.index(name) for name in names]
         return self.slopes[..., chosen[0] if len(chosen) == 1 else chosen]
 

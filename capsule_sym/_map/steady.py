@@ -184,6 +184,6 @@ def _steady(
     return SteadyMotion(whole, period_number, advance / period_number, parameters)
 
 
-def abbreviated(text: str, length: int = 60) -> str:
-    """Text, shortened if it is longer than `length`."""
-    return text if len(text) <= length else f"{text[: length - 4]} ..."
+def abbreviated(text: str) -> str:
+    """Text, shortened if it is longer than 60 characters."""
+    return text if len(text) <= 60 else f"{text[:56]} ..."

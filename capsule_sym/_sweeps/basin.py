@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._attractors.attractors import Attractor, closed_orbit, listed, ranked
+from capsule_sym._attractors.attractors import Attractor, closed_orbit, collected
 from capsule_sym._attractors.neighbourhoods import NONE
 from capsule_sym._attractors.settling import Settling
 from capsule_sym._errors import InvalidInput
@@ -83,8 +83,5 @@ def identify(parameters: SceneParameters, results: xr.Dataset) -> Basin:
     settling = Settling(row, parameters.scene)
     found = settling.identify(np.zeros(len(ends), np.intp), ends, periods)
     orbits = [closed_orbit(parameters, cycle) for cycle in settling.cycles[0]]
-    numbers, order = ranked(found, [orbit is not None for orbit in orbits])
-    chosen = [orbit for i in order if (orbit := orbits[i]) is not None]
-    counts = np.bincount(numbers[numbers >= 0], minlength=len(chosen))
-    table = listed(chosen, counts, numbers.size)
+    table, numbers = collected(found, orbits)
     return Basin(table, numbers.reshape(results["outcome"].shape))

@@ -17,8 +17,7 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from capsule_sym._attractors.destinations import NONE
-from capsule_sym._attractors.neighbourhoods import stroboscopic
+from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
 from capsule_sym._orbits.shooting.identity import same
 
 BISTABLE = Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)

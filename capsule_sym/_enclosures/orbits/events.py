@@ -22,14 +22,7 @@ from capsule_sym._enclosures.orbits.shooting import Shooting
 from capsule_sym._enclosures.orbits.stability import Characteristic, characteristic, monodromy
 from capsule_sym._enclosures.passage.switches import guard_row, known
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.points.kinds import (
-    ADDING,
-    CORNER,
-    CROSSING,
-    GRAZING,
-    GRAZING_SLIDING,
-    SWITCHING,
-)
+from capsule_sym._orbits.continuation.points.kinds import CORNER, GRAZING, sliding
 from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
@@ -76,7 +69,10 @@ def place(tube: Tube, segment: int) -> tuple[str, str, int]:
         return CORNER, _corner(guards, stick, state), 1
     if contact(during) != contact(before):
         return GRAZING, "L9", 2
-    kind, order = _sliding(drift(before), drift(during), drift(after))
+    drifts = drift(before), drift(during), drift(after)
+    if (kind := sliding(*drifts)) is None:
+        raise Unproved("type", f"drifts {', '.join(map(str, drifts))} have no name")
+    order = 2 if drifts[0] == drifts[2] else 1
     side = known(itinerary, segment, (segment,)).side
     line = f"L{(1 if side > 0 else 2) + 2 * contact(during)}"
     # The rate of the force in stick, and how far the forcing can change it: L1 to L4 have three
@@ -88,16 +84,6 @@ def place(tube: Tube, segment: int) -> tuple[str, str, int]:
     if part == 2 and not abs(free) < reach:
         raise Unproved("line", f"the part of {line} is open")
     return kind, f"{line}^({part})", order
-
-
-def _sliding(before: int, during: int, after: int) -> tuple[str, int]:
-    if before == after:
-        return (GRAZING_SLIDING if before else ADDING), 2
-    if during == 0 and after == -before:
-        return CROSSING, 1
-    if during == -before and after == 0:
-        return SWITCHING, 1
-    raise Unproved("type", f"drifts {before}, {during}, {after} have no name")
 
 
 def _corner(guards: set[Guard | None], stick: Field, state: Matrix) -> str:

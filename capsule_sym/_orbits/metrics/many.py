@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import checked_rows, spread
 from capsule_sym._map.native import core
@@ -48,8 +48,7 @@ class Performances:
 
     def __getitem__(self, metric: str) -> NDArray[np.float64]:
         """A metric by its name, shape (n,)."""
-        if metric not in METRICS:
-            raise InvalidInput("metric", metric, f"one of {', '.join(METRICS)}")
+        check_one_of("metric", metric, METRICS)
         return self.records[metric]
 
     def __repr__(self) -> str:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.families.states import (
@@ -119,8 +119,7 @@ class Branch(Labelled):
         """
         named: dict[str, Bifurcation | BranchPoint] = {b.label: b for b in self.bifurcations}
         named |= ends(self.points)
-        if label not in named:
-            raise InvalidInput("label", label, f"one of {', '.join(named)}")
+        check_one_of("label", label, named)
         return named[label]
 
     def __repr__(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_json
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
@@ -55,8 +55,7 @@ def labelled_point(
         named = dict(_named(record, ""))
         for one in record["switched"]:
             named |= _named(one, f"{one['origin']}/")
-        if label not in named:
-            raise InvalidInput("label", label, f"one of {', '.join(named)}")
+        check_one_of("label", label, named)
         varying = chosen_path(
             record["parameter"], lambda: _path(record), parameter, ties, _scene(record)
         )

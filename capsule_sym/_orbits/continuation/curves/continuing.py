@@ -9,7 +9,7 @@ from itertools import islice
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._orbits.continuation.curves.curve import Curve, CurveRun
 from capsule_sym._orbits.continuation.families.states import (
     OUT_OF_TIME,
@@ -246,8 +246,7 @@ def check(
 ) -> None:
     """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
     (first, second), known = names, base.scene.facts.PARAMETERS
-    if first not in known:
-        raise InvalidInput("first", first, f"one of {', '.join(known)}")
+    check_one_of("first", first, known)
     if second not in known or second == first:
         others = (name for name in known if name != first)
         raise InvalidInput("second", second, f"one of {', '.join(others)}")

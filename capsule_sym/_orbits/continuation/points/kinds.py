@@ -102,7 +102,7 @@ def place(orbit: Orbit, segment: int) -> Place:
         sign = before[1]
         surfaces = ("S2", "S5") if sign == 0 else ("S7", "S8") if sign > 0 else ("S9", "S10")
         return Place(GRAZING, "L9", surfaces)
-    kind = _sliding(before[1], during[1], after[1])
+    kind = sliding(before[1], during[1], after[1])
     if kind is None:
         return HIGHER
     line = _edge(flow, during[0])
@@ -122,7 +122,8 @@ def _met(guard: Guard | None, side: int, scene: Scene) -> str:
     return f"{facts.LABELS[facts.BOUNDS[way]]}{alike}"
 
 
-def _sliding(before: int, during: int, after: int) -> str | None:
+def sliding(before: int, during: int, after: int) -> str | None:
+    """The bifurcation of a segment of duration 0 between drifts, None where these have no name."""
     if before == after:
         return GRAZING_SLIDING if before else ADDING
     if during == 0 and after == -before:
