@@ -137,8 +137,11 @@ def _show(found: capsule_sym.Pulse) -> None:
     units = units_of(found.system)
     unit = units.get(found.parameter, "")
     low, high = (f"{end:.6g}" for end in found.interval)
-    state = "  ".join(f"{value:.9g}" for value in found.state)
-    device = {"duration": "s"} if units else {}
+    names = found.scene.facts.STATE
+    state = "  ".join(
+        with_unit(value, units[name]) if units else f"{value:.9g}"
+        for name, value in zip(names, found.state, strict=True)
+    )
     velocity = units.get("velocity", "")
     scale = found.system.velocity(1.0) if isinstance(found.system, capsule_sym.SceneDevice) else 1.0
     ways = (float(one.average_velocity) * scale for one in (found.start, found.end))
@@ -148,7 +151,7 @@ def _show(found: capsule_sym.Pulse) -> None:
             ("interval", f"{low} to {high} {unit}".rstrip()),
             ("periods", str(found.periods)),
             ("begins in state", f"{state} (period {found.begins} of the motion)"),
-            ("duration", with_unit(found.duration, device.get("duration", ""))),
+            ("duration", with_unit(found.duration, "s" if units else "")),
             ("work", with_unit(found.work, units.get("work", ""))),
             ("transient", f"{found.transient} periods"),
             ("velocity", " to ".join(with_unit(one, velocity) for one in ways)),
