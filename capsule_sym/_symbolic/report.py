@@ -1,4 +1,4 @@
-"""Report of `capsule-sym verify --write` on the paper: Markdown, in the order of the paper.
+"""Report of `capsule-sym verify --out` on the paper: Markdown, in the order of the paper.
 
 Errata and the printed statements that hold are written one by one; Tables 1, 2 and 3 are compared
 with the printed ones; every other statement is a row of a table with its formula.
@@ -22,7 +22,7 @@ from capsule_sym._symbolic.proofs.table_proofs import mechanism
 _HEAD = """\
 # Proved statements
 
-Written by `capsule-sym verify --write`. Equation, table, figure and section numbers are those of
+Written by `capsule-sym verify --out`. Equation, table, figure and section numbers are those of
 B. Guo and Y. Liu, *Three-dimensional map for a piecewise-linear capsule system with bidirectional
 drifts*, Physica D (2019), doi 10.1016/j.physd.2019.04.008, and so is the notation:
 P1 = v_c, P2 = x_r, P3 = x_r + 2ζ v_r, P4 = P3 + β (x_r − δ). A prime is a derivative in time.

@@ -18,7 +18,6 @@ from click.testing import CliRunner
 
 import capsule_sym
 from capsule_sym._cli import group
-from capsule_sym._figures.sizes import NARROWEST, WIDEST
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
 SLOW = {
@@ -108,15 +107,15 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
         assert words[:1] == ["-C"] or set(words) <= TARGETS
     elif program.endswith("capsule-sym") and arguments:
         name, *rest = [
-            str(tmp_path / "branch.json") if word.endswith("branch.json") else word
+            str(tmp_path / "branch.json")
+            if word.endswith("branch.json") or (word in arguments[1:2] and "/" in word)
+            else word
             for word in arguments
         ]
         _, command, _ = group.resolve_command(click.Context(group), [name, *rest])
         assert command is not None
         with contextlib.suppress(click.exceptions.Exit):
-            given = command.make_context(name, rest).params
-            if name == "figure" and given["width"] is not None:
-                assert NARROWEST <= given["width"] <= WIDEST
+            command.make_context(name, rest)
     else:
         assert program in {
             "./example",
