@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -59,6 +59,10 @@ second-model: $(READY)  ## declare another model, generate and compile it, and j
 wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try it with every Python here
 	@$(call bring,wheel)
 	$(BIN)/python .ci/wheel $(PYTHONS)
+
+cross-wheels: $(READY) wheel  ## cross-build wheels for ARM 64 and musl in dist/, and try that for ARM 64 under emulation
+	@$(call bring,wasm)
+	$(BIN)/python .ci/cross
 
 packaging: $(READY)  ## test what wheels and source distributions hold, with and without a compiler
 	$(BIN)/python -m pytest -q -m long $(STILL) tests/test_packaging.py
@@ -185,6 +189,10 @@ SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -j auto docs
 docs: results/verify.md .venv/.docs  ## build the documentation in docs/_build/html, and run its examples
 	$(SPHINX) docs/_build/html
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or not long" tests/docs
+
+SITE ?= docs/_build/site
+site: docs  ## put the built pages into SITE (docs/_build/site), beside those of other versions
+	$(BIN)/python docs/site.py $(SITE)
 
 docs-links: results/verify.md .venv/.docs  ## follow every link of the documentation
 	$(SPHINX) -b linkcheck docs/_build/links

@@ -247,10 +247,11 @@ cdef class Fields:
         cdef capsule_solution solution
         cdef capsule_stop stop
         cdef attention a
+        request.workspace, request.held = &workspace[0], held
+        request.direction = NULL
         if direction is not None:
             _need(direction.shape[0] == CAPSULE_PARAMETER_COUNT, "direction", (CAPSULE_PARAMETER_COUNT,))
-        request.workspace, request.held = &workspace[0], held
-        request.direction = NULL if direction is None else &direction[0]
+            request.direction = &direction[0]
         request.watch = _attend(&a, watch, None if watch is None else watch.flag)
         with nogil:
             stop = capsule_solve_itinerary(&itinerary, &request, &parameters, &at[0], &system,

@@ -30,6 +30,23 @@ addEventListener("DOMContentLoaded", () => {
     link.append(image);
   }
   document.querySelector("aside.sidebar-drawer")?.setAttribute("aria-label", "All pages");
+  // Other versions, where a web server has them beside this one.
+  const here = new URL(document.documentElement.dataset.content_root ?? ".", location.href);
+  if (location.protocol.startsWith("http"))
+    fetch(new URL("../versions.json", here))
+      .then((answer) => (answer.ok ? answer.json() : []))
+      .then((versions) => {
+        const version = here.pathname.split("/").at(-2);
+        if (!versions.includes(version)) return;
+        const choice = document.createElement("select");
+        choice.setAttribute("aria-label", "Version of these pages");
+        choice.append(...versions.map((one) => new Option(one, one, one === version, one === version)));
+        choice.addEventListener("change", () => {
+          location.href = new URL(`../${choice.value}/index.html`, here);
+        });
+        document.querySelector(".sidebar-brand")?.after(choice);
+      })
+      .catch(() => {});
   document.querySelector("aside.toc-drawer")?.setAttribute("aria-label", "On this page");
   // The corner of a notebook's table heads nothing.
   for (const corner of document.querySelectorAll("th:empty"))
