@@ -40,7 +40,7 @@ python_use_unqualified_type_names = True
 
 html_theme = "furo"
 html_title = "capsule-sym"
-html_static_path = ["_static"]
+html_static_path = ["_static", "explorer.png", "../capsule_sym/_explorer/page.html"]
 html_css_files = ["pages.css"]
 html_js_files = ["pages.js"]
 html_copy_source = False

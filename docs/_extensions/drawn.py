@@ -1,10 +1,12 @@
-"""A block of Python, run when the pages are built, and the matplotlib figure that it ends in."""
+"""A picture drawn when the pages are built, above the Python or the commands that draw it."""
 
 import ast
 import contextlib
 import hashlib
+import io
 import os
 import re
+import shlex
 import shutil
 import tempfile
 from pathlib import Path
@@ -15,48 +17,88 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+from capsule_sym import InvalidInput
+from capsule_sym._cli import group
 
-def _last_value(text: str) -> Any:
-    """Run the block; what its last line, an expression, gives."""
+
+NARROW = 3.6
+"""Width, in inches, of the picture for phones: its letters have the size of those of the page."""
+
+
+def _draw(text: str, out: Path) -> None:
+    """Save the figure that the last line of a block gives as `out`.wide.svg.
+
+    If this line calls a function that takes a width, `out`.narrow.svg is drawn from the same
+    arguments.
+    """
     *before, last = ast.parse(text).body
     assert isinstance(last, ast.Expr)
     names: dict[str, Any] = {}
     exec(compile(ast.Module(before, []), "<block>", "exec"), names)
-    return eval(compile(ast.Expression(last.value), "<block>", "eval"), names)
+    call = last.value
+    if not isinstance(call, ast.Call):
+        eval(compile(ast.Expression(call), "<block>", "eval"), names).savefig(f"{out}.wide.svg")
+        return
+    given = [eval(ast.unparse(one), names) for one in call.args]
+    chosen = {one.arg: eval(ast.unparse(one.value), names) for one in call.keywords if one.arg}
+    draw = eval(ast.unparse(call.func), names)
+    with contextlib.suppress(InvalidInput):  # a figure that does not fit into a column
+        draw(*given, **chosen | {"width": NARROW}).savefig(f"{out}.narrow.svg")
+    draw(*given, **chosen).savefig(f"{out}.wide.svg")
+
+
+def _command(text: str, out: Path) -> None:
+    """Run the commands of a block; the last one draws, wide and narrow."""
+    *before, last = (shlex.split(line)[1:] for line in text.replace("\\\n", " ").splitlines())
+    at = last.index("--out") + 1
+    wide = [*last[:at], f"{out}.wide.svg", *last[at + 1 :]]
+    narrow = [*last[:at], f"{out}.narrow.svg", *last[at + 1 :], "--width", str(NARROW)]
+    with contextlib.redirect_stdout(io.StringIO()):
+        for arguments in (*before, narrow, wide):
+            group.main(arguments, prog_name="capsule-sym", standalone_mode=False)
 
 
 class Drawn(SphinxDirective):
-    """Shows the code, then its figure; `alt` is the text for who does not see it.
+    """Shows a figure, then its code; `alt` is the text alternative.
 
-    The code runs in an empty folder, where the last TOML block of the page is `device.toml`, beside
-    copies of the files in the folder with the page's name.
+    The code is Python, or lines of capsule-sym. It runs in an empty folder, where the last TOML
+    block of the page is `device.toml`, beside copies of the files in the folder of the page's name.
     """
 
     has_content = True
-    option_spec: ClassVar[dict[str, Any]] = {"alt": directives.unchanged_required}
+    option_spec: ClassVar[dict[str, Any]] = {
+        "alt": directives.unchanged_required,
+        "alone": directives.flag,  # the narrow figure, without the code
+    }
 
     def run(self) -> list[nodes.Node]:
-        """The code as a block, and the figure as an image."""
+        """The figure as images for wide and for narrow screens, and the code as a block."""
         text = "\n".join(self.content)
+        shell = text.startswith("capsule-sym ")
         source = Path(self.env.doc2path(self.env.docname))
         page = source.read_text(encoding="utf-8")
         beside = sorted(source.with_suffix("").glob("*.*"))
         device = re.findall(r"^```toml\n(.*?)^```$", page, re.M | re.S)[-1:]
         known = "".join([text, *device]).encode() + b"".join(one.read_bytes() for one in beside)
         name = hashlib.sha256(known).hexdigest()[:16]
-        path = Path(self.env.app.doctreedir) / "drawn" / f"{name}.svg"
-        if not path.exists():
-            path.parent.mkdir(exist_ok=True)
-            with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        folder = Path(self.env.app.doctreedir) / "drawn"
+        if not (folder / f"{name}.wide.svg").exists():
+            folder.mkdir(exist_ok=True)
+            with tempfile.TemporaryDirectory() as empty, contextlib.chdir(empty):
                 for given in device:
                     Path("device.toml").write_text(given, encoding="utf-8")
                 for one in beside:
-                    shutil.copy(one, folder)
-                _last_value(text).savefig(path)
-        code = nodes.literal_block(text, text, language="python")
-        here = Path(self.env.doc2path(self.env.docname)).parent
-        image = nodes.image(uri=os.path.relpath(path, here), alt=self.options["alt"])
-        return [code, image]
+                    shutil.copy(one, empty)
+                (_command if shell else _draw)(text, folder / name)
+        widths = [one for one in ("wide", "narrow") if (folder / f"{name}.{one}.svg").exists()]
+        alone = "alone" in self.options
+        shown: list[nodes.Node] = []
+        for width in widths[-1:] if alone else widths:
+            uri = os.path.relpath(folder / f"{name}.{width}.svg", source.parent)
+            classes = ["alone" if alone else width if len(widths) == 2 else "only"]
+            shown.append(nodes.image(uri=uri, alt=self.options["alt"], classes=classes))
+        code = nodes.literal_block(text, text, language="sh" if shell else "python")
+        return [nodes.container("", *shown, classes=["picture"]), *([] if alone else [code])]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -53,4 +53,14 @@ addEventListener("DOMContentLoaded", () => {
     corner.replaceWith(document.createElement("td"));
   for (const box of document.querySelectorAll("pre, .table-wrapper, .cell_output .output"))
     if (box.scrollWidth > box.clientWidth || innerWidth < 700) box.tabIndex = 0;
+  // The explorer takes the place of its picture once the page is there, where it has room.
+  const place = document.querySelector(".explorer");
+  if (place && innerWidth >= 1000)
+    addEventListener("load", () => {
+      const frame = document.createElement("iframe");
+      frame.src = "_static/page.html";
+      frame.title = "The explorer";
+      frame.onload = () => place.firstElementChild.remove();
+      place.append(frame);
+    });
 });

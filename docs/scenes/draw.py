@@ -127,6 +127,24 @@ def reaction() -> str:
     return inside + TRACK + forces + letters
 
 
+def shuttle() -> str:
+    """Two stops, and pulses that push both bodies: the scene that a page declares."""
+    inside = SHELL + spring(97, 92, 133) + damper(170, 98) + MASS + PULSES + front(130, "1", "1")
+    inside += stop(93, 130, 92, 185) + arrow("M187 118h41", both=True)
+    forces = arrow("M285 80v-34h60") + arrow("M530 66v-20h-60")
+    letters = words(
+        label(285, 122, "M", "m", 20),
+        label(356, 50, "u"),
+        label(455, 50, "−u"),
+        label(163, 80, "k"),
+        label(205, 193, "c"),
+        label(140, 158, "k", "2"),
+        label(208, 112, "G", "2"),
+        label(565, 224, "M", "c"),
+    )
+    return inside + TRACK + forces + letters
+
+
 DRAWINGS = {
     "slope": (slope, "The capsule on a track that rises by an angle theta in front"),
     "prototype": (
@@ -137,11 +155,12 @@ DRAWINGS = {
         reaction,
         "A capsule with a drive between mass and front wall, which pushes both with equal forces",
     ),
+    "shuttle": (shuttle, "A capsule with a stop on each side of its mass and pulses between both"),
 }
 
 if __name__ == "__main__":
     for name, (drawing, title) in DRAWINGS.items():
-        height = 240 if name == "reaction" else 320
+        height = 240 if name in ("reaction", "shuttle") else 320
         lines = '<g fill="none" stroke="#000" stroke-width="2">\n'
         text = HEAD.format(title=title, height=height) + f"{lines}{drawing()}\n</g>\n</svg>\n"
         (Path(__file__).parent / f"{name}.svg").write_text(text, encoding="utf-8")

@@ -32,6 +32,8 @@ SLOW = {
     "docs/tutorials/study.md",
 }
 """Pages that take more than a second. `make docs` runs them."""
+SEGMENT = "docs/howto/segment.md"
+"""The page on generated functions without the package."""
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
 
 
@@ -40,6 +42,8 @@ def lay(page: Page, directory) -> None:
         (directory / "device.toml").write_text(device, encoding="utf-8")
     for beside in (ROOT / page.name).with_suffix("").glob("*.*"):
         shutil.copy(beside, directory)
+    if page.name == SEGMENT:
+        shutil.copytree(ROOT / "generated" / "capsule", directory / "capsule")
     for declared in page.blocks("python"):
         if "\nmodel = Model(" in declared:  # and the code generated for it
             (directory / "shuttle.py").write_text(declared, encoding="utf-8")
@@ -59,6 +63,7 @@ WITH_PYTHON = [
 @pytest.mark.parametrize("page", WITH_PYTHON)
 def test_the_python_of_a_page_prints_what_it_says(page: Page, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     lay(page, tmp_path)
     names: dict[str, object] = {}  # shared: a page is read from its top
     for block in page.blocks("python"):
@@ -66,6 +71,22 @@ def test_the_python_of_a_page_prints_what_it_says(page: Page, tmp_path, monkeypa
         with contextlib.redirect_stdout(printed):
             exec(compile(block, page.name, "exec"), names)
         assert printed.getvalue().splitlines() == shown(block)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_the_c_of_a_segment_prints_what_the_page_says(tmp_path) -> None:
+    """The state is that of the map, too."""
+    (page,) = [page for page in PAGES if page.name == SEGMENT]
+    for name in ("capsule_kernels.c", "capsule_kernels.h", "capsule_interface.h"):
+        shutil.copy(ROOT / "generated" / "capsule" / "c" / name, tmp_path)
+    lay(page, tmp_path)
+    for line in lines_of(page):
+        printed = subprocess.run(line, shell=True, cwd=tmp_path, capture_output=True, check=True)
+    assert printed.stdout.decode() == page.blocks("text")[0]
+    parameters = capsule_sym.Parameters(alpha=0.7)
+    phase = 1 / parameters.omega
+    run = capsule_sym.simulate(parameters, (-0.5, 0.2, 0.1), phase=phase, periods=1)
+    assert list(map(float, printed.stdout.split())) == pytest.approx(run(phase + 0.2), abs=1e-12)
 
 
 COMMANDS = [
@@ -120,6 +141,7 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
         assert program in {
             "./example",
             "./prototype",
+            "./segment",
             "cc",
             "cmake",
             "eval",
@@ -294,7 +316,9 @@ def test_names_in_prose_are_those_of_the_project() -> None:
         if path.suffix in {".py", ".pyi", ".pyx", ".c", ".h", ".m", ".toml", ".txt", ".in"}:
             known |= set(re.findall(r"\w+", path.read_text(encoding="utf-8")))
     # Those of COCO, AUTO and MATLAB, which two pages and the glossary translate, of CMake, SciPy.
-    others = {"coco_bd_read", "coco_read_solution", "next_mode", "h_max", "ode_", "ode_PD2"}
+    others = {"coco_bd_read", "coco_read_solution", "next_mode", "h_max", "ode_"}
+    others |= {"ode_PD2po", "ode_PD2hspo", "ode_BP2hspo"}
+    others |= {"ode_hspo2SN", "ode_hspo2PD", "ode_hspo2TR"}
     others |= {"differential_evolution", "dual_annealing"}
     others |= {"PKG_CONFIG_PATH", "DCMAKE_PREFIX_PATH", "test_certificate"}
     assert "solve_orbit" in known
