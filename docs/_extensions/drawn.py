@@ -20,7 +20,6 @@ from sphinx.util.docutils import SphinxDirective
 from capsule_sym import InvalidInput
 from capsule_sym._cli import group
 
-
 NARROW = 3.6
 """Width, in inches, of the picture for phones: its letters have the size of those of the page."""
 
@@ -53,7 +52,8 @@ def _command(text: str, out: Path) -> None:
     at = last.index("--out") + 1
     wide = [*last[:at], f"{out}.wide.svg", *last[at + 1 :]]
     narrow = [*last[:at], f"{out}.narrow.svg", *last[at + 1 :], "--width", str(NARROW)]
-    with contextlib.redirect_stdout(io.StringIO()):
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
         for arguments in (*before, narrow, wide):
             group.main(arguments, prog_name="capsule-sym", standalone_mode=False)
 

@@ -10,7 +10,10 @@ from sphinx.writers.html5 import HTML5Translator
 LOGGER = getLogger(__name__)
 
 _SPELLED = {r"\iff": r"\Longleftrightarrow"}
-"""What LaTeX knows and docutils does not."""
+"""LaTeX commands that docutils does not have."""
+
+_LONG = 40
+"""Length, in characters of LaTeX, above which a formula within a line may be wider than a phone."""
 
 
 def _mathml(node: Element, as_block: bool) -> str:
@@ -25,7 +28,10 @@ def _mathml(node: Element, as_block: bool) -> str:
 
 
 def _inline(writer: HTML5Translator, node: Element) -> None:
-    writer.body.append(_mathml(node, as_block=False))
+    shown = _mathml(node, as_block=False)
+    if len(node.astext()) > _LONG:
+        shown = f'<span class="formula" tabindex="0">{shown}</span>'
+    writer.body.append(shown)
     raise SkipNode
 
 

@@ -182,6 +182,22 @@ def test_report_has_every_statement_and_formula(short: Path) -> None:
         assert math(item.latex) in report
 
 
+def test_a_printed_statement_is_shown_once_and_in_mathematics() -> None:
+    same = Item(
+        "one", "Eq. (6)", "where |P| > f_b it is F1", 0, bool, 0, printed="v_c' == 2*zeta*P3"
+    )
+    results = tuple(Result(item, "proved", {}, 0.0) for item in (same, replace(same, id="two")))
+    report = markdown({"Some": results})
+    assert report.count("### 1–2. Eq. (6): proved") == 1
+    assert report.count(r"- **Printed:** $v_c' = 2 \zeta  P_{3}$") == 1
+    assert report.count(r": where $\vert P\vert  > f_b$ it is F1") == 2
+    other = (
+        *results,
+        Result(replace(same, id="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
+    )
+    assert "- `three`, 0.00 s: O1 is the end of L9" in markdown({"Some": other})
+
+
 def test_exit_status_is_one_when_a_proof_fails(
     short: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import count
+from itertools import groupby
 
 from capsule_sym._symbolic.proofs.items import Report, Result
 
@@ -50,21 +50,92 @@ def _point(result: Result) -> str:
     return _text("; ".join(f"{name} = {value}" for name, value in result.witness.items()))
 
 
-def _beside(result: Result, number: int) -> Iterator[str]:
-    """Printed statement with the derived one, the proof, the witness and the consequence."""
+_NAME = (
+    rf"(?:{'|'.join(_LETTERS)}|abs|cos|sin|sqrt|sign|mu|Omega(?:_0|\d)?|[A-Za-z]{{1,2}}_\w+|"
+    r"[PFSLOH]\d+(?:\^\(\d\))?|[XVAGHPcgtvx])(?![\w^])'?"
+)
+_TOKEN = rf"(?:P_\{{[^}}]*\}}|\{{[^}}]*\}}|{_NAME}|\d[\d.]*(?!\w)|[-−+*/=<>≤≥±∘|()²³])"
+_FORMULA = re.compile(rf"(?<![\w.]){_TOKEN}(?: ?{_TOKEN})*")
+_NAMED = {"abs": "operatorname{abs}", "sqrt": "operatorname{sqrt}", "sign": "operatorname{sign}"}
+_NAMED |= {word: word for word in (*_LETTERS, "cos", "sin", "mu", "Omega")}
+_MARKS = {"**": "^", "==": "=", "<=": r"\le ", ">=": r"\ge ", "≤": r"\le ", "≥": r"\ge ", "*": " "}
+_MARKS |= {
+    "±": r"\pm ",
+    "∘": r"\circ ",
+    "−": "-",
+    "Σ": r"\Sigma",
+    "²": "^2",
+    "³": "^3",
+    "|": r"\vert ",
+}
+
+
+def _latex(formula: str) -> str:
+    """A formula of the transcription as LaTeX, term for term as it is printed."""
+    formula = re.sub(r"P_\{[^}]*\}", lambda map_: re.sub(r"(\d+)", r"_{\1}", map_[0]), formula)
+    formula = re.sub(
+        r"(?<!_)\{([^}_]|(?<!P)_)*\}", lambda set_: rf"\lbrace {set_[0][1:-1]}\rbrace ", formula
+    )
+    formula = re.sub(r"\b([A-Za-z]+)(\d+)\b", r"\1_{\2}", formula)
+    formula = re.sub(r"\b([A-Za-z]{1,2})_([A-Za-z]\w+)", r"\1_{\2}", formula)
+    formula = re.sub(
+        r"[A-Za-z]+",
+        lambda word: rf"\{_NAMED[word[0]]} " if word[0] in _NAMED else word[0],
+        formula,
+    )
+    for old, new in _MARKS.items():
+        formula = formula.replace(old, new)
+    return formula
+
+
+def _shown(line: str) -> str:
+    """A line of text, its formulas in LaTeX."""
+
+    def one(found: re.Match[str]) -> str:
+        text = found[0].rstrip(" (")
+        before, after = "", found[0][len(text) :]
+        while text.count("(") > text.count(")") and text.startswith("("):
+            text, before = text[1:], f"{before}("
+        while text.count(")") > text.count("(") and text.endswith(")"):
+            text, after = text[:-1], f"){after}"
+        if not re.search(r"\w.*[=<>≤≥*/'].*\w|P_\{|\{.*\}", text) or text.count("(") != text.count(
+            ")"
+        ):
+            return found[0]
+        return f"{before}${_latex(text)}${after}"
+
+    parts = re.split(r"(\$[^$]*\$)", _FORMULA.sub(one, line))
+    return "".join(part if part.startswith("$") else _text(part) for part in parts)
+
+
+def _alike(result: Result) -> tuple[str, ...]:
+    """What statements that are shown together have in common."""
     item = result.item
-    yield f"### {number}. {item.equation}: {result.status}\n"
-    yield f"- **Printed:** {_text(item.printed)}"
-    yield f"- **Derived:** {_text(item.derived)}"
+    return item.equation, result.status, item.derived, item.proof, item.consequence
+
+
+def _beside(results: Sequence[Result], number: int) -> Iterator[str]:
+    """Printed statements that are alike, with what is derived, the proof, and the witnesses."""
+    item, last = results[0].item, number + len(results) - 1
+    numbers = f"{number}" if len(results) == 1 else f"{number}–{last}"
+    yield f"### {numbers}. {item.equation}: {results[0].status}\n"
+    once = len({one.item.printed for one in results}) == 1
+    if once:
+        yield f"- **Printed:** {_shown(item.printed)}"
+    yield f"- **Derived:** {_shown(item.derived)}"
     if item.proof:
         yield f"- **Proof:** {_text(item.proof)}"
-    if result.witness:
-        yield f"- **Witness:** {_point(result)}"
     if item.consequence:
         yield f"- **Consequence:** {_text(item.consequence)}"
-    yield f"- `{item.id}`, {result.seconds:.2f} s\n"
-    if item.latex:
-        yield f"$${math(item.latex)}$$\n"
+    for one in results:
+        own = one.item.statement if once else one.item.printed
+        said = "" if len(results) == 1 else f": {_shown(own)}"
+        yield f"- `{one.item.id}`, {one.seconds:.2f} s{said}"
+        if one.witness:
+            yield f"  - **Witness:** {_point(one)}"
+        if one.item.latex:
+            yield f"\n  $${math(one.item.latex)}$$\n"
+    yield ""
 
 
 def _rows(place: str, results: Iterable[Result]) -> Iterator[str]:
@@ -104,15 +175,17 @@ def document(report: Report, head: str, place: str = "Place", tables: Tables | N
     statuses = Counter(result.status for result in results)
     counts = ", ".join(f"{many} {status}" for status, many in sorted(statuses.items()))
     lines = [head, f"{len(results)} statements: {counts}.\n"]
-    numbers = count(1)
+    number = 1
     for title, section in report.items():
         lines += [f"## {title}\n"]
         for name, made in (tables or {}).items():
             if title == name or (name.startswith("Table") and title.startswith(name)):
                 lines += [*made(), ""]
-        for result in section:
-            if result.item.printed:
-                lines += _beside(result, next(numbers))
+        printed = [result for result in section if result.item.printed]
+        for _, alike in groupby(printed, _alike):
+            together = list(alike)
+            lines += _beside(together, number)
+            number += len(together)
         rest = [result for result in section if not result.item.printed]
         if rest:
             lines += [*_rows(place, rest), "", *_witnesses(rest), ""]
