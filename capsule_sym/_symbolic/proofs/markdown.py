@@ -109,7 +109,7 @@ def _shown(line: str) -> str:
 
 
 def _alike(result: Result) -> tuple[str, ...]:
-    """What statements that are shown together have in common."""
+    """Key of printed statements that are shown together."""
     item = result.item
     return item.equation, result.status, item.derived, item.proof, item.consequence
 
