@@ -78,9 +78,7 @@ def attractors(
             one["si"] = {f"{key} [m]": (array(one[key]) * device.scale(name)).tolist()}
     show, drawn = partial(_show, found, device), over is not None
     report(found, "attractors", show, out, as_json, extra, device=device, drawn=drawn)
-    if limit.stopped:
-        raise KeyboardInterrupt
-    end(found)
+    end(found, limit)
 
 
 def _show(

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,6 +17,9 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option, several
 from capsule_sym._design.counts import POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
+
+if TYPE_CHECKING:
+    from capsule_sym._native import Watch
 
 over_option = options.by_name(
     "A parameter that varies, and its bounds: dimensionless, or of the device. Any number.",
@@ -187,8 +190,10 @@ def table_of(found: Any, device: options.Device = None) -> tuple[list[dict[str, 
     return [row | in_si(device, row) for row in each], list(lists)
 
 
-def end(found: Any) -> None:
-    """Exit with 3, and the reason, where there is no result."""
+def end(found: Any, limit: Watch | None = None) -> None:
+    """Exit with 3, and the reason, where there is no result; as Ctrl-C does where it ended it."""
+    if limit is not None and limit.stopped:
+        raise KeyboardInterrupt
     if not found.success:
         present.fail(f"{found.status.value}: {found.message}")
 

@@ -89,9 +89,7 @@ def pulse(
             field = "--to" if between is None else "--between"
             raise InvalidInput(field, error.value, error.allowed) from None
     report(found, "pulse", lambda: _show(found), out, as_json)
-    if limit.stopped:
-        raise KeyboardInterrupt
-    end(found)
+    end(found, limit)
 
 
 def _motions(

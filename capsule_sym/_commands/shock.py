@@ -67,9 +67,7 @@ def shock(
     extra = {} if device is None else {"si": _in_si(found, device)}
     drawn = found.phase is not None
     report(found, "shock", lambda: _print(found, device), out, as_json, extra, drawn=drawn)
-    if limit.stopped:
-        raise KeyboardInterrupt
-    end(found)
+    end(found, limit)
 
 
 def _in_si(found: capsule_sym.Shock, device: options.Device) -> dict[str, float]:
