@@ -1,12 +1,12 @@
 """The exact three-dimensional map of a piecewise-linear capsule system with bidirectional drifts.
 
-Everything that is called is imported from here on first use: importing the package costs next to
-nothing. The names stand in `__init__.pyi`, which type checkers read as well.
+All public names are imported on first use, so importing the package costs almost nothing. They are
+listed in `__init__.pyi`, which type checkers read as well.
 """
 
 from functools import cache as _cache
 
-# What an extra brings and a module cannot do without; the others ask for it when they are called.
+# Modules that cannot be imported without an extra; others raise when they are called.
 _NEEDS = {
     "flint": ("_enclosures.certificates.certify", "_enclosures.certificates.checker"),
     "matplotlib": (
@@ -22,7 +22,7 @@ _NEEDS = {
 
 @_cache
 def _homes() -> dict[str, str]:
-    """The module of each public name."""
+    """Module of each public name."""
     import re
 
     # The loader finds it in an archive too, and pathlib takes longer to import.
@@ -50,8 +50,8 @@ def __getattr__(name: str) -> object:
 
         found = version("capsule-sym")
     elif name == "__all__":
-        # What `from capsule_sym import *` can give here: a name that needs what is absent would
-        # take all the others away.
+        # Names available to `from capsule_sym import *`: one whose dependency is missing would make
+        # the whole import fail.
         from importlib.util import find_spec
 
         absent = {one for need, some in _NEEDS.items() if find_spec(need) is None for one in some}

@@ -1,6 +1,6 @@
 """`python -m capsule_sym` and `capsule-sym`: the command line.
 
-Until Ctrl-C has its handler only what is compiled into Python is imported: `signal` alone imports
+Until Ctrl-C has its handler, only modules compiled into Python are imported: `signal` alone imports
 enum, functools and more, which takes longer than all else.
 """
 
@@ -27,10 +27,10 @@ def main() -> NoReturn:
 
             cli.main()
         finally:
-            # All is told: Python, which is about to end, would die of a signal and not exit.
+            # Output is complete: from here a signal would kill Python instead of letting it exit.
             _signal.signal(_signal.SIGINT, _signal.SIG_IGN)
     except (KeyboardInterrupt, Exception) as error:
-        # What a library makes of an interrupt in its middle may be any error.
+        # A library interrupted in its middle may raise any error.
         if not (isinstance(error, KeyboardInterrupt) or _came):
             raise
         print("error: interrupted", file=sys.stderr, flush=True)
@@ -41,9 +41,9 @@ _came = False
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt, but not within an import: as soon as that is over.
+    """Raise KeyboardInterrupt, but after an import that is in progress.
 
-    The first lines of a module that Cython compiled drop what is raised in them.
+    The first lines of a module compiled by Cython drop exceptions raised in them.
     """
     global _came
     _came = True

@@ -22,7 +22,7 @@ from capsule_sym._commands.values import meant
 from capsule_sym._errors import CapsuleError, InvalidInput
 
 _INTERRUPTED = 130  # the exit status of shells for it
-_COMPLETE = "_CAPSULE_SYM_COMPLETE"  # the variable through which a shell asks for completions
+_COMPLETE = "_CAPSULE_SYM_COMPLETE"  # environment variable by which a shell requests completions
 
 
 class _Elsewhere(click.Command):
@@ -34,14 +34,14 @@ class _Elsewhere(click.Command):
 
 
 class Group(click.Group):
-    """A group of commands that are imported when they are called, in the order of their use."""
+    """Group of commands that are imported when they are called, in the order of their use."""
 
     def add(self, name: str, module: str, short_help: str, section: str = "Commands") -> None:
-        """Add the command that a module has under this name, with _ for -."""
+        """Add the command of this name in a module, with _ for -."""
         self.add_command(_Elsewhere(name, module, short_help, section))
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The names in the order in which they were added."""
+        """Names in the order in which they were added."""
         return list(self.commands)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -54,7 +54,7 @@ class Group(click.Group):
                 formatter.write_dl([(f"{one.name:{width}}", str(one.short_help)) for one in own])
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write which scenes there are below the commands."""
+        """Write the list of scenes below the commands."""
         from capsule_sym._parameters import SHIPPED
 
         scenes = f"Scenes: {', '.join(SHIPPED)}. --scene chooses one, with its own parameters."
@@ -65,7 +65,7 @@ class Group(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         args, told = renewed(args)
-        if told and not ctx.resilient_parsing:  # not while a shell asks for completions
+        if told and not ctx.resilient_parsing:  # not for completions
             click.echo(f"note: {told}", err=True)
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _Elsewhere):
@@ -143,7 +143,7 @@ def main(arguments: Sequence[str] | None = None, commands: click.Group = group) 
 
 
 def _closed() -> int:
-    """0, or 1 where a stream is closed: the next file to be opened would get its number."""
+    """0, or 1 if a stream is closed: the next file to be opened would get its number."""
     streams: dict[str, TextIO | None] = {"output": sys.stdout, "error": sys.stderr}
     for stream in streams.values():
         if isinstance(stream, TextIOWrapper):
@@ -156,8 +156,8 @@ def _closed() -> int:
 def _status(arguments: list[str], commands: click.Group = group) -> int:
     try:
         return _ended(arguments, commands)
-    except (KeyboardInterrupt, click.Abort) as interrupt:  # also while an error is told
-        # With what was kept, where a command says so.
+    except (KeyboardInterrupt, click.Abort) as interrupt:  # also while an error is printed
+        # With the kept results, if a command reports them.
         return _complain(": ".join(["interrupted", *map(str, interrupt.args)]), _INTERRUPTED)
 
 
@@ -192,7 +192,7 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
 
 
 def _elsewhere(error: click.NoSuchOption) -> str:
-    """What is said of an option that another scene has, or a device's file; empty of others."""
+    """Hint for an option that another scene has, or a device's file; empty for others."""
     from capsule_sym._parameters import SHIPPED, scene
 
     known = error.ctx.command.params if error.ctx else []
@@ -210,7 +210,7 @@ def _elsewhere(error: click.NoSuchOption) -> str:
 
 
 def _complete(asked: str) -> int:
-    """What a shell asks for: its script, such as for bash_source, or the possible next words."""
+    """Completion for a shell: its script, such as for bash_source, or the possible next words."""
     from click.shell_completion import shell_complete
 
     status = shell_complete(group, {}, "capsule-sym", _COMPLETE, asked)
@@ -226,12 +226,12 @@ def _reason(error: OSError) -> str:
 
 
 def _discard(stream: TextIO) -> None:
-    """Let what is still buffered have no reader, lest the flush at exit says so."""
+    """Discard buffered output without a reader, so that the flush at exit cannot fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _complain(message: str, status: int) -> int:
-    """The status, after a line on stderr, or on stdout where stderr is closed."""
+    """Return the status after a line on stderr, or on stdout if stderr is closed."""
     line = f"error: {' '.join(message.split())}"
     if stream := sys.stderr or sys.stdout:
         try:

@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions, and how the search for a switch can end, as a value."""
+"""Exceptions of the package, and statuses of runs and searches."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from enum import StrEnum
 
 
 class CapsuleError(Exception):
-    """Base of every exception that this package raises on purpose."""
+    """Base of every exception that this package raises."""
 
 
 class InvalidInput(CapsuleError, ValueError):
-    """A value from outside that is not allowed: which field, which value, what would be allowed.
+    """Raised for a value that is not allowed; names the field, the value and the allowed range.
 
     `allowed` completes the sentence "must be ...", as in `finite and >= 0`.
     """
@@ -46,7 +46,7 @@ def check_one_of(field: str, value: object, allowed: Collection[str]) -> None:
 
 
 class NotInstalled(CapsuleError, ImportError):
-    """An optional library is missing; the message says how to install it."""
+    """Raised if an optional library is missing; the message gives the command to install it."""
 
     def __init__(self, missing: ModuleNotFoundError, extra: str = "plot") -> None:
         name = str(missing.name).partition(".")[0]
@@ -54,24 +54,24 @@ class NotInstalled(CapsuleError, ImportError):
 
 
 class Status(StrEnum):
-    """How a run or a search ended: its work is done, or what stopped it before."""
+    """Status of a run or a search: finished, or the limit that stopped it."""
 
-    #: Its periods are over, or all its starts are searched.
+    #: All periods are over, or all starts are searched.
     FINISHED = "finished"
-    #: It has as many segments as it may have.
+    #: The largest number of segments is reached.
     SEGMENT_LIMIT = "segment-limit"
-    #: Its time is up.
+    #: The time limit is reached.
     TIME_LIMIT = "time-limit"
-    #: What it keeps takes as much memory as it may.
+    #: Kept data reach the memory limit.
     MEMORY_LIMIT = "memory-limit"
     #: Rounding lets no step advance in time.
     STALLED = "stalled"
-    #: No switch is found or excluded, or no field leaves the last state with certainty.
+    #: No switch is found or excluded, or no field is certain to be the successor.
     UNDECIDED = "undecided"
 
 
 class Outcome(StrEnum):
-    """How the search for the next switch of a segment ended."""
+    """Outcome of the search for the next switch of a segment."""
 
     #: One guard crosses zero, alone and with a slope that is certainly not zero.
     REGULAR = "regular"
@@ -81,11 +81,11 @@ class Outcome(StrEnum):
     CORNER = "corner"
     #: The force on a sticking capsule touches the friction bound (lines L1 to L4).
     SLIDING_TANGENCY = "sliding-tangency"
-    #: It is proved that no guard fires any more.
+    #: No guard fires at any later time (proved).
     NEVER = "never"
-    #: Rounding leaves open whether a guard fires.
+    #: Rounding does not allow to decide if a guard fires.
     UNDECIDED = "undecided"
-    #: The search goes on in steps, or the run in segments, that do not advance in time.
+    #: Steps of the search, or segments of the run, do not advance in time.
     STALLED = "stalled"
     #: The run ended before the next switch.
     END = "end"

@@ -31,7 +31,7 @@ def whole(path: str | os.PathLike[str], field: str = "out") -> Iterator[Path]:
             target.parent.mkdir(parents=True, exist_ok=True)
         else:
             os.close(os.open(target, os.O_WRONLY))  # refuses a file that may not be changed
-        # The ending says to some writers what to write.
+        # Some writers choose the format by the ending.
         part = target.with_name(f".{token_hex(8)}{target.suffix}")
         try:
             yield part
@@ -109,7 +109,7 @@ def _refused(path: str | os.PathLike[str], field: str) -> Iterator[None]:
 
 
 def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """What a TOML file holds; raises `InvalidInput` when it cannot be read or is not TOML."""
+    """Content of a TOML file; raises `InvalidInput` if it cannot be read or is not TOML."""
     try:
         import tomllib
 

@@ -1,7 +1,7 @@
 """The printed paper as data: `paper.toml`, entry by entry, without SymPy.
 
-Nothing else in the package holds printed data. `casestudy` and `thresholds` take Section 4 from
-here, and `_symbolic.paper` sets every entry beside the derivation.
+No other module contains printed data. `casestudy` and `thresholds` read Section 4 here, and
+`_symbolic.paper` compares every entry with the derivation.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _ABOUT = ("id", "place", "reading", "note", "columns")
 
 @dataclass(frozen=True)
 class Entry:
-    """What the paper prints at one place, as data by key, and how sure the reading of it is."""
+    """Printed data at one place of the paper, by key, and the certainty of its reading."""
 
     id: str
     place: str
@@ -55,10 +55,10 @@ class Paper:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of Section 4: the global map for alpha up to `high`, and the event there.
+    """Row of Section 4: the global map for alpha up to `high`, and the event there.
 
-    It holds from `low`, or at `high` alone where `low` is None; `closed` says whether it holds at
-    `high` too. Numbers are decimal, as printed; event, line and panel may be empty.
+    It holds from `low`, or only at `high` if `low` is None, and at `high` too if `closed`. Numbers
+    are decimal, as printed; event, line and panel may be empty.
     """
 
     high: str
@@ -85,7 +85,7 @@ def section_4(paper: Paper) -> tuple[Row, ...]:
 
 
 def row_at(paper: Paper, alpha: str | float) -> Row:
-    """The row of an amplitude: the one for that value alone, if there is one.
+    """Row of an amplitude; a row for that value alone takes precedence.
 
     Raises InvalidInput for an amplitude that has none.
     """
@@ -107,7 +107,7 @@ def panels(paper: Paper) -> dict[str, str]:
 
 
 def paper_of(document: Mapping[str, Any]) -> Paper:
-    """The transcription as a parsed TOML document holds it; no identifier may occur twice."""
+    """Transcription from a parsed TOML document; no identifier may occur twice."""
     names = [record["id"] for record in document["entry"]]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"transcribed twice: {', '.join(twice)}")
@@ -126,6 +126,6 @@ def paper_of(document: Mapping[str, Any]) -> Paper:
 
 @cache
 def read() -> Paper:
-    """The transcription that is shipped."""
+    """Transcription that is shipped."""
     text = (files(__package__) / "paper.toml").read_text(encoding="utf-8")
     return paper_of(tomllib.loads(text))

@@ -39,9 +39,9 @@ _MODULES = {
 class Scene:
     """Generated code of a scene: modules as attributes, imported on first use.
 
-    `facts` tells of parameters, state and fields, `interface` of records of the C core, `switching`
-    of switching planes, `fields` of linear fields in ball arithmetic; `kernels` and `exact_kernels`
-    are closed forms by NumPy and mpmath, `dataclasses` the classes that parameters are made of.
+    `facts` describes parameters, state and fields, `interface` records of the C core, `switching`
+    switching planes, `fields` linear fields in ball arithmetic; `kernels` and `exact_kernels` are
+    closed forms by NumPy and mpmath, `dataclasses` the base classes of parameters.
     """
 
     facts: ModuleType
@@ -55,7 +55,7 @@ class Scene:
 
     def __init__(self, source: str, package: str) -> None:
         self.source, self.package = source, package
-        """A name that ships or a folder, and the package that holds the code."""
+        """Name of a shipped scene or a folder, and the package of the code."""
 
     def __getattr__(self, name: str) -> Any:
         if name not in _MODULES:
@@ -72,30 +72,27 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """Name of its declaration, such as "capsule"."""
+        """Name of the declaration, such as "capsule"."""
         return str(self.facts.SCENE)
 
     @property
     def entry(self) -> dict[str, str]:
-        """What records have beside parameters, by which `scene_in` finds it: "scene".
-
-        Nothing for the paper's scene.
-        """
+        """Entry "scene" of records, by which `scene_in` finds the scene; empty for the paper's."""
         return {} if self is CAPSULE else {"scene": self.source}
 
     @property
     def shown(self) -> str:
-        """Its name in messages, with its folder where it does not ship."""
+        """Name in messages, with its folder if it is not a shipped one."""
         return self.name if self.source in SHIPPED else f"{self.name} in {self.source}"
 
     @property
     def told(self) -> str:
-        """Its name in messages about names of another scene than the paper's."""
+        """Name in messages about a scene other than the paper's."""
         return "" if self is CAPSULE else f" (scene {self.shown})"
 
     @property
     def digest(self) -> str:
-        """Digest of the inputs that its code was generated from."""
+        """Digest of the inputs from which the code was generated."""
         return str(import_module(f"{self.package}.py").DIGEST)
 
     @cached_property
@@ -118,12 +115,12 @@ class Scene:
         return made
 
     def values(self, **quantities: Any) -> Any:
-        """Quantities of a device that are not checked, numbers or others that arithmetic takes."""
+        """Quantities of a device without checks: numbers or any values with arithmetic."""
         bases = (SimpleNamespace, self.dataclasses.Relations, Scales)
         return type("Values", bases, {"scene": self})(**quantities)
 
     def _class(self, name: str, *bases: Any) -> Any:
-        """A frozen class of these bases, the first of which has the fields."""
+        """Frozen class of these bases, the first of which has the fields."""
         held = {
             "scene": self,
             "__slots__": (),
@@ -139,9 +136,9 @@ _known: dict[str, Scene] = {}
 
 
 def scene(source: str) -> Scene:
-    """The scene of a name that ships, or of a folder that `capsule_sym.codegen` wrote.
+    """Scene of a shipped name, or of a folder that `capsule_sym.codegen` wrote.
 
-    Raises InvalidInput where neither is there.
+    Raises InvalidInput if there is neither.
     """
     if not isinstance(source, str) or "\0" in source:
         raise InvalidInput("scene", source, _ALLOWED)
@@ -156,7 +153,7 @@ def scene(source: str) -> Scene:
 
 
 def as_scene(given: Scene | str) -> Scene:
-    """A scene, from itself or as `scene` finds it."""
+    """Scene given as such, by name or by folder."""
     return given if isinstance(given, Scene) else scene(given)
 
 
@@ -182,12 +179,12 @@ CAPSULE = scene(SHIPPED[0])
 
 
 def _number(facts: ModuleType, name: str, value: Any, positive: bool | None = None) -> float:
-    """A value as a float; raises InvalidInput unless it is one that the parameter may have."""
+    """Value as a float; raises InvalidInput unless it is allowed for the parameter."""
     positive = name in facts.POSITIVE if positive is None else positive
     least = 0.0 if name not in facts.SIGNED else -math.inf
     allowed = "finite" + ("" if least else " and > 0" if positive else " and >= 0")
-    # Kinds whose conversion to double would silently drop digits (mpf, Fraction, strings) are
-    # refused, and so is bool, which Python counts as an int.
+    # Types whose conversion to double would silently drop digits (mpf, Fraction, strings) are
+    # refused, and so is bool, which is an int in Python.
     if isinstance(value, bool) or not (isinstance(value, int | float) or _of_numpy(value)):
         raise InvalidInput(name, value, f"a real number, {allowed}")
     try:
@@ -200,14 +197,14 @@ def _number(facts: ModuleType, name: str, value: Any, positive: bool | None = No
 
 
 def _of_numpy(value: object) -> bool:
-    """Whether a value is a real number of NumPy, which is imported where there may be one."""
+    """True for a real number of NumPy, which is imported only if there may be one."""
     import numpy as np
 
     return isinstance(value, np.integer | np.floating)
 
 
 class _Frozen:
-    """What the parameters of a scene and of a device have in common."""
+    """Base of the parameters of a scene and of a device."""
 
     __slots__ = ()
     scene: ClassVar[Scene]
@@ -221,19 +218,19 @@ class _Frozen:
         return _made, (self.scene.source, type(self).__name__, tuple(self.to_dict().values()))
 
     def replace(self, **changes: float) -> Self:
-        """A copy with some parameters changed; raises `InvalidInput` as construction does."""
+        """Return a copy with some parameters changed; raises `InvalidInput` like construction."""
         for name in changes:
             if name not in (names := names_of(self)):
                 raise InvalidInput("parameter", name, f"one of {', '.join(names)}{self.scene.told}")
         return type(self)(**self.to_dict() | changes)
 
     def to_dict(self) -> dict[str, float]:
-        """The parameters by name, in the order of the fields."""
+        """Return the parameters by name, in the order of the fields."""
         return {name: getattr(self, name) for name in names_of(self)}
 
 
 def _made(source: str, kind: str, values: tuple[float, ...]) -> Any:
-    """Parameters, from what was pickled of them."""
+    """Parameters from pickled values."""
     return getattr(scene(source), kind)(*values)
 
 
@@ -248,7 +245,7 @@ def _names_of(kind: Any) -> tuple[str, ...]:
 
 
 class SceneParameters(_Frozen):
-    """The dimensionless parameters of a scene.
+    """Dimensionless parameters of a scene.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite and in the
     ranges that the scene's declaration gives.
@@ -276,7 +273,7 @@ class SceneParameters(_Frozen):
 
 
 class SceneDevice(_Frozen, Scales):
-    """The parameters of a device of a scene in SI units, with the scales that carry results back.
+    """Parameters of a device of a scene in SI units, with the scales of results in SI units.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite and in the
     ranges that the scene's declaration gives, and unless the friction force, the natural frequency,
@@ -294,21 +291,21 @@ class SceneDevice(_Frozen, Scales):
         self.dimensionless()
 
     def ratios(self) -> dict[str, Any]:
-        """The dimensionless parameters by name."""
+        """Dimensionless parameters by name."""
         raise NotImplementedError
 
     def dimensionless(self) -> SceneParameters:
-        """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
+        """Return the dimensionless parameters of this device, with f_b = 1 (dry friction)."""
         try:
             return self.scene.Parameters(**self.ratios())
         except InvalidInput as error:
             raise self._cause(error) from error
 
     def _cause(self, error: InvalidInput) -> InvalidInput:
-        """An error about a parameter as one about the quantity of the device that it comes from.
+        """Error about the quantity of the device that causes an error about a parameter.
 
-        That is one that it is in proportion to, or one that may be left out, and whose default is
-        allowed: then the values up to which it is are found by halving.
+        It is a quantity proportional to the parameter, or an optional one whose default is allowed:
+        then the range of allowed values is found by halving.
         """
         facts, known = self.scene.facts, self.to_dict()
         of = f"{error.field}, the {facts.LABELS.get(error.field, 'parameter')},"
@@ -329,7 +326,7 @@ class SceneDevice(_Frozen, Scales):
         return error
 
     def _allows(self, name: str, value: float) -> bool:
-        """Whether the device has dimensionless parameters with another value of a quantity."""
+        """True if the device has dimensionless parameters with another value of a quantity."""
         try:
             ratios = self.scene.values(**self.to_dict() | {name: value}).ratios()
             return bool(self.scene.Parameters(**ratios))
@@ -345,7 +342,7 @@ class SceneDevice(_Frozen, Scales):
         return self.dimensionless().omega * self.natural_frequency
 
     def tie(self, name: str) -> tuple[str, float]:
-        """The parameter that is in proportion to a quantity, such as P_d, and the factor (1/SI).
+        """Parameter proportional to a quantity, such as P_d, and the factor (1/SI).
 
         These quantities do not change the units of force, length and time. Raises `InvalidInput`
         for another name.
@@ -366,7 +363,7 @@ class SceneDevice(_Frozen, Scales):
 
 @dataclass(frozen=True, slots=True)
 class Parameters(Fields, SceneParameters):
-    """The dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
+    """Dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, omega,
     gamma and f_b are > 0 and the others are >= 0.
@@ -377,7 +374,7 @@ class Parameters(Fields, SceneParameters):
 
 @dataclass(frozen=True, slots=True)
 class PhysicalParameters(DeviceFields, Relations, SceneDevice):
-    """The parameters of the device in SI units, with the scales that carry results back.
+    """Parameters of the device in SI units, with the scales of results in SI units.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, the masses,
     k1, Omega, mu and g are > 0 and the others are >= 0, and unless the friction force, the
@@ -395,19 +392,18 @@ def of_paper(parameters: SceneParameters) -> Parameters:
 
 
 def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
-    """The parameters in a TOML file: dimensionless or physical, never a mix.
+    """Load the parameters in a TOML file: dimensionless or physical, never a mix.
 
-    The keys stand at the top level: `scene`, the name of one that ships or a folder of generated
-    code (the paper's without it), and the fields of its `Parameters` (each missing one takes its
-    default) or of its `PhysicalParameters` (all but those with a default required). Raises
-    `InvalidInput` when the file cannot be read, is not TOML, or holds a key or a value that is not
-    allowed.
+    Keys are at the top level: `scene`, the name of a shipped one or a folder of generated code (by
+    default the paper's), and the fields of its `Parameters` (each missing one takes its default) or
+    of its `PhysicalParameters` (all required except those with a default). Raises `InvalidInput` if
+    the file cannot be read, is not TOML, or has a key or a value that is not allowed.
     """
     return read_parameters(path, CAPSULE)
 
 
 def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParameters | SceneDevice:
-    """The parameters in a TOML file, of a scene given here if the file names none."""
+    """Parameters in a TOML file, by default of the scene `otherwise`."""
     from capsule_sym._files import read_toml
 
     table = read_toml(path)
@@ -438,15 +434,15 @@ def read_parameters(path: str | PathLike[str], otherwise: Scene) -> SceneParamet
 
 
 def scenes_with(names: Iterable[str]) -> list[str]:
-    """Scenes that ship of which all these are parameters, or quantities of a device."""
+    """Shipped scenes with all these names as parameters or as quantities of a device."""
     known = {one: scene(one).facts for one in SHIPPED}
     return [one for one, of in known.items() if {*names} <= {*of.PARAMETERS, *of.DEVICE}]
 
 
 def scene_in(table: Mapping[str, Any], path: str | PathLike[str] = "") -> Scene | None:
-    """The scene that a table or record names, a folder from the file's own, if it names one.
+    """Scene named by a table or record, with folders relative to the file; None if none is named.
 
-    Raises InvalidInput for what is none.
+    Raises InvalidInput for an unknown scene.
     """
     if "scene" not in table:
         return None

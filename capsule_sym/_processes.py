@@ -1,4 +1,4 @@
-"""Processes that compute for this one: Ctrl-C is for it alone, and they end with it."""
+"""Worker processes: Ctrl-C goes to the parent alone, and they end with it."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from typing import Any
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """Number of processors that this process may use."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def spawning(workers: int) -> ProcessPoolExecutor:
-    """An executor whose processes are started one by one as work is given, `undisturbed`.
+    """Executor whose processes are started one by one as work is given, `undisturbed`.
 
-    They are spawned, so that none holds what this one has locked when this one is killed.
+    They are spawned, so that none inherits a lock if this process is killed.
     """
     return ProcessPoolExecutor(workers, get_context("spawn"), initializer=follow)
 
 
 def end(executor: ProcessPoolExecutor) -> None:
-    """Ends the processes of an executor at once, with what is under way."""
+    """End the processes of an executor at once, including work in progress."""
     for process in list((executor._processes or {}).values()):
         process.terminate()
     executor.shutdown(cancel_futures=True)  # they die at once
@@ -38,7 +38,7 @@ def end(executor: ProcessPoolExecutor) -> None:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Where processes are started: Ctrl-C is for this one, afterwards, and never for those."""
+    """Context in which to start processes: Ctrl-C waits, and never reaches them."""
     with deferred(), _blocked():
         yield
 
@@ -61,7 +61,7 @@ def _blocked() -> Iterator[None]:
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """What Ctrl-C must not cut in two, such as drawing: it comes afterwards."""
+    """Context of work that Ctrl-C must not interrupt, such as drawing: it is raised afterwards."""
     came: list[Any] = []
     handler = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(handler):

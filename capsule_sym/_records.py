@@ -48,10 +48,9 @@ def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
 
 
 def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str, Any]:
-    """A whole run and the steady motion that it ends in, None if it has not settled.
+    """Record of a run and of its steady motion, None if it has not settled.
 
-    Only of a run that ended early it says why, as `stopped`, and of a scene other than the paper's
-    which one it is.
+    A run that ended early has the reason as `stopped`. A scene other than the paper's is named.
     """
     record = {
         **trajectory.parameters.scene.entry,
@@ -87,10 +86,10 @@ def physical_record(
 
 
 def in_si(device: SceneDevice | None, row: Mapping[str, Any]) -> dict[str, float]:
-    """What of a row has an SI unit, such as "velocity [m/s]"; nothing where no device is given.
+    """Values of a row with an SI unit, such as "velocity [m/s]"; empty without a device.
 
-    A number counts, or a metric's record, and a parameter that one quantity alone, such as P_d, is
-    in proportion to. With the work of a period stands the mean power.
+    These are numbers, records of metrics, and parameters proportional to a single quantity, such as
+    P_d. The mean power is added to the work of a period.
     """
     if device is None:
         return {}

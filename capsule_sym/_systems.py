@@ -19,7 +19,7 @@ def dimensionless(system: System) -> SceneParameters:
 
 
 def real(value: object) -> bool:
-    """Whether a value is a finite real number, of Python or of NumPy."""
+    """True for a finite real number, of Python or of NumPy."""
     return is_real(value) and math.isfinite(value)
 
 
@@ -29,7 +29,7 @@ def values_of(system: System) -> dict[str, float]:
 
 
 def drives(system: System) -> dict[str, float]:
-    """What a drive may vary, amplitude and frequency first, each with its unit (SI)."""
+    """Parameters of the drive, amplitude and frequency first, each with its unit (SI)."""
     facts = system.scene.facts
     names = ("alpha", "omega", *(name for name in ("alpha_low", "D") if facts.PULSED))
     if isinstance(system, SceneParameters):

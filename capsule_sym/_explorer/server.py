@@ -46,7 +46,7 @@ class _Server(ThreadingHTTPServer):
 
 
 def serve(port: int, page: str, opens: bool, as_json: bool) -> None:
-    """Serves the page at a port, 0 for any free one, until Ctrl-C, and says where.
+    """Serve the page at a port (0 for any free one) until Ctrl-C, and print the address.
 
     Raises InvalidInput for a port that is not free.
     """

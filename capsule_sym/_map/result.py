@@ -1,4 +1,4 @@
-"""Results: how work ended, and what it found by name."""
+"""Base of results: status, message, and named content."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Result:
 
     __slots__ = ()
     _good: ClassVar[tuple[Enum, ...]] = (Status.FINISHED,)
-    """The statuses of success."""
+    """Statuses of success."""
     _recorded: ClassVar[str] = ""
-    """Names in the record beside how it ended, with spaces between."""
+    """Names in the record besides status and message, separated by spaces."""
 
     if TYPE_CHECKING:  # fields or properties of each result
 
@@ -33,15 +33,15 @@ class Result:
 
     @property
     def success(self) -> bool:
-        """Whether the result is whole; where it is not, `status` and `message` say why."""
+        """True if the result is complete; otherwise `status` and `message` give the reason."""
         return self.status in self._good
 
     def attributes(self) -> dict[str, Any]:
-        """How it ended."""
+        """Status and message."""
         return record(self, "status message")
 
     def to_dict(self) -> dict[str, Any]:
-        """The result by name, of numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts."""
         return record(self, f"success status message {self._recorded}")
 
     def __repr__(self) -> str:

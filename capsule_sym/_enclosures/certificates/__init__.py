@@ -1,1 +1,1 @@
-"""Certificates of what was proved, their checker, and the digest of the code that proves."""
+"""Certificates of proofs, their checker, and the digest of the code that proves."""

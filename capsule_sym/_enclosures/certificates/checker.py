@@ -90,14 +90,14 @@ class Shooting:
         return found | {name: z[4 * self.n + 1 + k] for k, name in enumerate(self.free)}
 
     def guard(self, i: int) -> int | None:
-        """The guard of segment i at which the next field takes over."""
+        """Guard of segment i that selects the next field."""
         (c, d), (after, e) = (MODES[self.fields[k % self.n]] for k in (i, i + 1))
         if self.n > 1 and (c == after) == (d == e):
             raise Rejected(f"no guard ends segment {i}")
         return None if self.n == 1 else 0 if c != after else 1 if d or e > 0 else 2
 
     def orders(self, i: int, field: int, still: list[int]) -> list[int]:
-        """How often each guard of a field vanishes at the start of segment i, by what is exact."""
+        """Number of zeros of each guard of a field at the start of segment i, by exact facts."""
         if (n := self.n) == 1 or (self.run and i in (0, n)):  # no switch, or the ends of a run
             return [0, 0, 0]
         first = next(k for k in range(i, i - n, -1) if (k - 1) % n not in still)

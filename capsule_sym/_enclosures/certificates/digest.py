@@ -1,7 +1,7 @@
-"""The digest of code that proves: what it says, not where it stands.
+"""Digest of code that proves, independent of its place.
 
-Comments, docstrings, and from which of the project's modules names come are no part of it, so that
-moving a module leaves a proof valid while a changed operator, number or name does not.
+Comments, docstrings and the modules from which names are imported are no part of it, so that moving
+a module leaves a proof valid, and changing an operator, number or name does not.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef)
 
 
 def closure(module: ModuleType) -> tuple[ModuleType, ...]:
-    """A module and the modules of this package on which it rests."""
+    """A module and the modules of this package that it uses."""
     found: dict[str, ModuleType] = {}
     waiting = [module.__name__]
     while waiting:
@@ -37,13 +37,13 @@ def closure(module: ModuleType) -> tuple[ModuleType, ...]:
 
 
 def digest(code: Iterable[Any]) -> str:
-    """One digest of modules, classes and functions, in whatever order they come."""
+    """Digest of modules, classes and functions, in any order."""
     single = (sha256(_said(ast.parse(dedent(getsource(one)))).encode()) for one in code)
     return sha256("".join(sorted(one.hexdigest() for one in single)).encode()).hexdigest()
 
 
 def _said(node: Any) -> str:
-    """A syntax tree as text, the same from one version of Python to another."""
+    """Syntax tree as text, independent of the version of Python."""
     if isinstance(node, list):
         own = [one for one in node if _of_the_project(one)]
         names = sorted(_said(alias) for one in own for alias in one.names)

@@ -1,4 +1,4 @@
-"""Section 4 of the paper proved in balls, and what share of it: the record of `enclose`."""
+"""Section 4 of the paper proved in balls, and the proved share: the record of `enclose`."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ TIME_OVER = "the time was over"
 
 @dataclass(frozen=True)
 class Section:
-    """What is proved at one mass ratio: bifurcations, intervals between them, what is left over.
+    """Proofs at one mass ratio: bifurcations, the intervals between them, and the gaps.
 
-    `failed` says why it is not everything; empty if it is.
+    `failed` is the reason why the proof is incomplete, or empty.
     """
 
     gamma: str
@@ -43,7 +43,7 @@ class Section:
 
     @property
     def unproved(self) -> float:
-        """A bound on the length of alpha in [0.001, 2] that is not proved."""
+        """Bound on the length of alpha in [0.001, 2] that is not proved."""
         with precision(128):
             covered = sum((one.high - one.low for one in self.intervals), ball(0))
             return float((ball(LAST) - ball(FIRST) - covered).upper())
@@ -56,9 +56,9 @@ def prove_section(
     report: Callable[[Box], object] = lambda box: None,
     max_seconds: float = math.inf,
 ) -> Section:
-    """Every bifurcation of Section 4 at a mass ratio and, unless told not to, every interval.
+    """Prove every bifurcation of Section 4 at a mass ratio and, by default, every interval.
 
-    What is proved within `max_seconds` is kept, and `failed` says that the time was over.
+    Results proved within `max_seconds` are kept; `failed` then states that the time was over.
     """
     exact = EXACT | {"gamma": gamma}
     events: list[Event] = []
@@ -81,7 +81,7 @@ def prove_section(
 def certified(gamma: str, max_seconds: float = math.inf) -> tuple[list[dict[str, Any]], list[str]]:
     """Certificates at a mass ratio: all bifurcations, and the orbits of Fig. 7's amplitudes.
 
-    Beside them is why any of them is missing, also those for which the time was over.
+    Returns them with the reason for each missing one, including those not reached in time.
     """
     exact = EXACT | {"gamma": gamma}
     with Watch(max_seconds) as watch:
@@ -97,7 +97,7 @@ def certified(gamma: str, max_seconds: float = math.inf) -> tuple[list[dict[str,
 
 
 def record(section: Section) -> dict[str, Any]:
-    """A section as plain data: numbers of bifurcations are decimals right to their last digit."""
+    """Section as plain data: bifurcation values are decimals correct to their last digit."""
     with precision(THRESHOLD_BITS):
         thresholds = [_told(event) for event in section.events]
     return {

@@ -1,1 +1,1 @@
-"""Numbers that enclose: balls, polynomial forms over a patch, and the flow of a field in balls."""
+"""Numbers that enclose: balls, polynomial forms over a patch, and the flow of a field."""

@@ -1,6 +1,6 @@
 """Balls (midpoint and radius) of python-flint, every operation of which encloses the exact result.
 
-A comparison of balls that is true is a proof; one that is not says nothing.
+A comparison of balls that is true is a proof; one that is not true proves nothing.
 """
 
 from __future__ import annotations
@@ -45,17 +45,17 @@ class Unproved(CapsuleError, ArithmeticError):
 
 
 def precision(bits: int) -> AbstractContextManager[Any]:
-    """Context in which every new ball has so many bits."""
+    """Context in which every new ball has this many bits."""
     return ctx.workprec(bits)
 
 
 def bits() -> int:
-    """The bits of new balls."""
+    """Number of bits of new balls."""
     return int(ctx.prec)
 
 
 def ball(value: Any, radius: Any = 0) -> Ball:
-    """A ball around a number: exact for int and float, within rounding for a decimal or fraction.
+    """Ball around a number: exact for int and float, within rounding for a decimal or fraction.
 
     mpmath's numbers are taken exactly.
     """
@@ -94,27 +94,27 @@ def thin(values: NDArray[np.float64]) -> Matrix:
 
 
 def symmetric(radius: Any) -> Ball:
-    """The ball about 0 with a radius."""
+    """Ball about 0 with a radius."""
     return arb(0, radius)
 
 
 def upper(value: Ball) -> float:
-    """A float that is not less than any |x| in the ball."""
+    """Upper bound, as a float, on |x| in the ball."""
     return float(np.nextafter(float(value.abs_upper()), np.inf))
 
 
 def spread(value: Ball) -> float:
-    """A float that is not less than the ball's radius."""
+    """Upper bound, as a float, on the ball's radius."""
     return float(np.nextafter(float(value.rad()), np.inf))
 
 
 def largest(found: Matrix) -> float:
-    """A float that is not less than the largest row sum of absolute values."""
+    """Upper bound, as a float, on the largest row sum of absolute values."""
     return greatest(sum((abs(x) for x in row), arb(0)) for row in found.tolist())
 
 
 def greatest(values: Iterable[Ball]) -> float:
-    """A float that is not less than any |x| in any of the balls; NaN where one knows nothing."""
+    """Upper bound, as a float, on |x| in all of the balls; NaN if one is unbounded."""
     return float(np.max([0.0, *map(upper, values)]))
 
 

@@ -1,9 +1,9 @@
-"""The flow of a field in balls: the exponential of the matrix that the derivation printed.
+"""Flow of a field in balls: the exponential of its derived matrix.
 
-The extended state y = (x_r, v_r, v_c, alpha cos, alpha sin, 1) obeys y' = A y. For short durations
-exp(A h) is its series with a bound on the tail, which keeps what is small with h small; for longer
-ones, and with many bits, flint's exponential of the matrix at the ball's midpoint is moved by its
-derivatives.
+The extended state y = (x_r, v_r, v_c, alpha cos, alpha sin, 1) satisfies y' = A y. For short
+durations exp(A h) is its series with a bound on the tail, in which terms small with h stay small.
+For longer ones, and with many bits, flint's exponential of the matrix at the ball's midpoint is
+extended to the ball by its derivatives.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ _SERIES_BITS = 512  # bits beyond which flint's exponential takes a fraction of 
 
 
 def at_rest(field: int) -> bool:
-    """Whether the capsule is at rest along a field."""
+    """True if the capsule is at rest in a field."""
     return FIELDS[field][1] == 0
 
 
 class Exponential:
-    """exp(A h) of a square matrix A of balls, and what is left of it without its first terms."""
+    """exp(A h) of a square matrix A of balls, and its rest without the first terms."""
 
     def __init__(self, A: Matrix) -> None:
         self.A, self.norm = A, largest(A)
@@ -60,7 +60,7 @@ class Exponential:
         return found[: order + 1]
 
     def short(self, h: Ball) -> bool:
-        """Whether a duration is one for the series, which keeps what is small with h small."""
+        """True for a duration that uses the series, in which terms small with h stay small."""
         return self.norm * upper(h) < _SHORT
 
     def rest(self, h: Ball, zeros: int = 0) -> Matrix:
@@ -95,7 +95,7 @@ class Exponential:
 
 
 class Field:
-    """One of the fields at parameters that are balls (alpha is no part of it)."""
+    """A field at parameters that are balls (alpha is not one of them)."""
 
     def __init__(self, index: int, values: Mapping[str, Ball]) -> None:
         self.index = index
@@ -112,7 +112,7 @@ class Field:
 
     @property
     def stick(self) -> bool:
-        """Whether the capsule is at rest along this field."""
+        """True if the capsule is at rest in this field."""
         return at_rest(self.index)
 
     def guard_slope(self, name: str) -> Matrix:
@@ -120,7 +120,7 @@ class Field:
         return matrix(self.guards.nrows(), SIZE, self._guard_slopes.get(name, ()))
 
     def depends(self, name: str) -> bool:
-        """Whether A depends on a parameter."""
+        """True if A depends on a parameter."""
         return name in self._slopes
 
     @cached_property
@@ -141,7 +141,7 @@ class Field:
     def flow_by(self, h: Ball, name: str, zeros: int = 0) -> Matrix:
         """Derivative by a parameter of exp(A h) without its terms below A^zeros, over h^zeros.
 
-        That is the corner of the same of ((A, A'), (0, A)), with A' the derivative of A.
+        It is the corner of the same expression of ((A, A'), (0, A)), with A' the derivative of A.
         """
         if not self.depends(name):
             return matrix(SIZE, SIZE)
@@ -153,11 +153,11 @@ class Field:
         return arb_mat([row[SIZE:] for row in self._by[name].rest(h, zeros).tolist()[:SIZE]])
 
     def divided(self, row: Matrix, zeros: int, h: Ball) -> tuple[Matrix, Matrix]:
-        """A functional after h over h^zeros, its leading terms left out; and its derivative by h.
+        """Functional after h over h^zeros, without its leading terms; and its derivative by h.
 
-        Row r gives r (exp(A h) - terms below A^zeros)/h^zeros, which is what a guard has gained
-        where its first derivatives vanish at the start, finite at h = 0. The derivative of such an
-        R_n is A R_n - n R_(n + 1), and (A R_(n - 1) - n R_n)/h.
+        Row r gives r (exp(A h) - terms below A^zeros)/h^zeros: the gain of a guard whose first
+        derivatives vanish at the start, finite at h = 0. The derivative of such an R_n is A R_n - n
+        R_(n + 1), and (A R_(n - 1) - n R_n)/h.
         """
         value = self._exponential.rest(h, zeros)
         if self._exponential.short(h):

@@ -1,8 +1,8 @@
-"""Polynomial forms: what a number or a matrix is over a box of parameters, with a remainder.
+"""Polynomial forms: numbers or matrices over a box of parameters, with a remainder.
 
-A form stands for a polynomial of the place s in [-1, 1]^2 of the box, up to the second degree, plus
-a ball e about 0 of what is of third degree. Coefficients are narrow balls or matrices of them. So
-nothing is lost of how two quantities vary together, which plain balls forget.
+A form is a polynomial of the place s in [-1, 1]^2 of the box, up to the second degree, plus a ball
+e about 0 for terms of third degree. Coefficients are narrow balls or matrices of them. So the joint
+variation of two quantities is kept, which plain balls lose.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Form:
 
     @property
     def range(self) -> Any:
-        """What is not the middle: a ball that holds it."""
+        """Deviation from the middle, as a ball that contains it."""
         found = self.e
         for degree in range(1, DEGREE + 1):
             found = found + self.part(degree)
@@ -83,7 +83,7 @@ class Form:
         return self.c + self.range
 
     def __getitem__(self, place: tuple[int, int]) -> Form:
-        """An entry of a matrix."""
+        """Entry of a matrix."""
         return Form([x[place] for x in self.p], self.e[place])
 
     def __add__(self, other: Any) -> Form:
@@ -136,7 +136,7 @@ class Form:
         return Form(found, rest)
 
     def composed(self, terms: Sequence[Any], last: Any) -> Form:
-        """The sum of terms_k d^k with d this form off its middle; `last` times |d|^3 is left."""
+        """Sum of terms_k d^k, d this form minus its middle; `last` times |d|^3 bounds the rest."""
         away = Form((self.c * 0, *self.p[1:]), self.e)
         found = away * terms[DEGREE]
         for k in range(DEGREE - 1, 0, -1):
@@ -179,7 +179,7 @@ def _constant(value: Any) -> Form:
 
 
 def number(value: Any) -> Form:
-    """A number that is the same all over the box."""
+    """Number that is constant over the box."""
     return _constant(arb(value))
 
 

@@ -1,7 +1,7 @@
-"""A branch of orbits proved without a gap: boxes of a parameter, each glued to the next.
+"""Branch of orbits proved without a gap: boxes of a parameter, each glued to the next.
 
-Next to a bifurcation at which a guard is touched, the segment that is inserted there has a duration
-like the square root of the distance. There that duration is the parameter and alpha is solved for.
+Near a bifurcation at which a guard is touched, the inserted segment has a duration like the square
+root of the distance. There this duration is the parameter, and alpha is solved for.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from capsule_sym._enclosures.orbits.proof import held, prove
 from capsule_sym._enclosures.orbits.shooting import Shooting
 from capsule_sym._enclosures.passage.guards import Watch
 
-_LEAST = 1e-17  # of a box, relative to what lies ahead of it
+_LEAST = 1e-17  # least size of a box, relative to the rest of the interval
 _GROWTH, _SHRINK = 1.4, 0.5
 
 

@@ -35,7 +35,7 @@ class ProvedPoint:
 
 
 def prove_codimension_two(found: CodimensionTwoPoint, exact: Mapping[str, Any]) -> ProvedPoint:
-    """A point of a curve where a second segment has the duration 0; raises Unproved."""
+    """Prove a point of a curve where a second segment has duration 0; raises Unproved."""
     segments = [i for i, h in enumerate(found.orbit.durations) if h == 0]
     if len(segments) != 2:
         raise Unproved("type", f"{len(segments)} segments have the duration 0")
@@ -83,9 +83,9 @@ def record(one: ProvedPoint) -> dict[str, Any]:
 
 
 def section4(exact: Mapping[str, str]) -> list[ProvedPoint]:
-    """The mass ratios at which the order of Section 4's last three bifurcations changes.
+    """Mass ratios at which the order of Section 4's last three bifurcations changes.
 
-    Raises Unproved where one of the two is not proved.
+    Raises Unproved if one of the two is not proved.
     """
     found, _ = approximate(Parameters(gamma=_BETWEEN), float(Fraction(1, 1000)), 2.0)
     (crossing,) = (one for one in found if one.type == CROSSING)

@@ -1,4 +1,4 @@
-"""A bifurcation at which a segment has duration 0: existence, type, line and nondegeneracy."""
+"""Bifurcation with a segment of duration 0: existence, type, line and nondegeneracy."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ AHEAD = 1e-12  # duration at which a coefficient is taken; its square is far abo
 
 @dataclass(frozen=True)
 class Event:
-    """A bifurcation that is proved to be there, alone in its tube.
+    """A bifurcation whose existence is proved, unique in its tube.
 
     `values` are balls around the parameters that were solved for. `order` is that of the contact:
     2 where a guard is touched, 1 where two guards vanish together or a force reaches its bound at
@@ -116,10 +116,10 @@ def prove_event(
 ) -> Event:
     """The bifurcation near an orbit on which `segments` have the duration 0, `free` solved for.
 
-    Existence and uniqueness by Krawczyk's method, every other guard positive along every other
-    segment, the order of contact by what is left of the guards when their known zeros are divided
-    out, and the equations of the itinerary without the segment regular. Raises Unproved with the
-    step that failed.
+    Existence and uniqueness are proved by Krawczyk's method, every other guard positive along every
+    other segment, the order of contact by the guards after division by their known zeros, and the
+    equations of the itinerary without the segment regular. Raises Unproved with the step that
+    failed.
     """
     shooting = shooting_of(orbit.itinerary, orbit.values, free, exact)
     guess = guess_of(shooting, orbit)
@@ -146,10 +146,10 @@ def prove_event(
 
 
 def beyond(tube: Tube, segment: int) -> tuple[Shooting, list[Ball], list[int]]:
-    """The equations of the other side's itinerary, the event's columns for them, and its segments.
+    """Equations of the other side's itinerary, the event's columns for them, and its segments.
 
-    That is the itinerary without the segment; at a corner that in which contact and drift change in
-    the other order. The segments are told by their places in the event's itinerary.
+    It is the itinerary without the segment; at a corner the one in which contact and drift change
+    in the other order. The segments are identified by their places in the event's itinerary.
     """
     shooting = tube.shooting
     itinerary, hull = shooting.itinerary, tube.hull()
@@ -185,7 +185,7 @@ def _other(tube: Tube, segment: int) -> Tube:
     except Unproved as error:
         raise Unproved("regularity", f"on the other side, {error.detail}") from error
     if less.itinerary.segments[0].guard is None:
-        # Nothing switches, so that any start on the orbit serves: compare at the tube's angle.
+        # Without switches any start on the orbit is equivalent: compare at the tube's angle.
         columns[less.angle] = found.centre[less.angle]
     if not found.holds(columns):
         raise Unproved("regularity", "the event's orbit is not seen to be that of the other side")
@@ -193,13 +193,13 @@ def _other(tube: Tube, segment: int) -> Tube:
 
 
 def growth_coefficient(tube: Tube, segment: int, order: int, name: str) -> Ball:
-    """The coefficient of an event's normal form for the parameter `name`; raises Unproved.
+    """Coefficient of an event's normal form for the parameter `name`; raises Unproved.
 
     Beside the bifurcation the parameter p is a function of the inserted segment's duration h, and
     p - p* = c h^order to leading order: linear where two guards meet, quadratic where one is
-    touched, so that h grows like a square root. What is enclosed is (p - p*)/h^order at a small h,
-    where the same orbit is proved to go on from h = 0; it is c up to the order of h, and not 0: it
-    is proved that the segment is there on one side only, and on which.
+    touched, so that h grows like a square root. The ball encloses (p - p*)/h^order at a small h,
+    where the same orbit is proved to continue from h = 0. It equals c up to the order of h, and is
+    proved not to be 0: so the segment exists on one side only, and the side is known.
     """
     shooting, event = tube.shooting, tube.hull()
     column, at = shooting.durations[segment], shooting.parameter(name)

@@ -1,4 +1,4 @@
-"""Section 4 whole: every bifurcation on a branch over alpha, and every interval between them."""
+"""Section 4 complete: every bifurcation on a branch over alpha, and every interval between."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ Report = Callable[[Box], object]
 
 @dataclass(frozen=True)
 class ProvedInterval:
-    """An open interval of alpha between two bifurcations, all of it proved but for the gaps.
+    """An open interval of alpha between two bifurcations, proved except for the gaps.
 
-    `low` and `high` are the least and largest alpha proved, `boxes` how many boxes it took.
+    `low` and `high` are the least and largest alpha proved, `boxes` the number of boxes.
     """
 
     itinerary: Itinerary

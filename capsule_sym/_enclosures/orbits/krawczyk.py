@@ -1,6 +1,6 @@
 """Krawczyk's method for an orbit over a box of parameters, in first-order form.
 
-Some columns are given, each about its middle with a radius (0 for a number), the others are solved
+Some columns are given, each about its middle with a radius (0 for a number); the others are solved
 for. The solution is sought in the tube  x = x0 + X1 s + b,  s in [-1, 1]^k the place in the box of
 given columns, |b| <= radii. With Y close to the inverse derivative at the middle,
 
@@ -35,15 +35,15 @@ from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
 _MOST_STEPS = 60
 _TRIALS = 6
 _CONTRACTED = 0.95
-_SLACK = 1.2  # of the radii over those that would map into themselves exactly
+_SLACK = 1.2  # ratio of the radii to those that would map into themselves exactly
 
 
 @dataclass(frozen=True)
 class Tube:
-    """The proved solutions of an itinerary's equations over a box of given columns.
+    """Proved solutions of an itinerary's equations over a box of given columns.
 
-    `centre` has a number for every column, `slopes` (columns, k) the first-order part, `radii` what
-    is left of each column, and `unique` the radii within which there is no second solution.
+    `centre` has a number for every column, `slopes` (columns, k) the first-order part, `radii` the
+    remainder of each column, and `unique` the radii within which there is no second solution.
     `narrow` and `wide` are the equations at the centre and over the whole tube.
     """
 
@@ -62,7 +62,7 @@ class Tube:
         return _hull(self.centre, self.slopes, radii or self.radii)
 
     def holds(self, columns: Sequence[Ball]) -> bool:
-        """Whether a solution with these columns is the tube's, by its uniqueness."""
+        """True if a solution with these columns is the tube's, by its uniqueness."""
         shares = [
             (columns[at] - self.centre[at]) / self.slopes[at, k] for k, at in enumerate(self.moving)
         ]
@@ -90,7 +90,7 @@ def newton(
 ) -> tuple[list[Ball], Evaluation, np.ndarray]:
     """Thin columns near a solution, the equations there, and the inverse derivative, rounded.
 
-    A step no longer than `enough` is not taken any more. Raises Unproved where there is no end.
+    Steps no longer than `enough` are not taken. Raises Unproved if the iteration does not converge.
     """
     centre = [arb(arb(value).mid()) for value in guess]
     before = float("inf")
@@ -123,11 +123,11 @@ def enclose(
 ) -> Tube:
     """The solutions near a guess, the given columns within their radii about it.
 
-    Raises Unproved where existence and uniqueness are not proved.
+    Raises Unproved if existence and uniqueness are not proved.
     """
     solved = tuple(k for k in range(shooting.columns) if k not in given)
     moving = [at for at, radius in given.items() if radius > 0]
-    # What is left by the first-order form is of the order of the radii squared.
+    # The remainder of the first-order form is of the order of the radii squared.
     enough = 1e-3 * min((given[at] for at in moving), default=0.0) ** 2
     centre, narrow, inverse = newton(shooting, guess, solved, enough)
     size, count = len(solved), len(moving)

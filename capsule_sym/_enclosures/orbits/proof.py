@@ -76,12 +76,12 @@ def rotated(shooting: Shooting, columns: Sequence[Ball], by: int) -> tuple[Shoot
 
 
 def held(shooting: Shooting) -> dict[int, float]:
-    """Columns that an itinerary leaves free to choose: the angle, where nothing ever switches."""
+    """Columns that an itinerary does not determine: the angle, if nothing ever switches."""
     return {} if shooting.itinerary.segments[0].guard else {shooting.angle: 0.0}
 
 
 def affine_states(tube: Tube) -> list[Matrix]:
-    """Where the segments begin, over a tube: columns middle, directions, rest (6, k + 2)."""
+    """Starts of the segments over a tube: columns middle, directions, rest (6, k + 2)."""
     rest = matrix(len(tube.radii), 1, ((i, 0, symmetric(r)) for i, r in enumerate(tube.radii) if r))
     found = []
     for near, far in zip(tube.narrow.nodes, tube.wide.nodes, strict=True):
@@ -93,7 +93,7 @@ def affine_states(tube: Tube) -> list[Matrix]:
 
 
 def prove_admissible(tube: Tube, watch: Watch | None = None, still: Sequence[int] = ()) -> None:
-    """Prove that every orbit of a tube goes through the fields of its itinerary and no others.
+    """Prove that every orbit of a tube passes exactly the fields of its itinerary.
 
     Raises Unproved with the guard and the segment. The segments `still` have the duration 0.
     """
@@ -113,7 +113,7 @@ def prove(
     stable: bool = True,
     watch: Watch | None = None,
 ) -> Tube:
-    """The orbits near a guess over a box of given columns, with itinerary and if told stability.
+    """Orbits near a guess over a box of given columns, with itinerary and optionally stability.
 
     Raises Unproved with the step that failed.
     """

@@ -1,14 +1,14 @@
-"""The equations of a periodic orbit by multiple shooting, with their derivatives.
+"""Equations of a periodic orbit by multiple shooting, with their derivatives.
 
 They are written once, for numbers that are balls, or forms over a patch (`forms`): only the flow of
 a field depends on the number. Columns are the unknowns and the parameters in one row: for every
-segment the free coordinates of the state where it begins, then all durations, the forcing angle at
-the start, and the parameters. What the guard of the segment before makes exact at a segment's start
-(x_r = delta, v_c = 0, P = +-f_b) is put in, not solved for. Rows are, for every segment, its end
-minus the start of the next one, and that the durations are whole periods. Where a segment's guard
-vanishes at the segment's start already, that root is divided out, so that the equations stay
-regular down to the duration 0 at which the segment is inserted; over a patch it is not, as such a
-segment is too short there for the guards' proof anyway.
+segment the free coordinates of its start state, then all durations, the forcing angle at the start,
+and the parameters. Coordinates that the last segment's guard makes exact at a start (x_r = delta,
+v_c = 0, P = +-f_b) are put in, not solved for. Rows are, for every segment, its end minus the start
+of the next one, and the condition that the durations are whole periods. A root of a segment's guard
+at the segment's start is divided out, so that the equations stay regular down to the duration 0 at
+which the segment is inserted. Over a patch it is not divided out, since such a segment is too short
+there for the guards' proof anyway.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from capsule_sym.generated.capsule import fields as generated
 
 @dataclass(frozen=True)
 class Node:
-    """The start of a segment: extended state (6, 1), and its derivative by all columns.
+    """Start of a segment: extended state (6, 1), and its derivative by all columns.
 
     That is `own` (6, m), by the free coordinates, the forcing angle there and the parameters, times
     `columns` (m, many), the derivative of these.
@@ -48,7 +48,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The equations at a box of columns: residual, derivative, and what holds segment by segment.
+    """Equations at a box of columns: residual, derivative, and data of each segment.
 
     Segment i begins at `nodes[i]` and takes `durations[i]` along `fields[i]`, with `flows[i]`.
     """
@@ -64,7 +64,7 @@ class Evaluation:
 
 @cache
 def _chosen(rows: tuple[int, ...]) -> Matrix:
-    """The matrix that takes rows of an extended state."""
+    """Matrix that selects rows of an extended state."""
     return matrix(len(rows), SIZE, ((k, row, 1) for k, row in enumerate(rows)))
 
 
@@ -98,11 +98,11 @@ class Shooting:
         return self.unknowns + self.varied.index(name)
 
     def parameters(self, values: Sequence[Any]) -> dict[str, Any]:
-        """All parameters, where the columns have these values."""
+        """All parameters, for these values of the columns."""
         return self._values | dict(zip(self.varied, values[self.unknowns :], strict=True))
 
     def fields(self, values: Sequence[Ball]) -> dict[int, Field]:
-        """The fields of the itinerary, where the columns have these values."""
+        """Fields of the itinerary, for these values of the columns."""
         given = [self.parameters(values)[name] for name in generated.PARAMETERS]
         if self._fields is None or any(
             a is not b for a, b in zip(given, self._fields[0], strict=True)
@@ -117,7 +117,7 @@ class Shooting:
     def evaluate(
         self, values: Sequence[Any], fields: Mapping[int, Any], *, divided: bool = True
     ) -> Evaluation:
-        """The equations where the columns have these values; roots are `divided` out."""
+        """Equations for these values of the columns; roots are `divided` out."""
         segments = self.itinerary.segments
         nodes = self._nodes(values, fields)
         durations = tuple(values[at] for at in self.durations)
@@ -162,7 +162,7 @@ class Shooting:
         return 2 * self.itinerary.period_number * arb.pi()
 
     def _moving(self, field: Any) -> Iterator[str]:
-        """The parameters among the columns on which the flow of a field depends."""
+        """Parameters among the columns on which the flow of a field depends."""
         return (name for name in self.varied if field.depends(name))
 
     def _at(self, column: int, vector: Any) -> Any:
@@ -172,7 +172,7 @@ class Shooting:
     def _divided(
         self, field: Field, row: int, zeros: int, h: Ball, node: Node, segment: int
     ) -> tuple[Matrix, Matrix]:
-        """The equation of a coordinate whose guard's roots are divided out, and its derivative."""
+        """Equation of a coordinate after division by the roots of its guard, and its derivative."""
         unit = matrix(1, SIZE, [(0, row, 1)])
         functional, slope = field.divided(unit, zeros, h)
         slopes = functional * node.own * node.columns + self._at(
@@ -203,7 +203,7 @@ class Shooting:
         sine, cosine = (values[self.angle] + elapsed * omega).sin_cos()
         u, w = alpha * cosine, alpha * sine
         state = [(U, 0, u), (W, 0, w), (ONE, 0, 1)]
-        angle = len(free)  # the place of the forcing angle among what the start depends on
+        angle = len(free)  # index of the forcing angle among the arguments of the start
         own: list[tuple[int, int, Any]] = [(U, angle, -w), (W, angle, u)]
         columns: list[tuple[int, int, Any]] = [(angle, self.angle, 1)]
         columns += [(angle, at, omega) for at in self.durations[:i]]
@@ -218,7 +218,7 @@ class Shooting:
                 own += [(U, k, cosine), (W, k, sine)]
             if name == "omega":
                 own += [(U, k, -w * elapsed), (W, k, u * elapsed)]
-        if X not in free:  # what the guard of the segment before makes exact
+        if X not in free:  # exact by the guard of the segment before
             before = self.itinerary.segments[i - 1]
             assert before.guard is not None
             field, row = fields[before.field], GUARD_ROWS[before.guard]

@@ -22,7 +22,7 @@ class Characteristic:
 
     @property
     def jury(self) -> tuple[Ball, ...]:
-        """What is positive exactly if all multipliers are inside the unit circle (Jury)."""
+        """Jury's conditions: all positive exactly if all multipliers are inside the unit circle."""
         a, b, c = self.trace, self.minors, self.determinant
         return (
             1 - a + b - c,
@@ -39,7 +39,7 @@ def monodromy(found: Evaluation) -> Any:
     n = len(segments)
     first = next((i for i, field in enumerate(found.fields) if field.stick), 0)
     product: Any = unit(3)
-    if found.fields[first].stick:  # v_c is no state of stick
+    if found.fields[first].stick:  # in stick v_c is not part of the state
         product[C, C] = 0
     for i in [*range(first, n), *range(first)]:
         after = (i + 1) % n

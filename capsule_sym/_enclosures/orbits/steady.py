@@ -1,6 +1,6 @@
-"""The motion from rest at parameters that are given as decimals, and the orbit it settles on.
+"""Motion from rest at parameters given as decimals, and the orbit on which it settles.
 
-What is told here is proved of the exact decimals; a run in double precision gives the guesses.
+Statements here are proved for the exact decimals; a run in double precision gives the guesses.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _PERIODS, _REPEATED = 512, (1e-9, 1e-6, 1e-4)  # changes over a period, as guess
 
 @dataclass(frozen=True)
 class SteadyOrbit:
-    """A stable orbit of one excitation period, proved: the fields of its segments in order of time.
+    """Stable orbit of one excitation period, proved: the fields of its segments in order of time.
 
     `speeds` bounds v_r where each segment begins, `state` is (x_r, v_r, v_c) at omega tau = 0,
     rounded.
@@ -39,7 +39,7 @@ class SteadyOrbit:
 
 
 def steady_orbit(values: Mapping[str, str]) -> SteadyOrbit:
-    """The stable orbit near which the motion from rest settles; raises Unproved.
+    """Stable orbit near which the motion from rest settles; raises Unproved.
 
     `values` are the parameters by name, as decimals. It is not proved that the motion from
     rest tends to it: see `attraction`.
@@ -57,7 +57,7 @@ def steady_orbit(values: Mapping[str, str]) -> SteadyOrbit:
 
 
 def guess_of_run(shooting: Shooting, run: Trajectory, motion: SteadyMotion) -> list[Ball]:
-    """The unknowns of a motion that a run has settled on, without what varies."""
+    """Unknowns of the motion at the end of a run, without the varied parameters."""
     omega = run.parameters.omega
     if len(motion.segments) == 1:
         return columns_of(shooting, [run.final[1]], [0.0, math.tau / omega])
@@ -67,7 +67,7 @@ def guess_of_run(shooting: Shooting, run: Trajectory, motion: SteadyMotion) -> l
 
 
 def first_fields(values: Mapping[str, str]) -> tuple[int, ...]:
-    """The fields of the motion from (0, 0, 0) at tau = 0 within one period; raises Unproved."""
+    """Fields of the motion from (0, 0, 0) at tau = 0 within one period; raises Unproved."""
     run = simulate(_rounded(values), periods=1)
     enclose_run(run, values)
     return tuple(segment.field for segment in run.segments)
@@ -78,14 +78,14 @@ def _rounded(values: Mapping[str, str]) -> Parameters:
 
 
 def _bounds(value: Ball) -> tuple[Fraction, Fraction]:
-    """Rational numbers between which a ball is."""
+    """Rational numbers that enclose a ball."""
     ends = (end.man_exp() for end in (value.lower(), value.upper()))
     low, high = (Fraction(int(man)) * Fraction(2) ** int(exp) for man, exp in ends)
     return low, high
 
 
 def _at_crest(tube: Tube) -> tuple[float, ...]:
-    """The state at the instant at which the forcing angle is a whole number of turns."""
+    """State at the instant at which the forcing angle is a whole number of turns."""
     shooting, hull = tube.shooting, tube.hull()
     omega, angle = shooting.parameters(hull)["omega"], hull[shooting.angle]
     crest = 2 * arb.pi() * math.ceil(float(angle.mid()) / math.tau)

@@ -1,1 +1,1 @@
-"""The passage of a motion from switch to switch, with each switch proved to be the first event."""
+"""Passage of a motion from switch to switch; each switch is proved to be the first event."""

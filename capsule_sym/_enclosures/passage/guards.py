@@ -111,9 +111,9 @@ class Line:
         sign: int = 1,
         derivative: bool = False,
     ) -> bool | None:
-        """Whether a guard over time^order (or its derivative) has a sign on a piece.
+        """True if a guard over time^order (or its derivative) is proved to have a sign on a piece.
 
-        None where it has not at the very start, so that shorter pieces would not help.
+        None if the proof fails at the start itself, where shorter pieces would not help.
         """
         shaped, rest = self.polynomial(guard, order, state, length, derivative)
         spread = matrix(
@@ -198,7 +198,7 @@ class Watch:
         reach: float,
         part: float,
     ) -> bool:
-        """Whether a guard is positive from an end of a segment on over a time `reach`."""
+        """True if a guard is positive from an end of a segment on over a time `reach`."""
         line = self.line(field, sense)
         part = _dyadic(min(part, _LONGEST))
         done, pieces, depth, length = 0.0, 0, 0, part

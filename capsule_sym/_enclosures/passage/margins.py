@@ -1,9 +1,9 @@
 """Guards proved positive in doubles along the middle of a segment, on all pieces of it at once.
 
-On pieces of one length a guard's coefficients in Bernstein's basis are linear in the state with
-which the segment begins. Their matrices are computed once in balls and kept as doubles with bounds,
-so that a product of matrices is all that a segment needs. Its ends, where a guard may vanish by
-what is exact there, and what doubles leave open are left to balls.
+On pieces of one length a guard's coefficients in Bernstein's basis are linear in the start state of
+the segment. Their matrices are computed once in balls and stored as doubles with bounds, so that a
+segment needs only a product of matrices. Balls treat its ends, where a guard may vanish exactly,
+and the pieces that doubles cannot decide.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from capsule_sym._enclosures.numbers.fields import SIZE, Field
 from capsule_sym._enclosures.passage.guards import Line, Watch
 
 _LENGTH = 0.25  # of a piece
-_ENDS = 3  # pieces at an end that are left to balls where a guard vanishes there
-_LEAST = 1.0  # duration of a segment below which it is left to balls
-_ROUNDING = 2.0**-45  # more than what products of six terms lose, beside their size
-_TINY = 1e-290  # more than what underflow loses
+_ENDS = 3  # pieces at an end for balls, if a guard vanishes there
+_LEAST = 1.0  # duration of a segment below which balls are used
+_ROUNDING = 2.0**-45  # bound on the error of products of six terms, over their size
+_TINY = 1e-290  # bound on the error of underflow
 
 
 class QuickWatch(Watch):
@@ -72,7 +72,7 @@ class QuickWatch(Watch):
 
 
 class _Start(NamedTuple):
-    """Where a segment begins: every state is within `around` of `place`."""
+    """Start of a segment: every state is within `around` of `place`."""
 
     place: NDArray[np.float64]
     around: NDArray[np.float64]
@@ -89,7 +89,7 @@ class _Start(NamedTuple):
 class _Table:
     """The guards of a field on the first pieces of a segment, for all of its starts.
 
-    Coefficient k of a guard on piece j is `middle[guard][j][k]` times the start, but for `error`
+    Coefficient k of a guard on piece j is `middle[guard][j][k]` times the start, up to `error`
     times the start's absolute values, and `rest` times the largest of these.
     """
 
@@ -100,7 +100,7 @@ class _Table:
         self._bounds: list[tuple[NDArray[np.float64], ...]] = []
 
     def positive(self, guard: int, start: _Start, first: int, end: int) -> bool:
-        """Whether a guard is proved positive from a piece on up to another one."""
+        """True if a guard is proved positive from a piece on up to another one."""
         if len(self._found) < end:
             self._grow(end)
         middle, absolute, error, rest = (one[first:end] for one in self._bounds[guard])
@@ -120,7 +120,7 @@ class _Table:
 
 
 def _bounds(found: Sequence[tuple[Matrix, Ball]]) -> tuple[NDArray[np.float64], ...]:
-    """Matrices of balls on all pieces as doubles, their absolute values, and what they leave."""
+    """Matrices of balls on all pieces as doubles, their absolute values, and their remainders."""
     middle = np.array([floats(shaped) for shaped, _ in found])
     error = np.array(
         [

@@ -1,4 +1,4 @@
-"""A run in double precision as the guess of a proof: its segments, and the run enclosed."""
+"""Enclosure of a run, with its double-precision segments as the guess."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def steps_of(trajectory: Trajectory, first: float, last: float) -> list[Step]:
 
 
 def itinerary_of(steps: list[Step]) -> tuple[int, ...]:
-    """The fields of a turn: the first and the last segment are parts of one."""
+    """Fields of a turn: the first and the last segment are parts of one."""
     fields = [step.field for step in steps]
     if len(fields) > 1 and fields[0] == fields[-1]:
         del fields[-1]
@@ -61,13 +61,13 @@ def itinerary_of(steps: list[Step]) -> tuple[int, ...]:
 
 
 def exactly(value: float) -> str:
-    """The decimal that a double prints as, without an exponent."""
+    """Decimal as which a double prints, without an exponent."""
     return format(Decimal(repr(float(value))), "f")
 
 
 @dataclass(frozen=True)
 class EnclosedRun:
-    """The instants of a run's switches, from its start, and its states (3, 1) in balls.
+    """Instants of a run's switches, counted from its start, and its states (3, 1) in balls.
 
     The first state is the start, the last the end, and those between are at the switches.
     """
@@ -82,10 +82,10 @@ class EnclosedRun:
 
 
 def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) -> EnclosedRun:
-    """A run in double precision enclosed: its segments are those of the motion, its end in a box.
+    """Enclose a run in double precision: its segments are proved, its end is in a box.
 
-    The start and the parameters are the decimals that the run's doubles print as, or those in
-    `exact` by name. Raises Unproved with the segment that is not.
+    The start and the parameters are the decimals as which the run's doubles print, or those in
+    `exact` by name. Raises Unproved with the segment that fails.
     """
     segments = trajectory.segments
     if not segments or not trajectory.success:

@@ -1,11 +1,11 @@
-"""States carried through given segments, every switch enclosed and proved to be the first event.
+"""Propagation of states through given segments, with each switch proved to be the first event.
 
 A bundle is the set of G (1, s, e_1, e_2, ...): s in [-1, 1] is the place of alpha in its interval,
-and every e is in [-1, 1]. Rows are the extended state and the time since the last section. What the
-states of one alpha have in common, their switching times above all, so stays in common, where a box
-would forget it. The step from switch to switch is one; what a bundle becomes between two of them is
-the number's: in `DOUBLES` what rounding loses is another column, in `BALLS` all is one ball, with
-as many digits as are wanted of a single motion.
+and every e is in [-1, 1]. Rows are the extended state and the time since the last section. So the
+common part of the states of one alpha, above all their switching times, stays common, where a box
+would lose it. The step from switch to switch is the same for all numbers; the representation of a
+bundle between two steps is the number's: in `DOUBLES` rounding errors are another column, in
+`BALLS` the bundle is one ball, with as many digits as a single motion needs.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
 
 @dataclass(frozen=True)
 class Step:
-    """A segment as guessed: its field, duration, and the guard that ends it (None: time does)."""
+    """Guess of a segment: its field, duration, and the guard that ends it (None: time does)."""
 
     field: int
     duration: float
@@ -80,21 +80,21 @@ class Interval:
 
     @classmethod
     def about(cls, decimal: object) -> Interval:
-        """The narrow one of doubles that holds a decimal: a double is off by half of the radius."""
+        """Interval of doubles that contains a decimal: a double is off by half of the radius."""
         middle = float(Fraction(str(decimal)))
         return cls(middle, 2.0**-52 * middle)
 
     @property
     def hull(self) -> Ball:
-        """A ball that holds them."""
+        """Ball that contains all values."""
         return arb(self.middle) + symmetric(self.radius)
 
 
 class Number(NamedTuple):
-    """What a bundle is carried in from switch to switch.
+    """Representation of a bundle from switch to switch.
 
-    `carried` gives for a bundle of balls one that holds it, and its middle, direction of alpha and
-    rest; `bits` are those to which a switching time is refined by Newton's method, half of them by
+    `carried` maps a bundle of balls to one that contains it, and to its middle, direction of alpha
+    and rest; `bits` are those to which Newton's method refines a switching time, half of them in
     its last step.
     """
 
@@ -113,7 +113,7 @@ class Passage:
         self._fields, self._watch = _fields(self.values)
 
     def start(self, states: Matrix, angle: Ball) -> Matrix:
-        """States (3, n) at a forcing angle that is the same for all, as time begins."""
+        """States (3, n) at a forcing angle common to all, at time 0."""
         sine, cosine = angle.sin_cos()
         found = arb_mat([*states.tolist()[:3], *[[0] * states.ncols()] * (ROWS - 3)])
         for column, amplitude in enumerate((arb(self.alphas.middle), arb(self.alphas.radius))):
@@ -128,8 +128,8 @@ class Passage:
     def moved(self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball) -> Bundle:
         """A bundle at the next section, a time `total` later.
 
-        The steps lead there from the section at which the bundle is; the last has no guard. `angle`
-        is the forcing angle at the end. Raises Unproved unless all states take exactly these steps.
+        The steps lead there from the bundle's section; the last has no guard. `angle` is the
+        forcing angle at the end. Raises Unproved unless all states take exactly these steps.
         """
         *_, (_, _, ended) = self.segments(thin(bundle), steps, total)
         return self.section(ended, angle)
@@ -155,7 +155,7 @@ class Passage:
     def segments(
         self, start: Matrix, steps: Sequence[Step], total: Ball
     ) -> Iterator[tuple[Field, Ball, Matrix]]:
-        """Each segment's field, duration and states at its end, after it is proved."""
+        """Field, duration and end states of each segment, after its proof."""
         known, here, begun = Known(), start, _form(_states(start))
         if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
             raise Unproved("first switch", "it is not the last segment alone that has no guard")
@@ -183,7 +183,7 @@ class Passage:
 
 
 def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch]:
-    """The fields and what watches their guards, which are the same for all alpha."""
+    """Fields, and the proof of their guards, which are the same for all alpha."""
     key = (
         bits(),
         *((x.mid().man_exp(), x.rad().man_exp()) for x in (values[name] for name in _FIXED)),
@@ -209,7 +209,7 @@ def _until(field: Field, bundle: Matrix, total: Ball, name: str) -> tuple[Ball, 
 def _switch(
     field: Field, bundle: Matrix, step: Step, digits: float, name: str
 ) -> tuple[Ball, Matrix]:
-    """Duration and states of a segment up to where its guard vanishes."""
+    """Duration and states of a segment up to the zero of its guard."""
     assert step.guard is not None
     row = guard_row(field, step.guard)
     rate = row * field.A
@@ -233,7 +233,7 @@ def _switch(
     for _ in range(_REFINEMENTS):
         if not slope < 0:
             break
-        # The mean value theorem; as the guard falls all over the reach, it has one zero there.
+        # The mean value theorem; as the guard decreases on all of the reach, it has one zero there.
         d = -hull(off)[0, 0] / slope
         if upper(d) < reach:
             chord = arb((rate * states)[0, 0].mid())
@@ -264,13 +264,13 @@ def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -
 
 
 def _around(field: Field, reach: float) -> Matrix:
-    """The flow over all times up to a reach forwards and backwards."""
+    """Flow over all times up to a reach forwards and backwards."""
     with precision(min(bits(), _SLOPE_BITS)):
         return field.flow(symmetric(reach))
 
 
 def _pin(field: Field, guard: Guard, ended: Matrix) -> None:
-    """Put in what is exact at a switch; v_c = 0 for all but the gap of a drift."""
+    """Put in the exact facts at a switch; v_c = 0 for all but the gap of a drift."""
     slope, constant = (0, 0) if guard is Guard.DRIFT else pin(field, guard)
     for j in range(ended.ncols()):
         if guard is not Guard.DRIFT:
@@ -292,19 +292,19 @@ def _states(moved: Matrix) -> Matrix:
 
 @cache
 def _any(count: int) -> Matrix:
-    """What (1, s, e) can be, as a column."""
+    """Range of (1, s, e), as a column."""
     return arb_mat([[symmetric(1) if j else arb(1)] for j in range(count)])
 
 
 @cache
 def _chosen(count: int) -> Matrix:
-    """The column that takes the middle of a bundle."""
+    """Column that selects the middle of a bundle."""
     return arb_mat([[arb(0 if j else 1)] for j in range(count)])
 
 
 @cache
 def _parts(count: int) -> Matrix:
-    """What takes the middle, the direction of alpha, and a ball of the rest."""
+    """Matrix that selects the middle, the direction of alpha, and a ball of the rest."""
     rest = symmetric(1)
     return arb_mat([[int(j == 0), int(j == 1), rest if j > 1 else 0] for j in range(count)])
 
@@ -320,7 +320,7 @@ def _form(states: Matrix) -> Matrix:
 
 
 def rounded(whole: Matrix) -> Bundle:
-    """A bundle in doubles that holds a bundle of balls; rounding is a box, as more columns."""
+    """Bundle in doubles that contains a bundle of balls; rounding is a box, as more columns."""
     kept = floats(whole)
     left = (whole - thin(kept)) * (_any(whole.ncols()) * symmetric(1))
     lost = [0.0 if x.is_zero() else upper(x) for (x,) in left.tolist()]

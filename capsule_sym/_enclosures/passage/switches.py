@@ -1,4 +1,4 @@
-"""Switches: what is exact there, which guards vanish how often, and the saltation matrix."""
+"""Switches: exact facts there, multiplicities of the guards' zeros, and the saltation matrix."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 
 _FIRST, _COLUMNS = unit(3, SIZE), unit(SIZE, 3)
 GUARD_ROWS = {Guard.GAP: 0, Guard.DRIFT: 1, Guard.UPPER: 1, Guard.LOWER: 2}
-"""The row of a guard among those of a field that watches it."""
+"""Row of a guard among those of a field."""
 
 
 Orders = tuple[Sequence[int], Sequence[int]]
@@ -22,16 +22,16 @@ Orders = tuple[Sequence[int], Sequence[int]]
 
 @dataclass(frozen=True)
 class Known:
-    """What is exact at an instant: x_r = delta, v_r = 0, v_c = 0, P = side f_b, P' = 0."""
+    """Exact facts at an instant: x_r = delta, v_r = 0, v_c = 0, P = side f_b, P' = 0."""
 
     gap: int = 0
-    """How many of x_r - delta and its derivative vanish."""
+    """Number of x_r - delta and its derivative that vanish."""
     rest: bool = False
     side: int = 0
     level: bool = False
 
     def orders(self, field: int) -> tuple[int, ...]:
-        """How many derivatives of each guard of a field, from itself on, vanish."""
+        """Number of derivatives of each guard of a field, from itself on, that vanish."""
         if drift(field) == 0:
             reached = 2 if self.level else 1
             return self.gap, *(reached if self.side == side else 0 for side in (1, -1))
@@ -41,9 +41,9 @@ class Known:
 
 
 def known(itinerary: Itinerary, segment: int, still: Sequence[int] = ()) -> Known:
-    """What is exact where a segment begins; the segments `still` have the duration 0.
+    """Exact facts at the start of a segment; the segments `still` have duration 0.
 
-    Segments of duration 0 on either side share the instant, and what their guards make exact.
+    Segments of duration 0 on either side share the instant, and their guards' exact facts.
     """
     n = len(itinerary)
     first = segment
@@ -57,7 +57,7 @@ def known(itinerary: Itinerary, segment: int, still: Sequence[int] = ()) -> Know
 
 
 def after(guard: Guard | None) -> Known:
-    """What is exact just after a guard has vanished."""
+    """Exact facts just after a guard has vanished."""
     if guard is None:
         return Known()
     if guard is Guard.GAP:
@@ -66,7 +66,7 @@ def after(guard: Guard | None) -> Known:
 
 
 def _passed(start: Known, itinerary: Itinerary, segment: int) -> Known:
-    """What is exact at a segment of duration 0: its start, and one more zero of its guard."""
+    """Exact facts at a segment of duration 0: its start, and one more zero of its guard."""
     guard, zeros = itinerary.segments[segment].guard, itinerary.zeros(segment)
     if guard is Guard.GAP:
         return replace(start, gap=1 + zeros)
@@ -79,7 +79,7 @@ def _passed(start: Known, itinerary: Itinerary, segment: int) -> Known:
 
 
 def zeros(itinerary: Itinerary, i: int, still: Sequence[int] = ()) -> Orders:
-    """How often each guard of segment i vanishes, by what is exact, at its start and at its end."""
+    """Multiplicity of each guard's zeros at the start and end of segment i, by exact facts."""
     field, guard = itinerary.segments[i].field, itinerary.segments[i].guard
     if guard is None:
         return Known().orders(field), Known().orders(field)
@@ -95,24 +95,24 @@ def guard_row(field: Any, guard: Guard) -> Matrix:
 
 
 def pin(field: Any, guard: Guard) -> tuple[Ball, Ball]:
-    """Slope and constant of x_r = slope v_r + constant, where a guard of a field vanishes."""
+    """Slope and constant of x_r = slope v_r + constant, on the zero set of a field's guard."""
     row = guard_row(field, guard)
     return -row[0, V] / row[0, X], -row[0, ONE] / row[0, X]
 
 
 def three(flow: Any) -> Any:
-    """The part of a flow by which the state depends on its start."""
+    """Derivative of the state by its start, from a flow."""
     return _FIRST * flow * _COLUMNS
 
 
 def saltation(field: Any, following: Any, guard: Guard | None, state: Any) -> Any:
-    """The saltation matrix: how the derivative, at a fixed time, changes at a switch.
+    """Saltation matrix: the change of the derivative, at a fixed time, at a switch.
 
-    `state` holds all states there, in balls or as a form over a patch.
+    `state` contains all states there, in balls or as a form over a patch.
     """
-    if guard is not Guard.DRIFT:  # the fields agree where the gap closes and where stick ends
+    if guard is not Guard.DRIFT:  # the fields agree at the impact surface and at the end of stick
         return unit(3)
-    lost: Any = arb(1)  # of v_c, where stick follows
+    lost: Any = arb(1)  # share of v_c lost, if stick follows
     if not following.stick:
         lost = 1 - (following.A * state)[C, 0] / (field.A * state)[C, 0]
     # The inner mass does not feel friction: v_r gains what v_c loses.

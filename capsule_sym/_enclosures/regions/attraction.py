@@ -1,4 +1,4 @@
-"""The motion from rest, proved to tend to a periodic one, for all alpha of an interval."""
+"""Motion from rest, proved to tend to a periodic one for all alpha of an interval."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _ROOM = 1.2  # size of the box beside the least that a contraction needs
 
 @dataclass(frozen=True)
 class Tendency:
-    """A periodic motion, for each alpha, to which that from rest is proved to tend.
+    """Periodic motion, for each alpha, to which the motion from rest is proved to tend.
 
     Within a period after the first `periods` the motion is in a box that every further period
     shrinks by `factor`.
@@ -51,9 +51,9 @@ class Tendency:
 
 
 def tendency(values: Mapping[str, object], alphas: Interval | None = None) -> Tendency:
-    """What the motions from (0, 0, 0) at tau = 0 tend to, for all alpha; raises Unproved.
+    """Attracting motions of those from (0, 0, 0) at tau = 0, for all alpha; raises Unproved.
 
-    `values` are the parameters by name, decimals as text or fractions, alpha among them if there is
+    `values` are the parameters by name, decimals as text or fractions, including alpha if there is
     no interval.
     """
     alphas = alphas or Interval.about(values["alpha"])
@@ -65,7 +65,7 @@ def tendency(values: Mapping[str, object], alphas: Interval | None = None) -> Te
 
 
 def attempt(part: AlphaPart, state: tuple[float, ...] = ()) -> Outcome:
-    """Try to prove what the motions from rest tend to, for all alpha of a part."""
+    """Try to prove the tendency of the motions from rest, for all alpha of a part."""
     gamma = GAMMAS[part.ratio]
     try:
         found = tendency(EXACT | {"gamma": gamma}, part.alphas).itinerary
@@ -76,7 +76,7 @@ def attempt(part: AlphaPart, state: tuple[float, ...] = ()) -> Outcome:
 
 
 class _Motions:
-    """The motions from rest, from section to section, with a run at the middle as the guess."""
+    """Motions from rest, from section to section, with a run at the middle as the guess."""
 
     def __init__(self, passage: Passage, run: Trajectory) -> None:
         self.passage, self.run = passage, run
@@ -93,7 +93,7 @@ class _Motions:
         return self.passage.period(bundle, self.steps(section), self.turn, self.angle)
 
     def tendency(self) -> Tendency:
-        """The box that they enter; raises Unproved."""
+        """Box that they enter; raises Unproved."""
         start = self.passage.section(matrix(3, 2), arb(0))
         ahead = self.turn * arb(self.offset)
         first = steps_of(self.run, 0, self.offset)
@@ -128,7 +128,7 @@ class _Motions:
         if not factor < 1:
             raise Unproved("attraction", f"the factor of the line is {factor:.3g}")
         inside, moved = (farthest(one, line, inverse) for one in (bundle, there))
-        # The box: the line, and these directions. What follows is proved of them as they are.
+        # The box: the line, and these directions, taken as exact from here on.
         directions = sides * (_ROOM * max(inside, moved / (1 - factor), 1e-12))
         wide = np.zeros((3, 2 + size))
         wide[:, :2], wide[:size, 2:] = line, directions
@@ -150,7 +150,7 @@ def farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
 
 
 def _quiet(run: Trajectory) -> float:
-    """The phase, in periods, farthest from a switch of the last period."""
+    """Phase, in periods, farthest from a switch of the last period."""
     turn = math.tau / run.parameters.omega
     steps = steps_of(run, _PERIODS - 2, _PERIODS - 1)
     if not steps:
@@ -167,7 +167,7 @@ def _quiet(run: Trajectory) -> float:
 
 
 def _repeated(run: Trajectory, offset: float) -> list[int]:
-    """Sections at which the state repeats itself within each of some tolerances."""
+    """Sections at which the state repeats within each of some tolerances."""
     turn = math.tau / run.parameters.omega
     states = run([turn * (k + offset) for k in range(_PERIODS - 1)])
     change = np.max(abs(np.diff(states, axis=0)), axis=1)
@@ -190,9 +190,9 @@ def sides_of(by: Matrix, size: int) -> NDArray[np.float64]:
 
 
 def contraction(by: Matrix, sides: NDArray[np.float64]) -> tuple[Matrix, float]:
-    """The matrix from a state to its place along sides, and by how much a turn shrinks that place.
+    """Matrix from a state to its place along sides, and the factor by which a turn shrinks it.
 
-    `by` is the turn's derivative. Raises Unproved where the sides span no box.
+    `by` is the turn's derivative. Raises Unproved if the sides span no box.
     """
     size = len(sides)
     try:

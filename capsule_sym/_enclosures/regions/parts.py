@@ -1,4 +1,4 @@
-"""What is proved piece by piece: patches of the (alpha, gamma) plane, and parts of alpha."""
+"""Parts of a subdivision: patches of the (alpha, gamma) plane, and intervals of alpha."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _OVERLAP = 1e-14  # more than the roundings of middles: neighbours overlap
 
 
 class Patch(NamedTuple):
-    """A patch of the plane: how often each side was halved, and which of the pieces it is."""
+    """Patch of the plane: the number of halvings of each side, and the place among the patches."""
 
     alpha_level: int
     alpha_place: int
@@ -21,7 +21,7 @@ class Patch(NamedTuple):
 
     @property
     def area(self) -> float:
-        """The share of the whole plane."""
+        """Share of the whole plane."""
         return 2.0 ** -(self.alpha_level + self.gamma_level)
 
     @property
@@ -35,7 +35,7 @@ class Patch(NamedTuple):
         return _radius(ALPHA, self.alpha_level), _radius(GAMMA, self.gamma_level)
 
     def halved(self, along: Sequence[int]) -> list[Patch]:
-        """The patches after halving in alpha (0) or gamma (1), all of them in each direction."""
+        """Patches after halving in alpha (0) or gamma (1), all of them in each direction."""
         found = [self]
         for side in along:
             found = [half for one in found for half in one._halves(side)]
@@ -49,9 +49,9 @@ class Patch(NamedTuple):
 
 
 class AlphaPart(NamedTuple):
-    """A part of alpha in [0.001, 2] at one of the mass ratios of Section 4.
+    """Part of alpha in [0.001, 2] at one of the mass ratios of Section 4.
 
-    Places are counted from 2 downwards: there motions settle soonest, so that the share grows fast.
+    Places are counted from 2 downwards: motions settle fastest there, so the share grows fast.
     """
 
     ratio: int
@@ -60,16 +60,16 @@ class AlphaPart(NamedTuple):
 
     @property
     def area(self) -> float:
-        """The share of all alphas at both mass ratios."""
+        """Share of all alphas at both mass ratios."""
         return 2.0**-self.level / len(GAMMAS)
 
     @property
     def alphas(self) -> Interval:
-        """Its values of alpha."""
+        """Values of alpha."""
         return Interval(_middle(ALPHA[::-1], self.level, self.place), _radius(ALPHA, self.level))
 
     def halved(self, along: Sequence[int]) -> list[AlphaPart]:
-        """Its halves."""
+        """Both halves."""
         ratio, level, place = self
         return [AlphaPart(ratio, level + 1, 2 * place + half) for half in (0, 1)]
 
@@ -77,8 +77,8 @@ class AlphaPart(NamedTuple):
 class Outcome(NamedTuple):
     """Outcome of a piece: the itinerary that is proved, or the directions in which to halve it.
 
-    `state` is where the motion is at phase 0, for the runs of its pieces, `work` the seconds of
-    one core.
+    `state` is the motion's state at phase 0, for the runs of its pieces, `work` the seconds of one
+    core.
     """
 
     itinerary: str | None

@@ -7,8 +7,8 @@ a polynomial
 
     -Y(s) F(x(s)) + (1 - Y(s) F_x(x(s) + b)) b
 
-inside the radii proves that for every s there is one orbit with such a b, and only one. What is of
-first and second order in s is carried exactly, so that only what is of third order limits a patch.
+inside the radii proves that for every s there is one orbit with such a b, and only one. Terms of
+first and second order in s are propagated exactly, so that only terms of third order limit a patch.
 """
 
 from __future__ import annotations
@@ -66,13 +66,13 @@ _BITS = 64
 _PERIODS = ((96, 1e-6), (2048, 1e-6), (2048, 1e-4))  # of a run, and its change over a period
 _TRIALS = 5
 _DEEPEST = 4  # halvings of a patch for the proof of its guards
-_LARGEST = 0.9  # of what is left of the unit matrix
-_PROMISING = 0.03  # of that about the polynomial itself, as guessed: with more, radii only grow
-_FAR = 2e3  # times that, beyond which it tells nothing any more
+_LARGEST = 0.9  # bound on the remainder of the unit matrix
+_PROMISING = 0.03  # the same about the polynomial itself, as a guess: above it, radii only grow
+_FAR = 2e3  # times that: beyond it a guess is useless
 
 
 class TooLarge(Unproved):
-    """A patch whose orbits are not proved to exist; `halvings` guesses what would be small enough.
+    """A patch whose orbits are not proved to exist; `halvings` guesses a sufficient subdivision.
 
     They are the directions in which to halve, one after the other.
     """
@@ -83,7 +83,7 @@ class TooLarge(Unproved):
 
 
 class _Flow:
-    """A field over a patch: its rates and its flow as forms, its guards as balls.
+    """Field over a patch: its rates and its flow as forms, its guards as balls.
 
     No field's rates and no guard depends on alpha, and no guard on gamma.
     """
@@ -103,7 +103,7 @@ class _Flow:
 
 
 def _rates(index: int, given: Mapping[str, Ball], gamma: Ball) -> list[Matrix]:
-    """The matrix of a field about a gamma: the coefficients of its Taylor series."""
+    """Matrix of a field about a gamma: the coefficients of its Taylor series."""
     values = {**given, "gamma": arb_series([gamma, 1], prec=DEGREE + 2)}
     entries = generated.RATES[index - 1](*(values[name] for name in generated.PARAMETERS))
     series = [(i, j, x + 0 * values["gamma"]) for i, j, x in entries]
@@ -111,7 +111,7 @@ def _rates(index: int, given: Mapping[str, Ball], gamma: Ball) -> list[Matrix]:
 
 
 class PatchOrbits:
-    """The equations of an itinerary over a patch, about columns that solve them at its middle."""
+    """Equations of an itinerary over a patch, about columns that solve them at its middle."""
 
     def __init__(self, shooting: Shooting, guess: Sequence[Ball], radii: tuple[float, float]):
         solved = [k for k in range(shooting.unknowns) if k not in held(shooting)]
@@ -133,7 +133,7 @@ class PatchOrbits:
         self._chosen = matrix(self.shooting.columns, len(solved), places)
 
     def halvings(self, count: int) -> tuple[int, ...]:
-        """Directions to halve the patch in: each time that in which the orbit changes more."""
+        """Directions to halve the patch in: each time the one in which the orbit changes more."""
         reached = np.abs(self.path[:, 1:3]).max(axis=0)
         found = []
         for _ in range(count):
@@ -158,7 +158,7 @@ class PatchOrbits:
         size = len(self.solved)
         still = [0.0] * size
         found, by = self.evaluate(self.columns(still))
-        # Not Newton's: there the roots at which segments are inserted are divided out.
+        # Unlike in Newton's method, roots at which segments are inserted are not divided out here.
         inverse = thin(np.linalg.inv(floats(by.c)).astype(np.float64))
         for k in range(3, len(MONOMIALS)):
             self.path[:, k] -= floats(inverse * found.residual.p[k])[:, 0]
@@ -184,7 +184,7 @@ class PatchOrbits:
     def admissible(self, found: Evaluation) -> None:
         """Prove the itinerary of every orbit, or raise Unproved.
 
-        Where a segment's guards are not proved over the whole patch, they are over parts of it.
+        If a segment's guards are not proved over the whole patch, they are proved over parts of it.
         """
         watches: dict[Part, tuple[dict[int, Field], Watch]] = {}
         for i, node in enumerate(found.nodes):
@@ -219,7 +219,7 @@ class PatchOrbits:
 
 
 def _missing(most: float) -> int:
-    """Halvings after which what is left, of third order, may be small: a guess from below."""
+    """Halvings after which the remainder of third order may be small: a guess from below."""
     return 1 + int(log(min(most / _PROMISING, _FAR)) / log(8))
 
 
@@ -228,7 +228,7 @@ def _sizes(found: Matrix) -> np.ndarray:
 
 
 def _inverse(near: Form) -> Form:
-    """The inverse of what is close to the unit matrix, up to the degree that is kept."""
+    """Inverse of a form close to the unit matrix, up to the degree that is kept."""
     one = identity(near.c.nrows())
     away = one - Form(near.p, near.e * 0)
     found = one
@@ -305,9 +305,9 @@ def attempt(patch: Patch, state: tuple[float, ...]) -> Outcome:
 
 
 def _border(patch: Patch, state: tuple[float, ...]) -> int | None:
-    """The direction in which itineraries differ more among a patch's corners, if they do.
+    """Direction in which itineraries differ more among a patch's corners, if they do.
 
-    A guess, that spares attempts which cannot succeed.
+    A guess that saves attempts that cannot succeed.
     """
     (alpha, gamma), (wide, high) = patch.middle, patch.radii
     itineraries: dict[tuple[int, int], Itinerary] = {}

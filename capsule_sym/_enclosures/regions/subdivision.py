@@ -1,9 +1,9 @@
-"""What is proved part by part: the (alpha, gamma) plane, and intervals of alpha from rest.
+"""Proof by subdivision: the (alpha, gamma) plane, and intervals of alpha for the motion from rest.
 
-A part that is not proved is halved, and the largest ones come first, so that the share grows as
-fast as it can. What became of each stands in a file, a line for each, from which a later run goes
-on: the part's numbers, and an itinerary, or the directions in which it was halved. Its first line
-is the digest of the code that proves: what other code has proved is not gone on from.
+A part that is not proved is halved, and the largest parts come first, so that the proved share
+grows fast. A file keeps the outcome of each part in one line, and a later run resumes from it: the
+part's numbers, and an itinerary or the directions in which it was halved. The first line is the
+digest of the code that proves: files of other code are not resumed.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ from capsule_sym.generated.capsule import fields as generated
 _FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
 _FIRST_INTERVALS = 11  # halvings of the intervals to begin with
 _LEAST = 2.0**-29  # share below which a part is not halved any more
-_AHEAD = 6  # parts under way
+_AHEAD = 6  # parts in progress
 
 
 class Part(Protocol):
-    """A part of what is to be proved, made of whole numbers."""
+    """A part of the whole, defined by integers."""
 
     @property
     def area(self) -> float:
-        """Its share of the whole."""
+        """Share of the whole."""
 
     def halved(self, along: Sequence[int]) -> Sequence[Any]:
-        """Its parts."""
+        """Smaller parts."""
 
     def __iter__(self) -> Iterator[int]: ...
 
@@ -57,20 +57,20 @@ Attempt = Callable[[Any, tuple[float, ...]], Outcome]
 
 
 class Task(NamedTuple):
-    """What is to be proved: how parts are made of their numbers, the first ones, and the proof."""
+    """A proof by subdivision: the type of its parts, the first ones, and the attempt on a part."""
 
     part: Callable[..., Part]
     first: Callable[[], list[Any]]
     attempt: Attempt
     code: Callable[[], str]
-    """The digest of the code on which a proof rests; all other code gives guesses."""
+    """Digest of the code on which a proof rests; all other code gives guesses."""
     option: str
-    """The option of `enclose` that writes such files."""
+    """Option of `enclose` that writes such files."""
 
 
 @dataclass
 class Plane:
-    """What is proved so far: shares by itinerary, and the parts that are open."""
+    """Results so far: shares by itinerary, and the parts that are open."""
 
     shares: dict[str, float] = field(default_factory=dict)
     patches: int = 0
@@ -80,11 +80,11 @@ class Plane:
 
     @property
     def share(self) -> float:
-        """The share of the whole that is proved."""
+        """Share of the whole that is proved."""
         return sum(self.shares.values())
 
     def take(self, part: Part, outcome: Outcome) -> Sequence[Part]:
-        """Count a part that is proved; of another one, the parts that are to be tried."""
+        """Count a part that is proved; return the smaller parts of another one."""
         self.work += outcome.work
         if outcome.itinerary is None:
             return () if part.area < _LEAST else part.halved(outcome.along)
@@ -93,18 +93,18 @@ class Plane:
         return ()
 
     def add(self, part: Part, state: tuple[float, ...]) -> None:
-        """Put down a part as open; of equal ones the first places of all come first."""
+        """Record a part as open; of parts of equal size the first in order come first."""
         heapq.heappush(self.open, (-part.area, [*part][::-1], part, state))
 
 
 def code() -> str:
-    """The digest of the code that proves patches of the plane."""
+    """Digest of the code that proves patches of the plane."""
     itineraries = (Itinerary.of, ItinerarySegment, contact, drift, guard_between)
     return digest((*closure(patch_orbits), generated, *itineraries))
 
 
 def code_from_rest() -> str:
-    """The digest of the code that proves where the motions from rest go."""
+    """Digest of the code that proves the tendency of motions from rest."""
     return digest((*closure(attraction), generated, contact, drift, guard_between))
 
 
@@ -119,13 +119,13 @@ def _intervals() -> list[AlphaPart]:
 
 
 PLANE = Task(Patch, _patches, patch_orbits.attempt, code, "--region")
-"""One stable orbit with one itinerary all over each patch of the (alpha, gamma) plane."""
+"""One stable orbit with one itinerary on all of each patch of the (alpha, gamma) plane."""
 FROM_REST = Task(AlphaPart, _intervals, attraction.attempt, code_from_rest, "--from-rest")
-"""What the motion from rest tends to, over alpha at both mass ratios."""
+"""Tendency of the motion from rest, over alpha at both mass ratios."""
 
 
 def begun(path: Path, task: Task = PLANE) -> Plane:
-    """The work as a file leaves it, or at its begin where there is none; raises InvalidInput."""
+    """Results in a file, or empty ones without a file; raises InvalidInput."""
     plane = Plane()
     outcomes: dict[Part, Outcome] = {}
     if path.exists():
@@ -136,7 +136,7 @@ def begun(path: Path, task: Task = PLANE) -> Plane:
             other = json.loads(begin)["code"] != task.code()
             for line in lines:
                 if not line.endswith("\n"):
-                    break  # a kill cut it off; its part is tried again
+                    break  # incomplete after a kill; its part is tried again
                 record = json.loads(line)
                 outcomes[task.part(*map(index, record["part"]))] = _told(record)
                 plane.seconds = max(plane.seconds, float(record["seconds"]))
@@ -161,7 +161,7 @@ def _begin(task: Task) -> str:
 
 
 def _told(record: dict[str, Any]) -> Outcome:
-    """The outcome of a part, from a line of a file."""
+    """Outcome of a part, from a line of a file."""
     itinerary, along = record.get("itinerary"), tuple(record.get("along", ()))
     if (itinerary is None) == (along == ()) or not {*along} <= {0, 1} or itinerary == "":
         raise ValueError(f"neither proved nor halved: {record}")
@@ -175,9 +175,9 @@ def prove(
     report: Callable[[Plane], object] = lambda p: None,
     task: Task = PLANE,
 ) -> Plane:
-    """Go on with a file for so many seconds, and tell what is proved.
+    """Resume a file for so many seconds, and return the results.
 
-    Raises InvalidInput for seconds that are no number > 0, and for a file that is of other code.
+    Raises InvalidInput for seconds that are not a number > 0, and for a file of other code.
     """
     checked_seconds(seconds, "seconds")
     plane = begun(path, task)
@@ -208,7 +208,7 @@ def prove(
 
 
 def _timed(attempt: Attempt, part: Part, state: tuple[float, ...]) -> Outcome:
-    """The outcome of an attempt, with the time that it took."""
+    """Outcome of an attempt, with the time that it took."""
     begin = process_time()
     outcome = attempt(part, state)
     return outcome._replace(work=process_time() - begin)
