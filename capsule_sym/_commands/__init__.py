@@ -1,1 +1,1 @@
-"""The commands: each parses its options, calls one package and presents what is found."""
+"""The commands: each parses its options, calls one package and presents the result."""

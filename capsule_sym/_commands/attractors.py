@@ -18,10 +18,10 @@ from capsule_sym._commands.signature import command, option
 def attractors(
     system: options.System = options.ranged_parameters(counted=True),
     windows: dict[str, Any] = options.windows(),
-    state: tuple[float, float, float] = options.state("What no range changes of the start."),
+    state: tuple[float, float, float] = options.state("Start state, apart from the ranges."),
     count: int = options.count("Starts in the box.", 400, None, None, "--starts"),
     periods: int | None = option(
-        "Excitation periods after which a run counts as not settled.  [default: 4096, over a range "
+        "Excitation periods after which a run counts as unsettled.  [default: 4096, over a range "
         "of a parameter 1024]"
     ),
     threads: int = options.count("Threads that run starts.", 1, None, None, "--workers"),
@@ -31,17 +31,17 @@ def attractors(
     max_seconds: float = options.max_seconds(),
     as_json: bool = options.as_json,
 ) -> None:
-    """Find all attractors that a box of starts leads to, and the fraction of the starts.
+    """Find all attractors of a box of starts, and the fraction of starts for each.
 
-    Starts are low-discrepancy points in the ranges given. Each attractor is a closed orbit, with
-    its multipliers, its mirror image where there is one, and a 95 % interval of the fraction. What
-    has not settled is counted. A parameter that is given a range with a count, such as
-    --alpha 0.5:4:100, has all followed over it: births and deaths are located at the bifurcations
-    of their branches. With a device progressions are in SI units, in the JSON as "si"; ranges of
-    starts are dimensionless.
+    Starts are low-discrepancy points in the given ranges. Each attractor is a closed orbit, with
+    its multipliers, its mirror image if there is one, and a 95 % interval of the fraction. Starts
+    that have not settled are counted. A parameter may have a range with a count, such as --alpha
+    0.5:4:100: all attractors are then continued over it, and births and deaths are located at the
+    bifurcations of their branches. With a device progressions are in SI units, in the JSON as "si";
+    ranges of starts are dimensionless.
 
-    Exits with 3 where the time was over before. Ctrl-C ends it early too: what was found is shown
-    and written.
+    Exits with 3 at the time limit. After Ctrl-C, as at the limit, the results so far are shown and
+    written.
     """
     from numpy import array, linspace
 

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from capsule_sym._bench.parts import Study
 
 
-REPEATS = options.count("Repeats of which the median counts, or the best.", 3, 1)
-ONLY = option("Only the peers with this in their name.", default="", metavar="TEXT")
-QUICK = option("A few runs of each set: about 20 seconds.")
+REPEATS = options.count("Repeats of each timing; the median is reported.", 3, 1)
+ONLY = option("Only tools with TEXT in their name.", default="", metavar="TEXT")
+QUICK = option("Only a few runs of each set, about 20 s.")
 
 
 @command(further=options.paper_alone)
@@ -29,18 +29,18 @@ def bench(
 ) -> None:
     """Measure speed against error, beside other tools.
 
-    Times are processor time of calls from Python, by excitation period. Errors are those of the
-    final state against 50 digits, after 20 periods, or 100 in the sweep. Switches missed and
-    invented are the fewest that explain a run's itinerary of fields beside the true one; in the
-    sweep the true itineraries are those of this map, and 50 digits confirm them in 11 of the 1,000.
+    Times are processor times of calls from Python, per excitation period. Errors are those of the
+    final state against 50 digits, after 20 periods, or 100 in the sweep. Missed and invented
+    switches are the fewest that explain a run's itinerary by comparison with the reference. In the
+    sweep the references are itineraries of this map; 50 digits confirm 11 of the 1,000.
 
-    --out writes bench.json (part.json if --only or --quick is given), what --json prints,
-    after each part, so that an interrupted study leaves the parts that were done. `figure
-    work-precision` draws results/bench/bench.json, or part.json where there is no other.
-    "trajectory" (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency)
-    and "sweep" are rows of tool and setting; "ratios" are of their times by ours.
+    --out writes bench.json (part.json with --only or --quick), the same as --json prints, after
+    each part, so that an interrupted study keeps the finished parts. `figure work-precision` draws
+    results/bench/bench.json, or part.json if there is no other. "trajectory" (the case study),
+    "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are rows of tool and
+    setting; "ratios" are their times over ours.
     """
-    options.require("peers", "scipy")  # without which there is nothing to compare with
+    options.require("peers", "scipy")  # without it there is nothing to compare with
     from capsule_sym._bench.parts import Study
 
     study = Study(repeats, only, quick)
@@ -50,7 +50,7 @@ def bench(
 
 
 def run_study(study: Study, only: str, out: options.Path | None, as_json: bool) -> None:
-    """Run all parts of a study, and write its record or print it as JSON."""
+    """Run all parts of a study; write its record or print it as JSON."""
     from capsule_sym._records import dumps
 
     for line in study.skipped:
@@ -100,7 +100,7 @@ def show_study(study: Study) -> None:
 
 
 def show_table(title: str, columns: Mapping[str, str], rows: Iterable[object]) -> None:
-    """Print a wide table, of which the first two columns are text, below its title, if any."""
+    """Print a wide table, below its title if any; the first two columns are text."""
     console = present.make_console(width=200)
     if title:
         console.print(title)

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from capsule_sym._native import Watch
 
 
-_SAME_SIZE = 1e-6  # entries of a term that differ by a smaller share are as large
+_SAME_SIZE = 1e-6  # relative difference below which entries of a term count as equal
 
 
 class _Target(options.Named):
-    """VALUE or NAME=VALUE as a name, if there is one, and a value."""
+    """[NAME=]VALUE as a pair of a name (or None) and a value."""
 
     def __init__(self) -> None:
         super().__init__(click.FLOAT)
@@ -40,26 +40,26 @@ class _Target(options.Named):
 def branch(
     system: options.System = options.ranged_parameters(),
     along: tuple[str, tuple[float, float]] | None = option(
-        "The range of what varies and has no option of its own: a name of --with.",
+        "Varied name of --with that has no option of its own, with its range.",
         type=options.Named(example="s=0.1:2"),
     ),
     points: int = options.count("Least number of steps.", 100),
     restart: tuple[str, str] | None = option(
-        "Begin at a labelled point, such as PD1, of a branch.json.",
+        "Start at a labelled point, such as PD1, of a branch.json.",
         nargs=2,
         metavar="FILE LABEL",
     ),
     to: tuple[str | None, float] | None = option(
-        "With --restart: the value to go to, of another parameter as NAME=VALUE.", type=_Target()
+        "With --restart: final value, with NAME= for another parameter.", type=_Target()
     ),
     cascade: int = options.count(
-        "Follow the branches of doubled orbits too, and those that leave them.",
+        "Continue branches of doubled orbits too, to this depth.",
         0,
         0,
         metavar="DEPTH",
     ),
     ties: dict[str, Any] = options.by_name(
-        "A parameter that varies too, such as alpha=0.5*omega**2. Any number.",
+        "A parameter tied to the varied one, such as alpha=0.5*omega**2. Repeatable.",
         "--with",
         of=options.Named(click.STRING, "alpha=0.5*omega**2"),
         metavar="NAME=FORMULA",
@@ -70,24 +70,24 @@ def branch(
     certify: options.Path | None = options.certify("the bifurcations"),
     as_json: bool = options.as_json,
 ) -> None:
-    """Follow a periodic orbit in a parameter, with all its bifurcations.
+    """Continue a periodic orbit in a parameter, with all its bifurcations.
 
-    The parameter varies that is given a range, such as --alpha 0.1:2 or, downwards, --alpha 2:0.1.
-    The branch begins with the orbit on which the motion settles there, or at a labelled point
-    of a branch that --out wrote. It is followed through folds, stable or not, and from itinerary to
-    itinerary where an inequality of the itinerary fails. With --restart all branches are followed
-    that leave the point towards --to: at a period doubling the doubled one too. --along may name
-    what is no parameter, of which a parameter of --with is an affine function.
+    The varied parameter has a range, such as --alpha 0.1:2 or, downwards, --alpha 2:0.1. The branch
+    begins with the orbit on which the motion settles at the start of the range, or at a labelled
+    point of a branch that --out wrote. It passes folds, contains stable and unstable orbits, and
+    changes its itinerary where an inequality fails. With --restart all branches are continued that
+    leave the point towards --to, at a period doubling also that of the doubled orbits. --along may
+    name a new quantity of which a parameter of --with is an affine function.
 
     In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
     "label", "type", "line", "parameter", "value", "uncertainty", "itinerary_before",
-    "itinerary_after" and "normal_form"; "status" and "message" say why the branch ends; "switched"
-    are the branches beside it, each with its "origin". Where --params is a device, "si" of a point
-    has it in SI units, as have columns of points.csv. --out writes branch.json, points.csv and
+    "itinerary_after" and "normal_form"; "status" and "message" give the reason for the branch's
+    end; "switched" are the other branches, each with its "origin". If --params is a device, "si" of
+    a point has SI units, as have columns of points.csv. --out writes branch.json, points.csv and
     bifurcations.csv.
 
-    Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
-    Ctrl-C ends it early too: what was followed is shown and written.
+    Exits with 3, and the reason, if there is no orbit to begin with or the branch ends early. After
+    Ctrl-C, as at the time limit, the results so far are shown and written.
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.settings import check_points
@@ -117,7 +117,7 @@ def branch(
             ties = capsule_sym.device_path(device, parameter)
         found = (followed(parameters, parameter, begin, end, points, state, limit, ties),)
     if certify is not None and found[0].axis.path.ties:
-        raise InvalidInput("certify", str(certify), "absent where several parameters vary")
+        raise InvalidInput("certify", str(certify), "absent if several parameters vary")
     for one in found:
         with present.stoppable(limit, "Following"):
             found += capsule_sym.period_doubling_cascade(
@@ -140,21 +140,21 @@ def branch(
 
 
 def _range(along: tuple[str, tuple[float, float]] | None) -> tuple[str, float, float]:
-    """What varies, from where to where, by its own option or by --along."""
+    """Name and range of the varied parameter, from its own option or from --along."""
     for name in (along[0], *options.ranges()) if along else ():
         options.check_beside(name, never=("along",))
     if not (given := options.only_range() or along):
-        raise click.UsageError("give a range of what varies, such as --alpha 0.1:2")
+        raise click.UsageError("give a range of a parameter, such as --alpha 0.1:2")
     name, (begin, end, *_) = given
     return name, begin, end
 
 
 def _goes_on(ended: capsule_sym.Branch, out: Path | None, end: float) -> str:
-    """How to go on with a branch that Ctrl-C ended."""
+    """Command that continues a branch after Ctrl-C."""
     if out is None or len(ended.points) < 2:
-        return "--out keeps what is done, to go on from"
+        return "with --out the branch can be continued"
     label, file = f"{ended.origin}/EP2".lstrip("/"), out / "branch.json"
-    return f"--restart {file} {label} --to {end:g} goes on from there"
+    return f"--restart {file} {label} --to {end:g} continues this branch"
 
 
 def _record(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[str, Any]:
@@ -185,7 +185,7 @@ def _files(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict[
 
 
 def tell_early_end(found: capsule_sym.Branch) -> None:
-    """Exit with 3, and the reason, where a branch ends before its parameter is there."""
+    """Exit with 3, and the reason, if a branch ends before its final value."""
     if found.status is not capsule_sym.Ending.REACHED:
         present.fail_early("the branch ends", found)
 
@@ -200,7 +200,7 @@ def followed(
     limit: Watch,
     ties: Mapping[str, str] | None = None,
 ) -> capsule_sym.Branch:
-    """The branch of the motion that settles from a state; exits with 3 where none does."""
+    """Branch of the motion that settles from a state; exits with 3 if none does."""
     path = capsule_sym.parameter_path(parameter, ties, parameters.scene)
     path.check(parameters, begin, end)
     placed = type(parameters)(*path.placed([*parameters.to_dict().values()], begin))
@@ -261,7 +261,7 @@ def _print_bifurcations(found: Sequence[capsule_sym.Bifurcation]) -> None:
 
 
 def _print_normal_forms(found: Sequence[capsule_sym.Bifurcation]) -> None:
-    """How the parameter grows with the amplitude s."""
+    """Print the change of the parameter with the amplitude s."""
     rows = []
     for one in found:
         form = one.normal_form
@@ -277,9 +277,9 @@ def _print_normal_forms(found: Sequence[capsule_sym.Bifurcation]) -> None:
 
 
 def largest_entry(entries: Sequence[float]) -> float:
-    """The largest entry by size; of those that differ by rounding alone, as v_r and v_c, the first.
+    """Entry of the largest size; of entries that differ by rounding alone the first.
 
-    Their signs differ: rounding does not decide which is shown.
+    v_r and v_c may be such entries, with different signs: rounding must not decide between them.
     """
     size = (1 - _SAME_SIZE) * max(map(abs, entries))
     return next(one for one in entries if abs(one) >= size)

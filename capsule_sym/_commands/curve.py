@@ -18,38 +18,36 @@ from capsule_sym._errors import InvalidInput
 def curve(
     system: options.System = options.ranged_parameters(),
     kind: str = option(
-        "Bifurcations with this in their type, such as grazing-sliding, or the one that `branch` "
-        "labels so, such as GR1; all for all.",
+        "Bifurcations of this type (or part of its name), such as grazing-sliding; or a label of "
+        "`branch`, such as GR1; or all.",
         "--bifurcation",
         required=True,
         metavar="TYPE|LABEL",
     ),
-    at: float | None = option("Value of the second parameter at which bifurcations are sought."),
-    points: int = options.count("Steps to a range, least.", 50),
-    leaving: bool = option(
-        "Follow the other curves through the points of codimension two as well."
-    ),
+    at: float | None = option("Value of the second parameter for the search of bifurcations."),
+    points: int = options.count("Least number of steps over each range.", 50),
+    leaving: bool = option("Continue the other curves through codimension-two points as well."),
     state: tuple[float, float, float] = options.state(),
     out: options.Path | None = options.tables,
     max_seconds: float = options.max_seconds(),
     certify: options.Path | None = options.certify("the points"),
     as_json: bool = options.as_json,
 ) -> None:
-    """Follow bifurcations in two parameters, with the points where two conditions meet.
+    """Continue bifurcations in two parameters, with their codimension-two points.
 
-    The two are those that are given a range, such as --alpha 1.5:1.65 --gamma 3:3.3, or of a device
-    in SI units --P-d 0.8:1.1 --Omega 5:8; points then have "si", and the tables its columns. The
-    bifurcations are those on the branch in the first of them, with the second as --at or the file
-    has it, or by default, or in the middle of its range where the default lies outside; each is
-    followed both ways until a parameter leaves its range.
+    Two parameters have ranges, such as --alpha 1.5:1.65 --gamma 3:3.3, or, of a device in SI units,
+    --P-d 0.8:1.1 --Omega 5:8; points and tables then have SI units too. The bifurcations are those
+    on the branch in the first parameter. The second one has the value of --at, of the file or its
+    default; if the default is outside its range, the middle of the range. Each bifurcation is
+    continued both ways until a parameter leaves its range.
 
-    In the JSON, "curves" has for each its "points", its "codimension_two" points, why its two
-    "endings" are, and its "origin", the point of codimension two that it leaves. --out writes
+    In the JSON, each of "curves" has its "points", its "codimension_two" points, the reasons for
+    its two "endings", and its "origin", the codimension-two point at which it starts. --out writes
     curves.json, points.csv and codimension_two.csv.
 
-    With --certify alpha is solved for at every point, the other parameters being those of the
-    point. Exits with 3, and the reason, where there is no orbit to begin with or a curve has no
-    points or ends after --max-seconds, and with 4 where --certify does not prove all.
+    With --certify alpha is solved for at every point; the other parameters are exact. Exits with 3,
+    and the reason, if there is no orbit to begin with, if a curve has no points, or at the time
+    limit; exits with 4 if --certify does not prove all.
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.curves.continuing import check
@@ -113,7 +111,7 @@ def curve(
 
 
 def _of_kind(kind: str, found: capsule_sym.Branch, where: str) -> list[capsule_sym.Bifurcation]:
-    """The bifurcations of a branch with this label, or in their type; InvalidInput for none."""
+    """Bifurcations of a branch with this label or type; raises InvalidInput for none."""
     chosen = [one for one in found.bifurcations if kind in ("all", one.label) or kind in one.type]
     if not found.bifurcations or (not chosen and found.status is capsule_sym.Ending.TIME_LIMIT):
         tell_early_end(found)
@@ -122,7 +120,7 @@ def _of_kind(kind: str, found: capsule_sym.Branch, where: str) -> list[capsule_s
         low, high = (point.value for point in (found.points[0], found.points[-1]))
         over = f"{found.parameter} from {low:g} to {high:g} at {where}"
         beside = f"on the branch over {over}, which has {types or 'none'}"
-        allowed = f"in the type or the label of one {beside}"
+        allowed = f"type or label of a bifurcation {beside}"
         raise InvalidInput("bifurcation", kind, allowed)
     return chosen
 
@@ -157,7 +155,7 @@ def _files(
 def _scaled(
     device: options.Device, name: str, ends: tuple[float, ...]
 ) -> tuple[str, tuple[float, float], float]:
-    """A parameter with its range: of a device's the dimensionless one, with the factor to it."""
+    """Parameter with its range, scaled to the dimensionless one for a device, and the factor."""
     low, high, *_ = ends
     if device is None or name not in device.scene.facts.DRIVEN:
         return name, (low, high), 1.0
@@ -168,7 +166,7 @@ def _scaled(
 def _within(
     parameters: capsule_sym.SceneParameters, name: str, ends: tuple[float, float], given: bool
 ) -> capsule_sym.SceneParameters:
-    """The parameters with one of them in a range: where its default is not, in the middle."""
+    """Parameters with one of them in its range: the middle if the default is outside."""
     (low, high), value = ends, getattr(parameters, name)
     if low <= value <= high:
         return parameters

@@ -1,4 +1,4 @@
-"""The command `design`: which drive for a device, in speed, cost and steering."""
+"""The command `design`: drives of a device, by speed, cost and steering."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from capsule_sym._commands.tolerances import print_tolerances
 from capsule_sym._design.counts import POINTS
 from capsule_sym._errors import InvalidInput
 
-_SAMPLES = 1024  # of tolerances
+_SAMPLES = 1024  # number of samples of tolerances
 
 
 @command()
@@ -44,14 +44,14 @@ def design(
     ),
     as_json: bool = options.as_json,
 ) -> None:
-    """Study the drives of one device: the fastest, the most economical, and steering.
+    """Study the drives of a device: the fastest, the most economical, and steering.
 
-    The drive is alpha and omega, or P_d and Omega of a device; without --over it goes from a tenth
-    of the friction force to twice that, and from half the natural frequency to one and a half.
-    With --tolerance there is also the most robust one: that whose worst motion is fastest, and how
-    speed and cost spread there.
+    The drive is alpha and omega, or P_d and Omega of a device. Without --over it varies from 0.1 to
+    2 times the friction force, and from 0.5 to 1.5 times the natural frequency. With --tolerance
+    the most robust drive, whose worst motion is fastest, is added, with the spread of speed and
+    cost there.
 
-    Exits with 2 where the constraints cannot be satisfied, and with 3 where an optimum is missing.
+    Exits with 2 if the constraints cannot be satisfied, and with 3 if an optimum is missing.
     """
     from capsule_sym._design.program import scenarios_of
     from capsule_sym._design.steering import usual_drive
@@ -76,7 +76,7 @@ def design(
         steering = capsule_sym.steer(which, bounds, **asked("Steering"))
         metrics = "speed", "cost_of_transport"
         front = capsule_sym.pareto(*metrics, bounds, which, points=points, **asked("Front"))
-        # The front ends at the fastest drive, where it has points at all.
+        # The front ends at the fastest drive, if it has points.
         fastest = front.points[-1] if front.points else None
         found: dict[str, capsule_sym.Optimum] = {
             "fastest": fastest or capsule_sym.optimise("speed", bounds, which, **asked("Fastest")),

@@ -1,4 +1,4 @@
-"""The command `enclose`: Section 4 proved in balls."""
+"""The command `enclose`: Section 4 proved in ball arithmetic."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _HOUR = 3600.0
 def enclose(
     thresholds: bool = option("Only the bifurcations, not the intervals."),
     region: options.Path | None = options.out(
-        "Prove the (alpha, gamma) plane instead, going on with FILE.", "FILE", "--region"
+        "Prove the (alpha, gamma) plane instead; FILE keeps the parts.", "FILE", "--region"
     ),
     from_rest: options.Path | None = options.out(
-        "Prove where the motions from rest go instead, going on with FILE.", "FILE", "--from-rest"
+        "Prove the motions from rest instead; FILE keeps the parts.", "FILE", "--from-rest"
     ),
     max_seconds: float = options.max_seconds(
         shown="no limit; with --region or --from-rest an hour"
@@ -38,21 +38,20 @@ def enclose(
     ),
     as_json: bool = options.as_json,
 ) -> None:
-    """Prove Section 4 in ball arithmetic: every bifurcation, and alpha between them.
+    """Prove Section 4 in ball arithmetic: every bifurcation, and all alpha between them.
 
-    At both mass ratios, each bifurcation is enclosed with its type, line, order of contact and
-    coefficient (alpha moves by coefficient times duration^order as a segment is inserted), and on
+    At both mass ratios each bifurcation is enclosed, with its type, line, order of contact and
+    coefficient (alpha changes by coefficient times duration^order as a segment is inserted). On
     each interval between them existence, uniqueness, itinerary and stability of the orbit are
-    proved, box by box, but for 6e-13 on either side of a bifurcation. Takes some two minutes on two
-    cores.
-    The two mass ratios between them at which two bifurcations coincide are enclosed too, and the
-    curves of both are proved to cross there. Exits with 1 where a step is left unproved, as after
-    --max-seconds.
+    proved, part by part, except for 6e-13 on either side of a bifurcation. This takes about two
+    minutes on two cores. The two mass ratios at which two bifurcations coincide are enclosed too,
+    and the curves of both are proved to cross there. Exits with 1 if a step is not proved, such as
+    after --max-seconds.
 
     With --region the plane 0.001 <= alpha <= 2, 1.5 <= gamma <= 5 is proved patch by patch: one
-    stable orbit with one itinerary all over each. With --from-rest, at both mass ratios and for
+    stable orbit with one itinerary on each patch. With --from-rest, at both mass ratios and for
     alpha in [0.001, 2], the motion from (0, 0, 0) is proved to tend to a periodic one, interval by
-    interval. Both tell what share of the whole is proved.
+    interval. Both show the proved share of the whole.
     """
     options.check_beside("region", never=("from_rest", "thresholds", "out"))
     options.check_beside("from_rest", never=("thresholds", "out"))
@@ -82,7 +81,7 @@ def enclose(
     missing = [*unmet, *(reason for _, _, reasons in told for reason in reasons)]
     if out is not None:
         held = [one for _, kept, _ in told for one in kept]
-        if held:  # a file is left as it was where nothing is proved
+        if held:  # the file is unchanged if nothing is proved
             write_whole(out, dumps({"certificates": held}) + "\n", "--out")
             click.echo(f"wrote {len(held)} certificates to {out}", err=True)
     if missing:
@@ -126,7 +125,7 @@ def _parts(
 
 
 def _on_two_cores(calls: Sequence[tuple[Any, ...]], text: str) -> list[Any]:
-    """The results of calls, each a function with its arguments."""
+    """Results of calls, each a function with its arguments."""
     with undisturbed():
         pool = spawning(2)
         found = [pool.submit(*call) for call in calls]
@@ -139,7 +138,7 @@ def _on_two_cores(calls: Sequence[tuple[Any, ...]], text: str) -> list[Any]:
 def _proved(
     gamma: str, intervals: bool, certify: bool, deadline: float
 ) -> tuple[dict[str, Any], list[dict[str, Any]], list[str]]:
-    """The record of a mass ratio, and if wanted its certificates and why any is missing."""
+    """Record of a mass ratio; on request its certificates, and the reasons for missing ones."""
     from capsule_sym._enclosures.certificates.section4 import certified, prove_section, record
 
     limit = _until(deadline)
@@ -149,7 +148,7 @@ def _proved(
 
 
 def _met(deadline: float) -> tuple[list[dict[str, Any]], list[str]]:
-    """The records of the mass ratios at which two bifurcations coincide, and why any is missing."""
+    """Records of the mass ratios at which two bifurcations coincide, and reasons for gaps."""
     from capsule_sym._enclosures.case import EXACT
     from capsule_sym._enclosures.certificates.section4 import TIME_OVER
     from capsule_sym._enclosures.numbers.balls import Unproved
@@ -164,14 +163,14 @@ def _met(deadline: float) -> tuple[list[dict[str, Any]], list[str]]:
 
 
 def _until(deadline: float) -> Watch:
-    """A watch in a worker until a time of `perf_counter`, which is that of all processes."""
+    """Watch in a worker until a time of `perf_counter`, which all processes share."""
     from capsule_sym._native import Watch
 
     return Watch(deadline - perf_counter())
 
 
 def _one_orbit() -> float:
-    """Seconds that it takes to certify one orbit of six segments."""
+    """Time in seconds to certify one orbit of six segments."""
     found = capsule_sym.solve_orbit(capsule_sym.Parameters(alpha=1.2))
     assert found.success
     begin = perf_counter()
@@ -218,8 +217,8 @@ def _print(
     console.print()
     count = sum(len(one["thresholds"]) for one in records)
     worst = max((e["radius"] for one in records for e in one["thresholds"]), default=0.0)
-    goals = [("bifurcations, with type", f"{count}, within {worst:.0e}", "16, within 1e-30")]
+    goals = [("bifurcations with type", f"{count}, within {worst:.0e}", "16, within 1e-30")]
     if not thresholds:
         left = " and ".join(f"{one['unproved']:.1e}" for one in records)
-        goals.append(("alpha in [0.001, 2] left open", left, "1e-11 at each mass ratio"))
+        goals.append(("alpha in [0.001, 2] not proved", left, "1e-11 at each mass ratio"))
     present.table(("", "proved", "goal"), [*goals, ("seconds", f"{seconds:.0f}", "300")])

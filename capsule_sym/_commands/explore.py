@@ -1,4 +1,4 @@
-"""`capsule-sym explore`: writes the explorer's page and opens it, or serves it to this machine."""
+"""`capsule-sym explore`: writes the explorer's page and opens it, or serves it locally."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ _NAME = "capsule-sym-explorer.html"
 
 @command(further=options.without_scene("shows all scenes on one page"))
 def explore(
-    out: Path | None = options.out("Write the page here, and open nothing.", "FILE.html"),
+    out: Path | None = options.out("Write the page here, without opening it.", "FILE.html"),
     port: int | None = option(
-        "Serve it on this machine at a port (0: any free one) until Ctrl-C, for browsers that run "
+        "Serve it on this machine at a port (0: any free) until Ctrl-C, for browsers that allow "
         "no workers in a page from a file.",
         "--serve",
         type=click.IntRange(0, 65535),
         metavar="PORT",
     ),
-    opens: bool = option("Open it in a browser.", "--open/--no-open", default=True),
+    opens: bool = option("Open the page in a browser.", "--open/--no-open", default=True),
     as_json: bool = options.as_json,
 ) -> None:
     """The exact map in a browser: motions, diagrams and charts on one page, without a network.
 
-    The page is written to the directory of temporary files and opened, unless told otherwise.
+    By default the page is written to the directory of temporary files and opened.
     """
     options.check_beside("port", never=("out",))
     if port is not None:

@@ -15,7 +15,7 @@ from capsule_sym._commands.optimise import end, report, telling, units_of
 from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._design.counts import BOOTSTRAP, SEED, STARTS
 
-_CORRELATED = 0.2  # of successive residuals, from which errors are told to be too small
+_CORRELATED = 0.2  # correlation of residuals above which errors are reported as too small
 
 
 @command()
@@ -23,39 +23,37 @@ def fit(
     data: Path = argument(type=click.Path(path_type=Path, dir_okay=False), metavar="DATA"),
     system: options.System = options.parameters(),
     unknown: tuple[Any, ...] = option(
-        "What is fitted, with bounds if it has any: a parameter, x_r, v_r, v_c, phase or x_c. "
-        "Any number.",
+        "Unknown to fit, with optional bounds: a parameter, x_r, v_r, v_c, phase or x_c. "
+        "Repeatable.",
         type=options.Named(bare=True),
         multiple=True,
     ),
     how: dict[str, Any] = several(
-        state=options.state(
-            "State at the first time, or the first guess of what is unknown of it."
-        ),
-        phase=option("Phase of the forcing there.  [default: 0]", type=float, default=0.0),
+        state=options.state("State at the first time; for an unknown component its guess."),
+        phase=option("Phase at the first time.  [default: 0]", type=float, default=0.0),
         loss=option(
-            "How residuals count; all but linear let outliers count less.",
+            "Loss function; all but linear reduce the weight of outliers.",
             type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
             default="linear",
             show_default=True,
         ),
-        starts=options.count("Try so many other guesses.", 0, *STARTS),
-        seed=options.count("Decides the guesses of --starts.", 0, *SEED),
+        starts=options.count("Number of further guesses.", 0, *STARTS),
+        seed=options.count("Random seed of --starts and --bootstrap.", 0, *SEED),
         max_seconds=options.max_seconds(),
     ),
-    bootstrap: int = options.count("Fit so many resampled series too.", 0, *BOOTSTRAP),
-    intervals: bool = option("Profile intervals of 95 %, by fits anew."),
+    bootstrap: int = options.count("Number of resampled series to fit too.", 0, *BOOTSTRAP),
+    intervals: bool = option("Profile intervals (95 %), from repeated fits."),
     out: Path | None = options.out("Write the JSON here, the residuals as CSV, and their picture."),
     as_json: bool = options.as_json,
 ) -> None:
     """Find parameters, start and phase from measured series, by least squares.
 
     DATA is a CSV or Parquet file with times t and one or more of the columns x_m, x_c, x_r, v_m,
-    v_c, v_r, an empty cell for a gap; or a TOML file of a rig, with the files of several runs in a
-    camera's units, their drives, and what is unknown. With a device, times and results are in SI
-    units.
+    v_c, v_r, with an empty cell for a gap. Or it is a TOML file of a rig, with the files of several
+    runs in a camera's units, their drives, and the unknowns. With a device, times and results are
+    in SI units.
 
-    Exits with 3 where the fit does not come to rest, or the measurements leave something open.
+    Exits with 3 if the fit does not converge, or if a parameter is not identifiable.
     """
     from capsule_sym._map.checks import checked_seconds
     from capsule_sym._native import Watch
@@ -65,9 +63,9 @@ def fit(
     rig = data.suffix == ".toml"
     for name in ("unknown", "state", "phase") if rig else ():
         if options.is_given(name):
-            raise click.UsageError(f"--{name} is for one run: of a rig it stands in {data}")
+            raise click.UsageError(f"--{name} is for one run; for a rig it is given in {data}")
     if not (unknown or rig):
-        raise click.UsageError("give --unknown, once for each that is fitted")
+        raise click.UsageError("give --unknown for each unknown")
     options.check_beside("seed", needs=("starts", "bootstrap"))
     with telling("Fitting") as progress:
         watch = Watch(checked_seconds(how["max_seconds"]))
@@ -93,7 +91,7 @@ def fit(
     extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
     report(found, "fit", lambda: _print_fit(found, ranges), out, as_json, extra)
     if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
-        present.fail("time-limit: the time is over: intervals are missing")
+        present.fail("time-limit: intervals are missing")
     end(found)
 
 
@@ -123,7 +121,7 @@ def _print_fit(found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]]
     for one in found.open_combinations:
         named = {name: by for name, by in one.items() if abs(by) >= 0.005}
         mixed = "  ".join(f"{name} {by:+.2f}" for name, by in named.items())
-        console.print(f"left open, by relative changes: {mixed}")
+        console.print(f"not identifiable, in relative changes: {mixed}")
     if found.border:
         console.print(
             f"within the error of {found.border} the itinerary changes: errors are not to be "

@@ -1,4 +1,4 @@
-"""The commands `optimise` and `steer`, and how they and `fit` report."""
+"""The commands `optimise` and `steer`, and the presentation of their results."""
 
 from __future__ import annotations
 
@@ -22,33 +22,33 @@ if TYPE_CHECKING:
     from capsule_sym._native import Watch
 
 over_option = options.by_name(
-    "A parameter that varies, and its bounds: dimensionless, or of the device. Any number.",
+    "A varied parameter with its bounds: dimensionless, or of the device. Repeatable.",
     "--over",
     of=options.Named(),
 )
 subject_option = option(
-    "A constraint, such as 'peak_force <= 2'. Any number.",
+    "A constraint, such as 'peak_force <= 2'. Repeatable.",
     type=str,
     multiple=True,
     metavar="LIMIT",
 )
-margin_option = option("Floquet multipliers are at most 1 - MARGIN.", type=float)
+margin_option = option("Floquet multipliers at most 1 - MARGIN.", type=float)
 
 
 def shares_option(help: str, flag: str = "--tolerance") -> Any:
-    """An option that takes a parameter and a share, any number of times."""
+    """Option for pairs of a parameter and a share, repeatable."""
     kind = options.Named(click.FLOAT, "alpha=0.05")
     return options.by_name(help, flag, of=kind, metavar="NAME=SHARE")
 
 
 tolerance_option = shares_option(
-    "The worst case within ±SHARE of a parameter counts. Any number.",
+    "Optimise the worst case within ±SHARE of the parameter. Repeatable.",
 )
 _search = several(
     subject_to=subject_option,
     margin=margin_option,
-    samples=options.count("Cells of the survey.", None, *SAMPLES),
-    seed=options.count("Decides these cells.", 0, *SEED),
+    samples=options.count("Number of cells of the survey.", None, *SAMPLES),
+    seed=options.count("Random seed of the cells.", 0, *SEED),
     max_seconds=options.max_seconds(),
 )
 
@@ -56,18 +56,18 @@ _search = several(
 @command()
 def optimise(
     system: options.System = options.parameters(),
-    maximise: str | None = option("What is to be greatest.", metavar="METRIC"),
-    minimise: str | None = option("What is to be least.", metavar="METRIC"),
+    maximise: str | None = option("Metric to maximise.", metavar="METRIC"),
+    minimise: str | None = option("Metric to minimise.", metavar="METRIC"),
     over: dict[str, Any] = over_option,
     how: dict[str, Any] = _search,
     against: str | None = option(
-        "The front against this being small.", "--pareto", metavar="METRIC"
+        "Pareto front: minimise this second metric too.", "--pareto", metavar="METRIC"
     ),
-    points: int = options.count("Points of the front of --pareto.", 50, *POINTS),
+    points: int = options.count("Number of points of the front of --pareto.", 50, *POINTS),
     tolerances: dict[str, float] = tolerance_option,
     state: tuple[float, float, float] = options.state(),
     among: str = option(
-        "Which motions count: those that --state leads to, or all stable ones.",
+        "Motions to consider: those from --state, or all stable ones.",
         type=click.Choice(["starts", "stable"]),
         default="starts",
         show_default=True,
@@ -81,11 +81,11 @@ def optimise(
 
     A metric is velocity, speed, progression, work, damper_loss, friction_loss, power, peak_force,
     peak_contact, speed_per_work or cost_of_transport, or arithmetic of these and of parameters.
-    Energies and progression are per excitation period, speed_per_work is the progression's size
-    over the work. With a device all is in SI units.
+    Energies and progression are per excitation period; speed_per_work is the absolute progression
+    over the work. With a device all values are in SI units.
 
-    Exits with 2 where no place within the bounds satisfies the constraints, and with 3 where no
-    motion, or no optimum, is found.
+    Exits with 2 if no point within the bounds satisfies the constraints, and with 3 if no motion,
+    or no optimum, is found.
     """
     options.check_beside("maximise", never=("minimise",))
     options.check_beside("points", needs=("against",))
@@ -123,12 +123,11 @@ def steer(
 ) -> None:
     """Find the best drives forward and backward, and a path of stable orbits between them.
 
-    The drive is alpha and omega, or P_d and Omega of a device; --over may vary D and alpha_low of
-    pulses too. The straight path is tried first,
-    then those by a corner, then those over a grid of drives; a broken one says where, and by which
-    bifurcation.
+    The drive is alpha and omega, or P_d and Omega of a device; --over may also vary D and alpha_low
+    of pulses. The straight path is tried first, then paths with a corner, then those on a grid of
+    drives. For a broken path, the place and the bifurcation are given.
 
-    Exits with 3 where one of the drives is not found, or time is short. A broken path is a result.
+    Exits with 3 if one of the drives is not found, or at the time limit. A broken path is a result.
     """
     parameters, device = system.load()
     how = {name: value for name, value in how.items() if value is not None}
@@ -140,7 +139,7 @@ def steer(
 
 
 def finite(record: Any) -> Any:
-    """A record of numbers, texts, lists and dicts, None for what is not finite."""
+    """Record of numbers, texts, lists and dicts, with None for non-finite numbers."""
     if isinstance(record, Mapping):
         return {name: finite(value) for name, value in record.items()}
     if isinstance(record, list | tuple):
@@ -163,8 +162,8 @@ def report(
 ) -> None:
     """Present a result, with its record, table and picture as files.
 
-    Rows of a dimensionless table have SI units too, by their device. The picture is that of a
-    result whose table has rows, unless `drawn` says so.
+    Rows of a dimensionless table have SI units too if there is a device. By default there is a
+    picture if the table has rows; `drawn` overrides this.
     """
     columns = getattr(found, "columns", {})
 
@@ -182,7 +181,7 @@ def report(
 
 
 def table_of(found: Any, device: options.Device = None) -> tuple[list[dict[str, Any]], list[str]]:
-    """The columns of a result as rows of a table, and their names; in SI units too by a device."""
+    """Columns of a result as rows of a table, and their names; in SI units too for a device."""
     from capsule_sym._records import in_si
 
     lists = {key: column.tolist() for key, column in found.columns.items()}
@@ -191,7 +190,7 @@ def table_of(found: Any, device: options.Device = None) -> tuple[list[dict[str, 
 
 
 def end(found: Any, limit: Watch | None = None) -> None:
-    """Exit with 3, and the reason, where there is no result; as Ctrl-C does where it ended it."""
+    """Exit with 3, and the reason, if there is no result, or as interrupted after Ctrl-C."""
     if limit is not None and limit.stopped:
         raise KeyboardInterrupt
     if not found.success:
@@ -200,7 +199,7 @@ def end(found: Any, limit: Watch | None = None) -> None:
 
 @contextmanager
 def telling(text: str) -> Iterator[Callable[[str], object]]:
-    """Shows on stderr, where that is a terminal, that work goes on, and what it says of itself."""
+    """Show progress texts of long work on stderr, if it is a terminal."""
     with present.progress(text) as update:
         yield lambda said: update(description=f"{text}: {said}".removeprefix(": "))
 
@@ -209,14 +208,14 @@ _MILLI = {"m/s": "mm/s", "m": "mm"}
 
 
 def with_unit(value: float, unit: str) -> str:
-    """A value with its unit, speeds and lengths in mm."""
+    """Value with its unit; speeds and lengths in mm."""
     if unit in _MILLI:
         value, unit = 1000 * value, _MILLI[unit]
     return f"{value:.6g} {unit}".rstrip()
 
 
 def in_unit(value: float, name: str, device: options.Device, digits: int = 6) -> str:
-    """A dimensionless quantity: with so many digits, or with its unit if there is a device."""
+    """Dimensionless quantity with so many digits, or in its unit if there is a device."""
     from capsule_sym._units import UNITS
 
     if device is None:
@@ -225,7 +224,7 @@ def in_unit(value: float, name: str, device: options.Device, digits: int = 6) ->
 
 
 def units_of(system: capsule_sym.SceneParameters | capsule_sym.SceneDevice) -> dict[str, str]:
-    """Units of metrics and parameters; empty where all is dimensionless."""
+    """Units of metrics and parameters; empty for dimensionless systems."""
     from capsule_sym._design import quantities
     from capsule_sym._units import METRIC_UNITS
 
@@ -243,14 +242,14 @@ def _print_optimum(found: capsule_sym.Optimum) -> None:
     kind = "greatest" if found.maximised else "least"
     rows = [(f"{kind} {found.metric}", with_unit(found.value, units.get(found.metric, "")))]
     for name, value in found.over.items():
-        held = f"  (bound: {found.bounds[name]:.4g} a unit)" if name in found.bounds else ""
+        held = f"  (at bound: {found.bounds[name]:.4g} per unit)" if name in found.bounds else ""
         rows.append((name, f"{value:.9g} {units.get(name, '')}".rstrip() + held))
-    if found.itinerary:  # else a cell of the survey, where there was no time for more
+    if found.itinerary:  # else a cell of the survey, found before the time limit
         rows.append(("itinerary", " ".join(found.itinerary)))
         for name, value in found.metrics.items():
             rows.append((name.replace("_", " "), with_unit(value, units.get(name, ""))))
         for one in found.constraints:
-            held = f"holds it, {one.multiplier:.4g} a unit"
+            held = f"active, {one.multiplier:.4g} per unit"
             told = held if one.active else f"{one.slack:.4g} left"
             rows.append(("constraint", f"{one.text}: {told}"))
         if found.border is not None:
@@ -284,7 +283,7 @@ def _print_front(found: capsule_sym.Front) -> None:
 
 
 def print_steering(found: capsule_sym.Steering) -> None:
-    """Print both drives and the way between them."""
+    """Print both drives and the path between them."""
     units = units_of(found.forward.system)
 
     def drive(at: Mapping[str, float]) -> str:

@@ -1,4 +1,4 @@
-"""Options that several commands share, and what they mean."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ def count(
     *flags: str,
     **settings: Any,
 ) -> Any:
-    """An option that takes a whole number within limits, if there are any."""
+    """Option for an integer, within limits if given."""
     kind = click.INT if least is None else click.IntRange(least, most)
     return option(help, *flags, type=kind, default=default, show_default=True, **settings)
 
 
 def state(help: str = "State at phase 0 from which the motion settles.") -> Any:
-    """The option --state: x_r, v_r and v_c at the start, at rest if not given."""
+    """The option --state: x_r, v_r and v_c at the start, by default at rest."""
     at_rest, text = (0.0, 0.0, 0.0), f"{help}  [default: 0 0 0]"
     return option(text, type=float, nargs=3, default=at_rest, metavar="X_R V_R V_C")
 
 
 def by_name(help: str, *flags: str, of: Any, **settings: Any) -> Any:
-    """An option of NAME=VALUE pairs, as a dictionary; a name that is there twice is refused."""
+    """Option for NAME=VALUE pairs, as a dictionary; a repeated name is refused."""
 
     def check(_: click.Context, given: click.Parameter, pairs: Sequence[Any]) -> dict[str, Any]:
         found = dict(pairs)
@@ -61,7 +61,7 @@ def by_name(help: str, *flags: str, of: Any, **settings: Any) -> Any:
 
 
 def windows(counted: bool = False) -> Any:
-    """The options --x-r, --v-r, --v-c and --phase: ranges of starts, with counts on request."""
+    """The options --x-r, --v-r, --v-c and --phase: ranges of starts, on request with counts."""
     kind = Range(counted)
     return several(
         x_r=option("Starts along x_r.", type=kind),
@@ -72,10 +72,10 @@ def windows(counted: bool = False) -> Any:
 
 
 class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
-    """A value, or a range LOW:HIGH, which `ranges` gives; the option is then None.
+    """A value, or a range LOW:HIGH, which `ranges` returns while the option is None.
 
-    Where a count is needed the range is LOW:HIGH:COUNT. An option of a device takes no value, which
-    is in the file.
+    With a count the range is LOW:HIGH:COUNT. An option of a device takes a range only, since its
+    value is in the file.
     """
 
     def __init__(self, counted: bool = False, device: bool = False) -> None:
@@ -100,34 +100,34 @@ _RANGES = f"{__name__}.ranges"
 
 
 def ranges() -> dict[str, tuple[float, ...]]:
-    """The ranges that the running command's parameters were given, in that order."""
+    """Ranges given to parameters of the running command, in that order."""
     return dict(click.get_current_context().meta.get(_RANGES, {}))
 
 
 def only_range() -> tuple[str, tuple[float, ...]] | None:
-    """The name and the range of the one parameter that was given a range, if one was."""
+    """Name and range of the only parameter with a range; None without one."""
     found = ranges()
     for name, ends in [*found.items()][1:]:
         shown = ":".join(f"{end:g}" for end in ends)
-        raise InvalidInput(name, shown, "the only thing that varies")
+        raise InvalidInput(name, shown, "the only parameter with a range")
     return next(iter(found.items()), None)
 
 
 def ranged_parameters(counted: bool = False) -> Any:
-    """`parameters` of which each takes a range too, and ranges of a device's parameters.
+    """`parameters` that each take a range too, and ranges of a device's parameters.
 
-    `ranges` gives them.
+    `ranges` returns them.
     """
     return by_line(lambda words: _several(words, _ValueOrRange(counted), counted))
 
 
 def parameters() -> Any:
-    """The options of a `System`: one for each parameter of the line's scene, a file, the scene."""
+    """Options of a `System`: one for each parameter of the line's scene, a file, the scene."""
     return by_line(_several)
 
 
 def _several(words: Sequence[str], kind: Any = float, counted: bool | None = None) -> Any:
-    """The options of the scene of a line; with `counted` those of ranges of a device too."""
+    """Options of the scene of a line; with `counted` those of ranges of a device too."""
     scene = scene_of(words)
     facts = scene.facts
     of_device = " ".join(
@@ -143,13 +143,13 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
     }
     in_si = f" or physical in SI units ({of_device}; no options above)" if of_device else ""
     file = option(
-        f"Parameters from a file, dimensionless (options above override it){in_si}.",
+        f"File of parameters, dimensionless (options above override it){in_si}.",
         "--params",
         type=click.Path(),
         metavar="FILE.toml",
     )
     named = option(
-        "Which capsule: one that ships, or the folder of its generated code.  "
+        "Scene: the name of a shipped one, or the folder of its generated code.  "
         f"[default: that of --params, or {_paper().name}]",
         "--scene",
         metavar="NAME|FOLDER",
@@ -168,21 +168,21 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
 
 
 def _flags(name: str) -> tuple[str, ...]:
-    """The option of a parameter, with - and as it is named."""
+    """Option of a parameter, with hyphens and with underscores."""
     return tuple(dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}")))
 
 
 def _paper() -> Scene:
-    """The paper's scene."""
+    """Scene of the paper."""
     from capsule_sym._parameters import CAPSULE
 
     return CAPSULE
 
 
 def scene_of(words: Sequence[str]) -> Scene:
-    """The scene of a line: that of --scene, else that of the file in --params, else the paper's.
+    """Scene of a line: that of --scene, else of the file in --params, else the paper's.
 
-    Raises InvalidInput for a --scene that is none. A file that is wrong is left to `System.load`.
+    Raises InvalidInput for an unknown --scene. An invalid file is left to `System.load`.
     """
     from capsule_sym._files import read_toml
     from capsule_sym._parameters import scene_in
@@ -190,7 +190,7 @@ def scene_of(words: Sequence[str]) -> Scene:
     if (named := _value_of("--scene", words)) is not None:
         return _named(named)
     file = _value_of("--params", words)
-    if file is not None and os.path.isfile(file):  # a pipe is read once
+    if file is not None and os.path.isfile(file):  # a pipe can be read only once
         try:
             return scene_in(read_toml(file), file) or _paper()
         except InvalidInput:
@@ -199,7 +199,7 @@ def scene_of(words: Sequence[str]) -> Scene:
 
 
 def _value_of(flag: str, words: Sequence[str]) -> str | None:
-    """The last value of an option on a line."""
+    """Last value of an option on a line."""
     words = words[: words.index("--")] if "--" in words else words
     found = None
     for word, after in zip_longest(words, words[1:]):
@@ -211,7 +211,7 @@ def _value_of(flag: str, words: Sequence[str]) -> str | None:
 
 
 def _named(given: str) -> Scene:
-    """The scene of --scene."""
+    """Scene of --scene."""
     from capsule_sym._parameters import scene
 
     try:
@@ -221,7 +221,7 @@ def _named(given: str) -> Scene:
 
 
 def without_scene(said: str) -> tuple[click.Option, ...]:
-    """Further options of a command that takes no parameters, which refuse a scene and a file."""
+    """Hidden options of a command without parameters, which refuse a scene and a file."""
 
     def refuse(context: click.Context, option: click.Parameter, given: str | None) -> None:
         if given is None or (option.name == "scene" and _named(given) is _paper()):
@@ -236,7 +236,7 @@ paper_alone = without_scene("is about the capsule of the paper alone")
 
 
 class System:
-    """The parameters that a command line chooses: of a file, of options, or by default."""
+    """Parameters chosen on a command line: from a file, from options, or defaults."""
 
     def __init__(
         self, of: Scene, file: str | None, scene: str | None, **dimensionless: float | None
@@ -246,19 +246,19 @@ class System:
 
     @property
     def chosen(self) -> bool:
-        """Whether any of them is not by default."""
+        """True if any of them is not the default."""
         return self.file is not None or bool(self.given) or self.of is not _paper()
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the options, of which each chooses something."""
+        """Names of the options that choose parameters."""
         return (*self.of.facts.PARAMETERS, "file", "scene")
 
     def load(self) -> tuple[SceneParameters, Device]:
-        """The parameters, with those of the device if the file is in SI units.
+        """Parameters, and those of the device if the file is in SI units.
 
         Raises InvalidInput for values that are not allowed, for options beside SI units, for ranges
-        of a device's parameters where there is none, and for a file of another scene.
+        of a device's parameters without a device, and for a file of another scene.
         """
         from capsule_sym._parameters import SceneParameters, read_parameters
 
@@ -279,12 +279,12 @@ class System:
                     raise InvalidInput(name, text, "absent unless --params is a device")
             return loaded.replace(**self.given), None
         for name, value in self.given.items():
-            raise InvalidInput(name, value, f"absent where {self.file} is in SI units")
+            raise InvalidInput(name, value, f"absent if {self.file} is in SI units")
         return loaded.dimensionless(), loaded
 
 
 def out(what: str, metavar: str = "DIR", flag: str = "--out", **settings: Any) -> Any:
-    """The option --out, which says `what` it does: of a directory, or of a FILE by its metavar."""
+    """The option --out, or `flag`: a directory to write, or a file if its metavar is FILE."""
     return option(what, flag, type=WritablePath(metavar[:4] == "FILE"), metavar=metavar, **settings)
 
 
@@ -292,9 +292,9 @@ tables = out("Write the JSON and its tables as CSV here.")
 
 
 def max_seconds(default: float = math.inf, shown: str = "no limit") -> Any:
-    """The option --max-seconds, the limit of time of a command that can take long."""
+    """The option --max-seconds, the time limit of a long command."""
     return option(
-        "Stop after so long and show what was found; inf for no limit.",
+        "Time limit in seconds, after which the results so far are shown; inf for none.",
         type=Seconds(),
         default=default,
         show_default=shown if default == math.inf else True,
@@ -302,15 +302,15 @@ def max_seconds(default: float = math.inf, shown: str = "no limit") -> Any:
 
 
 def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[str] = ()) -> None:
-    """Raises UsageError for an option, by the name of its value, that would do nothing as given.
+    """Raises UsageError for an option, by the name of its value, that has no effect as given.
 
-    That is without any of those it `needs`, or beside one that it is `never` given with.
+    It has none without all of those it `needs`, or beside one that it excludes (`never`).
     """
     if not is_given(name):
         return
     if needs and not any(map(is_given, needs)):
         raise click.UsageError(
-            f"{flag(name)} is for {' or '.join(map(flag, needs))}, which is missing"
+            f"{flag(name)} needs {' or '.join(map(flag, needs))}, which is missing"
         )
     for one in filter(is_given, never):
         raise click.UsageError(
@@ -319,14 +319,14 @@ def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[st
 
 
 def flag(name: str) -> str:
-    """The running command's option or argument, by the name of its value, as a line has it."""
+    """Flag of the running command's option or argument, by the name of its value."""
     params = click.get_current_context().command.params
     given = next(one for one in params if one.name == name)
     return given.opts[0] if isinstance(given, click.Option) else str(given.metavar).strip("[]")
 
 
 def is_given(name: str) -> bool:
-    """Whether the running command's option, by the name of its value, stands on the line."""
+    """True if the running command's option, by the name of its value, is on the line."""
     return click.get_current_context().get_parameter_source(name) not in _NOT_GIVEN
 
 
@@ -341,7 +341,7 @@ def require(extra: str, *names: str) -> None:
 
 
 def certify(what: str) -> Any:
-    """The option --certify FILE of a command that can prove `what` it finds."""
+    """The option --certify FILE of a command that can prove its results; `what` names them."""
 
     def check(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
         if path is not None:

@@ -20,34 +20,35 @@ def orbit(
     system: options.System = options.parameters(),
     state: tuple[float, float, float] = options.state(),
     starts: int = options.count(
-        "Search from so many random states too: finds unstable and coexisting orbits.", 0, 0
+        "Search from so many random states too, for unstable and coexisting orbits.", 0, 0
     ),
-    seed: int = options.count("Decides the random states of --starts.", 0, 0),
+    seed: int = options.count("Random seed of --starts.", 0, 0),
     box: tuple[float, float, float] | None = option(
-        "Search from a grid of states up to these x_r, v_r, v_c: attractors, others.",
+        "Search from a grid of states up to these |x_r|, |v_r|, |v_c|, for all orbits.",
         metavar="X_R V_R V_C",
     ),
     along: tuple[str, tuple[float, float]] | None = option(
-        "With --box: follow each orbit in a parameter too, to others and to isolas.",
+        "With --box: continue each orbit in a parameter, to find further orbits and isolas.",
         type=options.Named(),
     ),
     max_seconds: float = options.max_seconds(),
     certify: options.Path | None = options.certify("the orbit"),
     as_json: bool = options.as_json,
 ) -> None:
-    """Close the periodic orbit on which the motion settles, exactly.
+    """Solve for the periodic orbit on which the motion settles.
 
-    Shows its itinerary and section point, multipliers, velocities, energies per excitation period,
-    and the tightest inequality of its itinerary. With --starts or --box, all orbits that are found.
-    The JSON of one orbit is that object, of a search {"orbits": [...], "status": ...}; "value" and
-    "gradient" of a figure are the figure and its derivative along the branch by each parameter.
-    With --box the JSON says what was "searched", how many starts have "settled" on each orbit, how
-    many are "open", settled on none, and has the closed branches as "isolas". Where --params is a
-    device, "si" has the figures in SI units, energies per excitation period.
+    Shows its itinerary and section point, Floquet multipliers, velocities, energies per excitation
+    period, and the tightest inequality of its itinerary. With --starts or --box, all orbits found.
 
-    Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
-    So it does where a search ends after --max-seconds, with the orbits that were found until then.
-    Exits with 4 where --certify does not prove all.
+    The JSON of one orbit is that object; of a search it is {"orbits": [...], "status": ...}.
+    "value" and "gradient" of a metric are its value and its derivative along the branch by each
+    parameter. With --box the JSON also has the extent of the search as "searched", the number of
+    starts that "settled" on each orbit, the number of "open" ones, which settled on none, and the
+    closed branches as "isolas". If --params is a device, "si" has the metrics in SI units.
+
+    Exits with 3, and the reason, if there is no orbit; the JSON then has the reason as "status".
+    Exits with 3 also if a search reaches --max-seconds, with the orbits found so far, and with 4 if
+    --certify does not prove all.
     """
     from capsule_sym._native import Watch
 
@@ -139,7 +140,7 @@ def settled(
     limit: Watch,
     as_json: bool = False,
 ) -> capsule_sym.Orbit:
-    """The orbit on which a start settles; exits with 3 where there is none, after it is told."""
+    """Orbit on which a start settles; exits with 3, and the reason, if there is none."""
     from capsule_sym._orbits.continuation.records import failure_record
     from capsule_sym._records import dumps
 

@@ -21,14 +21,14 @@ def paper(
     ),
     as_json: bool = options.as_json,
 ) -> None:
-    """Compute the case study of Section 4 and compare it with what the paper prints.
+    """Compute the case study of Section 4 and compare it with the printed one.
 
-    Runs the sixteen α of Fig. 7 from rest until the motion is steady, at the printed γ = 3.3 and
-    at γ = 3.0, and shows each exact global map beside the printed one. Two maps agree if they are
-    the same cyclic sequence of local maps. Then follows the orbit from α = 0.005 to 2 at both γ
-    and shows each exact bifurcation value beside the printed one. --out writes
-    casestudy.json (what --json prints), cases.csv, segments.csv, thresholds.csv, and curves.csv
-    with the bifurcations' curves in the plane of α and γ.
+    Runs the sixteen α of Fig. 7 from rest until the motion is steady, at the printed γ = 3.3 and at
+    γ = 3.0, and shows each exact global map beside the printed one. Two maps agree if they are the
+    same cyclic sequence of local maps. Then continues the orbit from α = 0.005 to 2 at both γ and
+    shows each exact bifurcation value beside the printed one. --out writes casestudy.json (the same
+    as --json), cases.csv, segments.csv, thresholds.csv, and curves.csv with the bifurcations'
+    curves in the plane of α and γ.
     """
     from capsule_sym._study import casestudy, thresholds
 
@@ -101,6 +101,6 @@ def _print_cases(cases: list[Case], gamma: float) -> None:
 
 
 def _folded(global_map: str) -> str:
-    """The global map with two local maps to a line, so that the table fits 80 columns."""
+    """Global map with two local maps to a line, so that the table fits 80 columns."""
     maps = global_map.split(" ∘ ")
     return " ∘\n".join(" ∘ ".join(maps[i : i + 2]) for i in range(0, len(maps), 2))

@@ -1,4 +1,4 @@
-"""How commands present what they find: JSON, tables, files, pictures, and progress meanwhile."""
+"""Presentation of results: JSON, tables, files, pictures, and progress bars."""
 
 from __future__ import annotations
 
@@ -40,8 +40,9 @@ def result(
 ) -> None:
     """Write files and pictures by name to a folder, if there is one, and print the result.
 
-    That is its record as JSON, or what `show` prints. A file is a record, or a pair of rows and the
-    columns of a table without any. stderr says what was written, and why a picture is missing.
+    The result is printed as JSON (its record), or by `show`. A file is a record, or a pair of the
+    rows and the columns of a table. stderr names the written files, and the reason for a missing
+    picture.
     """
     from capsule_sym._records import dumps, table, write
 
@@ -65,9 +66,9 @@ def result(
 
 
 def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) -> None:
-    """Write the certificates of what was found, if wanted; exits with 4 if something is not proved.
+    """Write the requested certificates; exits with 4 if something is not proved.
 
-    A file is left as it was where nothing is proved.
+    The file is unchanged if nothing is proved.
     """
     if path is None:
         return
@@ -89,18 +90,18 @@ def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) ->
 
 
 def fail(message: str, status: int = 3) -> NoReturn:
-    """Say on stderr why there is no result, or not the whole one, and exit."""
+    """Print on stderr the reason for a missing or partial result, and exit."""
     click.echo(message, err=True)
     raise click.exceptions.Exit(status)
 
 
 def fail_early(what: str, found: Any) -> NoReturn:
-    """Say on stderr how a search or a continuation ended before its end, and exit with 3."""
+    """Print on stderr why a search or a continuation ended early, and exit with 3."""
     fail(f"{what} ({found.status.value}): {found.message}")
 
 
 def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
-    """Say on stderr which files were written, or with --json on stdout: each path and its size."""
+    """Name written files on stderr, or with --json on stdout, each with its size."""
     if as_json:
         import json
 
@@ -112,9 +113,9 @@ def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
 
 
 def make_console(stderr: bool = False, width: int = 110) -> Console:
-    """A console on stdout or stderr, `width` columns wide where that is no terminal.
+    """Console on stdout or stderr, `width` columns wide if it is no terminal.
 
-    Text is printed as it is: names of files may have brackets too. What has a style is a `Text`.
+    Text is printed as it is, since names of files may have brackets. Styled text is a `Text`.
     """
     from rich.console import Console
 
@@ -130,9 +131,9 @@ def table(
     gap: int = 1,
     console: Console | None = None,
 ) -> None:
-    """Print a table with a line below its head, the columns in `right` flush right.
+    """Print a table with a line below its head; the columns in `right` are right-aligned.
 
-    Columns with templates such as "{0.value:.3g}" take their texts from what is in a row.
+    Columns with templates such as "{0.value:.3g}" are formatted from the values of a row.
     """
     from rich import box
     from rich.table import Table
@@ -148,7 +149,7 @@ def table(
 
 
 class _Cells(Formatter):
-    """Texts of the cells of a table: nothing for None, yes and no."""
+    """Texts of the cells of a table: empty for None, yes and no."""
 
     def format_field(self, value: Any, spec: str) -> str:
         if value is None or isinstance(value, bool):
@@ -171,13 +172,13 @@ def grid(rows: Iterable[Iterable[str]]) -> None:
 def progress(
     text: str, total: float | None = None, *columns: ProgressColumn
 ) -> Iterator[Callable[..., None]]:
-    """One bar of `make_progress`; gives what updates it, as `completed` or `description`."""
+    """One bar of `make_progress`; yields the function that updates it."""
     with make_progress(*columns) as bars:
         yield partial(bars.update, bars.add_task(text, total=total))
 
 
 def make_progress(*columns: ProgressColumn) -> Progress:
-    """Progress bars on stderr where that is a terminal, gone in the end."""
+    """Progress bars on stderr if it is a terminal; they are removed at the end."""
     from rich.constrain import Constrain
     from rich.progress import Progress
 
@@ -186,12 +187,12 @@ def make_progress(*columns: ProgressColumn) -> Progress:
     console = make_console(stderr=True)
 
     class Bars(Progress):
-        # Bars of which Ctrl-C left a part are not found again, and stay on the screen.
+        # A bar that Ctrl-C has cut is not found again and would stay on the screen.
         def start(self) -> None:
             try:
                 with deferred():
                     super().start()
-            except KeyboardInterrupt:  # nobody else ends what did not begin
+            except KeyboardInterrupt:  # nothing else ends an unfinished start
                 self.stop()
                 raise
 
@@ -204,7 +205,7 @@ def make_progress(*columns: ProgressColumn) -> Progress:
             super().refresh()
 
         def get_renderables(self) -> Iterator[Constrain]:
-            # The ^C that a terminal shows has room, lest it begins a line and the bars stay.
+            # Room for the ^C of the terminal, which would otherwise start a line and keep the bars.
             yield Constrain(self.make_tasks_table(self.tasks), console.width - 3)
 
     return Bars(
@@ -212,16 +213,16 @@ def make_progress(*columns: ProgressColumn) -> Progress:
         console=console,
         disable=not console.is_terminal,
         transient=True,
-        # What is printed meanwhile goes above the bars if it goes to the terminal at all.
+        # Printed lines go above the bars if they go to the terminal.
         redirect_stdout=sys.stdout.isatty(),
     )
 
 
 @contextmanager
 def tracking(lines: bool = False) -> Iterator[Track]:
-    """Gives a `Track` with progress bars on stderr, one below another where it is nested.
+    """Yields a `Track` with progress bars on stderr, one below another if nested.
 
-    With `lines`, stderr has a line for each item of the outermost one where it is no terminal.
+    With `lines`, stderr has a line for each item of the outermost one if it is no terminal.
     """
     with make_progress() as progress:
         depth = 0
@@ -249,16 +250,16 @@ def tracking(lines: bool = False) -> Iterator[Track]:
 
 
 def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_Item]:
-    """The items, with a progress bar on stderr where that is a terminal, gone in the end."""
+    """Items, with a progress bar on stderr if it is a terminal."""
     with tracking() as tracked:
         yield from tracked(items, text, total)
 
 
 @contextmanager
 def stoppable(limit: Watch, text: str) -> Iterator[None]:
-    """Shows what work says of itself; Ctrl-C ends it as the end of its time does, a second at once.
+    """Show progress texts of work; the first Ctrl-C ends it like a time limit, the next at once.
 
-    The limit is stopped then. The work has what is left of it for its own.
+    Ctrl-C stops the limit. The work uses the time left of it as its own limit.
     """
     import signal
 
@@ -281,6 +282,6 @@ def stoppable(limit: Watch, text: str) -> Iterator[None]:
 
 
 def interrupted(file: Path | None) -> KeyboardInterrupt:
-    """Ctrl-C that says what is kept: the work so far, where a file has it."""
-    kept = f"{file} has what is done, and the same command goes on from there"
+    """KeyboardInterrupt whose message names the file with the work so far, if there is one."""
+    kept = f"finished work is kept in {file}; repeat the command to continue"
     return KeyboardInterrupt(*[kept] * (file is not None and file.exists()))

@@ -27,22 +27,22 @@ if TYPE_CHECKING:
 @command()
 def pulse(
     system: options.System = options.parameters(),
-    state: tuple[float, float, float] = options.state("State that leads to the motion now."),
+    state: tuple[float, float, float] = options.state("State of the present motion."),
     to: tuple[float, float, float] | None = option(
-        "State that leads to the motion that is wanted.", metavar="X_R V_R V_C"
+        "State that leads to the target motion.", metavar="X_R V_R V_C"
     ),
     between: tuple[int, int] | None = option(
-        "Numbers of both motions among the attractors of the ranges below.",
+        "Numbers of the two motions among the attractors of the ranges below.",
         type=(int, int),
         metavar="FROM TO",
     ),
-    reverse: bool = option("To the fastest of those attractors that goes the other way."),
+    reverse: bool = option("Target: the fastest of these attractors in the opposite direction."),
     windows: dict[str, Any] = options.windows(),
     over: dict[str, Any] = over_option,
     how: dict[str, Any] = several(
-        most_periods=options.count("Periods of the pulse at most.", 8, 1, 1000, "--max-periods"),
+        most_periods=options.count("Most periods of the pulse.", 8, 1, 1000, "--max-periods"),
         least=option(
-            "What is least of the pulse: its periods, or the work of the drive.",
+            "Quantity to minimise: periods of the pulse, or work of the drive.",
             type=click.Choice(["periods", "work"]),
             default="periods",
             show_default=True,
@@ -57,13 +57,13 @@ def pulse(
 ) -> None:
     """Switch from one motion to another by a pulse of the drive, the shortest or cheapest.
 
-    For some periods one parameter of the drive has another value, alpha unless --over names
-    another; then the drive is as before. The motions are those that --state and --to lead to, or
-    numbers --between attractors that ranges of starts lead to, as `capsule-sym attractors` shows
-    them. With --tolerance the same pulse works at both ends of each.
+    For some periods one parameter of the drive has another value, by default alpha; then the drive
+    is as before. --over names another parameter. The motions are those from --state and --to, or
+    numbers --between attractors of ranges of starts, as `capsule-sym attractors` shows them. With
+    --tolerance the same pulse works at both ends of each tolerance.
 
-    Exits with 3 where a motion is not periodic, or no pulse is found. Ctrl-C ends it early
-    too: what was found is shown and written.
+    Exits with 3 if a motion is not periodic, or no pulse is found. After Ctrl-C, as at the time
+    limit, the results so far are shown and written.
     """
     from capsule_sym._native import Watch
     from capsule_sym._native.watch import TOLD
@@ -100,7 +100,7 @@ def _motions(
     limit: Watch,
     as_json: bool,
 ) -> tuple[capsule_sym.Orbit, capsule_sym.Orbit]:
-    """The motion now, and the one that is wanted."""
+    """The present motion and the target motion."""
     from capsule_sym._records import dumps
 
     state, to = states
@@ -122,7 +122,7 @@ def _motions(
     way = -1 if now.average_velocity > 0 else 1
     best = max(known, key=lambda one: way * float(one.average_velocity), default=now)
     if not way * float(best.average_velocity) > 0:
-        why = "no attractor that the starts lead to goes the other way"
+        why = "no attractor of these starts goes in the opposite direction"
         if as_json:
             click.echo(dumps({"success": False, "status": "no-attractor", "message": why}))
         present.fail(why)

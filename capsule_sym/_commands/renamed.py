@@ -31,7 +31,7 @@ _OLD: dict[str, list[tuple[str, str]]] = {
 
 
 def renewed(words: Sequence[str]) -> tuple[list[str], str]:
-    """The words of a line in today's spelling, and a notice if that is another."""
+    """Words of a line in the present spelling, and a notice if they have changed."""
     given, *rest = "\0".join(words).split("\0--\0", 1)
     told = []
     for names, changes in _OLD.items():

@@ -31,15 +31,15 @@ def run(
     certify: options.Path | None = options.certify("every switch of the run, and its end,"),
     as_json: bool = options.as_json,
 ) -> None:
-    """Run the map and show the steady motion that it ends in.
+    """Run the map and show the steady motion at the end.
 
     All quantities are dimensionless; states are x_r v_r v_c. With physical parameters the results
     are also given in SI units.
 
-    In the JSON, "segments" are those of the whole run, and "itinerary", "global_map",
-    "period_number" and "progression" describe the steady motion at its end; they are null if
-    there is none. "progression" is the advance of the capsule per excitation period. "stopped" is
-    there only if the run ended early, and says why. Exits with 4 where --certify does not prove it.
+    In the JSON, "segments" are those of the whole run. "itinerary", "global_map", "period_number"
+    and "progression" describe the steady motion at its end; they are null if there is none.
+    "progression" is the advance of the capsule per excitation period. "stopped" exists only if the
+    run ended early, and gives the reason. Exits with 4 if --certify does not prove it.
     """
     from capsule_sym._native import Watch
     from capsule_sym._records import physical_record, run_record
@@ -55,7 +55,7 @@ def run(
         else:
             trajectory = go()
     except KeyboardInterrupt:
-        kept = "nothing is kept, but a run that --max-seconds stops shows what it found"
+        kept = "nothing is kept; with --max-seconds a run shows its results so far"
         raise KeyboardInterrupt(kept) from None
     motion = trajectory.steady() if trajectory.success else None
 

@@ -21,24 +21,24 @@ def shock(
     state: tuple[float, float, float] = options.state(),
     how: dict[str, Any] = several(
         weights=option(
-            "Weights of x_r, v_r and v_c in a knock's size; inf for one that stays as it is.",
+            "Weights of x_r, v_r and v_c in a knock's size; inf excludes a component.",
             type=(float, float, float),
             default=(1.0, 1.0, 1.0),
             show_default=True,
         ),
-        largest=option("The largest knock that is tried.", type=float),
+        largest=option("Largest size of a knock to try.", type=float),
         samples=options.count(
-            "Knocks that are tried at last within the smallest one; to find it takes thousands.",
+            "Final knocks within the smallest one found, to confirm it.",
             20_000,
             100,
             10_000_000,
         ),
         periods=option(
-            "Excitation periods after which a run that is not back is lost.  [default: 1024, more "
-            "where the motion attracts slowly]",
+            "Excitation periods within which a motion has to return.  [default: 1024, more "
+            "if the motion attracts slowly]",
             type=int,
         ),
-        seed=options.count("Decides the knocks that are tried.", 0, 0),
+        seed=options.count("Random seed of the knocks.", 0, 0),
     ),
     max_seconds: float = options.max_seconds(),
     out: Path | None = options.out("Write the JSON here, and the picture."),
@@ -48,11 +48,11 @@ def shock(
 
     The motion is that on which the run from --state settles. A knock changes x_r, v_r and v_c at
     once; its size, the root of the sum of squares, is dimensionless. The edge state is the unstable
-    motion to which runs lead from the knock, between those that come back and those that are lost.
-    With a device, the knock is shown in SI units, which "si" has in the JSON.
+    motion to which the basin boundary leads from the knock. With a device the knock is shown in SI
+    units, in the JSON as "si".
 
-    Exits with 3 where there is no motion, or time is short. Ctrl-C ends it early too: what was
-    found is shown and written.
+    Exits with 3 if there is no motion, or at the time limit. After Ctrl-C, as at the limit, the
+    results so far are shown and written.
     """
     from capsule_sym._native import Watch
     from capsule_sym._native.watch import TOLD
@@ -71,7 +71,7 @@ def shock(
 
 
 def _in_si(found: capsule_sym.Shock, device: options.Device) -> dict[str, float]:
-    """The knock and its time in SI units."""
+    """Knock and its time in SI units."""
     from capsule_sym._records import in_si
 
     return in_si(device, (found.to_dict()["knock"] or {}) | {"phase": found.phase})
@@ -95,7 +95,7 @@ def _print(found: capsule_sym.Shock, device: options.Device) -> None:
 
 
 def _motion(record: dict[str, Any] | None, device: options.Device) -> str:
-    """A motion in a line."""
+    """One-line description of a motion."""
     if record is None:
         return "no periodic motion"
     largest = math.hypot(*record["multipliers"][0])

@@ -1,4 +1,4 @@
-"""Commands made of functions: what a parameter is on the line stands in its default."""
+"""Commands made from functions: the default of a parameter is its option or argument."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ _KINDS: dict[str, dict[str, Any]] = {
 
 
 class _Several:
-    """Options that a command gets as one value, which `make` makes of theirs by name."""
+    """Options that a command gets as one value, made by `make` from their values by name."""
 
     def __init__(self, make: Callable[..., Any], options: Sequence[click.Parameter]) -> None:
         self.make, self.options = make, options
 
     def take(self, values: dict[str, Any]) -> Any:
-        """The value, of those of the options, which go."""
+        """Value made from those of the options, which are removed from `values`."""
         names = [one.name for one in self.options if one.expose_value]
         return self.make(**{str(name): values.pop(name) for name in names})
 
 
 def option(help: str, *flags: str, **settings: Any) -> Any:
-    """The default of a parameter that is an option of a command.
+    """Default of a parameter that is an option of a command.
 
-    Its flags, if not that of its name, and settings as of click; its type is that of the parameter
-    if `type` does not give it.
+    `flags` are by default those of its name; `settings` are those of click. The type is that of the
+    parameter unless `type` is given.
     """
     return partial(_option, help, flags, settings)
 
@@ -50,40 +50,40 @@ def _option(
 
 
 def argument(**settings: Any) -> Any:
-    """The default of a parameter that is an argument of a command."""
+    """Default of a parameter that is an argument of a command."""
     return lambda name, _: click.Argument([name], **settings)
 
 
 def several(make: Callable[..., Any] = dict, **options: Any) -> Any:
-    """The default of a parameter that has several options, by name: `make` gets their values."""
+    """Default of a parameter that has several options, by name: `make` gets their values."""
     return _Several(make, [made(name) for name, made in options.items()])
 
 
 class _ByLine(NamedTuple):
-    """Options that depend on the line: `made` gives the `several` of its words."""
+    """Options that depend on the line: `made` returns the `several` of its words."""
 
     made: Callable[[Sequence[str]], Any]
 
 
 def by_line(made: Callable[[Sequence[str]], Any]) -> Any:
-    """The default of a parameter whose options depend on the line, a `several` of its words."""
+    """Default of a parameter whose options depend on the line, a `several` of its words."""
     return _ByLine(made)
 
 
 class Command(click.Command):
-    """A command whose options may depend on the line."""
+    """Command whose options may depend on the line."""
 
     of_line: Callable[[Sequence[str]], Command]
-    """The command with the options that it has on a line of these words."""
+    """Returns the command with its options on a line of these words."""
 
 
 def command(
     epilog: str | None = None, further: Sequence[click.Parameter] = ()
 ) -> Callable[[Callable[..., Any]], Command]:
-    """Decorator that makes a command of a function of its name, with its docstring as help.
+    """Decorator that makes a command of a function, with its name and its docstring as help.
 
-    The default of each parameter says what it is on the line: by `option`, `argument`, `several` or
-    `by_line`. Options that the function does not get are `further`.
+    The default of each parameter is made by `option`, `argument`, `several` or `by_line`. `further`
+    options are not passed to the function.
     """
 
     def decorate(function: Callable[..., Any], words: Sequence[str] = ()) -> Command:

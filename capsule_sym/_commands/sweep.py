@@ -19,17 +19,17 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
 
 _EXTRA = ("sweep", "xarray", "zarr", "filelock")
-_store = option("Where results go.", "--out", required=True, metavar="DIR")
+_store = option("Directory of the results.", "--out", required=True, metavar="DIR")
 _running = several(
-    resume=option("Go on with what the store holds.", is_flag=True),
+    resume=option("Continue an existing store.", is_flag=True),
     any_core=option(
-        "Go on although another core began; results then differ in the last bits.", is_flag=True
+        "Resume with a different core; results then differ in the last bits.", is_flag=True
     ),
     executor=option(
         "", type=click.Choice(["threads", "processes"]), default="threads", show_default=True
     ),
-    workers=option("Chunks at a time.  [default: one per core]", type=int),
-    dask=option("Run on a Dask cluster; local starts one.", metavar="ADDRESS"),
+    workers=option("Number of parallel chunks.  [default: one per core]", type=int),
+    dask=option("Address of a Dask scheduler; local starts a cluster.", metavar="ADDRESS"),
     max_seconds=options.max_seconds(),
 )
 
@@ -44,7 +44,7 @@ def sweep(
     plan: str | None = argument(metavar="[FILE.toml]", required=False),
     system: options.System = options.ranged_parameters(counted=True),
     periods: int | None = option("Excitation periods to run.  [default: 300]"),
-    compute: str | None = option("What is computed, such as itinerary,energies.", metavar="NAMES"),
+    compute: str | None = option("Quantities, such as itinerary,energies.", metavar="NAMES"),
     stride: int | None = option(
         "Compute every STRIDE-th point of a chart over two axes, and all points only where "
         "neighbours differ.",
@@ -69,14 +69,13 @@ def sweep(
         alpha = { from = 0.01, to = 2.0, count = 512 }
         gamma = { from = 1.0, to = 5.0, count = 512, spacing = "log" }
 
-    An axis is also a list of values, or a random design: sample = { sobol = { alpha = [0, 2],
+    An axis may also be a list of values, or a random design: sample = { sobol = { alpha = [0, 2],
     gamma = [1, 5] }, count = 1024, seed = 1 }. Axes are parameters, x_r, v_r, v_c or phase;
-    `[start]` holds what no axis changes of the start. `[device]`, in SI units, takes the place of
-    `[parameters]`; what is listed below as of the device may then be axes, or in a design. A line
-    such as scene = "prototype" names another capsule than the paper's. `compute` names any of
-    itinerary, progression, final, multipliers, energies, forces, lyapunov. Every chunk is
-    written when it is finished: an interrupted sweep goes on with --resume. DIR/results.zarr opens
-    with xarray.
+    `[start]` has the fixed values of the start. `[device]`, in SI units, replaces `[parameters]`;
+    options listed below as of the device may then be axes, or part of a design. A line such as
+    scene = "prototype" selects another scene. `compute` lists any of itinerary, progression,
+    final, multipliers, energies, forces, lyapunov. Finished chunks are kept: an interrupted
+    sweep continues with --resume. DIR/results.zarr opens with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
     options.require(*_EXTRA)
     options.check_beside("compute", never=("stride",))
@@ -107,7 +106,7 @@ def _over(
     device: capsule_sym.SceneDevice | None,
     settings: dict[str, Any],
 ) -> capsule_sym.Sweep:
-    """The sweep over ranges."""
+    """Sweep over ranges."""
     if not over:
         raise click.UsageError("give a range, such as --alpha 0.1:2:41, or FILE.toml")
     axes = {
@@ -122,16 +121,16 @@ def _over(
 def basin(
     system: options.System = options.parameters(),
     windows: dict[str, Any] = options.windows(counted=True),
-    state: tuple[float, float, float] = options.state("What no axis changes of the start."),
+    state: tuple[float, float, float] = options.state("Start state, apart from the axes."),
     periods: int = options.count("Excitation periods to run.", 300),
     store: str = _store,
     how: dict[str, Any] = _running,
     as_json: bool = options.as_json,
 ) -> None:
-    """Run a basin of attraction and tell its attractors.
+    """Run a basin of attraction and list its attractors.
 
     Starts lie on a grid over any of x_r, v_r, v_c and phase. Every attractor is an orbit closed by
-    Newton's method; `attractor` in DIR/results.zarr is the number of each cell's.
+    Newton's method; `attractor` in DIR/results.zarr gives each cell's attractor number.
     """
     options.require(*_EXTRA)
     given = {name: window for name, window in windows.items() if window}
@@ -148,11 +147,11 @@ def basin(
 
 @command()
 def sweep_info(
-    check: bool = option("Compare every file with its checksum; exit 1 if not."),
+    check: bool = option("Compare every file with its checksum; exit 1 if one is damaged."),
     as_json: bool = options.as_json,
     store: str = argument(metavar="DIR"),
 ) -> None:
-    """Show the axes, what is done, the outcomes, the attractors and the provenance of a store."""
+    """Show axes, progress, outcomes, attractors and provenance of a store."""
     options.require(*_EXTRA)
     from capsule_sym._sweeps.results import damaged_parts, info_record
 
@@ -163,7 +162,7 @@ def sweep_info(
 
 
 def _tell(record: dict[str, Any], as_json: bool) -> None:
-    """Prints what a run did; exits with 3, and how to go on, where the time was over."""
+    """Print the summary of a run; exits with 3 at the time limit, with the way to continue."""
     present.result(lambda: record, lambda: _show(record), as_json)
     if record["status"] == "time-limit":
         present.fail(f"the run ends ({record['status']}): {record['message']}")
@@ -187,7 +186,7 @@ def _summary(summary: Any, periods: int, store: str) -> dict[str, Any]:
 
 @contextmanager
 def _executor(workers: int | None, dask: str | None, **how: Any) -> Iterator[dict[str, Any]]:
-    """The arguments of `run_sweep`, with a progress bar."""
+    """Arguments of `run_sweep`, with a progress bar."""
     given = {**how, "workers": workers, "command": shlex.join(["capsule-sym", *sys.argv[1:]])}
     try:
         with _progress() as progress, _dask(dask, workers) as cluster:
@@ -198,7 +197,7 @@ def _executor(workers: int | None, dask: str | None, **how: Any) -> Iterator[dic
 
 
 def _let_go(error: BaseException | None) -> None:
-    """Frees what the frames of an exception hold: locks between processes, which have to be."""
+    """Free what the frames of an exception hold, such as locks between processes."""
     while error is not None:
         clear_frames(error.__traceback__)
         error = error.__context__
@@ -216,7 +215,7 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
 
     with client_of(address, workers) as client:
         count = sum(client.nthreads().values())
-        # Workers may come later: a run says that it waits for them.
+        # Workers may come later: a run reports that it waits for them.
         many = min(count or 1, MOST_WORKERS)
         yield {"executor": client.get_executor(), "workers": workers or many}
 
@@ -228,7 +227,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
 
     class Cells(ProgressColumn):
         def render(self, task: Task) -> Text:
-            # How many there are is known only when the store is open.
+            # The number of cells is known once the store is open.
             if task.total is None:
                 return Text("starting")
             done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
@@ -242,7 +241,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
         def show(done: int, of: int) -> None:
             nonlocal total
             if of != total:
-                # What a store held before does not count towards the rate.
+                # Cells that a store held before do not count towards the rate.
                 total = of
                 bar.reset(task, total=of, completed=done)
             bar.update(task, completed=done)
@@ -251,7 +250,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
 
 
 def _show(record: dict[str, Any]) -> None:
-    """Prints a record."""
+    """Print a record."""
     for part in record.get("rounds", ()):
         _show(part)
     screen = present.make_console()
@@ -260,7 +259,7 @@ def _show(record: dict[str, Any]) -> None:
 
 
 def _lines(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """What a record says, each with its label."""
+    """Lines of a record, each with its label."""
     for axis in record.get("axes", ()):
         names, ends = ", ".join(axis["quantities"]), map(_numbers, (axis["first"], axis["last"]))
         yield f"axis {axis['name']}", f"{axis['count']} values of {names} from {' to '.join(ends)}"

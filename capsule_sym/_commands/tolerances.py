@@ -25,17 +25,17 @@ from capsule_sym._errors import InvalidInput
 def tolerances(
     system: options.System = options.parameters(),
     metric: tuple[str, ...] = option(
-        "A metric, or arithmetic of metrics. Any number.", multiple=True, type=str, metavar="METRIC"
+        "A metric, or arithmetic of metrics. Repeatable.", multiple=True, type=str, metavar="METRIC"
     ),
     shares: dict[str, float] = shares_option(
-        "A parameter lies evenly within ±SHARE of its value. Any number."
+        "A parameter with a uniform distribution within ±SHARE of its value. Repeatable."
     ),
     normal: dict[str, float] = shares_option(
-        "A parameter is normally distributed, with this standard deviation as a share. Any number.",
+        "A parameter with a normal distribution of this relative deviation. Repeatable.",
         "--normal",
     ),
-    samples: int = options.count("Samples, a power of two.", 4096),
-    seed: int = options.count("Decides the samples.", 0, *SEED),
+    samples: int = options.count("Number of samples, a power of two.", 4096),
+    seed: int = options.count("Random seed of the samples.", 0, *SEED),
     state: tuple[float, float, float] = options.state(),
     max_seconds: float = options.max_seconds(),
     out: options.Path | None = options.out(
@@ -43,14 +43,14 @@ def tolerances(
     ),
     as_json: bool = options.as_json,
 ) -> None:
-    """Show how tolerances of parameters spread metrics, and which of them matters.
+    """Show the spread of metrics due to tolerances of parameters, and the share of each.
 
-    With --tolerance a parameter lies evenly within a share below and above its value. Each metric
-    has its mean, deviation and quantiles over the samples, and Sobol's indices: the shares of its
-    variance by each parameter. Besides, how probably the motion changes its itinerary or its
-    attractor.
+    With --tolerance a parameter is uniformly distributed within a share below and above its value.
+    For each metric the table has mean, deviation and quantiles over the samples, and Sobol's
+    indices: the shares of its variance due to each parameter. It also has the probabilities that
+    the motion changes its itinerary or its attractor.
 
-    Exits with 3 where the time is over.
+    Exits with 3 at the time limit.
     """
     options.require("design", "scipy")
     parameters, device = system.load()
@@ -76,7 +76,7 @@ def tolerances(
 
 
 def _normal(which: Any, name: str, share: float) -> Any:
-    """A normal distribution about a parameter's value; raises InvalidInput."""
+    """Normal distribution about a parameter's value; raises InvalidInput."""
     from scipy.stats import norm
 
     nominal = getattr(which, name, None)
@@ -90,7 +90,7 @@ def _normal(which: Any, name: str, share: float) -> Any:
 
 
 def print_tolerances(found: capsule_sym.Tolerances) -> None:
-    """Print the spread of each metric, its indices, and how probably the motion changes."""
+    """Print the spread of each metric, its indices, and the probabilities of other motions."""
     if not found.metrics:
         return
     units = units_of(found.system)

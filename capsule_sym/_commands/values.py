@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-_DASH = r"(?<=\d)(-|–|\.\.|;)(?=[-\d.])"  # what is written between numbers
+_DASH = r"(?<=\d)(-|–|\.\.|;)(?=[-\d.])"  # separators between numbers, other than a colon
 
 
 def meant(text: str, marks: int = 0) -> str:
-    """Question whether a number was meant, or several with so many marks ":" between them.
+    """Suggestion "Did you mean ...?" for a mistyped number, or several with `marks` colons.
 
-    Empty where nothing is near: 0,7 is near 0.7, and 0.1-2 and 0.1,2 are near 0.1:2.
+    Empty if no suggestion fits: 0,7 suggests 0.7, and 0.1-2 and 0.1,2 suggest 0.1:2.
     """
     decimal = text.replace(",", ".")
     comma = re.sub(_DASH.replace(";", "[;,]"), ":", text)
@@ -34,13 +34,13 @@ def meant(text: str, marks: int = 0) -> str:
 
 
 class Range(click.ParamType):  # type: ignore[type-arg]
-    """LOW:HIGH as a pair, or where a count is needed LOW:HIGH:COUNT as three numbers."""
+    """LOW:HIGH as a pair, or with a count LOW:HIGH:COUNT as three numbers."""
 
     def __init__(self, counted: bool = False) -> None:
         self.counted, self.name = counted, "LOW:HIGH:COUNT" if counted else "LOW:HIGH"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
-        """The numbers of a text."""
+        """Numbers of a text."""
         if isinstance(value, tuple):
             return value
         parts = value.split(":")
@@ -56,7 +56,7 @@ class Range(click.ParamType):  # type: ignore[type-arg]
 
 
 class Named(click.ParamType):  # type: ignore[type-arg]
-    """NAME=VALUE as a name and a value of a type; where it may be missing, NAME and None."""
+    """NAME=VALUE as a pair of a name and a value of a type; with `bare` NAME alone gives None."""
 
     def __init__(self, of: Any = None, example: str = "alpha=0.1:2", bare: bool = False) -> None:
         self.of, self.example, self.bare = of or Range(), example, bare
@@ -75,28 +75,28 @@ class Named(click.ParamType):  # type: ignore[type-arg]
 
 
 class Seconds(click.FloatRange):
-    """A time above 0; inf is one, NaN is none."""
+    """A time above 0; inf is allowed, NaN is not."""
 
     def __init__(self) -> None:
         super().__init__(min=0, min_open=True)
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
-        """The number of a text."""
+        """Number of a text."""
         number = float(super().convert(value, param, ctx))
         if math.isnan(number):
             self.fail(f"{value} is not in the range x>0.", param, ctx)
         return number
 
 
-# pathlib takes a fifteenth of the time of --help: it is imported where there is a path.
+# pathlib takes a fifteenth of the time of --help: imported on use.
 class WritablePath(click.Path):
-    """A directory, or a file, to write; one that cannot be is refused before work begins."""
+    """Directory, or file, to write; refused before work begins if it cannot be written."""
 
     def __init__(self, file: bool = False) -> None:
         super().__init__(file_okay=file, dir_okay=not file, writable=True)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The path of a text."""
+        """Path of a text."""
         import stat
         from pathlib import Path
         from tempfile import TemporaryFile
@@ -118,6 +118,6 @@ class WritablePath(click.Path):
         try:
             TemporaryFile(dir=there).close()
         except OSError:
-            told = f"{str(path)!r} cannot be written: {there} is no writable directory"
+            told = f"{str(path)!r} cannot be written: {there} is not a writable directory"
             self.fail(told, param, ctx)
         return path

@@ -25,24 +25,24 @@ if TYPE_CHECKING:
 @command()
 def verify(
     scene: str | None = option(
-        "Prove what holds of this scene: flows, cells, field graph, saltation, energy.",
+        "Prove the general statements for a scene: flows, cells, field graph, saltation, energy.",
         metavar="NAME|FILE",
     ),
     only: str | None = option(
-        "Prove this statement alone; --json gives the names as id.", metavar="NAME"
+        "Prove this statement alone; --json lists the names as id.", metavar="NAME"
     ),
     out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
-    freeze: bool = option("Make what is found the expected verdicts."),
+    freeze: bool = option("Save the verdicts as the expected ones."),
     as_json: bool = options.as_json,
 ) -> Sequence[Result]:
     """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
-    witness in --json and --out) or conditional. Exit status 1 when one is left unproved, or
-    when any differs from the expected verdicts.
+    witness in --json and --out) or conditional. Exits with 1 if a statement is not proved, or if a
+    verdict differs from the expected one.
 
-    With --scene, the statements that hold of any scene: one that ships, or a file that declares
-    one. What is about the paper alone is left out.
+    With --scene, the statements that hold for any scene: a shipped one, or a file that declares
+    one. Statements about the paper alone are omitted.
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
@@ -65,7 +65,7 @@ def verify(
         def advance(result: Result) -> None:
             progress.advance(task)
             if not as_json:
-                # Above the bar: what click takes for stdout by itself would go through it.
+                # Above the bar: click's own stdout would write through it.
                 click.echo(items.line(result), file=sys.stdout)
 
         report = items.run(chosen, advance)
@@ -92,16 +92,16 @@ def verify(
 
 @dataclass(frozen=True)
 class _Theory:
-    """What there is to prove: statements, all or one of a name, and their report."""
+    """Statements to prove, all or one by name, and their report."""
 
     statements: Callable[[str | None], Sections]
     markdown: Callable[[Report], str]
     apart: str = ""
-    """What is not proved, in a line."""
+    """Statements that are not proved, in a line."""
 
 
 def _paper() -> _Theory:
-    """The theory of the paper, of its scene."""
+    """Theory of the paper, for its scene."""
     from capsule_sym._symbolic import verify as theory
     from capsule_sym._symbolic.report import markdown
 
@@ -110,7 +110,7 @@ def _paper() -> _Theory:
 
 
 def _scene(name: str) -> _Theory:
-    """What is proved of any scene; exits with 2 for a file that declares none."""
+    """General statements for a scene; exits with 2 for a file that declares none."""
     from capsule_sym._symbolic.model import declaration
 
     home = declaration.home(name)
@@ -128,7 +128,7 @@ def _scene(name: str) -> _Theory:
 
 
 def _changed(results: Sequence[Result], whole: bool, freeze: bool) -> list[str]:
-    """Differences from the expected verdicts, or none, since results are made these."""
+    """Differences from the expected verdicts; none with `freeze`, which saves the results."""
     from capsule_sym._symbolic import frozen
 
     if freeze:
@@ -139,7 +139,7 @@ def _changed(results: Sequence[Result], whole: bool, freeze: bool) -> list[str]:
 
 
 def prove_motions() -> None:
-    """Has the motions of Section 4 proved in ball arithmetic."""
+    """Prove the motions of Section 4 in ball arithmetic."""
     from capsule_sym._enclosures.numbers.balls import Unproved
     from capsule_sym._enclosures.orbits.steady import first_fields, steady_orbit
     from capsule_sym._enclosures.regions.attraction import tendency

@@ -32,7 +32,7 @@ def asked(instruction: str, words: str = "") -> subprocess.CompletedProcess[str]
         ("capsule-sym run --backend n", {"numpy"}),
         ("capsule-sym figure fig8", {"fig8", "fig8-exact"}),
         ("capsule-sym diagram fig9-", {"fig9-exact"}),
-        ("capsule-sym verify --o", {"--only"}),
+        ("capsule-sym verify --o", {"--only", "--out"}),
     ],
 )
 def test_commands_options_and_values_are_completed(words: str, found: set[str]) -> None:

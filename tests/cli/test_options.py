@@ -24,16 +24,16 @@ REFUSED = [
     # an option that does nothing without another, or beside it
     ("enclose --region a --thresholds", "--region and --thresholds exclude each other"),
     ("enclose --from-rest a --out a.json", "--from-rest and --out exclude each other"),
-    ("orbit --seed 3", "--seed is for --starts, which is missing"),
+    ("orbit --seed 3", "--seed needs --starts, which is missing"),
     ("orbit --starts 2 --seed -1", "-1 is not in the range x>=0"),
-    ("orbit --along alpha=0:1", "--along is for --box, which is missing"),
+    ("orbit --along alpha=0:1", "--along needs --box, which is missing"),
     ("orbit --starts 3 --state 0 0 0", "--state and --starts exclude each other"),
     ("orbit --starts 3 --box 1 1 1", "--starts and --box exclude each other"),
     ("branch --restart a.json PD1 --to 2 --state 0 0 0", "--state and --restart exclude each"),
     ("branch --restart a.json PD1 --P-d 1:2", "--P-d and --restart exclude each other"),
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
-    ("sweep --alpha 0.1:2:3 --out s --any-core", "--any-core is for --resume, which is missing"),
+    ("sweep --alpha 0.1:2:3 --out s --any-core", "--any-core needs --resume, which is missing"),
     ("basin --x-r 0:1:2 --out s --dask local --executor threads", "--executor and --dask"),
     ("verify --only a --freeze", "--only and --freeze exclude each other"),
     (
@@ -46,7 +46,7 @@ REFUSED = [
     ),
     ("branch --along alpha=1:2 --alpha 0.7", "--alpha and --along exclude each other"),
     ("branch --along s=1:2 --alpha 1:2", "--alpha and --along exclude each other"),
-    ("branch --alpha 1:2 --to 3", "--to is for --restart, which is missing"),
+    ("branch --alpha 1:2 --to 3", "--to needs --restart, which is missing"),
     ("branch --P-d 1:2", "P_d = '1:2': must be absent unless --params is a device"),
     ("sweep --P-d 1:2:3 --out s", "P_d = '1:2:3': must be absent unless --params is a device"),
     ("curve --alpha 1:2 --P-d 1:2 --bifurcation all", "must be absent unless --params is a device"),
@@ -55,7 +55,7 @@ REFUSED = [
     ("orbit --box 1 1 1 --along alpha=1:2", "must be ascending, with 0.7 between them"),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
-    ("branch", "give a range of what varies, such as --alpha 0.1:2"),
+    ("branch", "give a range of a parameter, such as --alpha 0.1:2"),
     ("branch --restart a.json PD1", "--restart needs --to VALUE"),
     ("sweep --out s", "give a range, such as --alpha 0.1:2:41, or FILE.toml"),
     ("basin --out s", "give a range of starts, such as --x-r -1:1:40"),
@@ -66,9 +66,9 @@ REFUSED = [
     # files that cannot be written
     ("run --certify=", "'--certify': '' is no path"),
     ("figure fig1 --out=", "'--out': '' is no path"),
-    ("enclose --thresholds --out taken/below.json", "taken is no writable directory"),
-    ("figure fig6 --out taken/below.svg", "taken is no writable directory"),
-    ("report --out taken/below.html", "taken is no writable directory"),
+    ("enclose --thresholds --out taken/below.json", "taken is not a writable directory"),
+    ("figure fig6 --out taken/below.svg", "taken is not a writable directory"),
+    ("report --out taken/below.html", "taken is not a writable directory"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
     (f"sweep-info {300 * 'a'}", "must be a directory that holds a sweep"),
     ("sweep none.toml --out s", "alpha = []: must be one value or more"),
@@ -189,7 +189,7 @@ def test_an_interrupt_says_that_the_file_goes_on(
     assert capsys.readouterr() == ("", "error: interrupted\n")  # nothing is written yet
     write_whole(file, "begun")
     assert _status(line.split()) == 130
-    kept = f"{Path(file)} has what is done, and the same command goes on from there"
+    kept = f"finished work is kept in {Path(file)}; repeat the command to continue"
     assert capsys.readouterr() == ("", f"error: interrupted: {kept}\n")
 
 

@@ -203,11 +203,11 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
         (("branch", "--gamma", "3:0"), "gamma = 0.0: must be"),
         (
             ("branch", "--alpha", "0.5"),
-            "give a range of what varies, such as --alpha 0.1:2",
+            "give a range of a parameter, such as --alpha 0.1:2",
         ),
         (
             (*("curve", "--alpha", "0.9:1", "--gamma", "3:4", "--bifurcation", "fold"),),
-            "bifurcation = 'fold': must be in the type or the label of one on the branch over "
+            "bifurcation = 'fold': must be type or label of a bifurcation on the branch over "
             "alpha from 0.9 to 1 at gamma = 3.3, which has ['adding-sliding']",
         ),
         (
@@ -229,11 +229,14 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
             ("curve", "--alpha", "1:2", "--gamma", "3", "--bifurcation", "all"),
             "give two ranges, such as --alpha 1.5:2 --gamma 3:3.3",
         ),
-        (("branch", "--alpha", "1:2", "--gamma", "2:3"), "gamma = '2:3': must be the only thing"),
+        (
+            ("branch", "--alpha", "1:2", "--gamma", "2:3"),
+            "gamma = '2:3': must be the only parameter",
+        ),
         (("branch", "--alpha", "1:inf"), "alpha = inf: must be finite"),
         # Before anything is computed, or missed.
-        (("branch", "--out", f"{__file__}/new"), "no writable directory"),
-        (("paper", "--out", f"{__file__}/new"), "no writable directory"),
+        (("branch", "--out", f"{__file__}/new"), "not a writable directory"),
+        (("paper", "--out", f"{__file__}/new"), "not a writable directory"),
         (("branch", "--alpha", "1:"), "'1:' is not LOW:HIGH, such as 0.1:2"),
         (
             ("basin", "--x-r", "0:1", "--out", "new"),
@@ -301,7 +304,7 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
         ),
         (("--restart", file, "PD1"), "--restart needs --to VALUE"),
         (("--restart", file, "PD1", "--to", "zeta="), "'' is not a valid float"),
-        (("--to", "1"), "--to is for --restart, which is missing"),
+        (("--to", "1"), "--to needs --restart, which is missing"),
         (
             ("--omega", "1:2", "--with", "alpha=1-omega"),
             "alpha = -",

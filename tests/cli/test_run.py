@@ -254,7 +254,7 @@ def test_a_run_in_a_terminal_shows_its_progress_and_can_be_interrupted() -> None
     assert "at its time limit" in shown.written
     shown = in_terminal(*program, interrupt_at="Running")
     assert shown.status == 130
-    assert "error: interrupted: nothing is kept, but a run that --max-" in shown.written
+    assert "error: interrupted: nothing is kept; with --max-" in shown.written
     assert shown.cursor
 
 

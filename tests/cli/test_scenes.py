@@ -76,7 +76,7 @@ REFUSED = [
         "mu_back too (scene slope)",
     ),
     ("run --params mixed.toml", "s = 0.1: must be absent where M_m is given in SI units"),
-    ("run --params device.toml --s 0.1", "s = 0.1: must be absent where device.toml is in SI"),
+    ("run --params device.toml --s 0.1", "s = 0.1: must be absent if device.toml is in SI"),
     ("branch --scene slope --f-b 1:2", "No such option '--f-b'"),
     ("branch --restart a.json PD1 --to 2 --scene slope", "--scene and --restart exclude each"),
     ("sweep a.toml --out s --scene slope", "--scene and FILE.toml exclude each other"),

@@ -130,7 +130,7 @@ def test_a_branch_that_ctrl_c_ends_is_kept_to_go_on_from(shown: Callable[..., Sh
     arguments = ["branch", *arguments, "--out", "kept"]
     found = shown(*arguments, columns=200, colour=False, interrupt_at=middle)
     assert found.status == 130
-    said = re.search(r"interrupted: (--restart .*) goes on from there", found.written)
+    said = re.search(r"interrupted: (--restart .*) continues this branch", found.written)
     assert said is not None
     again = shown("branch", *said[1].split(), "--points", "2", columns=200, colour=False)
     assert again.status == 0

@@ -102,7 +102,7 @@ def test_an_interrupt_says_that_the_log_goes_on(
     log.parent.mkdir()
     log.write_text("begun")
     assert _status(line, group) == 130
-    kept = f"{log} has what is done, and the same command goes on from there"
+    kept = f"finished work is kept in {log}; repeat the command to continue"
     assert capsys.readouterr() == ("", f"error: interrupted: {kept}\n")
 
 
