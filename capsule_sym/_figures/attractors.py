@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
+    AREAS,
     LABELS,
-    REGIONS,
     blank,
     describe,
     readable,
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 _NAMED = 0.08  # fraction from which on an area has its number
 _NARROW = 0.01  # share of the axis over which it goes then
-_HATCHES = ("", "/////", ".....", "xxxxx")  # of attractors that share a colour
 _LARGE = 0.7  # share of an area's greatest height above which it may stand
 _Values = NDArray[np.float64]
 
@@ -37,24 +36,21 @@ def plot_attractors(
     """The fractions of starts that lead to each attractor, stacked, along a parameter.
 
     `found` is what `continue_attractors` gives. Each attractor has a colour and its number; marks
-    above are births and deaths at the bifurcations of their branches, where fractions jump. White
+    above are births (filled) and deaths (open) at the bifurcations of their branches, where
+    fractions jump. White
     are starts that have not settled. Drawn into `axes` if they are given.
     """
     alone = axes is None
-    figure, axes = axes_for(axes, width, 0.5 * width)
+    figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
     places, shares = _columns(found)
     below = np.zeros(len(places))
     fine = np.linspace(found.values[0], found.values[-1], 401)
     for branch in found.branches:
-        turn, place = divmod(branch.number, len(REGIONS))
-        colour = REGIONS[place]
-        looks: dict[str, Any] = {"facecolor": colour, "linewidth": 0}
-        if turn:
-            looks |= {"hatch": _HATCHES[turn % len(_HATCHES)], "edgecolor": readable(colour)}
+        colour = AREAS[branch.number % len(AREAS)]
         fractions = np.zeros(len(found.values))
         fractions[np.searchsorted(found.values, branch.values)] = branch.fractions
         height = shares @ fractions
-        axes.fill_between(places, below, below + height, **looks)
+        axes.fill_between(places, below, below + height, color=colour, linewidth=0)
         heights = np.interp(fine, places, height)
         large = np.flatnonzero(heights >= _LARGE * heights.max())
         most = int(large[abs(fine[large] - fine[large].mean()).argmin()])
@@ -64,21 +60,22 @@ def plot_attractors(
             text: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(colour)}
             axes.text(_inward(fine, most), middle, str(branch.number), **text)
         below = below + height
-    for mark, label, chosen in (
-        ("^", "birth", [one.birth for one in found.branches]),
-        ("v", "death", [one.death for one in found.branches]),
+    for mark, label, face, level, chosen in (
+        ("^", "birth", "black", 1.035, [one.birth for one in found.branches]),
+        ("v", "death", "white", 1.085, [one.death for one in found.branches]),
     ):
         values = [one.value for one in chosen if one is not None and np.isfinite(one.value)]
         if values:
             kind: dict[str, Any] = {
                 "color": "black",
+                "markerfacecolor": face,
                 "markersize": 4,
                 "clip_on": False,
                 "label": label,
             }
-            axes.plot(values, np.full(len(values), 1.04), mark, linestyle="none", **kind)
+            axes.plot(values, np.full(len(values), level), mark, linestyle="none", **kind)
     axes.set_xlim(found.values[0], found.values[-1])
-    axes.set_ylim(0, 1.08)
+    axes.set_ylim(0, 1.12)
     axes.set_yticks(np.linspace(0, 1, 6))
     axes.set_xlabel(LABELS.get(found.name, found.name))
     axes.set_ylabel("fraction of the starts")

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import offset_copy
 
-from capsule_sym._figures.layout import NARROW, add_key, add_words, axes_for, label_row
+from capsule_sym._figures.layout import NARROW, add_key, add_words, axes_for, handles_of, label_row
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     SEAMLESS,
@@ -69,13 +69,14 @@ def plot_bifurcations(
     for row, index, label in zip(rows, (0, 1, None), labels, strict=True):
         draw_runs(row, points, [_values(one, index) for one in points], _BY_STABILITY)
         values = [_values(one, index)[0] for one in found]
-        draw_points(row, [one["value"] for one in found], values, "exact bifurcation points")
+        draw_points(row, [one["value"] for one in found], values, "exact bifurcation point")
         label_row(row, label)
     rows[2].set_xlabel(axis_label(record, units))
     rows[2].set_xlim(*span(record))
     for row in rows:
         mark_bifurcations(record, row)
     if axes is None:
+        add_key(figure, handles_of(rows[:1]))
         name_bifurcations(record, rows[0], units)
     return describe(figure, "Bifurcation diagram", **shared(record))
 
@@ -221,7 +222,8 @@ def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[floa
     return [float(place) for place in np.clip(ascending, 0.0, last - steps[-1]) + steps]
 
 
-DAMPER, FRICTION, LIFT, WORK = "#56B4E9", "#E69F00", "#009E73", "black"
+# Apart in grey too.
+DAMPER, FRICTION, LIFT, WORK = "#0072B2", "#E69F00", "#d9d9d9", "black"
 
 
 @styled

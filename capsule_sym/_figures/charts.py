@@ -13,17 +13,16 @@ from matplotlib.path import Path
 from matplotlib.patheffects import Stroke
 
 from capsule_sym._figures.labels import Names
-from capsule_sym._figures.layout import add_key, axes_for
+from capsule_sym._figures.layout import add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
+    AREAS,
     CURVES,
     NOT_PERIODIC,
     OTHER_CURVE,
-    REGIONS,
     blank,
     describe,
     draw_points,
-    paler,
     readable,
     styled,
 )
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
 
 _PLACES = 24  # points across a chart at which a region's name is tried
 _SMALL, _TINY = 0.01, 0.001  # of a chart: regions that have a number, beside others and alone
-_COLOURS = (*REGIONS, *map(paler, REGIONS))
 _OTHERS = "#dddddd"
 _REACH = 60.0  # points that a number may be away from a region that has no room for it
 
@@ -80,7 +78,7 @@ def draw_regions(
     axes.set_xlabel(named(plane.first))
     axes.set_ylabel(named(plane.second))
     itineraries = by_area(plane, regions)
-    shown = dict(zip(itineraries, _COLOURS, strict=False))
+    shown = dict(zip(itineraries, AREAS, strict=False))
     _fill(axes, regions, shown)
     said = f"{named(plane.second)} = {', '.join(f'{level:g}' for level in sorted(levels))}"
     for level in levels:
@@ -169,12 +167,11 @@ def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
 def _legend(
     figure: Figure, axes: Axes, regions: Sequence[Region], colours: Mapping[str, str], others: int
 ) -> None:
-    handles, labels = axes.get_legend_handles_labels()
-    unique: dict[str, Any] = dict(zip(labels, handles, strict=True))
+    handles = handles_of([axes])
     for number, (itinerary, colour) in enumerate(colours.items(), 1):
-        unique[itinerary] = Patch(color=colour, label=f"{number}  {itinerary}")
+        handles.append(Patch(color=colour, label=f"{number}  {itinerary}"))
     if others:
-        unique["others"] = Patch(color=_OTHERS, label=f"{others} other itineraries")
+        handles.append(Patch(color=_OTHERS, label=f"{others} other itineraries"))
     if not all(region.itinerary for region in regions):
-        unique[""] = blank(NOT_PERIODIC)
-    add_key(figure, list(unique.values()), below=True)
+        handles.append(blank(NOT_PERIODIC))
+    add_key(figure, handles, below=True)

@@ -44,7 +44,8 @@ def plot_curves(
             # A point that two curves have is one point.
             place = round(one[first], 9), round(one[second], 9)
             places.setdefault(place, " and ".join(dict.fromkeys(one["types"])))
-    draw_points(axes, [x for x, _ in places], [y for _, y in places], "_nolegend_")
+    if places:
+        draw_points(axes, [x for x, _ in places], [y for _, y in places], "codimension-two point")
     axes.margins(x=0.04, y=0.1)
     axes.set_xlabel(named(first))
     axes.set_ylabel(named(second))

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from capsule_sym._figures.layout import axes_for, canvas
+from capsule_sym._figures.layout import add_key, axes_for, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, styled
 from capsule_sym._parameters import SceneDevice
@@ -39,14 +39,22 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     `front` is what `pareto` gives. Drawn into `axes` if they are given.
     """
     system = front.points[0].system if front.points else None
-    figure, axes = axes_for(axes, width, 0.6 * width)
+    alone = axes is None
+    figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
     for part in front.parts:
         along = slice(part.first, part.last + 1)
         axes.plot(front.costs[along], front.values[along], "-", color=STABLE)
     # Between parts no more of the metric is to be had, until the next one begins.
     for one, other in pairwise(front.parts):
         costs, values = front.costs[[one.last, other.first]], front.values[[one.last, other.first]]
-        axes.plot(costs, values, ":", color="0.6", drawstyle="steps-post", linewidth=0.8)
+        axes.plot(
+            costs,
+            values,
+            ":",
+            color="0.4",
+            drawstyle="steps-post",
+            label="between parts of the front",
+        )
     kinds = {
         "optimal": ("o", STABLE, "optimum"),
         "optimal-at-border": ("s", UNSTABLE, "optimum at a border"),
@@ -57,7 +65,8 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
         axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=label)
     axes.set_ylabel(metric_label(front.metrics[0], system))
     axes.set_xlabel(metric_label(front.metrics[1], system))
-    axes.legend(loc="best")
+    if alone:
+        add_key(figure, handles_of([axes]))
     return describe(figure, f"Pareto front of {front.metrics[0]} and {front.metrics[1]}")
 
 
@@ -85,7 +94,7 @@ def plot_steering(
     upper.set_ylabel(metric_label("velocity", system))
     for place, name in enumerate(steering.names):
         row = middle if place == 0 else middle.twinx()
-        row.plot(share, columns[name], color=SERIES[place])
+        row.plot(share, columns[name], ("-", "--", ":")[place % 3], color=SERIES[place])
         row.set_ylabel(metric_label(name, system), color=SERIES[place])
     lower.plot(share, columns["largest_multiplier"], color=UNSTABLE)
     lower.axhline(1.0, color="0.6", linewidth=0.6)
@@ -114,20 +123,22 @@ def plot_residuals(
     for k, (data, rows) in enumerate(zip(every, fit.problem.rows, strict=True)):
         for place, name in enumerate(names):
             panel, own = panels[place, k], fit.residuals[rows] / noise
-            panel.axhspan(-2, 2, color="0.93", linewidth=0)
-            panel.axhspan(-1, 1, color="0.86", linewidth=0)
+            panel.axhspan(-2, 2, color="0.93", linewidth=0, label="two standard deviations")
+            panel.axhspan(-1, 1, color="0.86", linewidth=0, label="one standard deviation")
             if name in data.names:
                 chosen = data.column == data.names.index(name)
                 times, shown = data.times[chosen], own[chosen]
-                for mark, part in (
-                    (".", abs(shown) <= edge),
-                    ("^", shown > edge),
-                    ("v", shown < -edge),
+                for mark, part, label in (
+                    (".", abs(shown) <= edge, "_"),
+                    ("^", shown > edge, "outlier above"),
+                    ("v", shown < -edge, "outlier below"),
                 ):
-                    at = np.clip(shown[part], -edge, edge)
-                    panel.plot(times[part], at, mark, color=SERIES[place])
+                    if part.any() or label == "_":
+                        at = np.clip(shown[part], -edge, edge)
+                        panel.plot(times[part], at, mark, color=SERIES[place], label=label)
             if k == 0:
-                panel.set_ylabel(f"{name}, residual over noise")
+                panel.set_ylabel(f"${name}$, residual over noise")
         panels[0, k].set_title(fit.runs[k].name)
         panels[-1, k].set_xlabel(f"time ({unit})")
+    add_key(page, handles_of(panels.flat))
     return describe(page, "Residuals of a fit", status=str(fit.status))

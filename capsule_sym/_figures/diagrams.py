@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import draw_runs, shared
 from capsule_sym._figures.labels import Names
-from capsule_sym._figures.layout import add_key, add_words, axes_for
+from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
@@ -26,6 +26,7 @@ Record = Mapping[str, Any]
 _STATES = ("x_r", "v_r", "v_c")
 _MEANS = {"velocity": "average_velocity", "progression": "progression"}
 QUANTITIES = (*_STATES, *_MEANS)
+_POINT = "bifurcation"
 _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 
 
@@ -60,12 +61,14 @@ def plot_diagram(
     for style, name, stable in (("-", "stable", True), ("--", "unstable", False)):
         if stable in drawn:
             axes.plot([], [], style, color="0.4", label=name)
+    if any(branch["bifurcations"] for branch in branches):
+        draw_points(axes, [], [], _POINT)
     axes.margins(x=0.04, y=0.1)
     axes.set_xlabel(named(parameters[0]))
     label = f"stroboscopic ${quantity}$" if quantity in _STATES else LABELS[quantity]
     axes.set_ylabel(label)
     if alone:
-        add_key(figure, axes.get_legend_handles_labels()[0])
+        add_key(figure, handles_of([axes]))
         add_words(figure, [*_kinds(branches), said(*parameters)])
     names = Names(figure)
     for branch, colour in zip(branches, colours, strict=True):
@@ -121,7 +124,7 @@ def _labels(axes: Axes, branch: Record, quantity: str, colour: str, into: Names)
     """A point and the label at every bifurcation; labels that would meet become one."""
     found = branch["bifurcations"]
     places = [(one["value"], _values(orbit_of(one), quantity)[0]) for one in found]
-    draw_points(axes, [x for x, _ in places], [y for _, y in places], "_nolegend_")
+    draw_points(axes, [x for x, _ in places], [y for _, y in places], _POINT)
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     room = _ROOM[0] * (right - left), _ROOM[1] * (high - low)
     groups: list[tuple[tuple[float, float], list[str]]] = []

@@ -14,7 +14,7 @@ from capsule_sym._figures.layout import across, add_key, canvas, fit_view
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space
-from capsule_sym._figures.statespace import along, projected
+from capsule_sym._figures.statespace import along, name_upright, projected
 from capsule_sym._figures.style import LOOKS, Colours, describe, mathematical, styled
 from capsule_sym._parameters import Parameters, of_paper
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
@@ -91,6 +91,7 @@ def _name_lines(axes: Any, parameters: Parameters, box: Box, names: Names) -> No
         level = np.column_stack([places, np.zeros(len(places))])
         looks = {"color": LOOKS[name][1], "bbox": PATCH}
         names.on(axes, projected(axes, level), mathematical(name), own, **looks)
+    name_upright(axes, parameters.delta, box, names)
 
 
 def _style_handles(events: Sequence[Event]) -> list[Any]:

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
 
 from capsule_sym._figures.branches import (
     Record,
@@ -17,6 +18,7 @@ from capsule_sym._figures.branches import (
     name_bifurcations,
     units_of,
 )
+from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import NARROW, add_key, axes_for, canvas, fit_view
 from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
@@ -29,6 +31,7 @@ from capsule_sym._figures.style import (
     describe,
     field_colour,
     labels_of,
+    readable,
     styled,
 )
 from capsule_sym._figures.units import Units
@@ -49,7 +52,7 @@ def plot_fig6(
 
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
-    page = canvas(figure, width, 0.6 * width)
+    page = canvas(figure, width, (0.6 if width > NARROW else 0.75) * width)
     axes: Any = page.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", computed_zorder=False)
     axes.view_init(20, -62)
     axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.2)
@@ -86,7 +89,10 @@ def plot_fig6(
         axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
     fit_view(axes)
     system = motions[0].parameters
-    add_key(page, field_handles(page, colours, system.scene) + unsettled_handles(motions))
+    handles = field_handles(page, colours, system.scene) + unsettled_handles(motions)
+    if heavy:
+        handles.append(Line2D([], [], color="0.4", linewidth=1.4, label="exact bifurcation"))
+    add_key(page, handles)
     return describe(page, "Phase trajectories over the amplitude", parameters=system)
 
 
@@ -115,12 +121,37 @@ def plot_itineraries(
     for one in record["bifurcations"]:
         axes.axvline(one["value"], color="white", linewidth=0.6)
     if alone:
+        names = Names(figure)
+        _name_fields(motions, axes, names, colours, units)
         handles: list[Any] = [*field_handles(figure, colours, motions[0].parameters.scene)]
         if not all(map(is_periodic, motions)):
             handles.append(blank(NOT_PERIODIC))
         add_key(figure, handles)
         name_bifurcations(record, axes, units)
+        names.settle()
     return describe(figure, "Which field acts when", parameters=motions[0].parameters)
+
+
+_TALL = 0.06  # share of a column from which on a segment can hold its name
+
+
+def _name_fields(
+    motions: Sequence[Motion], axes: Axes, names: Names, colours: Colours, units: Units
+) -> None:
+    """The name of each field in its area, where its segments are longest."""
+    places: dict[int, list[tuple[float, float, float]]] = {}
+    scene, (_, top) = motions[0].parameters.scene, axes.get_ylim()
+    for motion in filter(is_periodic, motions):
+        drawn = cycle(motion)
+        for arc in drawn:
+            low, high = arc.time[0] - drawn[0].time[0], arc.time[-1] - drawn[0].time[0]
+            if high - low >= _TALL * top:
+                at = units.scale("alpha") * motion.parameters.alpha
+                places.setdefault(arc.field, []).append((high - low, at, (low + high) / 2))
+    for field, found in sorted(places.items()):
+        best = sorted(found, reverse=True)[:: max(1, len(found) // 40)]
+        ink = readable(field_colour(field, colours, scene))
+        names.on(axes, [one[1:] for one in best], f"$F_{{{field}}}$", color=ink)
 
 
 def draw_itineraries(

@@ -32,7 +32,7 @@ _AROUND = [(far * x, far * y) for far in (1.0, 1.7, 2.6) for x, y in _COMPASS]
 """Directions from a point to a name beside it, in sizes of the name's type and more."""
 
 _ROOM = 2.0  # pixels that are left free around a name
-_REACH = 150.0  # points that a name of a point may be away from it
+_REACH, _NEAR = 150.0, 30.0  # points that a name may be away from its point, and from its line
 # What it costs to be on a text, to be cut, to meet a line, and to cover one.
 _TEXT, _CUT, _LINE, _COVERED = 100.0, 1000.0, 1.0, 0.1
 _FAR, _STRUCK = 0.5, 5.0  # what the longest line costs that leads to a name, and one on a text
@@ -78,11 +78,11 @@ class Names:
     ) -> None:
         """A name on a line or in an area, at one of `places` (n, 2), the better ones first.
 
-        It covers what is its `own`. Without, where all is full, a line leads to it from beside.
+        It covers what is its `own`. Where all is full, a line leads to it from beside.
         """
         mine = tuple(own)
-        led: dict[str, Any] = {} if mine else {"reach": _REACH, "fill": "none", "edge": 0.0}
-        self._add(axes, places, text, [(0.0, 0.0)], mine, looks, **led)
+        fill, reach = ("white", _NEAR) if mine else ("none", _REACH)
+        self._add(axes, places, text, [(0.0, 0.0)], mine, looks, reach=reach, fill=fill, edge=0.0)
 
     def beside(self, axes: Axes, places: Any, text: str, **looks: Any) -> None:
         """A name beside one of `places` (n, 2), or where all is full away from it, with a line."""
@@ -133,7 +133,7 @@ class Names:
             **looks,
         )
         made.set_visible(False)  # as long as it has no place
-        covers = fill not in ("", "none")
+        covers = edge > 0.0
         self._names.append(
             _Name(made, axes, places, offsets, frozenset(map(id, own)), reach, covers)
         )
@@ -177,7 +177,7 @@ class Names:
                 extents = np.vstack([extents, _extent(lead)])
             elif name.reach:
                 name.text.arrow_patch.set_visible(False)
-                name.text.get_bbox_patch().set_visible(False)
+                name.text.get_bbox_patch().set_visible(bool(name.own))
         self._names.clear()
 
     def _cost(

@@ -69,6 +69,15 @@ def add_key(
     _make_room(page, high / figure_of(page).dpi + _RIM, below)
 
 
+def handles_of(panels: Iterable[Any]) -> list[Any]:
+    """What a key names of panels: an entry for each label, as it was drawn first."""
+    found: dict[str, Any] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    return list(found.values())
+
+
 def add_words(page: Figure | SubFigure, words: Iterable[str], *, below: bool = True) -> None:
     """A key of words alone, such as what the labels in the panels stand for."""
     handles = [Line2D([], [], linestyle="", label=one) for one in words]

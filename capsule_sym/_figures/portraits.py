@@ -388,6 +388,12 @@ def plot_margins(
         shade_pulses(row, parameters, begin, units)
     if axes is None:
         handles = field_handles(figure, colours, parameters.scene) + band_handles(figure)
+        for text, style, ink, wide in (
+            ("level of an event", "--", "0.35", 0.6),
+            ("no guard of the acting field", "-", "0.4", 0.5),
+        ):
+            looks: dict[str, Any] = {"linestyle": style, "color": ink, "linewidth": wide}
+            handles.append(Line2D([], [], label=text, **looks))
         add_key(figure, handles + unsettled_handles([result]))
     return describe(figure, "Guards over time", parameters=parameters)
 
@@ -405,4 +411,5 @@ def itinerary_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -
             axes.text(middle, 0.46, name, color=ink, ha="center", va="center", fontsize="small")
     axes.set_ylim(0, 1)
     axes.set_yticks([])
+    axes.tick_params(bottom=False)
     axes.spines[:].set_visible(False)

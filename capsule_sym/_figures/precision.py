@@ -7,8 +7,9 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
 
-from capsule_sym._figures.layout import across, add_key, canvas
+from capsule_sym._figures.layout import across, add_key, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import describe, styled
 
@@ -50,8 +51,10 @@ def plot_work_precision(
         axes.set_xlabel("time per excitation period (µs)")
     for axes in panels[:, 0]:
         axes.set_ylabel("largest error of the final state")
-    lines = {h.get_label(): h for axes in panels.flat for h in axes.lines}
-    drawn = [line for label, line in lines.items() if not str(label).startswith("_")]
+    drawn = handles_of(panels.flat)
+    if any(_wrong(row) for name in shown for row in rows[name]):
+        look: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "linestyle": ""}
+        drawn.append(Line2D([], [], color="0.4", label="hollow: events missed or invented", **look))
     add_key(page, drawn, below=True)
     return describe(page, "Work against precision")
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.layout import canvas
+from capsule_sym._figures.layout import add_key, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
+from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, styled
 from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
@@ -35,15 +34,15 @@ def plot_pulse(
     page = canvas(figure, width, max(4.2, 0.75 * width), layout="constrained")
     rows = page.subplots(3, sharex=True)
     usual = getattr(pulse.system, pulse.parameter)
-    label = f"{pulse.parameter} {pulse.value:.4g} instead of {usual:.4g}"
+    changed = LABELS.get(pulse.parameter, pulse.parameter)
+    label = f"pulse: {changed} {pulse.value:.4g} instead of {usual:.4g}"
     names = {"drive": f"drive{force}", "x_r": f"$x_r${length}", "x_c": f"$x_c${length}"}
     for row, (name, said) in zip(rows, names.items(), strict=True):
         row.axvspan(begin, end, color=SERIES[1], alpha=0.25, linewidth=0, label=label)
         row.axvline(arrived, color=UNSTABLE, linewidth=0.8, label="end reached")
         row.plot(columns["time"], columns[name], color=STABLE)
         row.set_ylabel(said)
-    rows[0].legend(loc="upper right", ncols=2)
-    rows[0].set_ylim(None, 1.35 * np.max(np.abs(columns["drive"])))
+    add_key(page, handles_of(rows[:1]))
     rows[-1].set_xlabel(f"time since the pulse begins{time}")
     rows[-1].set_xlim(columns["time"][0], columns["time"][-1])
     return describe(page, "A pulse of the drive from one attractor to another")

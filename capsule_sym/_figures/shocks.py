@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.layout import across, add_key, axes_for
+from capsule_sym._figures.layout import across, add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
 from capsule_sym._figures.units import Units
@@ -76,9 +76,8 @@ def plot_shock(
             right.axhline(apart, color=UNSTABLE, linestyle="--", zorder=0)
     right.set_xlabel("excitation periods")
     right.set_ylabel("distance from the motion")
-    right.legend(loc="best")
     if axes is None:
-        add_key(figure, left.get_legend_handles_labels()[0])
+        add_key(figure, handles_of((left, right)))
     return describe(figure, "Minimal shock of a motion", parameters=shock.orbit.parameters)
 
 

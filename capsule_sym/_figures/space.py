@@ -107,7 +107,7 @@ def draw_space(parameters: Parameters, axes: Any, box: Box, colours: Colours = "
             if v_c[0] < v_c[1]:
                 x_r = [parameters.delta] * 2
                 level = order[side] + 1
-                axes.plot(x_r, [0, 0], v_c, ":", color="0.3", lw=0.8, zorder=level, label="L9")
+                axes.plot(x_r, [0, 0], v_c, color="0.3", lw=0.8, ls="-.", zorder=level, label="L9")
 
 
 def walls(delta: float, box: Box) -> dict[str, Array]:

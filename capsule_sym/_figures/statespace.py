@@ -154,11 +154,7 @@ def _name_space(axes: Any, parameters: Parameters, box: Box, names: Names) -> No
         level = np.column_stack([along(line), np.zeros(len(along(line)))])
         looks = {"color": LOOKS[name][1], "bbox": PATCH}
         names.on(axes, projected(axes, level), mathematical(name), [own[name]], **looks)
-    upright = [(delta, 0.0, share * v) for v in v_c for share in (0.85, 0.75, 0.65, 0.55)]
-    own = {line: line for line in axes.lines if line.get_label() == "L9"}
-    for half in (upright[:4], upright[4:]):
-        looks = {"color": "0.3", "bbox": PATCH}
-        names.on(axes, projected(axes, half), mathematical("L9"), own.values(), **looks)
+    name_upright(axes, delta, box, names)
     areas = {
         name: np.column_stack([polygon, np.zeros(len(polygon))])
         for name, polygon in surfaces(parameters, x_r, v_r).items()
@@ -168,6 +164,15 @@ def _name_space(axes: Any, parameters: Parameters, box: Box, names: Names) -> No
         if name == "S10":  # most of it is behind the plane P1 = 0
             places = places + np.array([0.0, 0.0, 0.3 * v_c[0]])
         names.on(axes, projected(axes, places), mathematical(name))
+
+
+def name_upright(axes: Any, delta: float, box: Box, names: Names) -> None:
+    """The name of L9 on each of its halves in the box."""
+    own = [line for line in axes.lines if line.get_label() == "L9"]
+    for end in (v for v in box.v_c if own and abs(v) > 0.2 * max(map(abs, box.v_c))):
+        half = [(delta, 0.0, share * end) for share in (0.85, 0.75, 0.65, 0.55, 0.95)]
+        looks = {"color": "0.3", "bbox": PATCH}
+        names.on(axes, projected(axes, half), mathematical("L9"), own, **looks)
 
 
 def projected(axes: Any, places: Any) -> Array:

@@ -103,6 +103,10 @@ def paler(colour: str) -> str:
     return str(to_hex((red, green, blue)))
 
 
+AREAS = (*REGIONS, *map(paler, REGIONS))
+"""Colours of areas, twice as many."""
+
+
 def blank(label: str) -> Patch:
     """Legend entry of what is left white."""
     return Patch(facecolor="white", edgecolor="0.5", label=label)
@@ -140,7 +144,8 @@ def figure_style(width: float | Literal["column", "page"] | None = None) -> Iter
 
     `width` is that of figures made meanwhile: "column" (3.35 in), "page" (7 in, as where none is
     given) or a number of inches. Settings of matplotlib that a style sheet or a matplotlibrc
-    changed before stay as they are; its `figure.figsize` gives the width.
+    changed before stay as they are; its `figure.figsize` gives the width. Raises InvalidInput for
+    another word.
     """
     ours = {name: at for name, at in _sheet().items() if rcParams[name] == rcParamsDefault[name]}
     if width is not None:

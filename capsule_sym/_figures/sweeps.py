@@ -12,16 +12,15 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.layout import add_key, axes_for
+from capsule_sym._figures.layout import add_key, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
+    AREAS,
     LABELS,
     NOT_PERIODIC,
-    REGIONS,
     STABLE,
     blank,
     describe,
-    paler,
     readable,
     styled,
 )
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_COLOURS = (*REGIONS, *map(paler, REGIONS))
 _ROOM = 0.04  # of a basin: distance from its border to a number
 
 
@@ -56,7 +54,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     rank = np.full(codes.shape, -1)
     for place, code in enumerate(order):
         rank[codes.values == code] = place
-    colours = [_COLOURS[place % len(_COLOURS)] for place in range(max(1, len(order)))]
+    colours = [AREAS[place % len(AREAS)] for place in range(max(1, len(order)))]
     (x, x_label), (y, y_label) = (_axis(results, name) for name in (first, second))
     alone = axes is None
     figure, axes = axes_for(axes, width, 0.62 * width)
@@ -129,7 +127,8 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
     front = non_dominated(speed, cost)
     of_device = results["velocity"].attrs
     speed, unit = speed * of_device.get("si_scale", 1.0), of_device.get("si_units", "")
-    figure, axes = axes_for(axes, width, 0.6 * width)
+    alone = axes is None
+    figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
     axes.plot(cost, speed, ".", color="0.6", markersize=2.5, label="cells", rasterized=True)
     axes.plot(
         cost[front], speed[front], "o-", color=STABLE, drawstyle="steps-post",
@@ -140,7 +139,8 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
     bound = "f_b" if len({*bounds.values()}) == 1 else r"f_\pm"
     axes.set_xlabel(rf"cost of transport $W/({bound}\,|\Delta x_c|)$")
     axes.set_ylabel(f"speed ({unit})" if unit else r"speed $|\langle v_c\rangle|$")
-    axes.legend(loc="lower right")
+    if alone:
+        add_key(figure, handles_of([axes]))
     return describe(figure, "Pareto front of speed and cost of transport")
 
 

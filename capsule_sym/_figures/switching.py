@@ -130,11 +130,19 @@ def _vectors(section: Section, parameters: Parameters, axes: Axes) -> None:
     plane = 2 if section.piece == "S7" else 1
     across = np.array([1.0, 0.0]) if plane == 2 else np.array([0.0, 1.0])
 
-    def arrow(start: Array, end: Array, text: str, colour: str, place: Array) -> None:
+    def arrow(
+        start: Array, end: Array, text: str, colour: str, place: Array, wide: float = 1.2
+    ) -> None:
         (x0, y0), (x1, y1), (x2, y2) = (
             size * p + np.array([0.0, v_c]) for p in (start, end, place)
         )
-        looks = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
+        looks = {
+            "arrowstyle": "-|>",
+            "color": colour,
+            "linewidth": wide,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        }
         axes.annotate("", (x1, y1), xytext=(x0, y0), arrowprops=looks, zorder=6)
         axes.text(x2, y2, text, ha="center", va="center", bbox=PATCH, zorder=30)
 
@@ -142,7 +150,8 @@ def _vectors(section: Section, parameters: Parameters, axes: Axes) -> None:
     for sign, mark in ((1, "+"), (-1, "-")):
         normal = 0.5 * sign * across
         name = rf"$\nabla P_{plane}^{{{mark}}}$"
-        arrow(middle, normal, name, "0.45", 1.25 * normal - aside)
+        # A field may go the same way, so that a normal is seen beside it.
+        arrow(middle, normal, name, "0.65", 1.25 * normal - aside, 3.0)
     for field, after in (*((source, False) for source in sources), (target, True)):
         step, _, rise = derivatives(parameters, field, (x_r, v_r), 1.0)
         way = np.array([step, rise]) / size

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
 
 from capsule_sym._figures.design import metric_label
-from capsule_sym._figures.layout import canvas
+from capsule_sym._figures.layout import add_key, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from capsule_sym._design.tolerances import Tolerances
 
 _BINS = 40
+_BARS = STABLE, SERIES[5]  # apart in grey too
 _HALF = 0.2  # height of half a bar, and how far it is from the middle of its pair
 
 
@@ -37,24 +39,24 @@ def plot_tolerances(
         left, right = panels[k]
         numbers = found.values[:, k]
         left.hist(numbers[np.isfinite(numbers)], _BINS, color=STABLE, alpha=0.7)
-        left.axvline(one.nominal, color=UNSTABLE, label="nominal")
+        left.axvline(one.nominal, color=UNSTABLE, label="nominal value")
         for end in (one.quantiles[0], one.quantiles[-1]) if one.quantiles else ():
-            left.axvline(end, color="0.4", linestyle=":")
+            left.axvline(end, color="0.2", linestyle=":", label="middle 95 % of the samples")
         left.set_xlabel(metric_label(one.metric, found.system))
         left.set_ylabel("samples")
-        left.legend(loc="best")
         bars = (
-            (one.first, one.first_interval, "first order"),
-            (one.total, one.total_interval, "total"),
+            (one.first, one.first_interval, "first-order index"),
+            (one.total, one.total_interval, "total index"),
         )
         for side, (values, ends, name) in zip((-_HALF, _HALF), bars, strict=True):
             beside = np.maximum(abs(ends.T - values), 0.0)
             right.barh(
-                places + side, values, 2 * _HALF, xerr=beside, color=SERIES[side > 0], label=name
+                places + side, values, 2 * _HALF, xerr=beside, color=_BARS[side > 0], label=name
             )
         right.set_yticks(places, found.names)
         right.invert_yaxis()
         right.set_xlim(left=min(0.0, *right.get_xlim()))
-        right.set_xlabel(f"share of the variance of {one.metric.replace('_', ' ')}")
-        right.legend(loc="best")
+        right.set_xlabel("share of the variance")
+    interval = Line2D([], [], color="black", label="interval of an index")
+    add_key(page, [*handles_of(panels.flat), interval])
     return describe(page, f"Spread of {', '.join(one.metric for one in found.metrics)}")

@@ -99,7 +99,8 @@ def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
     doubled = [line for line in x_r.lines if line.get_label() == "unstable"][1]
     assert list(doubled.get_ydata()) == [0.5, 0.6]
     assert [text.get_text() for text in x_r.texts] == ["GR1", "LP1"]
-    stand = [text.get_text() for text in figure.legends[0].get_texts()]
+    key, stand = ([text.get_text() for text in one.get_texts()] for one in figure.legends)
+    assert key == ["stable", "unstable", "exact bifurcation point"]
     assert stand == ["GR1  grazing $L_{9}$, 1.150000", "LP1  fold, 1.160000"]
     assert x_r.texts[0].xy[0] == pytest.approx(0.5)
     assert velocity.get_xlabel() == r"excitation frequency $\omega$"
@@ -252,7 +253,19 @@ def test_itineraries_name_the_bifurcations(settled, branch) -> None:
     assert [line.get_xdata()[0] for line in axes.lines] == [
         one["value"] for one in branch["bifurcations"]
     ]
-    assert len(axes.texts) == sum(0.7 <= one["value"] <= 1.9 for one in branch["bifurcations"])
+    within = [one["label"] for one in branch["bifurcations"] if 0.7 <= one["value"] <= 1.9]
+    shown = [text.get_text() for text in axes.texts]
+    # Each field is named where one of its segments is long.
+    fields = [f"$F_{{{field}}}$" for field in (1, 2, 3, 4, 5, 6)]
+    assert [text for text in shown if text not in fields] == within
+    segments = {"$F_{1}$", "$F_{2}$", "$F_{3}$", "$F_{4}$"}
+    assert segments <= set(shown)
+    for text in axes.texts:
+        if text.get_text() in fields:
+            alpha, phase = text.xy
+            arcs = cycle(settled(alpha))
+            (arc,) = [a for a in arcs if 0 <= phase - a.time[0] + arcs[0].time[0] <= np.ptp(a.time)]
+            assert f"$F_{{{arc.field}}}$" == text.get_text()
 
 
 def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:

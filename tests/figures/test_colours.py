@@ -84,6 +84,6 @@ def test_the_explorer_has_the_same_colours() -> None:
         assert re.findall(r"#\w{6}", theirs.lower()) == [colour.lower() for colour in ours]
 
 
-@pytest.mark.parametrize("colour", [*style.REGIONS, *COMPARED["fields"]])
+@pytest.mark.parametrize("colour", [*style.AREAS, *COMPARED["fields"]])
 def test_a_name_on_a_colour_can_be_read(colour: str) -> None:
     assert Color(style.readable(colour)).contrast(colour, method="wcag21") >= 4.5

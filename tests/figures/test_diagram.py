@@ -25,7 +25,10 @@ def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
     figure = plot_diagram(record)
     (axes,) = figure.axes
     keys = [[text.get_text() for text in key.get_texts()] for key in figure.legends]
-    assert keys == [["branch", "from PD1", "stable", "unstable"], ["PD  period doubling", WORD]]
+    assert keys == [
+        ["branch", "from PD1", "stable", "unstable", "bifurcation"],
+        ["PD  period doubling", WORD],
+    ]
     assert {text.get_text() for text in axes.texts} == {"PD1"}
     drawn = [line for line in axes.lines if len(line.get_xdata()) > 1]
     styles = {(line.get_color(), line.get_linestyle()) for line in drawn}

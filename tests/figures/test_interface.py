@@ -46,8 +46,8 @@ def test_plot_draws_what_it_is_given(settled, branch) -> None:
 
 def test_plot_draws_a_fit() -> None:
     x_c, x_m = plot(fitted(), width=4.0).axes
-    assert x_c.get_ylabel() == "x_c, residual over noise"
-    assert x_m.get_ylabel() == "x_m, residual over noise"
+    assert x_c.get_ylabel() == "$x_c$, residual over noise"
+    assert x_m.get_ylabel() == "$x_m$, residual over noise"
 
 
 def test_the_users_settings_are_left_alone(settled) -> None:

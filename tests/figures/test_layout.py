@@ -14,23 +14,29 @@ from matplotlib.figure import Figure
 from capsule_sym import (
     FrontPart,
     Parameters,
+    continue_attractors,
     figure_style,
+    minimal_shock,
+    plot_attractors,
     plot_bifurcations,
     plot_chart,
     plot_diagram,
     plot_front,
+    plot_pulse,
     plot_residuals,
+    plot_shock,
     plot_steering,
+    plot_tolerances,
     plot_work_precision,
 )
-from capsule_sym._figures import sweeps
+from capsule_sym._figures import branches, sweeps
 from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.curves import plot_curves
 from capsule_sym._figures.style import CURVES
 from capsule_sym._study.data import Store
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
-from tests.figures.test_parts import STEERING, fitted
+from tests.figures.test_parts import STEERING, fitted, pulse, spread
 from tests.figures.test_precision import RECORD
 from tests.sampling import sampled, some
 
@@ -83,6 +89,20 @@ def swept() -> xr.Dataset:
     )
 
 
+def scattered() -> xr.Dataset:
+    """Cells at all speeds and costs, so that no corner of the axes is free."""
+    over = {"alpha": np.linspace(0.4, 1.6, 30), "gamma": np.linspace(1, 3, 30)}
+    at = np.random.default_rng(1).uniform(0.0, 1.0, (2, 30, 30))
+    cells = {"velocity": (tuple(over), at[0]), "work": (tuple(over), at[0] * 10 ** at[1])}
+    return xr.Dataset(cells, coords=over, attrs={"omega": 0.8, "f_b": 1.0})
+
+
+def coexisting() -> Any:
+    system = Parameters(omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    box = {"x_r": (-2, 2), "v_r": (-2, 2)}
+    return continue_attractors(system, "alpha", [1.5, 1.52, 1.54, 1.56], box, count=20)
+
+
 def crowd() -> dict[str, Any]:
     """Curves of every type that meet in two dozen points, as those that leave others do."""
     kinds = [*CURVES, "period doubling"]
@@ -122,6 +142,11 @@ OTHERS: dict[str, Callable[[Any, float], Any]] = {
     "front": lambda branch, width: plot_front(drive(), width=width),
     "steering": lambda branch, width: plot_steering(STEERING, width=width),
     "residuals": lambda branch, width: plot_residuals(fitted(), width=width),
+    "pulse": lambda branch, width: plot_pulse(pulse(), width=width),
+    "tolerances": lambda branch, width: plot_tolerances(spread(), width=width),
+    "attractors": lambda branch, width: plot_attractors(coexisting(), width=width),
+    "shock": lambda branch, width: plot_shock(minimal_shock(pulse().start), width=width),
+    "pareto of cells": lambda branch, width: sweeps.plot_pareto(scattered(), width=width),
     "work-precision": lambda branch, width: plot_work_precision(RECORD, width=width),
     "diagram": lambda branch, width: plot_diagram(
         {**branch, "switched": [], "origin": None}, width=width
@@ -141,9 +166,10 @@ def many_of(branch: Any) -> Any:
 
 
 def test_statuses_are_told_in_words() -> None:
-    (axes,) = plot_front(drive()).axes
-    shown = [text.get_text() for text in axes.get_legend().get_texts()]
+    (key,) = plot_front(drive()).legends
+    shown = [text.get_text() for text in key.get_texts()]
     assert shown == [
+        "between parts of the front",
         "optimum",
         "optimum at a border",
         "not proved an optimum",
@@ -173,6 +199,12 @@ def test_a_name_that_can_be_read_is_none() -> None:
     axes.text(0.4, 0.5, "here")
     axes.text(0.4, 0.8, "there", rotation=30)
     assert problems(figure) == []
+
+
+def test_labels_of_bifurcations_that_are_not_spread_are_found(branch, monkeypatch) -> None:
+    monkeypatch.setattr(branches, "spread", lambda places, room: list(places))
+    found = looked_at(plot_bifurcations(branch, width=COLUMN))
+    assert {"on another: CS1 / SS1", "on another: SS1 / GS1"} <= set(found)
 
 
 def test_each_kind_of_flaw_is_found() -> None:

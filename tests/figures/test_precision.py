@@ -58,7 +58,8 @@ def test_tools_are_curves_and_wrong_settings_are_hollow() -> None:
     assert {to_hex(line.get_markerfacecolor()) for line in wrong} == {"#ffffff"}
     assert to_hex(wrong[1].get_color()) == to_hex(careful.get_color())
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert shown == ["ours", "theirs, careful", "theirs, naive"]
+    hollow = "hollow: events missed or invented"
+    assert shown == ["ours", "theirs, careful", "theirs, naive", hollow]
 
 
 def test_a_record_without_measurements_is_an_empty_picture() -> None:

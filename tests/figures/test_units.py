@@ -89,7 +89,7 @@ def test_branches_are_in_si_units() -> None:
     assert x_r.lines[0].get_ydata()[0] == pytest.approx(0.1 * LENGTH * 1e3)
     assert v_r.lines[0].get_ydata()[0] == pytest.approx(0.2 * LENGTH * RATE)
     assert velocity.lines[0].get_ydata()[0] == pytest.approx(0.5 * LENGTH * RATE)
-    key = figure.legends[0].get_texts()[1].get_text()
+    key = figure.legends[1].get_texts()[1].get_text()
     assert key == f"LP1  fold, {1.16 * FORCE:.6f} N"
     upper, _ = plot_energies(plain, device=DEVICE).axes
     assert upper.get_ylabel() == "energy per period (mJ)"
