@@ -12,7 +12,7 @@ from typing import Any
 from build import PAGE
 from playwright.sync_api import sync_playwright
 
-_RUNS = 7
+_RUNS = 20
 
 
 def _opened(browser: Any, fragment: str = "") -> Any:
