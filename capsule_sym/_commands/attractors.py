@@ -10,7 +10,6 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.optimise import end, in_unit, report
 from capsule_sym._commands.signature import command, option
 
 
@@ -77,8 +76,8 @@ def attractors(
         for one in extra["attractors"]:
             one["si"] = {f"{key} [m]": (array(one[key]) * device.scale(name)).tolist()}
     show, drawn = partial(_show, found, device), over is not None
-    report(found, "attractors", show, out, as_json, extra, device=device, drawn=drawn)
-    end(found, limit)
+    present.report(found, "attractors", show, out, as_json, extra, device=device, drawn=drawn)
+    present.end(found, limit)
 
 
 def _show(
@@ -92,7 +91,7 @@ def _show(
                 f"{one.fraction:.2%}",
                 f"{one.interval[0]:.2%} to {one.interval[1]:.2%}",
                 str(one.period_number),
-                in_unit(one.progression, "progression", device),
+                present.in_unit(one.progression, "progression", device),
                 f"{one.multiplier:.6g}",
                 "" if one.mirror is None else "itself" if one.mirror == number else str(one.mirror),
                 one.itinerary,

@@ -10,18 +10,7 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.optimise import (
-    finite,
-    margin_option,
-    over_option,
-    print_steering,
-    subject_option,
-    table_of,
-    telling,
-    tolerance_option,
-    units_of,
-    with_unit,
-)
+from capsule_sym._commands.optimise import print_steering
 from capsule_sym._commands.signature import command
 from capsule_sym._commands.tolerances import print_tolerances
 from capsule_sym._design.counts import POINTS
@@ -33,10 +22,10 @@ _SAMPLES = 1024  # number of samples of tolerances
 @command()
 def design(
     system: options.System = options.parameters(),
-    over: dict[str, Any] = over_option,
-    subject_to: tuple[str, ...] = subject_option,
-    margin: float | None = margin_option,
-    tolerances: dict[str, float] = tolerance_option,
+    over: dict[str, Any] = options.over,
+    subject_to: tuple[str, ...] = options.subject_to,
+    margin: float | None = options.margin,
+    tolerances: dict[str, float] = options.tolerances,
     points: int = options.count("Points of the front of speed and cost.", 20, *POINTS),
     max_seconds: float = options.max_seconds(),
     out: options.Path | None = options.out(
@@ -63,7 +52,7 @@ def design(
     bounds = over or usual_drive(which)
     scenarios_of(((0.0, 0.0, 0.0),), tolerances, which)  # refused before work begins
     watch, spread = Watch(checked_seconds(max_seconds)), None
-    with telling("") as progress:
+    with present.telling("") as progress:
 
         def asked(doing: str) -> dict[str, Any]:
             return {
@@ -99,7 +88,7 @@ def design(
     for one in found.values():
         if one.status is capsule_sym.OptimumStatus.INFEASIBLE:
             raise InvalidInput("subject_to", list(subject_to), f"possible: {one.message}")
-    record = finite(
+    record = present.finite(
         {
             **{name.replace(" ", "_"): one.to_dict() for name, one in found.items()},
             "front": front.to_dict(),
@@ -109,18 +98,22 @@ def design(
     )
 
     def show() -> None:
-        _print(found, units_of(which))
+        _print(found, present.units_of(which))
         if spread is not None:
             print_tolerances(spread)
             click.echo()
         print_steering(steering)
 
-    files = {"design.json": record, "front.csv": table_of(front), "path.csv": table_of(steering)}
+    files = {
+        "design.json": record,
+        "front.csv": present.table_of(front),
+        "path.csv": present.table_of(steering),
+    }
     pictures = {"front.svg": partial(capsule_sym.plot, front)} if front.points else {}
     if steering.branches:
         pictures["path.svg"] = partial(capsule_sym.plot, steering)
     if spread is not None and spread.metrics:
-        files["tolerances.csv"] = table_of(spread)
+        files["tolerances.csv"] = present.table_of(spread)
         pictures["tolerances.svg"] = partial(capsule_sym.plot, spread)
     present.result(lambda: record, show, as_json, out, lambda: files, pictures)
     missing = {name: one.message for name, one in found.items() if not one.success}
@@ -141,7 +134,7 @@ def _print(found: Mapping[str, capsule_sym.Optimum], units: Mapping[str, str]) -
             name,
             *(f"{value:.5g} {units.get(key, '')}".rstrip() for key, value in one.over.items()),
             *(
-                with_unit(one.metrics[key], units.get(key, ""))
+                present.with_unit(one.metrics[key], units.get(key, ""))
                 for key in (metric.replace(" ", "_") for metric in metrics)
             ),
         )

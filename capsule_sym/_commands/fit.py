@@ -11,7 +11,6 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.optimise import end, report, telling, units_of
 from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._design.counts import BOOTSTRAP, SEED, STARTS
 
@@ -67,7 +66,7 @@ def fit(
     if not (unknown or rig):
         raise click.UsageError("give --unknown for each unknown")
     options.check_beside("seed", needs=("starts", "bootstrap"))
-    with telling("Fitting") as progress:
+    with present.telling("Fitting") as progress:
         watch = Watch(checked_seconds(how["max_seconds"]))
         if rig:
             how = {name: how[name] for name in how if name not in ("state", "phase")}
@@ -89,14 +88,14 @@ def fit(
             progress(f"interval of {name}")
             ranges[name] = found.interval(name, max_seconds=watch.left)
     extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
-    report(found, "fit", lambda: _print_fit(found, ranges), out, as_json, extra)
+    present.report(found, "fit", lambda: _print_fit(found, ranges), out, as_json, extra)
     if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
         present.fail("time-limit: intervals are missing")
-    end(found)
+    present.end(found)
 
 
 def _print_fit(found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
-    units = units_of(found.system)
+    units = present.units_of(found.system)
     again = found.bootstrap.standard_errors if found.bootstrap else {}
     rows = (
         (

@@ -60,6 +60,31 @@ def by_name(help: str, *flags: str, of: Any, **settings: Any) -> Any:
     return option(help, *flags, type=of, multiple=True, callback=check, **settings)
 
 
+over = by_name(
+    "A varied parameter with its bounds: dimensionless, or of the device. Repeatable.",
+    "--over",
+    of=Named(),
+)
+subject_to = option(
+    "A constraint, such as 'peak_force <= 2'. Repeatable.",
+    type=str,
+    multiple=True,
+    metavar="LIMIT",
+)
+margin = option("Floquet multipliers at most 1 - MARGIN.", type=float)
+
+
+def shares(help: str, flag: str = "--tolerance") -> Any:
+    """Option for pairs of a parameter and a share, repeatable."""
+    kind = Named(click.FLOAT, "alpha=0.05")
+    return by_name(help, flag, of=kind, metavar="NAME=SHARE")
+
+
+tolerances = shares(
+    "Optimise the worst case within ±SHARE of the parameter. Repeatable.",
+)
+
+
 def windows(counted: bool = False) -> Any:
     """The options --x-r, --v-r, --v-c and --phase: ranges of starts, on request with counts."""
     kind = Range(counted)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from capsule_sym._enclosures.certificates.certify import Certified
     from capsule_sym._native import Watch
+    from capsule_sym._parameters import SceneDevice
     from capsule_sym._study.data import Track
 
 
@@ -63,6 +65,105 @@ def result(
         click.echo(dumps(dict(record())))
     else:
         show()
+
+
+def finite(record: Any) -> Any:
+    """Record of numbers, texts, lists and dicts, with None for non-finite numbers."""
+    if isinstance(record, Mapping):
+        return {name: finite(value) for name, value in record.items()}
+    if isinstance(record, list | tuple):
+        return [finite(value) for value in record]
+    if isinstance(record, float) and not math.isfinite(record):
+        return None
+    return record
+
+
+def report(
+    found: Any,
+    name: str,
+    show: Callable[[], None],
+    out: Path | None,
+    as_json: bool,
+    extra: Mapping[str, Any] = MappingProxyType({}),
+    *,
+    device: SceneDevice | None = None,
+    drawn: bool | None = None,
+) -> None:
+    """Present a result, with its record, table and picture as files.
+
+    Rows of a dimensionless table have SI units too if there is a device. By default there is a
+    picture if the table has rows; `drawn` overrides this.
+    """
+    columns = getattr(found, "columns", {})
+
+    def record() -> dict[str, Any]:
+        text: dict[str, Any] = finite({**found.to_dict(), **extra})
+        return text
+
+    def files() -> dict[str, Any]:
+        table = {f"{name}.csv": table_of(found, device)} if columns else {}
+        return {f"{name}.json": record()} | table
+
+    drawn = any(map(len, columns.values())) if drawn is None else drawn
+    pictures = {f"{name}.svg": partial(capsule_sym.plot, found)} if drawn else {}
+    result(record, show, as_json, out, files, pictures)
+
+
+def table_of(
+    found: Any, device: SceneDevice | None = None
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Columns of a result as rows of a table, and their names; in SI units too for a device."""
+    from capsule_sym._records import in_si
+
+    lists = {key: column.tolist() for key, column in found.columns.items()}
+    each = (dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True))
+    return [row | in_si(device, row) for row in each], list(lists)
+
+
+def end(found: Any, limit: Watch | None = None) -> None:
+    """Exit with 3, and the reason, if there is no result, or as interrupted after Ctrl-C."""
+    if limit is not None and limit.stopped:
+        raise KeyboardInterrupt
+    if not found.success:
+        fail(f"{found.status.value}: {found.message}")
+
+
+@contextmanager
+def telling(text: str) -> Iterator[Callable[[str], object]]:
+    """Show progress texts of long work on stderr, if it is a terminal."""
+    with progress(text) as update:
+        yield lambda said: update(description=f"{text}: {said}".removeprefix(": "))
+
+
+_MILLI = {"m/s": "mm/s", "m": "mm"}
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Value with its unit; speeds and lengths in mm."""
+    if unit in _MILLI:
+        value, unit = 1000 * value, _MILLI[unit]
+    return f"{value:.6g} {unit}".rstrip()
+
+
+def in_unit(value: float, name: str, device: SceneDevice | None, digits: int = 6) -> str:
+    """Dimensionless quantity with so many digits, or in its unit if there is a device."""
+    from capsule_sym._units import UNITS
+
+    if device is None:
+        return f"{value:.{digits}g}"
+    return with_unit(value * device.scale(name), UNITS[name].name)
+
+
+def units_of(system: capsule_sym.SceneParameters | capsule_sym.SceneDevice) -> dict[str, str]:
+    """Units of metrics and parameters; empty for dimensionless systems."""
+    from capsule_sym._design import quantities
+    from capsule_sym._units import METRIC_UNITS
+
+    if not isinstance(system, capsule_sym.SceneDevice):
+        return {}
+    return {name: unit.name for name, unit in METRIC_UNITS.items()} | quantities.units_of(
+        system.scene
+    )
 
 
 def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) -> None:

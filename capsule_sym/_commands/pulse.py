@@ -8,14 +8,6 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.optimise import (
-    end,
-    over_option,
-    report,
-    tolerance_option,
-    units_of,
-    with_unit,
-)
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option, several
 from capsule_sym._errors import InvalidInput
@@ -38,7 +30,7 @@ def pulse(
     ),
     reverse: bool = option("Target: the fastest of these attractors in the opposite direction."),
     windows: dict[str, Any] = options.windows(),
-    over: dict[str, Any] = over_option,
+    over: dict[str, Any] = options.over,
     how: dict[str, Any] = several(
         most_periods=options.count("Most periods of the pulse.", 8, 1, 1000, "--max-periods"),
         least=option(
@@ -47,7 +39,7 @@ def pulse(
             default="periods",
             show_default=True,
         ),
-        tolerances=tolerance_option,
+        tolerances=options.tolerances,
     ),
     max_seconds: float = options.max_seconds(),
     out: options.Path | None = options.out(
@@ -88,8 +80,8 @@ def pulse(
                 raise
             field = "--to" if between is None else "--between"
             raise InvalidInput(field, error.value, error.allowed) from None
-    report(found, "pulse", lambda: _show(found), out, as_json)
-    end(found, limit)
+    present.report(found, "pulse", lambda: _show(found), out, as_json)
+    present.end(found, limit)
 
 
 def _motions(
@@ -132,12 +124,12 @@ def _motions(
 def _show(found: capsule_sym.Pulse) -> None:
     if not found.periods:
         return
-    units = units_of(found.system)
+    units = present.units_of(found.system)
     unit = units.get(found.parameter, "")
     low, high = (f"{end:.6g}" for end in found.interval)
     names = found.scene.facts.STATE
     state = "  ".join(
-        with_unit(value, units[name]) if units else f"{value:.9g}"
+        present.with_unit(value, units[name]) if units else f"{value:.9g}"
         for name, value in zip(names, found.state, strict=True)
     )
     velocity = units.get("velocity", "")
@@ -149,9 +141,9 @@ def _show(found: capsule_sym.Pulse) -> None:
             ("interval", f"{low} to {high} {unit}".rstrip()),
             ("periods", str(found.periods)),
             ("begins in state", f"{state} (period {found.begins} of the motion)"),
-            ("duration", with_unit(found.duration, "s" if units else "")),
-            ("work", with_unit(found.work, units.get("work", ""))),
+            ("duration", present.with_unit(found.duration, "s" if units else "")),
+            ("work", present.with_unit(found.work, units.get("work", ""))),
             ("transient", f"{found.transient} periods"),
-            ("velocity", " to ".join(with_unit(one, velocity) for one in ways)),
+            ("velocity", " to ".join(present.with_unit(one, velocity) for one in ways)),
         )
     )

@@ -10,7 +10,6 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.optimise import end, in_unit, report
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option, several
 
@@ -66,8 +65,8 @@ def shock(
 
     extra = {} if device is None else {"si": _in_si(found, device)}
     drawn = found.phase is not None
-    report(found, "shock", lambda: _print(found, device), out, as_json, extra, drawn=drawn)
-    end(found, limit)
+    present.report(found, "shock", lambda: _print(found, device), out, as_json, extra, drawn=drawn)
+    present.end(found, limit)
 
 
 def _in_si(found: capsule_sym.Shock, device: options.Device) -> dict[str, float]:
@@ -83,8 +82,11 @@ def _print(found: capsule_sym.Shock, device: options.Device) -> None:
     if found.phase is not None:
         rows |= {
             "smallest knock": f"{found.size:.9g}",
-            **{f"  in {k}": in_unit(one, k, device, 9) for k, one in record["knock"].items()},
-            "at phase": in_unit(found.phase, "phase", device, 9),
+            **{
+                f"  in {k}": present.in_unit(one, k, device, 9)
+                for k, one in record["knock"].items()
+            },
+            "at phase": present.in_unit(found.phase, "phase", device, 9),
         }
         if found.success or found.edge is not None:
             rows["edge state"] = _motion(record["edge"], device)
@@ -99,7 +101,7 @@ def _motion(record: dict[str, Any] | None, device: options.Device) -> str:
     if record is None:
         return "no periodic motion"
     largest = math.hypot(*record["multipliers"][0])
-    progression = in_unit(record["progression"], "progression", device)
+    progression = present.in_unit(record["progression"], "progression", device)
     return (
         f"{' '.join(record['itinerary'])}, period number {record['period_number']}, "
         f"progression {progression}, largest multiplier {largest:.6g}"

@@ -8,14 +8,6 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.optimise import (
-    end,
-    report,
-    shares_option,
-    telling,
-    units_of,
-    with_unit,
-)
 from capsule_sym._commands.signature import command, option
 from capsule_sym._design.counts import SEED
 from capsule_sym._errors import InvalidInput
@@ -27,10 +19,10 @@ def tolerances(
     metric: tuple[str, ...] = option(
         "A metric, or arithmetic of metrics. Repeatable.", multiple=True, type=str, metavar="METRIC"
     ),
-    shares: dict[str, float] = shares_option(
+    shares: dict[str, float] = options.shares(
         "A parameter with a uniform distribution within ±SHARE of its value. Repeatable."
     ),
-    normal: dict[str, float] = shares_option(
+    normal: dict[str, float] = options.shares(
         "A parameter with a normal distribution of this relative deviation. Repeatable.",
         "--normal",
     ),
@@ -60,7 +52,7 @@ def tolerances(
         if name in over:
             raise InvalidInput("--normal", name, "a parameter without --tolerance")
         over[name] = _normal(which, name, share)
-    with telling("Sampling") as progress:
+    with present.telling("Sampling") as progress:
         found = capsule_sym.tolerances(
             metric or ("velocity",),
             over,
@@ -71,8 +63,8 @@ def tolerances(
             max_seconds=max_seconds,
             progress=progress,
         )
-    report(found, "tolerances", lambda: print_tolerances(found), out, as_json)
-    end(found)
+    present.report(found, "tolerances", lambda: print_tolerances(found), out, as_json)
+    present.end(found)
 
 
 def _normal(which: Any, name: str, share: float) -> Any:
@@ -93,13 +85,13 @@ def print_tolerances(found: capsule_sym.Tolerances) -> None:
     """Print the spread of each metric, its indices, and the probabilities of other motions."""
     if not found.metrics:
         return
-    units = units_of(found.system)
+    units = present.units_of(found.system)
     heads = ("metric", "nominal", "mean", "deviation", "2.5 %", "97.5 %")
     rows = [
         (
             one.metric.replace("_", " "),
             *(
-                with_unit(value, units.get(one.metric, ""))
+                present.with_unit(value, units.get(one.metric, ""))
                 for value in (
                     one.nominal,
                     one.mean,
