@@ -151,8 +151,8 @@ class Run:
         while begin and turns < periods and len(self.segments) < most:
             if self.watch.over:
                 break
-            limit = self._remaining(periods - turns, state.angle + state.angle_rest)
-            flow, switch = self.first_switch(state, begin, limit)
+            left = (periods - turns) * self.numbers.full_turn - (state.angle + state.angle_rest)
+            flow, switch = self.first_switch(state, begin, left / self.omega)
             passed, angle, rest = _turned(flow, state, switch)
             if switch.duration * max(flow.c.rate, self.omega) > self.numbers.unit:
                 self.still = 0
@@ -204,9 +204,6 @@ class Run:
             return 0
         fall, fall_rest = self.numbers.edge(self.constants[0].high_share())
         return int((angle - fall) + (rest - fall_rest) >= 0)
-
-    def _remaining(self, periods: int, angle: Number) -> Number:
-        return (periods * self.numbers.full_turn - angle) / self.omega
 
     def _begin(self, state: State, source: int | None = None) -> tuple[State, SegmentStart | None]:
         """State at which a segment begins (rest if next to it), and the successor field."""

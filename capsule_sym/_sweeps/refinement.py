@@ -115,7 +115,8 @@ def _refine(points: _Points, stride: int) -> None:
         # A computed point may differ from its neighbours, which are then checked too.
         while points.compute(_corners(points, lattice)):
             pass
-        finer = [_halved(lines) for lines in lattice]
+        middles = [(lines[:-1] + lines[1:]) // 2 for lines in lattice]
+        finer = [np.union1d(*pair) for pair in zip(lattice, middles, strict=True)]
         if all(len(new) == len(old) for new, old in zip(finer, lattice, strict=True)):
             break
         points.fill(lattice, finer)
@@ -212,7 +213,3 @@ def _corners(points: _Points, lattice: list[NDArray[np.intp]]) -> Mask:
     chosen = windows(np.pad(beside, 1), (2, 2)).max(axis=(2, 3))
     chosen = chosen[: number.shape[0], : number.shape[1]]
     return _where(points.number.shape, lattice, chosen)
-
-
-def _halved(lines: NDArray[np.intp]) -> NDArray[np.intp]:
-    return np.unique(np.append(lines, (lines[:-1] + lines[1:]) // 2))

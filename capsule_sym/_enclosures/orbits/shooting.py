@@ -148,7 +148,8 @@ class Shooting:
             by.append(chosen * slopes)
         omega = self.parameters(values)["omega"]
         elapsed = sum(durations, arb(0))
-        residual.append(assembled(1, 1, [(0, 0, elapsed * omega - self._whole_turns)]))
+        turns = 2 * self.itinerary.period_number * arb.pi()
+        residual.append(assembled(1, 1, [(0, 0, elapsed * omega - turns)]))
         rates = [(0, k, omega) for k in self.durations]
         if "omega" in self.varied:
             rates.append((0, self.parameter("omega"), elapsed))
@@ -156,10 +157,6 @@ class Shooting:
         return Evaluation(
             self.itinerary, stacked(residual), stacked(by), nodes, durations, tuple(flows), ordered
         )
-
-    @property
-    def _whole_turns(self) -> Ball:
-        return 2 * self.itinerary.period_number * arb.pi()
 
     def _moving(self, field: Any) -> Iterator[str]:
         """Parameters among the columns on which the flow of a field depends."""

@@ -204,15 +204,13 @@ def landing(
     forms: ClosedForms, segment: Segment, following: Segment | None
 ) -> NDArray[np.float64] | None:
     """Saltation matrix (3, 3) at the end of a segment; None where it is the identity."""
-    if following is None or not _lands(forms, segment.field, following.field):
+    if following is None:
+        return None
+    if drift(segment.field, forms.scene) in (0, drift(following.field, forms.scene)):
         return None
     c, after = forms.constants(segment.field), forms.constants(following.field)
     state = np.array([float(value) for value in segment.end_state])
     return saltation_matrix(c, after, state, math.cos(float(segment.end.phase) * c.omega))
-
-
-def _lands(forms: ClosedForms, field: int, following: int) -> bool:
-    return drift(field, forms.scene) not in (0, drift(following, forms.scene))
 
 
 def _orthonormal(frame: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
