@@ -20,7 +20,7 @@ for _name, _module, _text in (
     ("bench", "benchmarks.speed.commands", "Measure speed against error, and the goals."),
     ("first-calls", "benchmarks.speed.commands", "Measure what a person calls first."),
     ("scenes", "benchmarks.speed.commands", "Measure the speed of each scene."),
-    ("bench-design", "benchmarks.speed.commands", "Measure what the design of a device asks for."),
+    ("bench-design", "benchmarks.speed.commands", "Measure the computations of a device's design."),
 ):
     group.add(_name, _module, _text)
 

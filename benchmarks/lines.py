@@ -166,9 +166,9 @@ def circles() -> list[str]:
 
 
 def homes() -> list[str]:
-    """The files with a table of facts of the model's parameters, each at a line of its own.
+    """Files with a table of facts of the model's parameters, each at a line of its own.
 
-    What the paper prints of them is no home: the model is judged by it.
+    The transcription of the paper does not count: the model is checked against it.
     """
     return [
         path.relative_to(ROOT).as_posix()
@@ -180,7 +180,7 @@ def homes() -> list[str]:
 
 
 def has_facts(text: str) -> bool:
-    """Whether a text says something of each parameter at a line of its own, one after another."""
+    """True if a text has a line for each parameter, one after another."""
     named = re.compile(rf"\W*(?:[A-Za-z]\w*\W+)?({'|'.join(PARAMETERS)})\W+\w")
     lines = [line for line in text.splitlines() if "->" not in line]
     found = [(number, one[1]) for number, line in enumerate(lines) if (one := named.match(line))]

@@ -15,7 +15,7 @@ from capsule_sym._cli import main
 from tests.sampling import ALL
 from tests.standing import *  # noqa: F403 (hooks)
 
-# What is imported and collected stays to the end. To look through it again and again for what is no
+# Imported and collected objects stay to the end. Searching them again and again for what is no
 # longer referred to took a tenth of the time of all tests.
 gc.disable()
 
@@ -25,8 +25,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 
-# Wall-clock limits on single examples measure how busy the machine is, not the code.
-# What is tried is the same in every quick run; `make test-long` tries something else each time.
+# Wall-clock limits on single examples depend on the load of the machine, not on the code.
+# Quick runs always try the same examples; `make test-long` tries others each time.
 settings.register_profile("capsule-sym", deadline=None, derandomize=not ALL)
 settings.load_profile("capsule-sym")
 
@@ -71,7 +71,7 @@ def inside(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) 
     return run
 
 
-# What tests derive or build once in a process, such as the model in SymPy, is not derived by both
+# Data that tests derive once in a process, such as the model in SymPy, are not derived by both
 # workers: a file, and all of these folders, is run by one of them. The longest begin.
 TOGETHER = ("tests/symbolic/", "tests/orbits/")
 FIRST = (

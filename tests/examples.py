@@ -39,7 +39,7 @@ class Page:
 
 
 def shown(block: str) -> list[str]:
-    """What a block of Python says it prints, in comments that stand alone."""
+    """Output that a block of Python announces, in comments on lines of their own."""
     return [line.removeprefix("# ") for line in block.splitlines() if line.startswith("# ")]
 
 

@@ -17,7 +17,7 @@ sampled = pytest.mark.sampled
 
 
 def many(count: int, quick: int) -> int:
-    """How many cases to try: so many of a count in the quick tests."""
+    """Number of cases to try: a part of the count in quick tests."""
     return count if ALL else min(count, quick)
 
 

@@ -1,4 +1,4 @@
-"""What an installed wheel has to do, by what it installs alone: `python -W error tests/smoke.py`.
+"""Smoke test of an installed wheel and its dependencies: `python -W error tests/smoke.py`.
 
 No tests' tools and no file of the checkout are used, so that it runs wherever a wheel is tried.
 """

@@ -1,4 +1,4 @@
-"""What stands still ends, where pytest is told `faulthandler_timeout` and `..._exit_on_timeout`.
+"""Tests that hang end, if pytest has the options `faulthandler_timeout` and `..._exit_on_timeout`.
 
 pytest itself limits each test, but takes the limit back from the teardown of one that failed, and
 has none for the end of a session; xdist takes the death of a worker at that end for a good one.

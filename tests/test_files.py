@@ -31,7 +31,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pip
 
 @contextmanager
 def full_disk(room: int = 40) -> Iterator[None]:
-    """Files of this process may have so many bytes and no more; it is told so, not ended."""
+    """Files of this process may have so many bytes; writes beyond fail without ending it."""
     resource = pytest.importorskip("resource")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))

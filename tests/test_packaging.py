@@ -1,4 +1,4 @@
-"""What an installation holds, what an import costs, and who may import whom."""
+"""Contents of an installation, cost of imports, and allowed imports."""
 
 import ast
 import os
@@ -335,7 +335,7 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ({"CC": "/bin/false"}, None, '"/bin/false"'),
         ({"CC": "/nowhere/cc"}, None, "/nowhere/cc"),
-        # Older compilers only warn of it unless they are told otherwise.
+        # Older compilers only warn of it by default.
         ({}, ("tables.c", 'int wrong(void) { return "text"; }'), "wrong"),
     ],
     ids=["fails", "absent", "stops"],
@@ -391,7 +391,7 @@ def test_a_source_distribution_holds_what_is_generated_once(
     (source,) = (path.parent for path in tmp_path.glob("*/pyproject.toml"))
     package = source / "capsule_sym" / "generated"
     assert package.is_symlink()
-    # What `make generate` writes reaches the package, and a wheel that is built from here.
+    # Output of `make generate` reaches the package, and a wheel that is built from here.
     written = source / "generated" / "capsule" / "py" / "__init__.py"
     written.write_text(f"{written.read_text()}\nNEW = 1\n")
     assert "NEW = 1" in (package / "capsule" / "py" / "__init__.py").read_text()

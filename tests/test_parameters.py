@@ -1,4 +1,4 @@
-"""Validation and scaling, judged by the table of Section 2 in exact and 50-digit arithmetic."""
+"""Validation and scaling, against the table of Section 2 in exact and 50-digit arithmetic."""
 
 import math
 import pickle

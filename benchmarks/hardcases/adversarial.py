@@ -52,7 +52,7 @@ class Tally:
 
     `backends` counts the starts that each backend was checked on; the default backend takes all. Of
     those side by side in lanes, `alone` counts what the lanes left to the code for one run.
-    `escalated` are starts that double precision left open and 50 digits decided, `undecided` those
+    `escalated` are starts that 50 digits decided instead of double precision, `undecided` those
     that stay open (a tangency or corner to 50 digits); `distances` gives starts, escalated and
     undecided by the decade of the start's distance from a degenerate one. `worst` is the largest
     error of a switching time in units of u (t* + M/|g'(t*)|), those below 2 not told apart.
@@ -222,7 +222,7 @@ def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] 
 
 
 def _first_switch(numbers: Backend, start: Start) -> tuple[SegmentStart | None, Switch | None]:
-    """What follows at a start, and the first switch before the run's end."""
+    """Successor field at a start, and the first switch before the run's end."""
     number, parameters = numbers.number, start.parameters
     run = Run(numbers, parameters, escalate=False)
     x_r, v_r, v_c = (number(value) for value in start.state)
@@ -242,7 +242,7 @@ def _problem(
     begin: SegmentStart | None,
     true: Switch | None,
 ) -> tuple[str, float]:
-    """What is wrong with a first switch, empty if nothing is, and the error of its duration."""
+    """Fault of a first switch, empty if there is none, and the error of its duration."""
     found = f"F{switch.field}" if switch else "no field"
     expected = f"F{begin.field}" if begin else "no field"
     if switch is None or begin is None or true is None or switch.field not in (begin.field, 0):
@@ -260,7 +260,7 @@ def _problem(
 
 
 def _switch(segment: Segment) -> LaneSwitch:
-    """What ended a segment."""
+    """Event that ended a segment."""
     plane = int(segment.target[1:]) if segment.target else 0
     return LaneSwitch(segment.field, plane, segment.duration, alone=True)
 

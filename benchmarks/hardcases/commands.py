@@ -90,14 +90,12 @@ def _all(rows: list[Row], way: str) -> int:
 def adversarial(
     count: int = options.count("", 2000, 1),
     seed: int = options.count("Decides all starts.", 1),
-    out: Path | None = options.out(
-        "Keep here, in seed-SEED.jsonl, what is done, and go on from there."
-    ),
+    out: Path | None = options.out("Folder of the log, seed-SEED.jsonl, from which runs resume."),
     as_json: bool = options.as_json,
 ) -> None:
     """Compare the first switch of random starts near tangencies and corners with 50 digits.
 
-    The log in --out grows by a line for every 200 starts; a run that was interrupted goes on where
+    The log in --out grows by a line for every 200 starts; an interrupted run resumes where
     it stopped, unless the code has changed. Exits with 1 if at a single start another field
     follows, another guard fires, or the time is not as accurate as promised.
     """
@@ -139,7 +137,7 @@ def _print_tally(total: Tally) -> None:
         f"\n{total.starts} starts, {len(total.disagreements)} disagreements, "
         f"{len(total.inaccurate)} times outside the accuracy contract. Checked: {backends}.\n"
         f"Outcomes: {outcomes}.\n"
-        f"Left open by double precision and decided by 50 digits: {total.escalated}, of which "
+        f"Decided by 50 digits because double precision could not: {total.escalated}, of which "
         f"{sum(n[1] for n in far)} among the {sum(n[0] for n in far)} starts from {_FAR:g} on; "
         f"open to 50 digits as well: {total.undecided}.\n"
         f"Largest error of a switching time: {total.worst:.2f} of 8 allowed.\n"

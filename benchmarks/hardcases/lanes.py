@@ -14,7 +14,7 @@ from capsule_sym._map.native import core
 class LaneSwitch(NamedTuple):
     """The first switch of a run: the field before it, the plane (0: none comes), and the duration.
 
-    `field` is 0 where no switch comes and the run does not tell it; `alone` tells whether the lanes
+    `field` is 0 if there is no switch or the run does not give it; `alone` is true if the lanes
     left it to the code for one run.
     """
 
@@ -25,7 +25,7 @@ class LaneSwitch(NamedTuple):
 
 
 def first_switch(numbers: Backend, start: Start, lanes: int) -> LaneSwitch | None:
-    """The first switch of a start in one of `lanes` lanes; None where the core leaves it open.
+    """The first switch of a start in one of `lanes` lanes; None if the core cannot decide.
 
     The others hold runs from displaced states, most of them in the same field. `numbers` gives the
     duration its digits.

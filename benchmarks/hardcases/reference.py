@@ -69,7 +69,7 @@ class ReferenceCheck:
 
     @property
     def passed(self) -> bool:
-        """Whether every switch is true and within the accuracy contract."""
+        """True if every switch is true and within the accuracy contract."""
         return not self.wrong and self.found == self.true and self.error.amplitude <= CONTRACT
 
 
@@ -102,7 +102,7 @@ def error(
 ) -> Error:
     """The error of a switching time that is found to be `duration` where `exact` is true.
 
-    Zero where g'(t*) = 0: there the contract asks for no digits. An error that is certainly no more
+    Zero where g'(t*) = 0: there the contract requires no digits. An error that is certainly no more
     than `negligible` is given by a bound.
     """
     c = numbers.constants(begin.field, parameters)

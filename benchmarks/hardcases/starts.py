@@ -25,7 +25,7 @@ class RandomStart(NamedTuple):
     """A start, of which kind it is, and how far from degenerate.
 
     The distance is that of the state to be met, as chosen: the larger one if two conditions are
-    to hold, where a rate counts squared, as it moves a minimum by that; infinite if none is.
+    to hold, where a rate counts squared, like its shift of a minimum; infinite if none is.
     """
 
     kind: str
@@ -142,7 +142,7 @@ def _before(
 
 
 def _inside(c: Any, state: tuple[float, float, float]) -> bool:
-    """Whether the state is in the field's region or on its boundary, and of moderate size."""
+    """True if the state is in the field's region or on its boundary, and of moderate size."""
     x_r, v_r, v_c = state
     gap = x_r - c.delta
     if not all(abs(value) < 1e3 for value in state) or (gap > 0 and not c.contact):

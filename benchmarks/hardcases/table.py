@@ -25,7 +25,7 @@ class Row:
 
     `error_ulp` is the largest error of a switching time in units of u (t* + M/|g'(t*)|), allowed
     up to 8; `error_ulp_at_phase` is the same with the smaller of the two readings of M (`Error`).
-    `baselines` says how each of these methods did: "all", or what went wrong.
+    `baselines` has the result of each of these methods: "all", or the failure.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        """Whether all events are true ones, none is missing, and all times are accurate."""
+        """True if all events are true ones, none is missing, and all times are accurate."""
         return self.verdict == "ok"
 
 

@@ -112,7 +112,7 @@ def bench_design(
 def _keep(
     name: str, rows: list[dict[str, Any]], out: Path | None, as_json: bool, **said: str
 ) -> None:
-    """Write a record to a directory, if there is one, and print it, if that is asked for."""
+    """Write a record to a directory, if there is one, and print it, on request."""
     from capsule_sym._bench.machine import machine, versions
     from capsule_sym._records import dumps, write
 

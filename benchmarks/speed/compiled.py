@@ -1,4 +1,4 @@
-"""The integrators in C beside this file, compiled where they are first asked for."""
+"""The integrators in C beside this file, compiled on first use."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def compiler() -> str | None:
 
 
 def version() -> str | None:
-    """What the compiler calls itself, None where there is none."""
+    """Name and version of the compiler; None without one."""
     if (path := compiler()) is None:
         return None
     done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
@@ -33,7 +33,7 @@ def version() -> str | None:
 
 
 def problem() -> str | None:
-    """Why there are no integrators in C, None where there are; compiles them if need be."""
+    """Reason why there are no integrators in C, or None; compiles them if needed."""
     if compiler() is None:
         return "there is no C compiler cc"
     try:

@@ -1,4 +1,4 @@
-"""What the design of a device asks for: metrics of cells, derivatives, optima, fits.
+"""Times of a device's design: metrics of cells, derivatives, optima, fits.
 
 Each part of `PARTS` yields goals with what was reached. Times are processor time, the best of the
 repeats.

@@ -1,4 +1,4 @@
-"""What a person calls first: a run with its segments, states at many times, a fit, a command.
+"""Times of a user's first calls: a run with its segments, states at many times, a fit, a command.
 
 Beside it stand SciPy's dense output and heyoka.py's continuous output, over the same segments:
 where they begin and how long they last is given to these, so that they look for no switch.
@@ -48,7 +48,7 @@ Call = Callable[[], object]
 
 
 def how(repeats: int) -> str:
-    """How the times are taken, in one line."""
+    """Method of the measurement, in one line."""
     return f"by the clock, the least of {repeats} rounds through all calls, the others' among them"
 
 

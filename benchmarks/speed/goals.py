@@ -1,4 +1,4 @@
-"""What the core has to reach: speed beside a compiled DOP853, accuracy, and switches."""
+"""Goals of the core: speed compared with a compiled DOP853, accuracy, and switches."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Goal(NamedTuple):
 
     @property
     def met(self) -> bool:
-        """Whether it is."""
+        """True if the goal is reached."""
         return self.value >= self.goal if self.relation == ">=" else self.value <= self.goal
 
 

@@ -1,6 +1,6 @@
 /* Eqs. (7)-(12) integrated in C, for comparison with the exact map: the adaptive method of order 8
  * by Dormand and Prince with its dense output (tableau.h holds its coefficients), and the classical
- * Runge-Kutta method of order 4 with fixed steps. Neither knows a formula of the exact map.
+ * Runge-Kutta method of order 4 with fixed steps. Neither contains a formula of the exact map.
  *
  * A run begins at time 0 in the given field (1 to 6) at the state z = (x_r, v_r, v_c). It writes
  * the final state to z and the fields that it enters to `word`, and returns their number. A run
@@ -89,7 +89,7 @@ static Field following(const Field *f, int fired, const double *z)
     return field_of(f->p, f->contact, fabs(pull) <= f->p->f_b ? 0 : pull > 0 ? 1 : -1);
 }
 
-/* One step of order 8: its stages, and the polynomial through it once that is asked for. */
+/* One step of order 8: its stages, and the polynomial through it on request. */
 typedef struct {
     const Field *field;
     double precision; /* to which roots are found, as a fraction of the step */

@@ -1,4 +1,4 @@
-"""How the time of this map in C grows: with periods, batch, threads, stiffness and frequency."""
+"""Growth of the time of this map in C with periods, batch, threads, stiffness and frequency."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Growth(NamedTuple):
     """Time of one call for `runs` runs of `periods` each."""
 
     against: str
-    """What is varied: "periods", "batch", "threads", "beta" or "omega"."""
+    """Varied quantity: "periods", "batch", "threads", "beta" or "omega"."""
     value: float
     runs: int
     periods: int
@@ -53,7 +53,7 @@ def growth(repeats: int, most: int, advance: Callable[[], None]) -> list[Growth]
 
 
 def plan(most: int) -> Iterator[tuple[str, float, Parameters, int, int, int]]:
-    """What is varied and its value, parameters, runs, periods and threads of every call."""
+    """Varied quantity and its value, parameters, runs, periods and threads of every call."""
     p = Parameters()
     decades = [10**k for k in range(7) if 10**k <= most]
     yield from (("periods", n, p, 1, n, 1) for n in decades[1:])

@@ -42,7 +42,7 @@ class Speed(NamedTuple):
 
 
 def how(rounds: int) -> str:
-    """How the times are taken, in one line."""
+    """Method of the measurement, in one line."""
     return f"processor time, the median of {rounds} rounds through all scenes"
 
 

@@ -38,13 +38,13 @@ class FullStudy(Study):
 
     @property
     def skipped(self) -> list[str]:
-        """A line for every tool that cannot run here, which says why."""
+        """A line for every tool that cannot run here, with the reason."""
         why = compiled.problem()
         return super().skipped + [f"{NAMES} is skipped: {why}"] * bool(why)
 
     @property
     def goals(self) -> list[Goal]:
-        """What has to be reached, as far as the parts so far tell."""
+        """Goals, as far as the parts so far decide them."""
         single, near, many = self.rows.values()
         return goals(single, near, many, self.widths)
 

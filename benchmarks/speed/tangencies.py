@@ -1,4 +1,4 @@
-"""Where segments touch a switching plane: values of alpha, and runs beside them."""
+"""Tangencies to a switching plane: values of alpha, and runs beside them."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _steady(p: Parameters, state: State) -> State:
 def _after(p: Parameters, state: State) -> State:
     found = simulate_many([p], state, periods=_BLOCK)
     if not found.success.all():
-        raise ArithmeticError(f"a run came to no end at alpha = {p.alpha!r} from {state}")
+        raise ArithmeticError(f"a run did not finish at alpha = {p.alpha!r} from {state}")
     x_r, v_r, v_c = found.states[0].tolist()
     return x_r, v_r, v_c
 

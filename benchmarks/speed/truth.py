@@ -1,6 +1,6 @@
 """Itineraries and final states by the 50-digit map, of the study's runs.
 
-`python -m benchmarks.speed.truth` computes them anew, in some minutes, and writes reference.json of
+`python -m benchmarks.speed.truth` computes them, in some minutes, and writes reference.json of
 `capsule_sym/_bench`.
 """
 

@@ -273,7 +273,7 @@ def test_a_quick_study_makes_one_run_of_a_slow_tool(monkeypatch) -> None:
         study.run(part, lambda: None)
     assert {n for tool, n, _ in runs if tool.slow} == {1}
     assert {n for tool, n, _ in runs if not tool.slow} <= {2, 3, 28}
-    # What takes longer than a blink is not repeated.
+    # Calls that take long are not repeated.
     assert {long for *_, long in runs} == {0.1}
 
 

@@ -1,4 +1,4 @@
-"""The truth that tools are judged by, against independent integrators, and the judgement itself."""
+"""Reference values for tools, against independent integrators, and the comparison itself."""
 
 import json
 from itertools import combinations

@@ -94,7 +94,7 @@ def test_growth_is_what_runs_from_states_beside_show(name):
             else:
                 raise AssertionError(f"{name}: no start beside segment {j} along axis {axis}")
         totals += np.linalg.norm(by, axis=1)
-    # What `growth` has besides is the error at the switch itself: of a position, over its velocity.
+    # The rest of `growth` is the error at the switch itself: of a position, over its velocity.
     besides = growth_of_errors(run)[:count] - totals
     for k, (segment, after) in enumerate(zip(segments, run.segments[1:], strict=False)):
         if facts.FIELDS[segment.field][0] != facts.FIELDS[after.field][0]:

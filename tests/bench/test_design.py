@@ -1,4 +1,4 @@
-"""`make bench-design`: its goals, and that it says which are met."""
+"""`make bench-design`: its goals, and the goals met."""
 
 import json
 import re
@@ -71,7 +71,7 @@ main([{name!r}], group)
 
 
 def is_alive(process: int) -> bool:
-    """Whether a process has not ended, reaped or not."""
+    """True if a process has not ended, reaped or not."""
     try:
         return psutil.Process(process).status() != psutil.STATUS_ZOMBIE
     except psutil.NoSuchProcess:

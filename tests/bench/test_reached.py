@@ -1,4 +1,4 @@
-"""The table of what is reached, judged by the records."""
+"""Table of the goals reached, from the records."""
 
 from __future__ import annotations
 

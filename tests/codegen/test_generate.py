@@ -30,13 +30,13 @@ GENERATED = Path(__file__).parents[2] / "generated" / "capsule"
 
 @pytest.fixture(scope="module")
 def derived() -> dict[str, str]:
-    """What the derivation gives, in half a minute."""
+    """Output of the derivation, in half a minute."""
     return render()
 
 
 @pytest.fixture
 def rendered() -> dict[str, str]:
-    """What the derivation gave: `make check-generated`, and a long test, say that it still does."""
+    """Committed output of the derivation; `make check-generated` and a long test check it."""
     return files(GENERATED)
 
 

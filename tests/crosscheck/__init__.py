@@ -1,6 +1,6 @@
-"""Kernels at random starts, and the size of what each adds up: the unit their errors are judged in.
+"""Kernels at random starts, and the size of each sum: the unit of their errors.
 
-A kernel is judged on its own inputs: the doubles of a start are exact numbers, also at 50 digits.
+A kernel is checked on its own inputs: the doubles of a start are exact numbers, also at 50 digits.
 """
 
 from __future__ import annotations

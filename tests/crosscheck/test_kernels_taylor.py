@@ -52,7 +52,7 @@ def judged(case: Case) -> list[Any]:
 
 
 def closed(case: Case, **wrong: Any) -> list[Any]:
-    """The same by the closed form, with the constants that are asked for multiplied."""
+    """The same by the closed form, with the requested constants multiplied."""
     p = Parameters(*astuple(case.parameters))
     c = exact.constants(case.field, *map(mpf, astuple(p)))
     c = c._replace(**{name: getattr(c, name) * factor for name, factor in wrong.items()})

@@ -1,4 +1,4 @@
-"""Every built page in headless Chromium: no barrier that axe-core knows, no overflow."""
+"""Every built page in headless Chromium: no barrier found by axe-core, no overflow."""
 
 import pytest
 
@@ -17,7 +17,7 @@ pytestmark = [
 ]
 
 
-# Of the pages on a wide screen one of each kind is looked at, unless all are asked for.
+# Of the pages on a wide screen one of each kind is looked at, unless all are requested.
 KINDS = [
     *("index.html", "gallery.html", "theory/system.html", "performance.html"),
     *("glossary.html", "cli.html", "api/run.html", "notebooks/run.html"),
@@ -25,7 +25,7 @@ KINDS = [
 LOOKS = {"phone": ("dark", 390, BUILT), "wide": ("light", 1280, BUILT if ALL else KINDS)}
 # Parts of formulas, of which a page has up to ten thousand, say nothing and look as the text beside
 # them, so that each formula can stand for its parts as one text; of axe's findings only violations
-# are told, for the others cost as much again.
+# are reported, since the others cost as much again.
 OF_THEIR_OWN = """[...document.querySelectorAll("math")].flatMap((formula) => {
   const { color } = getComputedStyle(formula.parentElement);
   return [formula, ...formula.querySelectorAll("*")].filter((part) => {

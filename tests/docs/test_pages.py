@@ -1,4 +1,4 @@
-"""Every example of the documentation is run, and prints what the page says; all else parses."""
+"""Every example of the documentation is run, and prints the output on the page; all else parses."""
 
 import ast
 import contextlib
@@ -246,7 +246,7 @@ def called(name: str) -> Iterator[tuple[str, Callable[..., object]]]:
 
 @pytest.mark.parametrize("name", sorted(set(capsule_sym.__all__) - {"__version__", "scenes"}))
 def test_a_docstring_says_what_is_raised(name: str) -> None:
-    """What a function raises itself, by name."""
+    """Exceptions that a function raises itself, by name."""
     for called_name, function in called(name):
         tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
         calls = [n.exc for n in ast.walk(tree) if isinstance(n, ast.Raise)]
@@ -269,7 +269,7 @@ DRAWN = ("capsule_sym._figures",)  # what figures show has its units on their ax
 def numbers_of(name: str) -> Iterator[tuple[str, str, str]]:
     """A public name, or its methods and properties: the types it takes and gives, and its text.
 
-    What a class says holds for all of it, and what is written below an attribute is its text.
+    The text of a class includes its docstring, and that of an attribute the string below it.
     """
     found = getattr(capsule_sym, name)
     if not inspect.isclass(found):

@@ -71,7 +71,7 @@ def test_every_command_and_option_is_in_the_reference() -> None:
 
 
 class Loads(HTMLParser):
-    """What a page loads by itself, not what it links to."""
+    """Resources that a page loads by itself, without links."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -357,7 +357,7 @@ def test_a_short_segment_of_another_orbit_gives_no_coefficient(
     ("v", "line"), [(15.0, "L5"), (0.5, "L6"), (-0.5, "L7"), (-15.0, "L8"), (-0.5, "L10")]
 )
 def test_the_line_of_a_corner_is_that_of_its_force(v: float, line: str) -> None:
-    """Where the gap closes the force is delta + 2 zeta v_r, against a friction of 1."""
+    """At the impact surface the force is delta + 2 zeta v_r, against a friction of 1."""
     delta = "0.02" if line != "L10" else "2.0"
     stick = Field(2, VALUES | {"delta": ball(delta)})
     state = matrix(6, 1, ((k, 0, ball(x)) for k, x in enumerate((delta, v, 0, 0.1, 0.2, 1))))

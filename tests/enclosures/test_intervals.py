@@ -1,4 +1,4 @@
-"""Where the motions from rest go over intervals of alpha: against single runs."""
+"""Attraction of motions from rest over intervals of alpha, against single runs."""
 
 from __future__ import annotations
 

@@ -165,7 +165,7 @@ def test_all_of_a_segment_is_watched(
         assert begin <= reached
         reached = max(reached, end)
     assert reached >= longest
-    # Where the guard vanishes, its root is divided out: doubles stay away from there.
+    # The root of a guard that vanishes is divided out: doubles stay away from there.
     assert seen[0][0] > 0 or not before
     assert seen[0][1] < longest or not after
     answers["table"] = False

@@ -292,10 +292,10 @@ def test_a_digest_is_of_what_is_said_not_where(tmp_path: Path) -> None:
 
     imports = "from capsule_sym.a.b import c\nfrom capsule_sym.e import d\n"
     moved_imports = "from capsule_sym.e import d\nfrom capsule_sym.z import c\n"
-    text = f'''"""What."""\n{imports}from math import exp\n\n
-def f(x):\n    """How."""\n    # Why.\n    return c(x, 2) > exp(x)\n'''
+    text = f'''"""One."""\n{imports}from math import exp\n\n
+def f(x):\n    """Two."""\n    # Note.\n    return c(x, 2) > exp(x)\n'''
     was = of(text, "one")
-    same = ("What", "Whatever"), ("How", "However"), ("# Why.", ""), (imports, moved_imports)
+    same = ("One.", "Another."), ("Two.", "More."), ("# Note.", ""), (imports, moved_imports)
     for number, (old, new) in enumerate(same):
         assert of(text.replace(old, new), f"same{number}") == was
     changed = (">", ">="), ("2", "3"), ("exp", "log"), ("import c", "import e"), ("math", "cmath")

@@ -1,6 +1,6 @@
 """The page's library beside the package's: the same itineraries, the same states but for rounding.
 
-Both run one source. What may differ are exp, sin and cos, musl's there and the system's here, and
+Both run one source. Differing are exp, sin and cos, musl's there and the system's here, and
 products that this processor fuses with sums: some roundings in each segment, carried on by the run.
 """
 

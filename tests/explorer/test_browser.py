@@ -61,7 +61,7 @@ def _settled(tab, change):
 
 
 def _anew(tab, change):
-    """Does something, and waits until it has loaded the page anew."""
+    """Does something, and waits until it has loaded the page again."""
     tab.evaluate("window.before = true")
     end, ready = monotonic() + 60, False
     with suppress(Error):  # between two pages

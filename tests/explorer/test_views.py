@@ -1,4 +1,4 @@
-"""What is chosen in a diagram, a chart or a file is shown; nothing is cut or left standing."""
+"""A choice in a diagram, a chart or a file is shown; nothing is cut off or outdated."""
 
 import csv
 import re

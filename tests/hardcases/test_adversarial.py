@@ -30,7 +30,7 @@ def test_a_small_run_agrees_with_50_digits() -> None:
     assert set(tally.kinds) == set(KINDS)
     assert sum(tally.outcomes.values()) == CHUNK
     assert 0 < tally.worst <= 8.0
-    # What 50 digits had to settle was as close to degenerate as double precision sees.
+    # A start that 50 digits had to decide was as close to degenerate as double precision sees.
     assert tally.escalated
     for decade, (starts, escalated, undecided) in tally.distances.items():
         assert undecided <= escalated <= starts
@@ -45,7 +45,7 @@ def test_both_maps_are_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     lanes = [f"c, {width} lanes" for width in core.widths()]
     assert set(tally.backends) == {"c", "c, 106 bits", "numpy", *lanes}
     assert tally.backends["c"] == tally.backends["c, 106 bits"] == 8 * tally.backends["numpy"] == 16
-    # What one run alone decides in lanes' place does not count for them.
+    # A decision of the scalar path does not count for the lanes.
     assert all(tally.alone[name] < 16 for name in lanes)
 
 
@@ -82,7 +82,7 @@ def test_starts_are_decided_by_the_seed() -> None:
 
 
 def judged(backends: list[str]) -> Tally:
-    """A few starts, judged."""
+    """A few starts, checked."""
     tally = Tally()
     for number in range(20):
         tally.add(compare(random_start(Random(number)), backends))

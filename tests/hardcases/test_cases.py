@@ -1,4 +1,4 @@
-"""Every hard case by name: judged by 50 digits, and by a judge that shares no formula with them."""
+"""Every hard case by name: against 50 digits and an integrator of its own."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 On every surface, line and corner point, starts of all sign patterns are made from dyadic numbers,
 so that what should vanish vanishes exactly; the rows of the tables whose condition holds there say
-which field takes over.
+the successor field.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from tests.hardcases.mutations import MUTATIONS
 CASES = {case.name: case for case in cases()}
 
 
-# Cases by how their names begin. What rounding does to one of them may change with any formula, so
+# Cases by how their names begin. The effect of rounding on a case may change with any formula, so
 # that those which only rounding decides stand together.
 NEEDED = [
     ("no remainder", "graze from F2, 1e-02 past it"),

@@ -1,4 +1,4 @@
-"""Every typed outcome is reached, and says what is there."""
+"""Every typed outcome is reached, and is right."""
 
 from __future__ import annotations
 

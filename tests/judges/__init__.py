@@ -1,4 +1,4 @@
-"""Independent judges of the exact map: integrators that know only the equations of motion.
+"""Independent judges of the exact map: integrators based on the equations of motion only.
 
 Each judge integrates Eqs. (7)-(12) numerically and shares no formula with the package. They
 share with each other the numbering of the six fields, the switching rule of Sections 2 and 3 in
@@ -14,7 +14,7 @@ from typing import Any
 from capsule_sym import Parameters
 
 CONTACT = {1: False, 2: False, 3: False, 4: True, 5: True, 6: True}
-"""Whether the second spring acts, by field index."""
+"""True if the second spring acts, by field index."""
 
 DRIFT = {1: +1, 2: 0, 3: -1, 4: +1, 5: 0, 6: -1}
 """Direction of drift by field index: +1 forward, 0 stick, -1 backward."""
@@ -39,7 +39,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Run:
-    """A judged trajectory: its segments in order and the state (x_r, v_r, v_c, x_c) at its end."""
+    """Trajectory by a judge: its segments and the state (x_r, v_r, v_c, x_c) at its end."""
 
     segments: tuple[Segment, ...]
 

@@ -23,7 +23,7 @@ GAMMAS = ("3.3", "3.0")
 PERIODS = 20
 PRINTED_DIGITS = 40
 
-_GUARD_DIGITS = 15  # carried beyond the digits asked for
+_GUARD_DIGITS = 15  # beyond the requested digits
 _CLEARANCE = 20  # a step must not end with a guard below 10^-_CLEARANCE of its own size
 _MAX_SPLITS = 300
 
@@ -31,7 +31,7 @@ Coefficients = tuple[list[Any], list[Any], list[Any], list[Any]]
 
 
 class Undecided(ArithmeticError):
-    """The next switch or the next field cannot be told at the working precision."""
+    """The next switch or the next field cannot be decided at the working precision."""
 
 
 def run(
@@ -198,7 +198,7 @@ def _deflate(polynomial: list[Any], zero: Any) -> list[Any]:
 
 
 def _clear(polynomial: list[Any]) -> bool:
-    """Whether the polynomial is clear of zero at 1, relative to its largest coefficient."""
+    """True if the polynomial is clear of zero at 1, relative to its largest coefficient."""
     return bool(abs(mp.fsum(polynomial)) > mpf(10) ** -_CLEARANCE * max(map(abs, polynomial)))
 
 
@@ -283,7 +283,7 @@ def truth(gamma: str) -> dict[str, Any]:
 
 
 def truth_file(gamma: str) -> Path:
-    """Where the truth for this gamma (one of GAMMAS) is kept."""
+    """File of the truth for this gamma (one of GAMMAS)."""
     return DATA / f"reference_gamma{gamma.replace('.', '')}.json"
 
 

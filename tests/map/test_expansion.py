@@ -51,7 +51,7 @@ def test_every_guard_of_a_field_is_expanded() -> None:
 
 
 def bound(e: Expansion, d: Any, less: int = 0) -> Any:
-    """What the expansion claims of its error after d, for the guard or (less = 1) its rate."""
+    """Error bound of the expansion after d, for the guard or (less = 1) its rate."""
     n = len(e.values)
     errors = mp.fsum(
         mpf(a) * d ** (i - less) / factorial(i - less) for i, a in terms(e.errors, less)

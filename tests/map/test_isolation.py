@@ -358,7 +358,7 @@ def test_brents_method_refuses_ends_that_are_no_numbers(
     asked = iter(range(1000))
 
     def f(x: float) -> float:
-        next(asked)  # or StopIteration: it goes on for ever
+        next(asked)  # or StopIteration: it does not end
         return value * (x - 0.5)
 
     with pytest.raises(InvalidInput) as caught:
@@ -367,7 +367,7 @@ def test_brents_method_refuses_ends_that_are_no_numbers(
 
 
 def test_switches_of_the_smallest_motions_are_those_of_small_ones() -> None:
-    """Where all scales with the drive: the capsule rests, and the gap is 0."""
+    """All scales with the drive: the capsule rests, and the gap is 0."""
     small, tiny = (
         simulate(Parameters(alpha=alpha, delta=0.0), periods=2, backend="numpy").segments
         for alpha in (1e-50, 1e-170)

@@ -14,7 +14,7 @@ from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from tests.judges import CONTACT, DRIFT, taylor
 from tests.sampling import many, sampled
 
-# A run is reported as it was found: making it smaller takes longer than it tells.
+# A run is reported as found: shrinking takes longer than it is worth.
 FOUND = (Phase.explicit, Phase.reuse, Phase.generate)
 
 

@@ -1,4 +1,4 @@
-"""What a trajectory gives: states at many times in few calls, and a repr that fits a line."""
+"""Results of a trajectory: states at many times in few calls, and a repr that fits a line."""
 
 from __future__ import annotations
 

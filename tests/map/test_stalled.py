@@ -1,4 +1,4 @@
-"""Where rounding lets a run advance no more it says so, and does not go on for ever."""
+"""A run that rounding keeps from advancing ends with this status."""
 
 from __future__ import annotations
 

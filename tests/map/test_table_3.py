@@ -1,7 +1,7 @@
 """The run-time map stays inside the derived tables, also where it is not made to.
 
 The map takes its candidates from the derived switching table. Here that restriction is removed:
-the field that goes on is whichever the guards' derivatives allow, and every local map visited must
+the successor field is whichever the guards' derivatives allow, and every local map visited must
 still be one of the derived Table 3.
 """
 

@@ -12,7 +12,7 @@ from capsule_sym import Parameters, simulate
 from tests.sampling import many, sampled
 
 # Starts near tangencies and corners, in threads that change hands very often, while another thread
-# does as it likes with mpmath's precision. What the runs give is compared with the same, serial.
+# does as it likes with mpmath's precision. Results are compared with those of serial runs.
 _SCRIPT = """
 import sys
 backend, blocked = sys.argv[1], sys.argv[2] == "blocked"

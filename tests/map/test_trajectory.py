@@ -187,7 +187,7 @@ def test_a_steady_motion_of_one_period() -> None:
 
 
 def check_steady(run: Trajectory, motion: Any) -> None:
-    """The motion repeats by an independent integrator, and advances as it says."""
+    """The motion repeats by an independent integrator, and advances by its progression."""
     period_number, period = motion.period_number, run.parameters.period
     count = len(run.stroboscopic) - 1
     ends = run.position([(count - period_number) * period, count * period])

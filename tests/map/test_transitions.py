@@ -1,4 +1,4 @@
-"""The field that takes over at a start on each surface, line and corner point.
+"""Successor field at a start on each surface, line and corner point.
 
 Expected fields follow from Tables 1 and 2 and, where a row leaves a choice, from the sign of the
 first derivative that does not vanish, worked out by hand in the comments. With zeta = 1/4 and
@@ -142,7 +142,7 @@ def test_a_run_from_there_begins_with_that_field(
     field: int,
     zeros: dict[Guard, int],
 ) -> None:
-    # The run is not told that P = +-1: it finds out.
+    # P = +-1 is not given to the run: it finds out.
     case = case.replace(alpha=alpha)
     run = simulate(case, at, angle / case.omega, 1)
     first = run.segments[0]

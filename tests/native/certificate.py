@@ -1,4 +1,4 @@
-"""What the certified step claims of an expansion, judged by its motion in 60 digits.
+"""Claims of the certified step about an expansion, checked against its motion in 60 digits.
 
 The library is built with each of its error terms under a switch, so that one build has every
 mutant; `reach` lengthens the expansions, so that remainders are not hidden by roundings.
@@ -128,7 +128,7 @@ class Truth:
     v_r' = alpha cos(angle) - P - v_c'."""
 
     gaps: tuple[int, ...] = (0,)
-    """Which guards are those of stops."""
+    """True for the guards of stops."""
 
     def __init__(self, start: Start) -> None:
         self.known: dict[mpf, list[mpf]] = {}
@@ -203,7 +203,7 @@ class Truth:
         return (pull > self.f_b) - (pull < -self.f_b)
 
     def takes_over(self) -> bool:
-        """Whether every guard is positive just after the start, by its first derivatives."""
+        """True if every guard is positive just after the start, by its first derivatives."""
         guards = [tuple(self.side * d for d in (self.gap, self.v, self.rate))]
         pull_rate = self.pull_rate()
         if self.way:
@@ -244,7 +244,7 @@ class Core:
         self.reach = ctypes.c_double.in_dll(library, "capsule_reach")
 
     def probe(self, width: str, starts: list[Start]) -> list[list[np.void]]:
-        """What each of as many starts as there are lanes comes to, expansion by expansion."""
+        """Outcomes of as many starts as there are lanes, expansion by expansion."""
         first = starts[0]
         lanes = WIDTHS[width]
         assert len(starts) == lanes
@@ -258,7 +258,7 @@ class Core:
         return [[out[i, lane] for i in range(made)] for lane in range(lanes)]
 
     def asked(self, what: str, width: str, start: Start) -> int:
-        """What the scalar code says of a start: whether its field takes over, or rests for ever."""
+        """Claims of the scalar code about a start: its field is the successor, or rests forever."""
         row = np.array([(*start.state, start.angle, *start.zeros, *start.errors)], dtype=float)
         values = np.array(list(start.parameters.to_dict().values()))
         pointer = [ctypes.c_void_p(a.ctypes.data) for a in (values, row)]
@@ -272,7 +272,7 @@ GRID = (1.0, 0.83, 0.5, 0.21, 0.03, 1e-3, 1e-5, 1e-8)
 
 
 def false_claims(start: Start, seen: list[np.void], truth: Truth | None = None) -> Iterator[str]:
-    """Which claims of a start's expansions are false."""
+    """False claims of a start's expansions."""
     truth = truth or Truth(start)
     began = mpf(0)
     root_K = mp.sqrt(truth.K)
@@ -320,7 +320,7 @@ def false_claims(start: Start, seen: list[np.void], truth: Truth | None = None) 
 def _false_root(
     truth: Truth, began: mpf, now: np.void, which: int, hints: Sequence[float]
 ) -> Iterator[str]:
-    """Whether the root that is claimed of a guard is none, or not the first of all."""
+    """True if the claimed root of a guard is none, or not the first one."""
     h, reach = number(now["h"]), mpf(float(now["reach"]))
     allowed = mpf(float(now["error"])) * reach
 

@@ -1,6 +1,6 @@
 /* Runs over a wide set of parameters and starts, for compilers' checks and sanitizers: every run
-   ends or says what is open, keeps its state finite, and gives the same with and without a pause,
-   alone and side by side with others, stopped on the way or not. What is no state is refused. */
+   ends or returns the undecided outcome, keeps its state finite, and gives the same with and without a pause,
+   alone and side by side with others, stopped on the way or not. Invalid states are refused. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -81,7 +81,7 @@ static int side_by_side(int i)
     return 0;
 }
 
-/* Stops from the second time on that it is asked. */
+/* Stops from its second call on. */
 static int second_time(void *about)
 {
     return ++*(int *)about > 1;
@@ -288,7 +288,7 @@ static int limited(void)
         .stride = 1, .parameters = &p, .states = &once, .stops = &stop, .watch = &beside};
     if (capsule_run_many(&batch, 1, 4, &workspace) != CAPSULE_DONE || stop != CAPSULE_STOPPED)
         return failed("no limit of work side by side", &p);
-    for (int i = 0; i < 3; i++, beside.most += CAPSULE_WORK) { /* each call goes on */
+    for (int i = 0; i < 3; i++, beside.most += CAPSULE_WORK) { /* each call resumes */
         const capsule_state before = once;
         if (i && (capsule_run_many(&batch, 1, 4, &workspace) != CAPSULE_DONE ||
                   memcmp(&before.x_r, &once.x_r, sizeof(double)) == 0))
@@ -307,7 +307,7 @@ static int limited(void)
     return 0;
 }
 
-/* Whether segments, evaluated where they begin and last first, begin in their own states. */
+/* True if segments, evaluated where they begin and last first, begin in their own states. */
 static int evaluated(const capsule_map *map, const capsule_segment *segments, size_t count)
 {
     double times[ROOM], states[ROOM][4];
@@ -446,7 +446,7 @@ static int itineraries(void)
     return solved < TRIED / 8 ? failed("hardly an itinerary", &(capsule_parameters){0}) : 0;
 }
 
-/* Whether what an itinerary's equations give at unknowns is no number. */
+/* True if the equations of an itinerary at unknowns are not numbers. */
 static int without_value(const capsule_parameters *p, const double z[8])
 {
     enum { COUNT = 4 };

@@ -355,7 +355,7 @@ def _scaled(random: Random, scale: float) -> Start:
 
 
 def growth(p: Parameters, field: int) -> float:
-    """What the length of an expansion is measured by, of an underdamped flow."""
+    """Unit of the length of an expansion, of an underdamped flow."""
     truth = Truth(Start(p, field, (0.0, 0.0, 0.0), 0.0))
     return float(mp.sqrt(truth.K) - sum(truth.rates).real)
 
@@ -414,4 +414,4 @@ FAMILIES: dict[str, tuple[Callable[[Random], Start], float, tuple[str, ...]]] = 
     "stopped": (stopped, 0.0, DOUBLES),
 }
 """Families by name: how a start is drawn, the length of expansions (0: the library's own), and the
-widths at which they are judged."""
+widths at which they are checked."""

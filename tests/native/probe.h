@@ -1,4 +1,4 @@
-/* What the certified step claims of one expansion after another, lane by lane, for a judge. Included
+/* Claims of the certified step about one expansion after another, lane by lane, for a judge. Included
    after the step, at each width. */
 #ifndef PROBED
 #define PROBED
@@ -165,7 +165,7 @@ static capsule_state probed_state(const capsule_parameters *p, int field, const 
                            .v_r = a->v_r, .v_c = a->v_c, .angle = a->angle, .field = field};
 }
 
-/* Whether a run of one period can go on for another. */
+/* True if a run of one period can continue for another. */
 int NAMED(PROBE, _goes_on)(const capsule_parameters *p, int field, const probe_start *a)
 {
     capsule_state state = probed_state(p, field, a);
@@ -173,7 +173,7 @@ int NAMED(PROBE, _goes_on)(const capsule_parameters *p, int field, const probe_s
            probed_run(p, 2, 0, &state, NULL) == CAPSULE_DONE;
 }
 
-/* Whether the first switch is the one of a run alone: 2 to the last bit, 1 but for roundings. */
+/* Compares the first switch with that of a run alone: 2 to the last bit, 1 but for roundings. */
 static int NAMED(PROBE, _alike)(const capsule_parameters *p, int field, const probe_start *a)
 {
     capsule_state state = probed_state(p, field, a), other = state;
@@ -212,7 +212,7 @@ static point probed_point(const segment *c, int field, const probe_start *a)
     return s;
 }
 
-/* Whether a field takes over at a start, or -1. */
+/* 1 if a field is the successor at a start, else 0; -1 if undecided. */
 int NAMED(PROBE, _successor)(const capsule_parameters *p, int field, const probe_start *a)
 {
     static capsule_map map;
@@ -226,7 +226,7 @@ int NAMED(PROBE, _successor)(const capsule_parameters *p, int field, const probe
     return is_successor(c, field, &start);
 }
 
-/* Whether a segment of a field is said to rest for ever. */
+/* True if a segment of a field is claimed to rest forever. */
 int NAMED(PROBE, _rests)(const capsule_parameters *p, int field, const probe_start *a)
 {
     static capsule_map map;

@@ -1,4 +1,4 @@
-"""What is said of a start: whether its field takes over or rests for ever, whether a run goes on
+"""Claims about a start: its field is the successor or rests forever, a run continues
 from its end, and whether one side by side with others switches as one alone.
 
 Starts where a rounding decides, and which of these answers are false.
@@ -142,11 +142,11 @@ CLAIMS: dict[str, tuple[str, Callable[[Random], Start], tuple[str, ...]]] = {
     "stopping side by side": ("as_alone", stopping, LANES),
     "touching side by side": ("as_alone", touching, LANES),
 }
-"""Families of starts, what is asked of them, and the widths that it is asked of."""
+"""Families of starts, the claims, and the widths at which they are checked."""
 
 
 def first_false_answer(core: Core, family: str, width: str, starts: range) -> str:
-    """A start of which the scalar code says what is false, empty if there is none."""
+    """A start with a false claim of the scalar code; empty if there is none."""
     question, draw, _ = CLAIMS[family]
     core.reach.value = 0.0
     for number in starts:

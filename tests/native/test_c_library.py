@@ -32,7 +32,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def printed_by(library: Path, source: Path) -> str:
-    """What a program that links the library prints."""
+    """Output of a program that links the library."""
     program = source.with_suffix("")
     command = ["cc", "-std=c99", f"-I{LIBRARY}", f"-I{KERNELS}", source, library, "-o", program]
     subprocess.run([*command, "-lm", f"-Wl,-rpath,{library.parent}"], check=True)

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compile
 KNOWN = (*TERMS, *BEHIND)
 FEW, MOST = 3, 60
 IMPLIED = {"root": "x_r's own error", "v_r": "v_r's own error", "impulse": "rounding of {}"}
-"""What bounds do not count apart, and a term without which they would have to."""
+"""Errors that bounds include in another term, and this term."""
 UNIT = {"1": 2.0**-53, "4": 2.0**-53, "8": 2.0**-53, "106 bits": 2.0**-102}
 
 
@@ -73,7 +73,7 @@ def test_what_is_said_of_a_start_is_true(core: Core, family: str) -> None:
 def not_implied(core: Core, width: str) -> list[str]:
     """Starts whose bounds hold less than the roundings that they imply and do not count apart.
 
-    Those are 4 units of where a root is, 2 of v_r where a segment goes on, and 4 of the impulse
+    Those are 4 units of where a root is, 2 of v_r where a segment continues, and 4 of the impulse
     that drives both bodies until there.
     """
     found = []

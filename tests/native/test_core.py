@@ -178,7 +178,7 @@ def test_random_motions_agree_segment_by_segment(
         simulate(parameters, state, phase, 3, backend=name, max_segments=60)
         for name in ("c", "numpy")
     )
-    # Where the two settle different switches by 50 digits, rounding decided which.
+    # If both escalate different switches, rounding decided.
     assume(fast.statistics.escalations == reference.statistics.escalations)
     assert itinerary(fast) == itinerary(reference)
     np.testing.assert_allclose(numbers(fast), numbers(reference), rtol=1e-9, atol=1e-10)
@@ -249,7 +249,7 @@ def test_what_the_core_leaves_open_is_settled_behind_it() -> None:
 
 
 def test_switches_found_by_more_digits_have_their_angles() -> None:
-    """A start that all but grazes: its first switch is left open by double precision."""
+    """A start that all but grazes: double precision cannot decide its first switch."""
     parameters = Parameters(
         alpha=0.04994727037814717,
         omega=2.9303608550896656,
@@ -369,7 +369,7 @@ def test_constants_are_those_of_the_generated_kernels(field: int) -> None:
 def test_runs_side_by_side_are_those_of_the_reference(seed: int) -> None:
     """Forty runs that share their flows, from hard starts: at rest, on the impact surface, moving.
 
-    Each run is judged as far as rounding is not magnified: by the separation of a neighbour.
+    Each run is checked as far as rounding is not magnified: by the separation of a neighbour.
     """
     random = np.random.default_rng(seed)
     count, periods = 40, 4
@@ -402,7 +402,7 @@ def test_runs_side_by_side_are_those_of_the_reference(seed: int) -> None:
 
 
 def test_a_rest_that_is_settled_by_more_digits_is_recorded_at_every_end_of_a_period() -> None:
-    # A graze so close that the core leaves it open; no field drives the capsule after it.
+    # A graze so close that the core cannot decide it; no field drives the capsule after it.
     parameters = Parameters(alpha=0.00737463)
     start, phase, periods = (0.02, 7e-19, 0.0), 0.2733361823424281, 400
     run = simulate(parameters, start, phase, periods, backend="c")

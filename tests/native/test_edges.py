@@ -1,7 +1,7 @@
 """Starts at the edge of what double precision decides, by every width and in 106 bits, and the core
 with one of its bounds gone.
 
-What the core decides there must be what 50 digits decide; what it leaves open is theirs.
+Decisions of the core there must be those of 50 digits, which decide the rest.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ int first(int width, const double *p, const double *state, double phase, int per
         return alone(p, state, phase, periods, CAPSULE_DOUBLE_DOUBLE, field, plane);
     return beside(width, 1, p, state, phase, periods, field, plane, found);
 }
-/* How many lanes give another result than lane 0 does, to the last bit. */
+/* Number of lanes whose result differs from lane 0's in any bit. */
 int neighbours(int width, const double *p, const double *state, double phase, int periods)
 {
     int field[2], plane[2], differ = 0;
@@ -193,7 +193,7 @@ def given(start: Start) -> tuple[object, ...]:
 
 
 def decided(core: ctypes.CDLL, edge: Edge, width: int) -> tuple[int, int] | int:
-    """Field and plane of the first switch as the core has it, -1 where it leaves that open, -2 where
+    """Field and plane of the first switch as the core has it, -1 if it cannot decide, -2 where
     it leaves the start to another width."""
     field, plane = ctypes.c_int(), ctypes.c_int()
     made = core.first(width, *given(edge.start), ctypes.byref(field), ctypes.byref(plane))
@@ -222,7 +222,7 @@ def test_the_sound_core_decides_nothing_wrongly(
 def test_away_from_tangencies_and_corners_all_is_decided(
     sound: ctypes.CDLL, edges: Edges, width: str
 ) -> None:
-    """Where no event function comes near zero but to cross it, the proofs succeed at every width."""
+    """If no event function comes near zero without crossing, the proofs succeed at every width."""
     far = [edge for edge in edges if edge.distance == math.inf]
     made = [decided(sound, edge, WIDTHS[width]) for edge in far]
     taken = [switch for switch in made if switch != -2]

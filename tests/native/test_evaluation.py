@@ -250,7 +250,7 @@ def test_records_of_segments_give_the_records_back(run: Trajectory) -> None:
 
 @needs_core
 def test_what_the_reference_map_takes_over_is_kept_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the core takes no segment at all, the columns are those of the reference map."""
+    """If the core takes no segment at all, the columns are those of the reference map."""
     reference = simulate(SIX, START, 1.25, 3, backend="numpy")
 
     class Refused:

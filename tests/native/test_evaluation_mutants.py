@@ -52,7 +52,7 @@ size_t states(const capsule_map *map, const capsule_segment *segments, size_t co
 
 @pytest.fixture(scope="module")
 def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """What the pass calls, compiled once: it is the same for every change."""
+    """Functions that the pass calls, compiled once: they are the same for every change."""
     directory = tmp_path_factory.mktemp("objects")
     names = ("lanes", "rest", "write_strobe", "allowed", "code_here")
     others = "".join(f"int capsule_{name}(void) {{ return 1; }}\n" for name in names)
@@ -111,7 +111,7 @@ def runs() -> list[tuple[Trajectory, NDArray[np.float64]]]:
 
 
 def off(library: Library, runs: list[tuple[Trajectory, NDArray[np.float64]]]) -> float:
-    """Largest difference from the core's states, which 50 digits judge elsewhere."""
+    """Largest difference from the core's states, which other tests check against 50 digits."""
     worst = 0.0
     for run, times in runs:
         end = run.final[0].period * P.period

@@ -36,7 +36,7 @@ REMAINDERS = {
     "sqrt(c->K) * low": 194,
     "force_per_energy(c, sqrt(c->K))": 30,
 }
-# The units of the coefficients' own roundings stand behind these.
+# The units of the coefficients' own roundings follow these.
 ROUNDINGS = (
     "units * v_terms",
     "(8.0 * (n + 3) + 8.0) * UNIT + late",
@@ -44,7 +44,7 @@ ROUNDINGS = (
     "MARGIN_AT_UNITS * UNIT",
     "force_change_size(c, x_error, v_error)",
 )
-# What an expansion of the gap is off by, after long or at other starts: each with a parameter set
+# Error of an expansion of the gap, after long or at other starts: each with a parameter set
 # (alpha, omega, delta, zeta, beta, gamma), a field, x_r, v_r and angle at the start, a time, and
 # how much more x_r and the angle are in truth, which the start has rounded.
 ROUNDED = 0.9 * 2.0**-53
@@ -80,7 +80,7 @@ INSTEAD = {"1.0 + phase + c->omega * h": "1.0 + phase"}
 LEFT_OUT = (*REMAINDERS, *ROUNDINGS, *FORMS)
 
 
-# What the tests look into.
+# Internals that the tests read.
 PROBE = """
 int probe_shown(const expansion *e, int zeros)
 {
@@ -149,7 +149,7 @@ class Library:
     def judged(
         self, segments: list[Segment], without: str | None = None, longer: float = 1.0
     ) -> tuple[int, int]:
-        """How many segments have extrema of other kinds than they should have, and stay open."""
+        """Number of segments with extrema of wrong kinds, and of undecided ones."""
         weak = 0 if without is None else 1 << LEFT_OUT.index(without)
         ctypes.c_int.in_dll(self.library, "weak").value = weak
         ctypes.c_double.in_dll(self.library, "longer").value = longer
@@ -229,7 +229,7 @@ def random_segments(seed: int) -> list[Segment]:
     for quantity, rate in rates.items():
         signs = np.sign(rate)
         kinds = tuple(int(b) for a, b in pairwise(signs) if a != b)
-        # What is within a sample or two of an end is not seen of the force.
+        # Extrema of the force within a sample or two of an end are not seen.
         if len(set(signs[:4])) == len(set(signs[-4:])) == 1:
             result.append(Segment(parameters, field, start, quantity, 0, duration, 0.0, kinds))
     return result
@@ -401,7 +401,7 @@ def exact_quantity(numbers: Backend, one: Segment) -> Callable[[mpf], mpf]:
 
 
 def turn(quantity: Callable[[mpf], mpf], near: mpf) -> mpf:
-    """Where the quantity is the same a little before and after."""
+    """Times at which the quantity is the same a little before and after."""
     step, around = mpf("1e-15"), (near, near + mpf("1e-10"))
 
     def rate(h: mpf) -> mpf:
@@ -441,7 +441,7 @@ def off_by(case: str, library: Library, without: str | None = None) -> float:
         )
         at = numbers.kernels.Start(x, gap, v, v_c, margin, cosine, sine)
         change, v, *_ = numbers.kernels.flow(c, at, mpf(h))
-        # What forces it is alpha cos: this and its derivatives, of a complex exponential.
+        # The forcing is alpha cos: this and its derivatives, of a complex exponential.
         way = mpc(0, c.omega)
         wave = c.alpha * mpc(cosine, sine) * mp.exp(way * h)
         force = x + change + c.kappa * (gap + change) + 2 * c.zeta * v

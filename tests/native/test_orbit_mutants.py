@@ -85,7 +85,7 @@ MOTIONS = (
     dict(alpha=2.951, omega=2.075, delta=0.018, zeta=0.979, beta=3.501, gamma=0.129),
     dict(alpha=1.0693, omega=2.583, delta=0.1901, zeta=0.1519, beta=14.7854, gamma=8.5398),
 )
-# P has its top so close to the period's end that rounding alone tells which is larger.
+# P has its top so close to the period's end that rounding decides which is larger.
 TOP = 0.546515415442515
 PEAKED = [
     dict(alpha=1.8, omega=TOP + k * 1e-9, delta=1.0, beta=2.0, zeta=0.3, gamma=3.0)
@@ -160,7 +160,7 @@ class Library:
         self.library = changed_library(place, objects, CHANGED, *changes)
 
     def orbit(self, parameters: Parameters, state: Any, periods: int) -> NDArray[np.void]:
-        """The record of an orbit with all that can be asked for."""
+        """The record of an orbit with all optional results."""
         values, start = np.array([*parameters.to_dict().values()]), np.array(state, dtype=float)
         work, room = np.zeros(1 << 17, np.uint8), np.zeros(256, SEGMENT)
         found = np.zeros(1, ORBIT)
@@ -307,13 +307,13 @@ def stretch(rng: np.random.Generator, vanishing: tuple[int, int] | None) -> Stre
 
 @pytest.fixture(scope="module")
 def stretches() -> list[Stretch]:
-    """Where Taylor's polynomial of P alone, or the energy alone, says least."""
+    """Starts at which Taylor's polynomial of P alone, or the energy alone, bounds least."""
     rng = np.random.default_rng(0)
     return [stretch(rng, kind) for kind in ((2, 3), (8, 9), None) for _ in range(200)]
 
 
 def missed(library: Library, stretches: list[Stretch]) -> int:
-    """How many peaks are below a sample."""
+    """Number of peaks below a sample."""
     found = [library.peak(values, segment) for values, segment, _ in stretches]
     pairs = zip(found, stretches, strict=True)
     return sum(size < one.sampled * (1 - 1e-12) for size, one in pairs)

@@ -1,4 +1,4 @@
-"""Switches whose order only a proof tells: P rises past f_b, x_r meets delta, P falls past -f_b.
+"""Switches whose order only a proof decides: P rises past f_b, x_r meets delta, P falls past -f_b.
 
 All three happen within one expansion. The first slip is short, and a core that took the impact for
 the first switch would miss it.

@@ -62,7 +62,7 @@ def test_every_turn_of_the_pull_is_found_and_no_other(name: str) -> None:
 
 
 def remainder_holds(folder: Path, change: tuple[str, str]) -> bool:
-    """Whether Q' stays within an expansion's bounds at rest under a fast drive, sources changed."""
+    """True if Q' stays within an expansion's bounds at rest under a fast drive, sources changed."""
     text = (LIBRARY / "extrema.c").read_text()
     assert text.count(change[0]) == 1
     (folder / "extrema.c").write_text(text.replace(*change) + PROBE)

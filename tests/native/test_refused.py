@@ -1,4 +1,4 @@
-"""What the core is given is checked: nothing that it could read or write beside is taken."""
+"""Arguments of the core are checked: arrays that it would overrun are refused."""
 
 from __future__ import annotations
 

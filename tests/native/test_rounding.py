@@ -1,4 +1,4 @@
-"""Where roundings add up or are lost: starts decided by an angle's rest, and long segments."""
+"""Accumulated and lost roundings: starts decided by an angle's rest, and long segments."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ int planes(const double *p, double x_r, double phase, int *plane)
 
 
 def mismatched(directory: Path, change: tuple[str, str] | None) -> int:
-    """How many starts at rest on x_r = delta, beside v_r' = 0, lie on another plane than the one
+    """Number of starts at rest on x_r = delta, beside v_r' = 0, lie on another plane than the one
     that a run leaves by the field it begins with."""
     planes = ctypes.CDLL(
         str(built(directory, SHIM, "-O0", "-shared", "-fPIC", change=change))

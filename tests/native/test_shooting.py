@@ -33,7 +33,7 @@ from tests.finals import parameter_rows
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
-# What a segment adds to the error of all that follows, in units of rounding; and what interpolation
+# Error that a segment adds to all later ones, in units of rounding; and what interpolation
 # near a duration of 0 leaves of a guard's gradient, as the tests of the equations have it.
 ROUNDINGS, INTERPOLATED = 64, 3e-7
 DURATIONS = (0.0, 1e-12, -1e-9, 1e-5, -1e-3, 0.03)
@@ -70,7 +70,7 @@ def random_case(seed: int) -> tuple[tuple[float, ...], Itinerary, np.ndarray]:
         gamma=draw.uniform(0.3, 5),
         f_b=draw.uniform(0.3, 1.5),
     )
-    # Where v_c vanishes twice at a start off the force's bound, it is a small difference over the
+    # If v_c vanishes twice at a start off the force's bound, it is a small difference over the
     # square of a short duration: there they are long.
     durations = [
         draw.choice(DURATIONS)
@@ -96,9 +96,9 @@ def everything(system: ShootingSystem) -> list[Any]:
 
 
 def softness(itinerary: Itinerary, exact: ShootingSystem) -> float:
-    """What a rounding of the states grows to in saltation matrices: they divide by the rate of v_c.
+    """Growth of a rounding of the states in saltation matrices: they divide by the rate of v_c.
 
-    Where the capsule comes to rest softly and goes on, that rate is a small difference.
+    If the capsule comes to rest softly and moves again, that rate is a small difference.
     """
     rates = [
         float(field(flow.c, flow.end, mp.one)[2])  # v_c' has no forcing

@@ -17,7 +17,7 @@ from tests.finals import final_states, parameter_rows
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
 FOR_EVER = 10**12  # periods that would take days
-GENEROUS = 60.0  # seconds until work that should have stopped counts as going on
+GENEROUS = 60.0  # seconds until work that should have stopped counts as not stopped
 ROWS = parameter_rows(Parameters(), alpha=np.linspace(0.5, 0.9, 21))
 
 INTERRUPTED = """
@@ -46,7 +46,7 @@ for call in (
     threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try:
         call()
-        print("went on to its end")
+        print("ran to its end")
     except KeyboardInterrupt:
         print("interrupted")
 """
@@ -120,7 +120,7 @@ def test_a_time_limit_holds_for_a_batch() -> None:
 
 
 def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end() -> None:
-    """The time is over from the start: the core goes on for the work between two looks only."""
+    """The time is over from the start: the core works only until its next check."""
     native, watch, periods = core.Map(ROWS[0]), Watch(-1.0), 20_000
     record = native.state_at(0.0, 0.0, 0.0, 0.0)
     passed = [0]

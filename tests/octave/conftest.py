@@ -12,7 +12,7 @@ from tests.octave.test_octave import GATEWAYS, GENERATED, PAGE
 
 @pytest.fixture(scope="session")
 def gateways(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The gateways compiled, as the page says, against installed libraries of two scenes."""
+    """The gateways compiled, as on the page, against installed libraries of two scenes."""
     if not all(map(shutil.which, ("cmake", "mkoctfile"))):
         pytest.skip("no CMake, or no mkoctfile")
     folder = tmp_path_factory.mktemp("gateways")

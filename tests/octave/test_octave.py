@@ -1,4 +1,4 @@
-"""The functions for MATLAB and the gateways, in Octave: against 50 digits, and as the page says."""
+"""The functions for MATLAB and the gateways, in Octave: against 50 digits, and as on the page."""
 
 import re
 import shutil
@@ -35,7 +35,7 @@ pytestmark = pytest.mark.skipif(OCTAVE is None, reason="Octave is not here")
 
 
 def octave(text: str, at: Path, *paths: Path) -> str:
-    """What a script prints."""
+    """Output of a script."""
     script = at / "script.m"
     script.write_text("".join(f"addpath('{path}');\n" for path in paths) + text)
     done = subprocess.run(

@@ -1,7 +1,7 @@
 """`optimise` beside brute force: `python -m tests.optima --problems 40 --cells 100000`.
 
-Both append to files under results/optima, a line each: what was stopped goes on where it ended,
-brute force is not repeated, and answers are asked for again where the code has changed.
+Both append to files under results/optima, a line each: interrupted work resumes where it ended,
+brute force is not repeated, and answers are computed again if the code has changed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def forced(number: int, cells: int) -> Record:
 
 
 def answered(number: int, seed: int) -> Record:
-    """What `optimise` finds with a seed, in how much time."""
+    """Result of `optimise` with a seed, and its time."""
     given = problem(number)
     wall, clock = time.perf_counter(), time.process_time()
     found = optimise(
@@ -64,7 +64,7 @@ def answered(number: int, seed: int) -> Record:
 
 
 def wrong(given: Problem, found: Optimum) -> list[str]:
-    """What an answer says that the motions from the starts do not bear out."""
+    """Claims of an answer that the motions from the starts contradict."""
     if str(found.status) not in (*ENDED, "not-converged"):
         return []
     names = [*found.system.to_dict()]
@@ -162,7 +162,7 @@ def code() -> str:
 
 
 def main() -> int:
-    """Judge so many problems, with so many seeds."""
+    """Check so many problems, with so many seeds."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--problems", type=int, default=40)
     parser.add_argument("--cells", type=int, default=100_000, help="of brute force, a problem")

@@ -33,7 +33,7 @@ def cells(dimension: int, count: int, seed: int) -> Vector:
 
 
 def overview(problem: Problem, u: Vector) -> tuple[Vector, Vector, Vector]:
-    """What `Problem.judged` gives for many places, a part of them at once."""
+    """`Problem.judged` for many places, a part of them at once."""
     parts = [problem.judged(problem.motions(u[i : i + AT_ONCE])) for i in range(0, len(u), AT_ONCE)]
     beyond, value, largest = (np.concatenate(one) for one in zip(*parts, strict=True))
     return beyond, value, largest
@@ -120,7 +120,7 @@ def zoom(judged: Judged, places: Vector, step: float, random: np.random.Generato
 def descended(
     judged: Judged, place: Vector, step: float, random: np.random.Generator
 ) -> tuple[float, float, Vector]:
-    """How far beyond limits, value and place where CMA-ES ends: Hansen, arXiv:1604.00772."""
+    """Excess over limits, value and place at the end of CMA-ES: Hansen, arXiv:1604.00772."""
     d = len(place)
     size = 8 + 3 * d
     weights = np.log(size / 2 + 0.5) - np.log(np.arange(1, size // 2 + 1))

@@ -74,7 +74,7 @@ def clouded(number: int, count: int) -> tuple[Vector, Vector]:
 
 
 def unbeaten(both: Vector) -> NDArray[np.intp]:
-    """Which of (values, costs) no other beats, by increasing costs."""
+    """Those of (values, costs) that no other beats, by increasing costs."""
     values, costs = both
     order = np.lexsort((-values, costs))
     order = order[np.isfinite(values[order]) & np.isfinite(costs[order])]
@@ -89,7 +89,7 @@ def forced(number: int, count: int) -> Record:
 
 
 def judged(number: int, known: Record, points: int) -> Record:
-    """How many points of a front cells beat, by how much, and its largest hole."""
+    """Number of points of a front that cells beat, the excess, and the front's largest hole."""
     given, cost = front(number)
     clock = time.process_time()
     found = pareto(given.metric, cost, given.over, given.base, points=points)
@@ -151,7 +151,7 @@ def report(count: int, cells_each: int, points: int, out: Path) -> int:
 
 
 def main() -> int:
-    """Judge the chosen fronts, and random ones."""
+    """Check the chosen fronts, and random ones."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--fronts", type=int, default=7)
     parser.add_argument("--cells", type=int, default=100_000)

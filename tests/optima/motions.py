@@ -1,6 +1,6 @@
 """Metrics of the motions that a start leads to, by runs and strobe repeats alone.
 
-This is the judge's own: nothing of what optimises is imported. A run goes on until its transients
+This is the judge's own: nothing of what optimises is imported. A run continues until its transients
 have decayed; the motion on which it repeats itself is closed by the core, and counts if it is
 stable and the run comes closer to it.
 """
@@ -118,7 +118,7 @@ def _named(found: Vector, rows: Vector, scene: Scene) -> dict[str, Vector]:
 
 
 def stays(row: Vector, start: tuple[float, ...], motion: Motions, scene: Scene) -> bool:
-    """Whether a run of 20,000 periods from the start ends on its motion, or still comes closer."""
+    """True if a run of 20,000 periods from the start ends on its motion, or still comes closer."""
     number = int(motion.period_number[0])
     offs, state = [], np.array(start)
     for _ in range(2):

@@ -98,7 +98,7 @@ class Problem:
     def judged(
         self, motions: list[Motions], margin: float | None = None
     ) -> tuple[Vector, Vector, Vector]:
-        """How far beyond limits, the objective that is to be least, and the largest multiplier.
+        """Excess over limits, the objective to minimise, and the largest multiplier.
 
         Of the worst start; infinite where a motion has not settled.
         """
@@ -136,7 +136,7 @@ def problem(number: int) -> Problem:
         chosen = _limited(drawn, motions, random)
         beyond, value, _ = chosen.judged(motions)
         known = value[beyond == 0]
-        # Where nothing moves, or nearly nothing is feasible, there is nothing to find.
+        # Without motion, or almost without feasible points, there is nothing to find.
         if len(known) >= PROBES // 50 and np.ptp(known) > 1e-6 * (1 + abs(known).max()):
             return chosen
 

@@ -48,7 +48,7 @@ class Counted:
         return float(self.many(np.asarray(u)[:, None])[0])
 
     def many(self, u: Vector) -> Vector:
-        """The same of places (d, n), as `vectorized` asks for them."""
+        """The same of places (d, n), as `vectorized` requires."""
         if self.left <= 0:
             raise Spent
         self.left -= u.shape[1]

@@ -1,4 +1,4 @@
-"""Scenes as a judge knows them: their terms, and an integrator of the equations of motion alone.
+"""Scenes for the judge: their terms, and an integrator of the equations of motion alone.
 
 Nothing here imports the package. `integrator.c` has the equations and what it prints.
 """

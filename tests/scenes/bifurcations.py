@@ -2,8 +2,8 @@
 
 Random branches and curves are found by the package. Of each bifurcation the judge, `integrator.c`,
 solves for the orbits beside it: fixed points of its own map, by Newton's method on differences of
-its own runs. What is compared is the itinerary on both sides, multipliers, what the normal form
-says of the parameter, and the term by which the maps of both sides differ.
+its own runs. Compared are the itinerary on both sides, multipliers, the parameter by the normal
+form, and the term by which the maps of both sides differ.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def passed(run: Run) -> tuple[int, ...]:
 
 
 def halves_alike(fields: Sequence[int], periods: int) -> bool:
-    """Whether a cycle of fields over so many periods is one twice over."""
+    """True if a cycle of fields over so many periods is one twice over."""
     half = len(fields) // 2
     return periods % 2 == 0 and tuple(fields[:half]) == tuple(fields[half:])
 
@@ -137,7 +137,7 @@ def lagrange(nodes: Sequence[Fraction], at: Fraction) -> list[Fraction]:
 
 @dataclass
 class Tally:
-    """Counts by what was judged and the type of the bifurcation."""
+    """Counts by the check and the type of the bifurcation."""
 
     right: Counter[tuple[str, str]] = field(default_factory=Counter)
     open: Counter[tuple[str, str]] = field(default_factory=Counter)
@@ -188,7 +188,7 @@ class Judged:
         """The judge's orbits a little below and above in a parameter: fields, and stability.
 
         That is the characteristic polynomial, its limit at the bifurcation: it changes by the
-        distance, or, where the segment grows like its root, by that.
+        distance, or, where the segment grows like its root, by the root.
         """
         found = []
         for sign in (-1, 1):
@@ -257,7 +257,7 @@ class Judged:
             raise Undecided("two switches are at borders at once")
 
     def derivatives(self, name: str) -> None:
-        """On each side velocity and durations change as the orbit of that side says."""
+        """On each side velocity and durations change like the orbit of that side."""
         self.one_event()
         told = {}
         for orbit in (self.orbit, self.one.orbit_without):
@@ -302,7 +302,7 @@ class Judged:
         return passed(run), float(one[0]), (-5 * one + 8 * two - 3 * three) / (2 * step)
 
     def growth(self) -> None:
-        """The duration of the segment grows with the parameter as the normal form says."""
+        """The duration of the segment grows with the parameter as by the normal form."""
         one, form = self.one, self.one.normal_form
         self.one_event()
         assert isinstance(one, Bifurcation)
@@ -349,7 +349,7 @@ class Judged:
         else:
             raise Undecided("no direction leads to both sides")
         shares, found = (Fraction(1, 2), Fraction(1, 4)), []
-        # What is added to a double is not exactly what is asked for.
+        # The sum of a double and a step is not exactly the requested value.
         k = int(abs(unit).argmax())
         nodes = [Fraction((x + STEP * j * unit)[k]) - Fraction(x[k]) for j in BEHIND]
         for share in shares:
@@ -371,7 +371,7 @@ class Judged:
         assert apart < TERM, f"the maps differ by {term}, not {expected}"
 
     def amplitude(self) -> None:
-        """Beside a smooth bifurcation orbits are as far apart as the normal form says."""
+        """Beside a smooth bifurcation orbits are as far apart as by the normal form."""
         one, form = self.one, self.one.normal_form
         assert isinstance(one, Bifurcation)
         if form is None:
@@ -483,7 +483,7 @@ def random_branches(name: str, random: Random) -> Iterator[tuple[Any, str]]:
 
 
 def checked(name: str, judge: Integrator, curves: int, seed: int) -> Tally:
-    """Bifurcations and curves of random branches of a scene, judged."""
+    """Bifurcations and curves of random branches of a scene, checked."""
     random, tally = Random(f"{seed} {name}"), Tally()
     many, met = Counter[str](), Counter[str]()
     for branch, second in random_branches(name, random):

@@ -1,4 +1,4 @@
-"""What the step claims of an expansion in any scene, judged by its motion in 60 digits.
+"""Claims of the step about an expansion in any scene, checked against its motion in 60 digits.
 
 The library is built as in tests/native/certificate.py, with each mutant under a switch.
 """
@@ -218,7 +218,7 @@ class Core:
         return int(ask(pointers[0], start.field, *words[:1], pointers[1], *words[1:]))
 
     def probe(self, width: str, start: Start) -> list[np.void]:
-        """What a start comes to, expansion by expansion."""
+        """Outcome of a start, expansion by expansion."""
         out = np.zeros(start.steps, SEEN)
         steps = ctypes.c_void_p(out.ctypes.data)
         made = self._asked(f"probe_{_NAMES[width]}", start, start.steps, steps)
@@ -226,12 +226,12 @@ class Core:
         return [out[i] for i in range(made)]
 
     def rests(self, width: str, start: Start) -> bool:
-        """Whether it is said to rest for ever."""
+        """True if it is claimed to rest forever."""
         return self._asked(f"rests_{_NAMES[width]}", start) == 1
 
 
 def false_in(start: Start, seen: list[np.void]) -> Iterator[str]:
-    """Which claims of a start's expansions are false, edges of the drive included."""
+    """False claims of a start's expansions, edges of the drive included."""
     truth, last = Truth(start), seen[-1]
     at_edge = last["crossing"] and last["edge"]
     yield from false_claims(start, seen[:-1] if at_edge else seen, truth)  # type: ignore[arg-type]

@@ -1,7 +1,7 @@
 """Runs and hard starts of scenes beside the judge: `python -m tests.scenes.checks SCENE ...`.
 
-The judge is `integrator.c`, which knows the equations of motion alone, in 113 bits. Checks that are
-interrupted go on where they were, unless the code has changed.
+The judge is `integrator.c`, based on the equations of motion alone, in 113 bits. Checks that are
+interrupted resume where they were, unless the code has changed.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class Motion:
         return [column[: order + 1] for column in (x, v, c, y, push)]
 
     def guards(self, contact: int, way: int, columns: Any) -> dict[str, list[Any]]:
-        """What is positive within a field, by the event that ends it."""
+        """Functions that are positive within a field, by the event that ends it."""
         x, _, c, _, push = columns
         found = {}
         for side, event in ((1, "F"), (2, "B"))[: self.form.stops]:

@@ -1,6 +1,6 @@
-/* An integrator of its own for all scenes: it knows the equations of motion and the laws of friction and
+/* Independent integrator for all scenes, from the equations of motion and the laws of friction and
    contact, as `pieces.h` has them, and shares no formula with the package. After an event the one field
-   follows whose own solution stays in its region. What 113 bits do not decide is told by the status.
+   follows whose own solution stays in its region. The status shows a switch that 113 bits do not decide.
 
    integrator STOPS PULSED EPS PERIODS MOST CHECKED: each line of stdin has the 13 numbers of `scene` in
    order, x_r, v_r, v_c and the time in the period at the start; a run ends at the end of a period, of PERIODS that
@@ -10,7 +10,7 @@
    (x_r, v_r, v_c, x_c) if each segment's end is rounded in units of its largest terms. */
 #include "pieces.h"
 
-/* What errors of one segment come to: the map of (x_r, v_r, v_c, x_c, t) from its start to that of the next,
+/* Propagation of errors of one segment: the map of (x_r, v_r, v_c, x_c, t) from its start to that of the next,
    and the columns by which rounding at its end enters, each in units of its size. */
 typedef struct { double by[5][5], rounding[5][5]; } passage;
 

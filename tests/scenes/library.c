@@ -9,7 +9,7 @@
    library switches LANES PERIODS: field, plane and angle of each switch, of all lines side by side from one
    switch to the next.
    library motion LONGEST PERIODS: after so many periods the period number, 0 if the run does not repeat
-   itself within LONGEST periods, and what becomes of the orbit that is looked for: its status, its
+   itself within LONGEST periods, and the result of the search for an orbit: its status, its
    state, and that of the run.
    library time LANES PERIODS: in one line seconds, and switches of the same runs one by one. */
 #include <math.h>
@@ -100,7 +100,7 @@ static int read_all(void)
     return count;
 }
 
-/* Runs that go on from switch to switch until all of them have ended. */
+/* Runs that continue from switch to switch until all of them have ended. */
 static void switches(int lanes, long periods)
 {
     static capsule_event first[MOST], passed[MOST][SWITCHES];

@@ -151,7 +151,7 @@ class Library(NamedTuple):
 
 
 def printed(program: Path, rows: Iterable[Sequence[float]], *words: object) -> list[list[str]]:
-    """What a program prints of rows of numbers."""
+    """Output of a program for rows of numbers."""
     text = "".join(" ".join(map(repr, map(float, row))) + "\n" for row in rows)
     command = [str(program), *map(str, words)]
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
@@ -178,7 +178,7 @@ def batched(starts: Sequence[Start], most: int = 4096) -> Iterator[Sequence[Star
 
 
 def generated(scene: str, folder: Path) -> Path:
-    """Generated code of a scene: what is committed, or else written anew from its declaration."""
+    """Generated code of a scene: what is committed, or else written from its declaration."""
     if (kept := ROOT / "generated" / scene).exists():
         return kept
     places = (HERE / f"{scene}.py", HERE.parent / "secondmodel" / f"{scene}.py")

@@ -40,7 +40,7 @@ BEHIND = (
     # Of the drive's cosine and sine each counts at its full size, so one is a cover for the other.
     _term("remainder of the drive's cosine", "r.reaction_left[2] = 1.0001 * left", "0.0", "late bound, 106 bits"),
     _term("remainder of the drive's sine", "r.reaction_left[3] = 1.0001 * left / z->omega", "0.0", "late bound, 106 bits"),
-    # What doubles leave out of the drive's series is less than the form's tail.
+    # The remainder of the drive's series in doubles is less than the form's tail.
     _term("terms of the drive left out", "economize(b, to_second.reaction, FULL, TERMS, 0, to_second.reaction_left, unused[0], unused[1])", "economize(b, to_second.reaction, FULL, TERMS, 0, unused[0], unused[0], unused[1])", "late bound"),
     # Beside 20 units and more of each term.
     _term("units of the coefficient behind", "(units[n + 1] - units[n] + 2) * UNIT", "0.0", "from a bound"),

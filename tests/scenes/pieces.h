@@ -151,7 +151,7 @@ static real slope(const real *a, real u)
     return sum;
 }
 
-/* What is positive within a field; `constant` as in `expand`. */
+/* Functions that are positive within a field; `constant` as in `expand`. */
 static int guards(field f, const series *s, int constant, guard *g)
 {
     const real kappa = stiffness(f), damping = 2 * (real)p.zeta;

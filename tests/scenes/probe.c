@@ -1,4 +1,4 @@
-/* What the step for one run claims of one expansion after another, in any scene, for a judge. Included
+/* Claims of the step for one run about one expansion after another, in any scene, for a judge. Included
    after the step. */
 #include <string.h>
 
@@ -101,7 +101,7 @@ int PROBE(const capsule_parameters *p, int field, int steps, const probe_start *
 }
 
 #if !CAPSULE_PULSED
-/* Whether a segment of a field is said to rest for ever. */
+/* True if a segment of a field is claimed to rest forever. */
 int RESTS(const capsule_parameters *p, int field, const probe_start *start)
 {
     static capsule_map map;

@@ -144,7 +144,7 @@ def run(device: Device, start: State, periods: int) -> tuple[State, list[tuple[i
 
 
 def _watched(device: Device, level: int, contact: int, way: int) -> dict:
-    """What is positive during a segment, by the event that ends it."""
+    """Functions that are positive during a segment, by the event that ends it."""
     watched = {}
     if contact != 2:
         side = 1 if contact else -1

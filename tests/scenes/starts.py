@@ -2,7 +2,7 @@
 
 The state to be met is chosen first, at a distance between 1e-2 and 1e-17 from the degenerate one or
 on it, at a time that is an edge of the drive or any other; the start is where a field comes from to
-meet it. Rounding moves it by a few units more: what really happens is for the judge to say.
+meet it. Rounding moves it by a few units more: the judge decides the real outcome.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class HardStart(NamedTuple):
     """A start, its kind, and its distance from a degenerate one, infinite if there is none.
 
     If two conditions are to hold the distance is the larger one; a rate counts squared, as it moves
-    a minimum by that.
+    a minimum by the square.
     """
 
     kind: str
@@ -99,7 +99,7 @@ class Field(NamedTuple):
         return forces / (1 + self.kappa)
 
     def holds(self, state: tuple[float, float, float], t: float) -> bool:
-        """Whether the state is in the field's region or about on its boundary, of moderate size."""
+        """True if the state is in the field's region or about on its boundary, of moderate size."""
         x, v, c = state
         front, back = self.p["delta_1"], -self.p["delta_2"]
         if not all(math.isfinite(value) and abs(value) < 1e3 for value in state):

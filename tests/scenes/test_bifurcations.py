@@ -22,7 +22,7 @@ from tests.scenes.bifurcations import (
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
-# What turns round where its drive's level falls: the map is piecewise linear there.
+# A motion that turns at the fall of its drive: the map is piecewise linear there.
 TURNING = {
     **{"alpha": 1.9554827325355435, "alpha_low": -0.09574323627587988, "D": 0.8768046827525245},
     **{"omega": 1.0875150390795385, "delta": 0.02, "zeta": 0.02, "beta": 15.554798665527118},

@@ -89,7 +89,7 @@ def beside_edges(judge: Integrator, count: int) -> list[Start]:
 
 
 def test_edges_beside_switches_are_in_their_order(pulsed: Library, judge: Integrator) -> None:
-    """What doubles decide is right, they leave corners open, and 106 bits decide these.
+    """Decisions by doubles are right; 106 bits decide the corners that doubles cannot.
 
     A few stay open, where the edge comes within a rounding after a slip has begun.
     """

@@ -76,7 +76,7 @@ def test_runs_alone_are_those_of_the_integrator(
     given, expected = judged
     open_ = 0
     for found, run in zip(stops.runs(given, PERIODS, precision=precision), expected, strict=True):
-        if found.stop == "open" and precision == 1:  # doubles alone leave some open
+        if found.stop == "open" and precision == 1:  # doubles alone cannot decide some
             open_ += 1
             continue
         assert found.stop == "done"

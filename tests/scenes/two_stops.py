@@ -8,7 +8,7 @@ model = Model()
 
 
 def parameter(name, default, between, label):
-    """A parameter, of which no page says more."""
+    """A parameter without further documentation."""
     about = {"definition": label, "about": label, "slider": (0, 1, 0.01)}
     return model.parameter(name, default, between, label=label, **about)
 

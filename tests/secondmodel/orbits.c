@@ -1,7 +1,7 @@
 /* Orbits by the C library of the second model: each line on stdin has parameters and a state. For each
    the derivatives of a line come back: whether there is an orbit that drifts at angle 0, and of that
    state, monodromy, derivatives of the state by the parameters, progression and its gradient; then of
-   its itinerary, solved for anew, the largest residual, trace and determinant of the monodromy. */
+   its itinerary, solved for again, the largest residual, trace and determinant of the monodromy. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 """A second model as the judge: declared in a file of its own, generated, compiled and run.
 
-Nothing of the package is edited for it. What it gives is compared with an integrator that knows the
+Nothing of the package is edited for it. Its results are compared with an integrator based on the
 equations of motion alone (`tests.scenes`), and with 50 digits of the package's reference map. Its
 orbits, their monodromy matrices and gradients are compared with differences of the integrator's.
 """

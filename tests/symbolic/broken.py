@@ -42,7 +42,7 @@ def _turned(values: tuple[sp.Expr, ...], at: int) -> tuple[sp.Expr, ...]:
 
 @dataclasses.dataclass(frozen=True)
 class Mutation:
-    """What is put in the place of an attribute, and where statements are to fail for it."""
+    """Replacement of an attribute, and the statements that have to fail for it."""
 
     owner: Any
     name: str
@@ -176,7 +176,7 @@ def mutated(mutation: Mutation) -> Iterator[None]:
 
 
 def failing(family: str) -> bool:
-    """Whether some statement of a family is not proved; what was derived before is forgotten."""
+    """True if some statement of a family is not proved; cached derivations are cleared."""
     try:
         items = _SOURCES[family].__wrapped__()  # type: ignore[attr-defined]
         chosen = [one for one in items if one.id.partition(".")[0] == family]

@@ -2,7 +2,7 @@
 
 Every value of every entry is changed in one way or more: a sign, an index, a relation, a digit, a
 name, the order of a list. A change is noticed when a statement that reads it cannot be made, is no
-longer proved, or says something else than is expected.
+longer proved, or has another text than expected.
 """
 
 from __future__ import annotations
@@ -213,7 +213,7 @@ class Baseline:
 
 
 def noticed(mutation: Mutation, baseline: Baseline, frozen: Expected) -> str:
-    """How a change is noticed: `refused`, `verdict` or `words`; empty where it is not.
+    """Way in which a change is noticed: `refused`, `verdict` or `words`; empty if it is not.
 
     Statements whose claim has not changed keep their result, since a check reads its claim only.
     """

@@ -15,7 +15,7 @@ NUMBERS = {zeta: 0.3, beta: 1.5, f_b: 1.0}
 
 
 def _product(line: str, speed: float, wave: float, damping: float) -> float:
-    """Inner product out of stick, from the model written anew; `wave` is alpha cos(omega tau)."""
+    """Inner product out of stick, from a second model; `wave` is alpha cos(omega tau)."""
     side, stiff = {"L1": (1, 1), "L2": (-1, 1), "L3": (1, 2.5), "L4": (-1, 2.5)}[line]
     acceleration = -side * 1.0 + wave  # the elastic force is side * f_b
     return side * (stiff * speed + 2 * damping * acceleration)

@@ -1,4 +1,4 @@
-"""What is proved of all motions, against motions of the map."""
+"""Proofs about all motions, against motions of the map."""
 
 from __future__ import annotations
 

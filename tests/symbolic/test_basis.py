@@ -38,7 +38,7 @@ def test_wrong_sign_is_refused(proof: Item) -> None:
 
 
 def test_every_line_of_the_derivation_is_proved() -> None:
-    """What the generator and the flow take from `basis` is, line by line, the claim of a proof."""
+    """Lines of `basis` that the generator and the flow use are claims of proofs."""
     claims = {proof.id: proof.claim for proof in PROOFS}
     tables = {
         "initial": basis.INITIAL,

@@ -34,7 +34,7 @@ def test_fractions_are_put_in_whatever_sympy_computes_with(types: str, package: 
 
 
 def _printed(types: str) -> str:
-    """What the lines print: here, if SymPy takes these types here, else in another process."""
+    """Output of the lines: here, if SymPy takes these types here, else in another process."""
     if types == GROUND_TYPES:
         with redirect_stdout(io.StringIO()) as printed:
             exec(SUBSTITUTED, {})

@@ -1,4 +1,4 @@
-"""Witnesses of the errata, evaluated with the model written anew in fractions."""
+"""Witnesses of the errata, evaluated with an independent form of the model in fractions."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_true_statement_is_not_settled_as_an_erratum() -> None:
 
 
 def test_errata_hold_errors_only() -> None:
-    """What is right, or right in scope, is told apart from what is refuted."""
+    """Right statements, and those right in scope, are distinguished from refuted ones."""
     for item in ITEMS.values():
         assert item.id.startswith("erratum.") == (item.verdict == "refuted")
         if item.verdict == "refuted":

@@ -1,4 +1,4 @@
-"""What is proved of any scene: of those that ship and of others, and no mutation survives."""
+"""Proofs about any scene, shipped or not; no mutation survives."""
 
 from __future__ import annotations
 

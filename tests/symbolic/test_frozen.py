@@ -1,4 +1,4 @@
-"""What is expected of `verify`: a changed verdict, text or witness, a statement gone or new."""
+"""Expected verdicts of `verify`: a changed verdict, text or witness, a statement gone or new."""
 
 from __future__ import annotations
 

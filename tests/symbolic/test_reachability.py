@@ -21,7 +21,7 @@ SAMPLE = witnesses()[::9]
 
 
 def _backwards(witness: Witness) -> np.ndarray:
-    """State at the middle of the bracket, by DOP853 from the end, with the model written anew."""
+    """State at the middle of the bracket, by DOP853 from the end, in another form of the model."""
     gap, damping = float(witness.delta), float(witness.zeta)
     stiffness, mass = float(witness.beta), float(witness.gamma)
     field = SEGMENTS[witness.local_map.field - 1]

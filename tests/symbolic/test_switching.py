@@ -109,7 +109,7 @@ def _holds(relation: sp.Basic, point: dict[sp.Symbol, sp.Rational]) -> bool:
 
 
 def _passing(point: dict[sp.Symbol, sp.Rational]) -> tuple[set[int], set[int]]:
-    """Fields that arrive at the point and that depart from it, by Taylor series."""
+    """Fields that arrive at the point and that leave it, by Taylor series."""
     start = [Fraction(int(v.p), int(v.q)) for v in map(point.get, (*STATE, force, QUADRATURE))]
     arrives, departs = set(), set()
     for field in SEGMENTS:
