@@ -161,7 +161,6 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
     dimensionless = {
         name: option(
             f"{facts.LABELS[name].capitalize()}.  [default: {default:g}]",
-            *_flags(name),
             type=kind,
         )
         for name, default in facts.DEFAULTS.items()
@@ -183,18 +182,12 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
         name: option(
             f"{facts.DEVICE_LABELS[name].capitalize()}"
             f"{facts.DEVICE[name] and f' ({facts.DEVICE[name]})'}, of the device in --params.",
-            *_flags(name),
             type=_ValueOrRange(bool(counted), device=True),
             expose_value=False,
         )
         for name in (facts.DRIVEN if counted is not None else ())
     }
     return several(partial(System, scene), **dimensionless, file=file, scene=named, **driven)
-
-
-def _flags(name: str) -> tuple[str, ...]:
-    """Option of a parameter, with hyphens and with underscores."""
-    return tuple(dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}")))
 
 
 def _paper() -> Scene:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -75,6 +76,14 @@ class Command(click.Command):
 
     of_line: Callable[[Sequence[str]], Command]
     """Returns the command with its options on a line of these words."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse a line, on which an option may have _ for -, as in the name of a parameter."""
+        stop = args.index("--") if "--" in args else len(args)
+        dashed = [
+            re.sub("^--[^=]+", lambda flag: flag[0].replace("_", "-"), word) for word in args[:stop]
+        ]
+        return super().parse_args(ctx, dashed + args[stop:])
 
 
 def command(

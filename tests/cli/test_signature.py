@@ -59,3 +59,10 @@ def test_help_is_the_docstring_and_the_options_in_order() -> None:
     words = ("try-all", "NAME", "Try it.", "--low", "--high", "--rate FLOAT", "A rate.", "--at")
     places = [shown.index(word) for word in (*words, "--notes", "--quiet", "--path", "The end.")]
     assert places == sorted(places)
+
+
+def test_an_option_may_be_written_with_low_lines_but_nothing_else_is_changed() -> None:
+    got: dict[str, Any] = {}
+    line = "--dry_run --low 1 --high 2 --notes=a_b --notes a_b -- --a_b"
+    assert CliRunner().invoke(made(got), line.split()).exit_code == 0
+    assert (got["dry_run"], got["notes"], got["name"]) == (True, ("a_b", "a_b"), "--a_b")
