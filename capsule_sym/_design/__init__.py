@@ -1,1 +1,1 @@
-"""From the map to the device: how motions depend on parameters, and which parameters are best."""
+"""Design of devices: sensitivities, fits, optima, fronts, steering and tolerances."""

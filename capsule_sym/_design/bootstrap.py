@@ -1,4 +1,4 @@
-"""Block bootstrap: fits to resampled residuals, begun where the fit ended."""
+"""Block bootstrap: fits to resampled residuals, starting from the fit."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import is_real
 from capsule_sym._native import TimeUp, check_time
 
-_MOST = 0.75  # share of the variance that blocks may lose
+_MOST = 0.75  # largest share of the variance that blocks may lose
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
@@ -26,9 +26,9 @@ Vector = NDArray[np.float64]
 class Bootstrap:
     """Values of fits to resampled residuals, in the units of the fit's values.
 
-    Residuals are drawn in blocks of successive times, all series of a run together, and put on the
-    model that was fitted. Errors may be correlated over times shorter than a block and between
-    series; that they are alike all along a run is assumed.
+    Residuals are drawn in blocks of successive times, all series of a run together, and added to
+    the fitted model. Errors may be correlated over times shorter than a block, and between series.
+    They are assumed to have the same distribution along a run.
     """
 
     names: tuple[str, ...]
@@ -36,26 +36,26 @@ class Bootstrap:
     values: Matrix
     """Values of the fits that converged, shape (m, k)."""
     asked: int
-    """How many fits were asked for."""
+    """Number of fits requested."""
     failed: int
-    """How many of them did not converge."""
+    """Number of fits that did not converge."""
     block: int
-    """Length of a block of the run whose blocks are longest."""
+    """Length of a block, for the run with the longest blocks."""
 
     @property
     def success(self) -> bool:
-        """Whether there was time for all fits."""
+        """True if all fits were made within the time limit."""
         return len(self.values) + self.failed == self.asked
 
     @property
     def standard_errors(self) -> dict[str, float]:
-        """Standard deviations of the values by name; nan of fewer than two fits."""
+        """Standard deviations of the values by name; nan for fewer than two fits."""
         few = len(self.values) < 2
         found = np.full(len(self.names), np.nan) if few else np.std(self.values, axis=0, ddof=1)
         return dict(zip(self.names, found.tolist(), strict=True))
 
     def interval(self, name: str, level: float = 0.95) -> tuple[float, float]:
-        """Interval of a value between percentiles, with this probability; nan of no fits.
+        """Percentile interval of a value with this probability; nan without fits.
 
         Raises InvalidInput for another name, and for a level that is not between 0 and 1.
         """
@@ -87,10 +87,10 @@ def bootstrapped(
     seed: int,
     steps: int,
 ) -> Bootstrap:
-    """So many fits to resampled residuals, or those that there is time for."""
+    """Fits to `count` resamples of the residuals, or as many as the time limit allows."""
     draw = np.random.default_rng(seed)
     blocks = list(_blocks(problem, found))
-    # Residuals are smaller than errors by what the unknown take up.
+    # Residuals are smaller than errors, due to the fitted unknowns.
     larger = math.sqrt(len(found.residuals) / (len(found.residuals) - len(found.x)))
     model = problem.values + found.residuals * problem.scales
     values, failed = list[Vector](), 0
@@ -126,12 +126,13 @@ class _Blocks:
         times, series = which.max() + 1, column.max() + 1
         self.table = np.full((times, series), np.nan)
         self.table[which, column] = residuals
-        for one in self.table.T:  # a gap has the residual of the nearest time
+        for one in self.table.T:  # a gap gets the residual of the nearest time
             there = np.flatnonzero(np.isfinite(one))
             middle = 0.5 * (there[1:] + there[:-1])
             one[:] = one[there[np.searchsorted(middle, np.arange(times))]]
-        # For errors that are autoregressive: blocks of least mean square error (Carlstein, Ann.
-        # Stat. 14, 1171, 1986), and the share of the variance that is lost at their ends.
+        # For autoregressive errors: blocks of least mean square error (Carlstein, Ann. Stat. 14,
+        # 1171,
+        # 1986), and the share of the variance that is lost at their ends.
         reach = 2 * max(r, 0.0) / (1 - min(abs(r), 0.99) ** 2)
         length = reach ** (2 / 3) * times ** (1 / 3)
         self.length = int(np.clip(math.ceil(length), 1, max(1, times // 4)))
@@ -147,7 +148,7 @@ class _Blocks:
 
 
 def _blocks(problem: Problem, found: Least) -> Iterator[_Blocks]:
-    """The residuals of each run, less what the loss takes for their middle."""
+    """Blocks of each run's residuals, centred by the loss."""
     influence, _ = found.loss.influence(found.residuals)
     nothing = found.residuals == 0.0
     weights = np.where(nothing, 1.0, influence / np.where(nothing, 1.0, found.residuals))
@@ -159,7 +160,7 @@ def _blocks(problem: Problem, found: Least) -> Iterator[_Blocks]:
 
 
 def correlation(residuals: Vector, groups: NDArray[np.int64]) -> float:
-    """Correlation of residuals with the next ones of their series, of which are `groups`."""
+    """Lag-one correlation of residuals within their series, given by `groups`."""
     order = np.argsort(groups, kind="stable")
     along = np.diff(groups[order]) == 0
     ordered = residuals[order]

@@ -1,7 +1,7 @@
-"""Borders of an itinerary: how far an orbit is from each, with derivatives.
+"""Borders of an itinerary: distance of an orbit from each, with derivatives.
 
-Each inequality of an itinerary is a duration, the least of a guard in a segment, or the force where
-a segment ends with v_c = 0; where it is 0, the itinerary changes.
+Each inequality of an itinerary is a duration, the least value of a guard in a segment, or the force
+where a segment ends with v_c = 0. Where it is 0, the itinerary changes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from capsule_sym._orbits.shooting.itinerary import contact, drift, field_of, lev
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
-_STEP = 1e-5  # in differences of a multiplier, of the unknowns and of the parameters
+_STEP = 1e-5  # step of a multiplier's differences, in the unknowns and the parameters
 Vector = NDArray[np.float64]
 
 
@@ -45,7 +45,7 @@ class Distance(NamedTuple):
 def distances(orbit: Orbit | None) -> list[Distance]:
     """All inequalities of an orbit's itinerary, the tightest first.
 
-    Those of a motion that is its own mirror image have no derivatives here, and are left out.
+    A motion that is its own mirror image has none here, since their derivatives are not available.
     """
     if orbit is None or orbit.itinerary.mirrored:
         return []
@@ -78,7 +78,7 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
     if one.kind in (LANDING, EDGE, BEFORE_END):
         own, guard = following if one.kind == EDGE else c, one.guard
         if one.kind == LANDING:
-            # At rest the force is to be within the bound of the other drift, or is beyond it.
+            # In stick the force is within the bound of the opposite drift, otherwise beyond it.
             guard = Guard.LOWER if c.drift > 0 else Guard.UPPER
         if guard is Guard.DRIFT:
             own = c
@@ -91,11 +91,11 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
     rows = rows.copy()
     if not c.drift:
         rows[2, 2] = 1.0
-    rows[:, BY_TIME] = 0.0  # at a minimum its time counts for nothing
+    rows[:, BY_TIME] = 0.0  # at a minimum the derivative by its time is 0
     assert one.guard is not None
     gap, by = flow.closed.gap + position, flow.total(rows[:3])
     scene, field = forms.scene, flow.segment.field
-    if one.guard is Guard.BACK:  # without contact, of the stop behind
+    if one.guard is Guard.BACK:  # without contact, for the stop behind
         behind = field_of(scene, 2, drift(field, scene), level(field, scene))
         return chained(forms.constants(behind).gap_gradient(), by)
     if one.guard is Guard.GAP and contact(field, scene) == 2:  # negative in contact behind
@@ -106,8 +106,9 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
 def multiplier_by(motion: Motion) -> Vector:
     """Derivatives (7,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
 
-    The monodromy matrix is that of the segments, closed or not: it is smooth in the unknowns and
-    the parameters, at a fold of the branch as well. Its differences are along the branch's tangent.
+    The monodromy matrix is that of the segments, whether or not the orbit is closed: it is smooth
+    in the unknowns and the parameters, also at a fold. The differences are along the branch's
+    tangent.
     """
     parameters, orbit = motion.parameters, motion.orbit
     found = np.zeros(len(parameters.scene.facts.PARAMETERS))

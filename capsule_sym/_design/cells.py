@@ -1,6 +1,6 @@
-"""Objective and limits of many motions at once: what `Program.at` gives of one place, in arrays.
+"""Objective and limits of many motions at once, as of `Program.at`, in arrays.
 
-A metric is a `Slope` whose value has shape (n,) and whose slope (k, n), by the k scaled variables.
+A metric is a `Slope` with a value of shape (n,) and a slope (k, n), by the k scaled variables.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """Of n motions the objective (n,), to be least, and the slacks (n, limits), in no units.
+    """Objectives (n,) to minimise, and slacks (n, limits), of n motions, without units.
 
-    Derivatives (n, k) and (n, limits, k) are by the scaled variables. What has no number is
-    infinite: the worst there is.
+    Derivatives (n, k) and (n, limits, k) are by the scaled variables. A value that is not finite is
+    the worst one.
     """
 
     objective: Vector
@@ -39,7 +39,7 @@ class Values:
 
 
 class Grid:
-    """The parameters of a scenario at points u (n, k) of a program, and metrics there."""
+    """Parameters of a scenario at points u (n, k) of a program, and metrics there."""
 
     def __init__(self, program: Program, scenario: Scenario, u: Matrix) -> None:
         self.program, self.count = program, len(u)
@@ -61,21 +61,21 @@ class Grid:
             ratios = self.own.ratios() if self.device else given
         plain = [_lifted(ratios[name]) for name in self.scene.facts.PARAMETERS]
         self.rows = np.array([np.broadcast_to(one.value, self.count) for one in plain]).T.copy()
-        """The dimensionless parameters, (n, p)."""
+        """Dimensionless parameters, (n, p)."""
         shape = len(span), self.count
         self.rows_by = np.array([np.broadcast_to(one.slope, shape) for one in plain])
-        """Their derivatives by the scaled variables, (p, k, n)."""
+        """Derivatives of the parameters by the scaled variables, (p, k, n)."""
 
     @property
     def allowed(self) -> NDArray[np.bool_]:
-        """Which points have parameters that the scene allows, (n,)."""
+        """Mask (n,) of points whose parameters the scene allows."""
         low, high = np.array([*self.scene.facts.RANGES.values()]).T
         found: NDArray[Any] = ((self.rows >= low) & (self.rows <= high)).all(axis=1)
         gaps = [self.scene.facts.PARAMETERS.index(name) for name, _ in self.scene.facts.STOPS]
         return found & (self.rows[:, gaps].sum(axis=1) > 0) if len(gaps) > 1 else found
 
     def of(self, found: Performances) -> Values:
-        """Objective and slacks of one motion at each point; nan where it is not closed."""
+        """Objective and slacks of one motion at each point; nan if it is not closed."""
         values, gradients = found.values, found.gradients.copy()
         drift = np.isin(METRICS, ("velocity", "progression"))
         at_rest = ~drifting(
@@ -100,7 +100,7 @@ class Grid:
         return Values(np.where(np.isfinite(objective), objective, np.inf), slope, slacks, slacks_by)
 
     def _with_derived(self, metrics: Mapping[str, Slope]) -> dict[str, Slope]:
-        """All metrics and parameters by name, in SI units where the system is a device."""
+        """All metrics and parameters by name, in SI units if the system is a device."""
         plain = dict(zip(self.scene.facts.PARAMETERS, self.rows.T, strict=True))
         own = {
             name: Slope(plain[name], self.rows_by[i])
@@ -129,7 +129,7 @@ class Grid:
     def _valued(
         self, field: str, function: Function, every: Mapping[str, Slope], text: str
     ) -> tuple[Vector, Matrix]:
-        """Values (n,) and derivatives (n, k) of a function of the metrics, in one go or by one."""
+        """Values (n,) and derivatives (n, k) of a function of the metrics."""
         shape = self.count, len(self.program.names)
         try:
             found: Any = function(every)
@@ -137,7 +137,7 @@ class Grid:
             slope = np.broadcast_to(np.asarray(found.slope, dtype=float), shape[::-1]).T
             if np.iscomplexobj(value) or not isinstance(found, Slope):
                 raise TypeError
-        except Exception:  # a function that is none of arrays, or none at all: see one by one
+        except Exception:  # a function that does not accept arrays is evaluated one by one
             value, slope = np.empty(self.count), np.zeros(shape)
             full = shape[::-1]
             for i in range(self.count):
@@ -157,6 +157,6 @@ def _lifted(value: Any) -> Slope:
 
 
 def _where(condition: NDArray[np.bool_], one: Slope, other: Slope) -> Slope:
-    """A quantity that is one of two, by a condition (n,)."""
+    """One of two quantities, by a condition (n,)."""
     value = np.where(condition, one.value, other.value)
     return Slope(value, np.where(condition, one.slope, other.slope))

@@ -1,9 +1,9 @@
-"""Many searches side by side: from cells of a survey to the places next to their optima.
+"""Many searches side by side, from cells of a survey to places next to their optima.
 
-Each follows its motion by the core, on the objective of the worst scenario with a penalty beyond
-limits. That has kinks, where itineraries and worst scenarios change: the method of Broyden,
-Fletcher, Goldfarb and Shanno with the weak conditions of Wolfe copes with them (Lewis & Overton,
-Math. Program. 141, 2013, doi 10.1007/s10107-012-0514-2). SciPy's goes one place at a time.
+Each follows its motion by the core. It minimises the objective of the worst scenario, with a
+penalty beyond limits. This function has kinks, where itineraries and worst scenarios change; the
+BFGS method with weak Wolfe conditions works in spite of them (Lewis & Overton, Math. Program. 141,
+2013, doi 10.1007/s10107-012-0514-2). SciPy's BFGS searches from one place at a time.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from capsule_sym._design.settled import attracting
 from capsule_sym._orbits.metrics.many import Performances, performance_many
 
 _PENALTY = 10.0  # units of the objective for a limit exceeded by its own unit
-_FALLS = 1e-4  # of what the slope promises: a step is short enough
-_SHORTER = 0.3  # the next step, of one that was too long
-_REACH = 0.2  # of the bounds, that a step goes at most
-_AT_REST = 1e-5  # of the bounds
+_FALLS = 1e-4  # least share of the predicted decrease
+_SHORTER = 0.3  # factor of the next step after one that was too long
+_REACH = 0.2  # largest step, in the bounds
+_AT_REST = 1e-5  # least step, in the bounds
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 
 @dataclass(eq=False)
 class Places:
-    """n places u (n, k) with a motion in each of m scenarios.
+    """Places u (n, k) with a motion in each of m scenarios.
 
-    The merit is infinite where one is lost.
-    `states` (n, m, 3) at forcing angle 0, `numbers` (n, m) of excitation periods, `rows` (n, m, p)
-    of parameters, by which states have the derivatives `states_by` (n, m, 3, p).
+    The merit is infinite if a motion is lost. `states` (n, m, 3) are at forcing angle 0, `numbers`
+    (n, m) excitation periods, `rows` (n, m, p) parameters, and `states_by` (n, m, 3, p) the
+    derivatives of the states by these.
     """
 
     u: Matrix
@@ -43,17 +43,17 @@ class Places:
     rows: NDArray[np.float64]
     states_by: NDArray[np.float64]
     worst: Vector
-    """The objective of the worst scenario, over its unit."""
+    """Objective of the worst scenario, over its unit."""
     beyond: Vector
-    """How far a limit is exceeded, over its unit."""
+    """Largest violation of a limit, over its unit."""
     merit: Vector
-    """What is to be least: the objective, and a penalty beyond limits."""
+    """Function to minimise: the objective, with a penalty beyond limits."""
     slope: Matrix
     """Derivatives of the merit by the scaled variables."""
     multiplier: Vector
-    """The largest of all scenarios."""
+    """Largest multiplier of all scenarios."""
     found: list[Performances]
-    """The motions of each scenario."""
+    """Motions of each scenario."""
 
     def __len__(self) -> int:
         return len(self.u)
@@ -66,7 +66,7 @@ class Places:
         return Places(found=[one.of(some) for one in self.found], **own)
 
     def put(self, some: NDArray[Any], other: Places) -> None:
-        """Let others stand in for some of the places."""
+        """Replace some of the places."""
         for one in fields(self):
             if one.name != "found":
                 getattr(self, one.name)[some] = getattr(other, one.name)
@@ -76,7 +76,7 @@ class Places:
 
 
 def places_of(program: Program, u: Matrix, found: list[Performances], numbers: Any) -> Places:
-    """Places with the motions that were found of each scenario."""
+    """Places with the motions found in each scenario."""
     n, m, k = len(u), len(program.scenarios), len(program.names)
     sizes = program.sizes
     objective, slopes = np.full((n, m), np.inf), np.zeros((n, m, k))
@@ -124,7 +124,7 @@ def places_of(program: Program, u: Matrix, found: list[Performances], numbers: A
 
 
 def moved(program: Program, places: Places, u: Matrix) -> Places:
-    """The places at other variables, with the motions next to those that are known."""
+    """Places at other variables, with the motions next to the known ones."""
     found = []
     for j, scenario in enumerate(program.scenarios):
         grid = Grid(program, scenario, u)
@@ -140,7 +140,7 @@ def moved(program: Program, places: Places, u: Matrix) -> Places:
 
 
 def climb(program: Program, begin: Places, steps: int, length: float) -> Places:
-    """Where searches from places come to: the first step of each is of this length."""
+    """Final places of searches from places; the first step of each has this length."""
     at = begin.of(np.arange(len(begin)))
     n, k = at.u.shape
     inverse, known = np.zeros((n, k, k)), np.zeros(n, bool)
@@ -173,7 +173,7 @@ def climb(program: Program, begin: Places, steps: int, length: float) -> Places:
         inverse[some[curved]] = _updated(inverse[some[curved]], step[curved], gain[curved])
         known[some[curved]] = True
         at.put(some[falls], there.of(falls))
-        # Where the slope only grows the same way goes on, twice as far.
+        # If the slope only grows, the step continues in the same direction, twice as long.
         aim[some[curved]] = True
         on = falls & ~curved
         share[some[on]] *= 2.0
@@ -183,7 +183,7 @@ def climb(program: Program, begin: Places, steps: int, length: float) -> Places:
         share[some[~falls]] *= _SHORTER
         long[some[~falls]] = np.maximum(gone[~falls] * _SHORTER, _AT_REST)
         short = gone < _AT_REST
-        # A search that comes no further begins anew along the slope, once.
+        # A search without progress restarts along the slope, once.
         again = ~falls & short & known[some]
         known[some[again]], aim[some[again]] = False, True
         running[some[short & ~again]] = False
@@ -191,13 +191,13 @@ def climb(program: Program, begin: Places, steps: int, length: float) -> Places:
 
 
 def free_of(at: Places) -> NDArray[np.bool_]:
-    """Which variables (n, k) are not held by a bound."""
+    """Mask (n, k) of variables that no bound holds."""
     held: NDArray[np.bool_] = ((at.u <= 0) & (at.slope > 0)) | ((at.u >= 1) & (at.slope < 0))
     return ~held
 
 
 def _updated(inverse: Any, step: Matrix, gain: Matrix) -> Any:
-    """Inverses (n, k, k) of second derivatives, by steps and how slopes changed over them."""
+    """Updated inverse Hessians (n, k, k), from steps and the changes of slopes over them."""
     rho = 1.0 / (gain * step).sum(axis=1)
     k = step.shape[1]
     left = np.eye(k) - rho[:, None, None] * step[:, :, None] * gain[:, None, :]

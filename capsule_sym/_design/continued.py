@@ -1,4 +1,4 @@
-"""One motion continued to many parameter sets at once, by steps along straight lines."""
+"""Continuation of one motion to many parameter sets at once, along straight lines."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.metrics.many import Performances, performance_many
 from capsule_sym._parameters import Scene
 
-_STEPS = 2, 32  # of a line; the finer ones where the coarse ones lose the motion
-_FAR = 0.1  # of a motion's size, between its state and the predicted one: it is another motion
-_SAME = 1e-6  # of a motion's size, between two that are one
+_STEPS = 2, 32  # of a line; the finer ones if the coarse ones lose the motion
+_FAR = 0.1  # of a motion's size: a larger distance from the predicted state is another motion
+_SAME = 1e-6  # of a motion's size, between two equal ones
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
@@ -23,11 +23,11 @@ Matrix = NDArray[np.float64]
 def continued(
     own: Settled, row: Vector, found: Settled, rows: Matrix
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which motions found at n parameter sets are a nominal one continued, and where that is there.
+    """Masks (n,): motions that are the nominal one continued, and sets where that one exists.
 
     `own` has the nominal motion, at the parameters `row`; `found` the motions at `rows`, (n, k).
-    Both results have the shape (n,). The motion is there where Newton's method follows it along
-    the straight line of parameters, stable or not, to a stable one.
+    The nominal motion exists at a set if Newton's method continues it along the straight line of
+    parameters, through stable or unstable orbits, to a stable one.
     """
     number, scene = int(own.period_numbers[0]), own.found.scene
     there, states = np.zeros(len(rows), bool), np.full((len(rows), 3), np.nan)
@@ -49,7 +49,7 @@ def continued(
 def _stepped(
     own: Performances, number: int, row: Vector, rows: Matrix, steps: int, scene: Scene
 ) -> tuple[NDArray[np.bool_], Matrix]:
-    """Where a motion is followed to, in so many steps: whether it is there, and its state."""
+    """Continuation of a motion in so many steps: mask of success, and final states."""
     begin = _closed(row[None], own.states[:1], number, scene)
     states, by = (
         np.repeat(part[:1], len(rows), axis=0) for part in (begin.states, begin.by_parameter)
@@ -72,7 +72,7 @@ def _stepped(
 
 
 def _closed(rows: Matrix, states: Matrix, number: int, scene: Scene) -> Performances:
-    """Motions closed near states; a second time where the first one led to other switches."""
+    """Motions closed near states, with a second try where the first one has other switches."""
     how: dict[str, Any] = {"gradients": True, "scene": scene}
     found = performance_many(rows, states, number, **how)
     open_ = np.flatnonzero(~found.closed & np.isfinite(found.states).all(axis=1))

@@ -1,4 +1,4 @@
-"""Covariance of what a fit found, and what the measurements cannot tell."""
+"""Covariance of a fit's values, and combinations that are not identifiable."""
 
 from __future__ import annotations
 
@@ -11,37 +11,38 @@ from numpy.typing import NDArray
 from capsule_sym._design.least_squares import Least
 from capsule_sym._design.problem import Problem
 
-_LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
-_PART = 0.1  # of a combination, from which an unknown is open with it
-_LEAST_SLOPE = 0.05  # of a series' mean slope of influence, of that of all
+_LOST = 1e-8  # singular values below this share of the largest count as 0
+_PART = 0.1  # share of a combination above which an unknown is not identifiable
+_LEAST_SLOPE = 0.05  # least slope of a series' influence, over the mean of all series
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
 
 class Errors(NamedTuple):
-    """What a fit leaves uncertain."""
+    """Uncertainties of a fit."""
 
     noise: float
     covariance: Matrix
     """(k, k)."""
     standard: Vector
-    """Standard errors (k,), infinite for what is open."""
+    """Standard errors (k,), infinite for unknowns that are not identifiable."""
     growth: Vector
-    """The sum's growth where one of the unknown is a standard error off, the others fitted, (k,)"""
+    """Growth of the sum with one unknown off by a standard error, the others refitted, (k,)."""
     singular: Vector
     """Singular values of the Jacobian by relative changes, (k,)."""
     lost: tuple[dict[str, float], ...]
-    """Relative changes that the measurements cannot tell from none."""
+    """Combinations of relative changes that are not identifiable."""
 
 
 def errors_of(problem: Problem, found: Least) -> Errors:
-    """Errors of the values that fit best, to first order: those of an M-estimator.
+    """Errors of the fitted values to first order, those of an M-estimator.
 
-    H^-1 B H^-1 with H the sum of J^T J over the series, each times its mean slope of influence, and
-    B with its mean square of influence in place of that; the errors of a series are alike and
-    independent. Both means count n - k values of n, and the correction for k unknown is Huber's
-    (Robust Statistics, 1981, section 7.6). With a linear loss and one series it is the classical
-    covariance. The velocity of a capsule that rests at the first time is 0 without an error.
+    They are H^-1 B H^-1, with H the sum of J^T J over the series, each times its mean slope of
+    influence, and B the same with the mean square of influence. The errors within a series are
+    independent and equally distributed. Both means use n - k of n values; the correction for k
+    unknowns is Huber's (Robust Statistics, 1981, section 7.6). For a linear loss and one series
+    this is the classical covariance. The velocity of a capsule at rest at the first time is 0
+    without an error.
     """
     count, unknown = found.jac.shape
     free = np.flatnonzero(~problem.resting(found.x))

@@ -1,8 +1,8 @@
-"""Steady motions and their metrics for the optimiser: one from a start, one next to another, many.
+"""Steady motions and their metrics for the optimiser: from a start, next to another one, or many.
 
-The C core closes a motion and differentiates its metrics. Where it is missing or leaves a motion
-open, and where an itinerary is followed beyond the place at which the map leaves it, the orbit's
-equations do. What computes the metrics is named here and nowhere else in the package.
+The C core closes a motion and differentiates its metrics. The orbit's equations are used without a
+core, for a motion that the core cannot decide, and beyond the place where the map leaves an
+itinerary. No other module of the package names the source of the metrics.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Scene, SceneParameters
 
-_BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
-_PERIODS = 1024  # excitation periods within which it is to settle
-_SAME = 1e-6  # distance of two that are one
-_NEUTRAL = 1e-9  # below 1, of a multiplier of which rounding leaves open if it is
+_BLOCK = 64  # excitation periods before the first test for a settled motion
+_PERIODS = 1024  # excitation periods within which a motion has to settle
+_SAME = 1e-6  # distance of two equal motions
+_NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 Vector = NDArray[np.float64]
 
 
 class Motion:
-    """A steady motion, closed, and its dimensionless metrics with derivatives by the parameters.
+    """Steady motion and its dimensionless metrics, with derivatives by the parameters.
 
-    `state` is (x_r, v_r, v_c) at forcing angle 0, `itinerary` has the fields' names.
+    `state` is (x_r, v_r, v_c) at forcing angle 0; `itinerary` has the names of the fields.
     """
 
     def __init__(
@@ -63,14 +63,14 @@ class Motion:
 
     @property
     def orbit(self) -> Orbit | None:
-        """The orbit as its equations have it; None where they have none."""
+        """Orbit solved in its itinerary; None if that fails."""
         if self._orbit is None:
             self._orbit = orbit_at(self.parameters, self.state.tolist(), self.period_number)
         return self._orbit
 
     @cached_property
     def metrics(self) -> dict[str, Slope]:
-        """The metrics in `METRICS`; raises numpy.linalg.LinAlgError at a fold."""
+        """Metrics in the order of `METRICS`; raises numpy.linalg.LinAlgError at a fold."""
         if self.found is not None:
             values, gradients = self.found.values[0].copy(), self.found.gradients[0].copy()
         else:
@@ -96,9 +96,9 @@ class Motion:
 
     @cached_property
     def admissible(self) -> bool:
-        """Whether the map follows this orbit, and stays near it."""
+        """True if the map has this orbit, and it is stable."""
         if self.found is not None:
-            return self.multiplier < 1  # it is the map that the core has closed
+            return self.multiplier < 1  # the core has closed the map itself
         assert self._orbit is not None
         inside = bool(min(self._orbit.durations) > 0)
         return inside and self.multiplier < 1 and is_admissible(self._orbit)
@@ -107,11 +107,11 @@ class Motion:
 def drifting(
     scene: Scene, rows: Vector, fields: NDArray[Any], values: Vector, multipliers: ArrayLike
 ) -> NDArray[np.bool_]:
-    """Whether motions drift, by parameters (n, k), fields (n, m), METRICS (n, 7), multiplier."""
+    """Mask of motions that drift, by parameters (n, k), fields (n, m), METRICS (n, 7)."""
     facts = scene.facts
     touching = [field for field, (contact, _) in facts.FIELDS.items() if contact]
     metrics = dict(zip(METRICS, values.T, strict=True))
-    # The longest way that loses so much, against the least friction.
+    # The longest path with this loss is that against the least friction.
     p = SimpleNamespace(**dict(zip(facts.PARAMETERS, rows.T, strict=True)))
     bounds = [abs(scene.formulas.Formulas.loss_at(p, way)) for way in (1, -1)]
     return drifts(
@@ -130,7 +130,7 @@ def _values(parameters: SceneParameters) -> Vector:
 
 
 def _closed(parameters: SceneParameters, state: Vector, period_number: int) -> Motion | None:
-    """The motion of the map near a state at forcing angle 0, by the core; None if none."""
+    """Motion of the map near a state at forcing angle 0, by the core; None if none."""
     if core_of(parameters.scene) is None:
         return None
     found = performance_many(
@@ -144,7 +144,7 @@ def _closed(parameters: SceneParameters, state: Vector, period_number: int) -> M
 def settle(
     parameters: SceneParameters, state: Sequence[float], phase: float = 0.0
 ) -> Motion | None:
-    """The motion that is reached from a state; None where none is reached."""
+    """Motion on which a start settles; None if there is none."""
     if core_of(parameters.scene) is None:
         orbit = solve_orbit(parameters, state, phase, _PERIODS)
         return Motion(parameters, None, orbit=orbit) if orbit.success else None
@@ -163,14 +163,14 @@ def settle(
 
 
 def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> Motion | None:
-    """The motion of the map at other parameters, next to one that the core closed."""
+    """Motion of the map at other parameters, next to one closed by the core."""
     moved = _values(parameters) - _values(motion.parameters)
     state = motion.state + found.by_parameter[0] @ moved
     return _closed(parameters, state, motion.period_number)
 
 
 def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | None:
-    """The orbit of the same itinerary at other parameters, admissible or not; None if none."""
+    """Orbit of the same itinerary at other parameters, admissible or not; None if none."""
     if motion.found is not None:
         found = _moved(motion, motion.found, parameters)
         if found is not None and found.itinerary == motion.itinerary:
@@ -190,7 +190,7 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
 
 
 def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
-    """The motion that a motion becomes where the parameters change to others; None if none."""
+    """The motion continued to other parameters; None if it is lost."""
     if motion.found is not None:
         found, state, phase = _moved(motion, motion.found, parameters), motion.state.tolist(), 0.0
     else:
@@ -205,7 +205,7 @@ def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | Non
 
 
 def agrees(one: Motion, other: Motion | None) -> bool:
-    """Whether two motions at about the same parameters are one."""
+    """True if two motions at nearly the same parameters are equal."""
     if other is None or one.period_number != other.period_number:
         return False
     names = ("progression", "work", "peak_force")
@@ -217,7 +217,7 @@ def agrees(one: Motion, other: Motion | None) -> bool:
 
 
 def _named(values: Vector, gradients: Vector) -> dict[str, Slope]:
-    """METRICS by name, of values (7,) and gradients (7, k)."""
+    """METRICS by name, from values (7,) and gradients (7, k)."""
     return {
         name: Slope(*one) for name, *one in zip(METRICS, values.tolist(), gradients, strict=True)
     }

@@ -32,32 +32,32 @@ Vector = NDArray[np.float64]
 
 
 class FitStatus(StrEnum):
-    """Ways in which a fit can end."""
+    """Status of a fit."""
 
-    #: The least squares reached a minimum.
+    #: The least squares converged to a minimum.
     CONVERGED = "converged"
-    #: They did not reach one.
+    #: The least squares did not converge.
     NOT_CONVERGED = "not-converged"
     #: The measurements do not determine some combination of the unknowns.
     NOT_IDENTIFIABLE = "not-identifiable"
-    #: The time was over: the values are the best that were tried.
+    #: The time limit was reached: the values are the best that were tried.
     TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True, eq=False)
 class FittedRun:
-    """One of the runs that were fitted; dimensionless, or in SI units where it is a device's."""
+    """One of the fitted runs; dimensionless, or in SI units for a device."""
 
     name: str
-    """Its name; empty for the one run of `fit`."""
+    """Name of the run; empty for the one run of `fit`."""
     system: System
-    """The parameters of this run."""
+    """Parameters of this run."""
     state: tuple[float, float, float]
     """(x_r, v_r, v_c) at the first time."""
     phase: float
-    """Phase of the forcing there."""
+    """Phase of the forcing at the first time."""
     slip: float
-    """True time passes 1 + slip times as fast as the measured one."""
+    """Relative error of the time base: true time is 1 + slip times the measured one."""
     series: dict[str, tuple[float, float, float]]
     """Scale, offset and drift of each series, by name."""
 
@@ -66,52 +66,52 @@ class FittedRun:
 class Fit(Result):
     """Result of a fit.
 
-    Values are dimensionless, or in SI units where the system that was fitted is a device. Standard
-    errors and intervals hold for independent errors of the measurements, alike within a series,
-    where the model is nearly linear over them; `autocorrelation` tells if errors are independent,
-    and `bootstrap` has the uncertainty where they are not.
+    Values are dimensionless, or in SI units if the fitted system is a device. Standard errors and
+    intervals assume independent errors of the measurements, of equal size within a series, and a
+    model that is nearly linear over them. `autocorrelation` tests the independence; `bootstrap` has
+    the uncertainty for dependent errors.
     """
 
     runs: tuple[FittedRun, ...]
-    """The runs."""
+    """Fitted runs."""
     values: dict[str, float]
-    """The fitted values, by name."""
+    """Fitted values, by name."""
     standard_errors: dict[str, float]
-    """Their standard errors; infinite where `open_combinations` tells of it."""
+    """Standard errors of the values; infinite for values in `open_combinations`."""
     covariance: Matrix
-    """Their covariance, shape (k, k)."""
+    """Covariance of the values, shape (k, k)."""
     status: FitStatus
-    """How it ended."""
+    """Status of the fit."""
     message: str
-    """The same as a sentence."""
+    """Status as a sentence."""
     evaluations: int
-    """Runs with derivatives that it took."""
+    """Number of runs with derivatives."""
     noise: float
     """Standard deviation of the residuals, in units of each series' `scales`."""
     autocorrelation: float
-    """Correlation of a residual with the next of its series, as the loss counts both."""
+    """Correlation of a residual with the next one of its series, weighted by the loss."""
     singular_values: Vector
-    """Of the Jacobian by the relative changes of what was unknown, largest first."""
+    """Singular values of the Jacobian by relative changes of the unknowns, largest first."""
     open_combinations: tuple[dict[str, float], ...]
-    """Relative changes of what was unknown that the measurements cannot tell from none."""
+    """Combinations of relative changes of the unknowns that are not identifiable."""
     border: str
-    """Where the itinerary changes within a standard error: which value; else empty."""
+    """Value within whose standard error the itinerary changes; empty if there is none."""
     problem: Problem
-    """Residuals and Jacobian at other values of what was unknown."""
+    """Residuals and Jacobian at other values of the unknowns."""
     limits: tuple[Vector, Vector]
-    """Lowest and highest values allowed for what was unknown, each of shape (k,)."""
+    """Lower and upper bounds of the unknowns, each of shape (k,)."""
     found: Least
-    """End of the least squares."""
+    """Final state of the least squares."""
     growth: Vector
-    """The sum's growth where a value is a standard error off, the others fitted anew, (k,)."""
+    """Growth of the sum with one value off by a standard error, the others refitted, (k,)."""
     bootstrap: Bootstrap | None
-    """Fits anew to resampled residuals, if they were asked for."""
+    """Fits to resampled residuals, if requested."""
     _good = (FitStatus.CONVERGED,)
     _recorded = "evaluations values standard_errors covariance"
 
     @property
     def system(self) -> System:
-        """The parameters of the first run, those that were known among them."""
+        """Parameters of the first run, with the fitted values."""
         return self.runs[0].system
 
     @property
@@ -121,27 +121,27 @@ class Fit(Result):
 
     @property
     def phase(self) -> float:
-        """Phase of the forcing there."""
+        """Phase of the forcing at the first time of the first run."""
         return self.runs[0].phase
 
     @property
     def residuals(self) -> Vector:
-        """Model less measurement over `scales`, shape (n,), of each run in the order of time."""
+        """Model minus measurement over `scales`, shape (n,), for each run in order of time."""
         return self.found.residuals
 
     @property
     def loss(self) -> str:
-        """How residuals counted."""
+        """Name of the loss function."""
         return self.found.loss.name
 
     @property
     def loss_scale(self) -> float:
-        """The residual from which a robust loss lets them count less, in their units."""
+        """Residual above which a robust loss reduces the weight, in the residuals' units."""
         return self.found.loss.scale
 
     @property
     def least(self) -> float:
-        """Sum of the residuals' squares, as the loss counts them."""
+        """Sum of the residuals' squares, transformed by the loss."""
         return 2.0 * self.found.cost
 
     def __repr__(self) -> str:
@@ -152,7 +152,7 @@ class Fit(Result):
         return f"<Fit: {told}, {self.status}>"
 
     def to_dict(self) -> dict[str, Any]:
-        """The result by name, of numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts."""
         found = super().to_dict() | {"parameters": values_of(self.system)}
         names = "noise autocorrelation singular_values open_combinations border"
         found |= record(self, f"state phase {names}")
@@ -167,7 +167,7 @@ class Fit(Result):
     def columns(self) -> dict[str, NDArray[Any]]:
         """The n measurements, shape (n,): time, column, value, and residual over noise.
 
-        With the name of the run before these where runs have names.
+        Runs with names have the name of the run as first column.
         """
         every = [one.data for one in self.problem.recorded]
         named = [np.array(one.names, np.str_)[one.column] for one in every]
@@ -182,10 +182,10 @@ class Fit(Result):
         }
 
     def deviations(self, level: float = 0.95) -> float:
-        """Standard errors between a value and the end of its interval of this probability.
+        """Half-width in standard errors of an interval with this probability.
 
-        Student's quantile for as many values as there are more than unknown. Raises InvalidInput
-        for a level that is not between 0 and 1.
+        It is Student's quantile, with the number of values minus unknowns as degrees of freedom.
+        Raises InvalidInput for a level that is not between 0 and 1.
         """
         if not is_real(level) or not 0 < level < 1:
             raise InvalidInput("level", level, "between 0 and 1")
@@ -195,12 +195,12 @@ class Fit(Result):
     def interval(
         self, name: str, level: float = 0.95, *, max_seconds: float = math.inf
     ) -> tuple[float, float]:
-        """Profile interval of an unknown: where the others, fitted anew, still fit.
+        """Profile interval of an unknown: values at which a refit of the others is acceptable.
 
-        The sum of squares, as the loss counts them, grows there by `deviations(level)` squared
-        times what it grows by where the value is a standard error off (`growth`). Where it does
-        not grow so far within the bounds of the fit, the bound is the end. An end that is not found
-        within `max_seconds` is nan. Raises InvalidInput for another name or level.
+        At its ends the sum of squares, transformed by the loss, has grown by `deviations(level)`
+        squared times its growth at one standard error (`growth`). If it does not grow so much
+        within the bounds of the fit, the bound is the end. An end that is not found within
+        `max_seconds` is nan. Raises InvalidInput for another name or level.
         """
         check_one_of("name", name, self.values)
         deviations, ends = self.deviations(level), [math.nan, math.nan]
@@ -230,20 +230,21 @@ def fit(
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
-    """Values of what is unknown of a system, from measured time series, by least squares.
+    """Fit unknown values of a system to measured time series, by least squares.
 
-    `data` has columns (n,): times `t`, ascending, and one or more of x_r, v_r, v_c, x_c, x_m, v_m;
-    a gap is nan, masked, or pandas' NA. The motion starts in `state` (x_r, v_r, v_c), at `phase` of
+    `data` has columns (n,): ascending times `t`, and one or more of x_r, v_r, v_c, x_c, x_m, v_m; a
+    gap is nan, masked, or pandas' NA. The motion starts in `state` (x_r, v_r, v_c), at `phase` of
     the forcing, at the first of the times, gap or not. `unknown` names parameters of `system`, and
-    of x_r, v_r, v_c, phase, x_c of the start (x_c: where the capsule's position was zero); the
-    others are known, and what is given for the unknown is the first guess. All is dimensionless, or
-    in SI units where `system` is PhysicalParameters. Each column's residuals count in units of its
-    standard deviation; `loss` is one of SciPy's. `starts` draws so many other guesses, within
-    `bounds` or else between half and twice the guess, and the best `follow` are followed; `seed`
-    makes them others. `steps` is how many runs with derivatives each may take. `bootstrap` is how
-    many fits to resampled residuals follow, for `Fit.bootstrap`. After `max_seconds` the result has
-    the best values that were tried. `progress` is called with what is done, in
-    words.
+    x_r, v_r, v_c, phase, x_c of the start (x_c: the capsule's position). Other values are known;
+    the given values of the unknowns are the first guess. All is dimensionless, or in SI units if
+    `system` is PhysicalParameters.
+
+    The residuals of a column are in units of its standard deviation; `loss` is one of SciPy's.
+    `starts` is a number of further random guesses, within `bounds` or else between half and twice
+    the guess. The best `follow` of them are continued; `seed` is their random seed. `steps` limits
+    the runs with derivatives of each. `bootstrap` is the number of fits to resampled residuals for
+    `Fit.bootstrap`. After `max_seconds` the result has the best values so far. `progress` is called
+    with a text.
 
     Raises InvalidInput for columns, names, bounds or values that are not allowed.
     """
@@ -261,7 +262,7 @@ def fit(
 
 
 def checked_state(state: Sequence[float]) -> tuple[float, ...]:
-    """A start's state; raises InvalidInput unless it is three finite numbers."""
+    """State of a start; raises InvalidInput unless it is three finite numbers."""
     if not isinstance(state, Sequence | np.ndarray) or len(state) != 3 or not all(map(real, state)):
         raise InvalidInput("state", state, "three finite numbers")
     return tuple(state)
@@ -278,7 +279,7 @@ def fitted(
     bootstrap: int,
     max_seconds: float,
 ) -> Fit:
-    """The fit of a problem; arguments are those of `fit`, checked here."""
+    """Fit of a problem; arguments are those of `fit`, checked here."""
     check_one_of("loss", loss, LOSSES)
     check_count("starts", starts, *STARTS)
     check_count("follow", follow, *FOLLOW)
@@ -312,13 +313,13 @@ def _result(
     border: str | None,
     bootstrap: Bootstrap | None,
 ) -> Fit:
-    """Result of the least squares that fit best; without a border the time was over."""
+    """Result of the best least squares; a border of None means that the time limit was reached."""
     values = found.x
     status = FitStatus.CONVERGED if found.success else FitStatus.NOT_CONVERGED
-    message = "the least squares came to rest" if found.success else found.message
+    message = "the least squares converged" if found.success else found.message
     bound = (values <= limits[0]) | (values >= limits[1])
     if border is None:
-        status, message = FitStatus.TIME_LIMIT, "the time is over: these are the best values so far"
+        status, message = FitStatus.TIME_LIMIT, "time limit reached: best values so far"
     elif errors.lost:
         apart = [
             name
@@ -326,9 +327,9 @@ def _result(
             if math.isinf(error)
         ]
         status = FitStatus.NOT_IDENTIFIABLE
-        message = f"the measurements cannot tell apart or do not show {', '.join(apart)}"
+        message = f"the measurements do not determine {', '.join(apart)}"
     elif bootstrap and not bootstrap.success:
-        status, message = FitStatus.TIME_LIMIT, "the time is over: the bootstrap has fewer fits"
+        status, message = FitStatus.TIME_LIMIT, "time limit reached: the bootstrap has fewer fits"
     elif bound.any():
         names = [name for name, at in zip(problem.unknown, bound, strict=True) if at]
         message += f", with {', '.join(names)} at a bound"
@@ -356,7 +357,7 @@ def _result(
 
 
 def _run(run: Recorded, values: Vector) -> FittedRun:
-    """What was found of a run."""
+    """Fitted values of a run."""
     now = run.now(values)
     series = {
         one: (now[run.scale_of(one)], now[f"offset_{one}"], now[f"drift_{one}"])
@@ -369,7 +370,7 @@ def _run(run: Recorded, values: Vector) -> FittedRun:
 
 
 def _border(problem: Problem, values: Vector, errors: Vector, low: Vector, high: Vector) -> str:
-    """Which value, a standard error off, has another itinerary."""
+    """Name of a value within whose standard error the itinerary changes; empty if there is none."""
     problem.doing = "itineraries beside it"
     for i, name in enumerate(problem.unknown):
         if problem.linear[i]:

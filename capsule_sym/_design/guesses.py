@@ -1,4 +1,4 @@
-"""Places at which a fit begins: linear unknown solved for, phases and starts scanned, draws."""
+"""First guesses of a fit: linear unknowns solved, phases and starts scanned, random guesses."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 from capsule_sym._parameters import SceneDevice
 
-_PHASES = 24  # of the forcing, at each of which a run's start is looked for
-_SETTLED = 100  # periods from rest, after which a motion is taken for the steady one
-_WEIGHINGS = 6  # of residuals, by which outliers do not decide the linear unknown
+_PHASES = 24  # of the forcing, tried for a run's start
+_SETTLED = 100  # periods from rest, after which a motion counts as steady
+_WEIGHINGS = 6  # of residuals, to reduce the effect of outliers on the linear unknowns
 SLIPS = -0.5, 1.0  # range of a slip of the time base
 _SCALE = 1e-12  # least scale
 Vector = NDArray[np.float64]
 
 
 def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
-    """Lowest and highest values of the unknown, each (k,).
+    """Lower and upper bounds of the unknowns, each (k,).
 
     Raises InvalidInput for bounds of another name, and for those that are not allowed.
     """
@@ -55,7 +55,7 @@ def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tu
 
 
 def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int) -> list[Vector]:
-    """Guesses between the bounds, or where there are none between half and twice the guess."""
+    """Guesses between the bounds, or without bounds between half and twice the guess."""
     if not count:
         return []
     Sobol = package("scipy.stats.qmc", "design").Sobol
@@ -77,7 +77,7 @@ def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int
 
 
 def best_of(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
-    """The guesses by their cost, as far as there is time to look at them, the best first."""
+    """Guesses sorted by their cost, as many as the time limit allows."""
     if len(guesses) == 1 and not problem.partly:
         return list(guesses)
     found, costs = list[Vector](), list[float]()
@@ -92,10 +92,10 @@ def best_of(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
 
 
 def begun(problem: Problem, values: Vector) -> tuple[Vector, float]:
-    """A guess with what follows from the measurements beside its values, and its cost.
+    """Guess completed from the measurements, and its cost.
 
-    Each run's phase and start, where nothing is known of them, are those at which the steady motion
-    from rest is nearest the series; what these are linear in follows by least deviations.
+    If the phase and start of a run are unknown, they are those at which the steady motion from rest
+    is nearest to the series. Linear unknowns follow by least absolute deviations.
     """
     if not problem.partly:
         return values, problem.cost(values)
@@ -109,7 +109,7 @@ def begun(problem: Problem, values: Vector) -> tuple[Vector, float]:
 
 
 def _starts(run: Recorded, values: Vector) -> list[Vector]:
-    """Values of a run's unknown with the phases and starts to look at."""
+    """Values of a run's unknowns with the phases and starts to try."""
     now, period = run.now(values), _period(run, values)
     phases = np.array([now[PHASE]])
     if PHASE in run.sought:
@@ -137,7 +137,7 @@ def _period(run: Recorded, values: Vector) -> float:
 
 
 def _solved(problem: Problem, values: Vector) -> tuple[Vector, float]:
-    """Values with the linear unknown by least deviations, and the sum of these."""
+    """Values with the linear unknowns by least absolute deviations, and the sum of these."""
     residuals, jacobian = problem.without_slopes(values)
     linear, held = np.flatnonzero(problem.linear), values.copy()
     if len(linear):
@@ -149,7 +149,7 @@ def _solved(problem: Problem, values: Vector) -> tuple[Vector, float]:
             size = np.abs(residuals)
             weights = 1.0 / np.sqrt(np.maximum(size, np.median(size) + 1e-300))
         held[linear] += step
-        # A mirror image of the motion is none: its phase is another.
+        # A negative scale would be a mirror image, which has another phase.
         if np.any(held[linear][scales] <= _SCALE):
             return values, math.inf
     return held, float(np.sum(np.abs(residuals)))

@@ -1,4 +1,4 @@
-"""Least squares with robust losses by SciPy, and the intervals in which they hardly grow."""
+"""Least squares with robust losses by SciPy, and profile intervals."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from capsule_sym._native import TimeUp
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
-_FIRST = "soft_l1", 0.1  # loss and scale of the first fit of a robust one
-_STRETCHES = 20  # of the search for an end, each longer than the one before
+_FIRST = "soft_l1", 0.1  # loss and scale of the first fit with a robust loss
+_STRETCHES = 20  # steps of the search for an end, each longer than the one before
 _LONGER = 1.5
-_ENDED = 1e-6  # of a step, by which the end of an interval may be off
+_ENDED = 1e-6  # of a step: accuracy of the end of an interval
 
 
 class _Shape(NamedTuple):
@@ -52,20 +52,20 @@ LOSSES: dict[str, Callable[[Vector], _Shape]] = {
 
 @dataclass(frozen=True)
 class Loss:
-    """How residuals count: by a name of SciPy, and the residual from which they count less."""
+    """Loss function: a name of SciPy, and the residual above which it reduces the weight."""
 
     name: str
     scale: float = 1.0
 
     def sum(self, residuals: Vector) -> float:
-        """The sum of the residuals' squares as the loss counts them."""
+        """Sum of the residuals' squares, transformed by the loss."""
         return float(self.scale**2 * LOSSES[self.name]((residuals / self.scale) ** 2).loss.sum())
 
     def spread(self, residuals: Vector, unknown: int = 0) -> float:
-        """Standard deviation of the residuals' bulk, left by a fit of so many unknown.
+        """Standard deviation of the bulk of the residuals, after a fit of so many unknowns.
 
-        By the median where some may be far off, and that of the largest, since as many residuals as
-        are unknown could be 0 (Street, Carroll and Ruppert, Am. Stat. 42, 152, 1988).
+        For robust losses it is computed from the median of the largest residuals, since as many as
+        there are unknowns could be 0 (Street, Carroll and Ruppert, Am. Stat. 42, 152, 1988).
         """
         if self.name == "linear":
             return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
@@ -80,7 +80,7 @@ class Loss:
 
 
 class Least(NamedTuple):
-    """End of the least squares."""
+    """Result of the least squares."""
 
     x: Vector
     cost: float
@@ -89,13 +89,13 @@ class Least(NamedTuple):
     success: bool
     message: str
     loss: Loss
-    """Of a robust one the scale is from the residuals that are left at last."""
+    """The loss; the scale of a robust one is that of the final residuals."""
 
 
 def least(
     problem: Problem, guess: Vector, limits: tuple[Vector, Vector], loss: str, steps: int
 ) -> Least:
-    """The least squares from a guess, as far as there is time."""
+    """Least squares from a guess, as far as the time limit allows."""
     guess = np.clip(guess, *limits)
     if loss == "linear":
         return solved(problem, guess, limits, Loss(loss), steps)
@@ -110,7 +110,7 @@ def least(
 def solved(
     problem: Problem, start: Vector, limits: tuple[Vector, Vector], loss: Loss, steps: int
 ) -> Least:
-    """The least squares of one loss; where the time is over the best of the values tried."""
+    """Least squares with one loss; at the time limit the best of the values tried."""
     count = len(problem.values)
     nothing = np.full(count, np.nan), np.zeros((count, len(start)))
     best = Least(start, math.inf, *nothing, False, "", loss)
@@ -145,21 +145,21 @@ def solved(
 
 
 class Profile:
-    """The least squares with one unknown held, from the fit on: its growth, and where it ends."""
+    """Least squares with one unknown fixed: growth of the sum, and ends of the interval."""
 
     def __init__(
         self, problem: Problem, found: Least, limits: tuple[Vector, Vector], k: int, variance: float
     ) -> None:
-        """`variance` is the sum's growth where the unknown is a standard error off."""
+        """`variance` is the sum's growth with the unknown off by a standard error."""
         self.problem, self.found, self.limits, self.k = problem, found, limits, k
         self.variance = variance
         self.others = np.arange(len(found.x)) != k
         self.guess = found.x[self.others]
 
     def end(self, deviations: float, step: float) -> float:
-        """Where the sum has grown so far, searched in steps; a bound where it has not before it."""
+        """Value at which the sum has grown by `deviations` squared; at most the bound."""
         value, low, high = self.found.x[self.k], self.limits[0][self.k], self.limits[1][self.k]
-        if math.isinf(step):  # the measurements leave it open
+        if math.isinf(step):  # not identifiable
             return float(high if step > 0 else low)
         goal = deviations**2
         for _ in range(_STRETCHES):
@@ -178,7 +178,7 @@ class Profile:
         return math.copysign(math.inf, deviations)
 
     def growth(self, at: float) -> float:
-        """How far the sum has grown, in variances, where the unknown is held at a value."""
+        """Growth of the sum, in variances, with the unknown fixed at a value."""
         loss, others = self.found.loss, self.others
 
         def whole(part: Vector) -> Vector:

@@ -1,9 +1,9 @@
-"""The best place near another to which the scenarios' starts lead, where they bound the best.
+"""Search of places on which the scenarios' starts settle, where these bound the best.
 
-Beyond a basin boundary a start leads to another motion, and the objective jumps. How far the
-boundary is has no derivatives: batches of places are drawn around the best one, in boxes that
-shrink where none is better. Then the boundary is met on lines uphill, each cut into ever smaller
-parts, and where along it the objective is best is that of the parabolas through these places.
+Beyond a basin boundary a start leads to another motion, and the objective jumps. The distance of
+the boundary has no derivatives: batches of places are drawn around the best one, in boxes that
+shrink if none is better. Then lines uphill are bisected to the boundary, and parabolas through
+these places predict the best place along it.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from capsule_sym._native import check_time
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-_DRAWN = 40  # places a box and variable
-_ROUNDS = 30  # boxes at most
-_SHRINK = 4.0  # of boxes of which no place is better
-_LEAST = 3e-4  # of the bounds: the last box
-_DECADES = 3.0  # of the sizes of steps uphill, in one box
-_PARTS = 24  # of a line
-_FINEST = 1e-12  # of the bounds: the last part
-_STEPS = 6  # along a boundary
-_FARTHEST = 4.0  # of the distance of two lines: a step along a boundary
-_JUMP = 3.0  # times what the gradient explains
+_DRAWN = 40  # places per box and variable
+_ROUNDS = 30  # largest number of boxes
+_SHRINK = 4.0  # factor of a box without a better place
+_LEAST = 3e-4  # size of the last box, in the bounds
+_DECADES = 3.0  # range of sizes of steps uphill in one box, in decades
+_PARTS = 24  # parts of a line
+_FINEST = 1e-12  # size of the last part, in the bounds
+_STEPS = 6  # largest number of steps along a boundary
+_FARTHEST = 4.0  # largest step along a boundary, in distances of two lines
+_JUMP = 3.0  # factor over the change that the gradient explains
 _BETTER = 1e-12  # units of the objective
-_ROUNDING = 1e-9  # the same, of one motion reached by two runs
+_ROUNDING = 1e-9  # the same, for one motion reached by two runs
 
 
 def best_led(program: Program, place: Place, reach: float) -> Place:
-    """The best place near one, within `reach` of the bounds at first, that the starts lead to."""
+    """Best place on which the starts settle near one, at first within `reach` of the bounds."""
     draw, size, best = np.random.default_rng(0), reach, place
     for _ in range(_ROUNDS):
         check_time()
@@ -45,10 +45,10 @@ def best_led(program: Program, place: Place, reach: float) -> Place:
 
 
 def next_led(program: Program, best: Place, size: float, draw: np.random.Generator) -> Place | None:
-    """A better place in a box around one, the best of many; None if there is none.
+    """Best of many places in a box around one, if it is better; else None.
 
-    Beside a boundary there is less room uphill than along it: of half of the steps the part uphill
-    is smaller.
+    Beside a boundary there is less room uphill than along it: half of the steps have a smaller part
+    uphill.
     """
     count = _DRAWN * len(best.u)
     steps = draw.uniform(-size, size, (count, len(best.u)))
@@ -67,7 +67,7 @@ def next_led(program: Program, best: Place, size: float, draw: np.random.Generat
 
 
 def _uphill(program: Program, place: Place) -> Vector | None:
-    """The direction in which the worst objective gets better fastest, between the bounds."""
+    """Direction of steepest descent of the worst objective, within the bounds."""
     free = (place.u > 0.0) & (place.u < 1.0)
     found: Vector = -program.by_u(place.objective_by)[int(np.argmax(place.objective))] * free
     size = np.linalg.norm(found)
@@ -75,7 +75,7 @@ def _uphill(program: Program, place: Place) -> Vector | None:
 
 
 def _worst(program: Program, points: Matrix) -> Vector:
-    """The worst objective at points (n,); infinite where a limit fails or there is no motion."""
+    """Worst objective at points (n,); infinite if a limit fails or there is no motion."""
     found = overview(program, points, program.scenarios)
     sizes = program.sizes[: found.slacks.shape[1]]
     within = (found.slacks / sizes).min(axis=1, initial=np.inf) >= -KEPT
@@ -83,7 +83,7 @@ def _worst(program: Program, points: Matrix) -> Vector:
 
 
 class _Boundary:
-    """The best place along a boundary beside a place, which lines uphill meet."""
+    """Best place along a boundary beside a place, found on lines uphill."""
 
     def __init__(self, program: Program, place: Place) -> None:
         self.program, self.best = program, place
@@ -124,9 +124,9 @@ class _Boundary:
                 self.best = place
 
     def met(self, offsets: Matrix, uphill: Vector, width: float) -> tuple[Matrix, Vector]:
-        """Where lines uphill leave what the starts lead to (n, k), and the objective there (n,).
+        """Points (n, k) where lines uphill leave the basin, and the objective there (n,).
 
-        Infinite where a line does not leave it near to the place.
+        Infinite if a line does not leave it near to the place.
         """
         check_time()
         here, count = self.best, len(offsets)

@@ -1,7 +1,7 @@
-"""The nearest optimum from a start: SciPy's SLSQP on the motion as the map has it.
+"""Local optimum from a start, by SciPy's SLSQP on motions of the map.
 
-Metrics are continuous across changes of itinerary; where their gradients jump the method comes to
-rest beside the border, and the conditions of an optimum there are for `stationary` to settle.
+Metrics are continuous across changes of itinerary. Where their gradients jump the method stops
+beside the border; `stationary` then solves the conditions of an optimum there.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ Matrix = NDArray[np.float64]
 _MOST = 80  # steps of SLSQP
 _EVALUATIONS = 100
 _PRECISE = 1e-11
-_LOST = 10.0  # units of the objective above the start, where there is no motion
+_LOST = 10.0  # units of the objective above the start, assigned where there is no motion
 _CLOSE = 1e-6  # of the bounds
-_STUCK = 8  # evaluations in a row that come no further, as beside a border
+_STUCK = 8  # evaluations in a row without progress, as beside a border
 
 
 class _Enough(Exception):
-    """The search comes no further."""
+    """Raised if a search makes no further progress."""
 
 
 class Model(Protocol):
-    """What a search looks for the best place of."""
+    """Objective and constraints of a search."""
 
     def by_u(self, rows: Matrix) -> Matrix:
         """Derivatives by the scaled variables, from those by all parameters."""
 
     def beside(self, near: Place, u: Vector) -> Place | None:
-        """The place at variables next to one that is known; None where there is none."""
+        """Place at variables next to a known one; None if there is none."""
 
 
 class Search:
-    """A search from a place, and the places that it passed; no variable moves beyond `reach`.
+    """Search from a place, with the places it passed; no variable moves beyond `reach`.
 
-    Where several scenarios count, what is least is a level, the last variable, that none of their
-    objectives is above.
+    With several scenarios the last variable is a level to minimise, an upper bound of all
+    objectives.
     """
 
     def __init__(self, model: Model, first: Place, reach: float = 1.0) -> None:
@@ -54,7 +54,7 @@ class Search:
         self.levels = int(len(first.objective) > 1)
 
     def run(self) -> list[Place]:
-        """The places passed, the best first; where the time is over those passed until then."""
+        """Places passed, the best first; at the time limit those passed so far."""
         held: Any = {"type": "ineq", "fun": self.limits, "jac": self.limits_by}
         bounds: list[Any] = [*zip(self.low.tolist(), self.high.tolist(), strict=True)]
         with np.errstate(all="ignore"), suppress(_Enough, TimeUp):
@@ -70,7 +70,7 @@ class Search:
         return sorted(self.known.values(), key=lambda place: place.rank)
 
     def objective(self, x: Vector) -> tuple[float, Vector]:
-        """The objective, or the level, and its derivatives."""
+        """Objective, or level, and its derivatives."""
         slope = np.zeros(len(x))
         if self.levels:
             slope[-1] = 1.0
@@ -81,14 +81,14 @@ class Search:
         return found.worst, self.model.by_u(found.objective_by)[0]
 
     def limits(self, x: Vector) -> Vector:
-        """Slacks, and how far the level is above each objective."""
+        """Slacks, and differences of the level and each objective."""
         found = self.place(x)
         if found is None:
             return np.full(len(self.limits_by(x)), -_LOST)
         return np.append(found.slacks, x[-1] - found.objective if self.levels else [])
 
     def limits_by(self, x: Vector) -> Matrix:
-        """Their derivatives."""
+        """Derivatives of the slacks and differences."""
         found = self.place(x) or self.first
         rows = self.model.by_u(found.slacks_by)
         if self.levels:
@@ -97,7 +97,7 @@ class Search:
         return rows
 
     def place(self, x: Vector) -> Place | None:
-        """The place at variables, its motions followed from the nearest that is known."""
+        """Place at variables, its motions continued from the nearest known place."""
         u = np.clip(x[: len(self.low)], self.low, self.high)
         if u.tobytes() not in self.known:
             self.check(u)
@@ -109,7 +109,7 @@ class Search:
         return self.known[u.tobytes()]
 
     def check(self, u: Vector) -> None:
-        """Count an evaluation, also of what has no motion; raise _Enough where it is no use."""
+        """Count an evaluation, also without a motion; raises _Enough if there is no progress."""
         check_time()
         recent = [*self.known.values()][-_STUCK:]
         stuck = len(recent) == _STUCK and all(abs(one.u - u).max() < _CLOSE for one in recent)

@@ -1,4 +1,4 @@
-"""Measured time series: what a fit is made to, from arrays or from a file."""
+"""Measured time series for a fit, from arrays or from a file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OF_STATE = {
     "x_m": (1.0, 0.0, 0.0, 1.0),
     "v_m": (0.0, 1.0, 1.0, 0.0),
 }
-"""What can be measured, as combinations of (x_r, v_r, v_c, x_c)."""
+"""Measurable quantities, as combinations of (x_r, v_r, v_c, x_c)."""
 _ALLOWED = f"t and one or more of {', '.join(OF_STATE)}"
 
 
@@ -32,7 +32,7 @@ _ALLOWED = f"t and one or more of {', '.join(OF_STATE)}"
 class Measured:
     """Measured values: `values` (n,) of the quantity `OF_STATE[names[column]]` at `times` (n,).
 
-    Dimensionless; in the order of time, gaps left out.
+    Dimensionless, in order of time, without gaps.
     """
 
     names: tuple[str, ...]
@@ -40,15 +40,15 @@ class Measured:
     column: NDArray[np.int64]
     values: NDArray[np.float64]
     begin: float
-    """First of the table's times, where there may be gaps alone."""
+    """First of the table's times, even if it has gaps only."""
 
 
 def measured(table: Mapping[str, ArrayLike], device: SceneDevice | None = None) -> Measured:
     """Measured series from columns: times `t` and one or more of x_r, x_c, x_m, v_r, v_c, v_m.
 
-    Dimensionless, or in s, m and m/s where a device is given. A value that is nan, masked or
-    pandas' NA is a gap. Raises InvalidInput for columns that are missing, unknown, there twice, of
-    other length, infinite or constant, and for times that are missing or do not ascend.
+    Dimensionless, or in s, m and m/s if a device is given. A value that is nan, masked or pandas'
+    NA is a gap. Raises InvalidInput for columns that are missing, unknown, repeated, of other
+    length, infinite or constant, and for times that are missing or not ascending.
     """
     check_names(table)
     names = tuple(name for name in OF_STATE if name in table)
@@ -80,7 +80,7 @@ def measured(table: Mapping[str, ArrayLike], device: SceneDevice | None = None) 
 
 
 def check_names(names: Iterable[object]) -> None:
-    """Raises InvalidInput for a column that is not one to fit to, or is there twice."""
+    """Raises InvalidInput for a column that is unknown or repeated."""
     seen = set[object]()
     for name in names:
         if name != "t" and name not in OF_STATE:
@@ -91,7 +91,7 @@ def check_names(names: Iterable[object]) -> None:
 
 
 def _check_values(columns: Mapping[str, NDArray[np.float64]], rows: Sequence[int]) -> None:
-    """Raises InvalidInput for the first bad value of a column, by the number of its row."""
+    """Raises InvalidInput for the first invalid value of a column, with the number of its row."""
     bad = {name: (np.isinf(values), "finite, or nan for a gap") for name, values in columns.items()}
     if (times := columns.get("t")) is not None:
         bad["t"] = ~np.isfinite(times), "a finite number"
@@ -106,10 +106,10 @@ def _check_values(columns: Mapping[str, NDArray[np.float64]], rows: Sequence[int
 
 
 def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
-    """The columns (n,) of a CSV or Parquet file by name, in its own units, nan for a gap.
+    """Columns (n,) of a CSV or Parquet file by name, in its own units, nan for a gap.
 
-    Raises InvalidInput for a file that cannot be read, that has no header, where a column is not
-    one to fit or is there twice, or where a value is not allowed, with the line of the file;
+    Raises InvalidInput for a file that cannot be read or has no header, for a column that is
+    unknown or repeated, and for a value that is not allowed, with its line in the file. Raises
     NotInstalled for Parquet without pyarrow.
     """
     file = Path(path)

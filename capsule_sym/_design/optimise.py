@@ -1,7 +1,8 @@
-"""The parameters at which a metric of the steady motion is greatest or least.
+"""Optimisation of a metric of the steady motion over parameters.
 
-A survey of the bounds runs cells, and climbs from the best of them side by side, through changes of
-itinerary, at which metrics are continuous; Newton's method on the optimum's conditions ends it.
+A survey runs cells within the bounds, and searches climb from the best of them side by side,
+through changes of itinerary, at which metrics are continuous. Newton's method on the conditions of
+an optimum follows.
 """
 
 from __future__ import annotations
@@ -56,28 +57,28 @@ def optimise(
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Optimum:
-    """The parameters at which a metric of the steady motion is greatest, or least.
+    """Parameters at which a metric of the steady motion is greatest, or least.
 
     `metric` is the name of one, arithmetic of metrics and parameters such as "velocity/work", or a
-    function of them: it gets them by name and gives a number, by arithmetic. The names are
-    velocity, speed, progression, work, damper_loss, friction_loss, power, peak_force,
-    peak_contact, speed_per_work and cost_of_transport; energies and progression are per excitation
-    period, speed_per_work is `|progression|` over work. `over` has for each parameter that varies
-    its bounds; `base` has the others. All is dimensionless, or in SI units where `base` is
+    function: it gets them by name and returns a number, by arithmetic. The names are velocity,
+    speed, progression, work, damper_loss, friction_loss, power, peak_force, peak_contact,
+    speed_per_work and cost_of_transport; energies and progression are per excitation period,
+    speed_per_work is `|progression|` over work. `over` has the bounds of each varied parameter;
+    `base` has the other parameters. All is dimensionless, or in SI units if `base` is
     PhysicalParameters. `subject_to` has constraints: "peak_force <= 2", or (function, "<=", 2).
-    With a `margin` no Floquet multiplier is above 1 less it.
+    With a `margin` all Floquet multipliers are at most 1 - margin.
 
-    The motion is the one that each of `starts` leads to, states (x_r, v_r, v_c) at phase 0,
-    dimensionless; with several, or with `tolerances` of parameters as shares, such as {"mu": 0.1},
-    the worst motion counts: of all starts, with all parameters at the ends of their tolerances.
-    `among="stable"` lets every stable motion count that is found from the starts and from others,
-    whichever start leads to it; with `tolerances` it is the worst of what it becomes. `samples` is
-    the number of cells of the survey, `follow` of the places at most where optima are looked for;
-    `seed` makes the cells others. After `max_seconds` the result is the best place that was found.
-    `progress` is called with what is done, in words.
+    The motion is the one on which each of `starts` settles, states (x_r, v_r, v_c) at phase 0,
+    dimensionless. With several starts, or with `tolerances` of parameters as shares, such as {"mu":
+    0.1}, the worst motion is optimised: over all starts, with all parameters at the ends of their
+    tolerances. `among="stable"` considers every stable motion found from the starts and from
+    others, whether or not a start settles on it; with `tolerances` the worst of its continuations.
+    `samples` is the number of cells of the survey, `follow` the largest number of places from which
+    optima are sought; `seed` is the random seed of the cells. After `max_seconds` the result is the
+    best place so far. `progress` is called with a text.
 
-    The optimum is the best of those that were found; that there is no better one is not proved.
-    Raises InvalidInput for names, bounds or texts that are not allowed.
+    The optimum is the best one found; it is not proved to be global. Raises InvalidInput for names,
+    bounds or texts that are not allowed.
     """
     program = program_of(
         metric, over, base, maximise, subject_to, margin, starts, tolerances, progress, among
@@ -101,7 +102,7 @@ def program_of(
     progress: Callable[[str], object] | None = None,
     among: str = STARTS,
 ) -> Program:
-    """What is optimised, checked; raises InvalidInput."""
+    """Optimisation problem of checked arguments; raises InvalidInput."""
     system = system_of(base)
     names, low, high = _bounds(over, system)
     if margin is not None and not (real(margin) and 0 <= margin < 1):
@@ -122,7 +123,7 @@ def program_of(
         sign=-1 if maximise else 1,
         limits=limits_of(subject_to, system),
         margin=margin,
-        # Where all stable motions count, no start decides.
+        # If all stable motions are considered, the starts have no effect.
         scenarios=tuple(one for one in scenarios if among == STARTS or one.state == seeds[0]),
         progress=progress,
         among=among,
@@ -133,7 +134,7 @@ def program_of(
 
 
 def system_of(base: System | None) -> System:
-    """The system that is optimised, the case study's if none is given; raises InvalidInput."""
+    """System to optimise, by default that of the case study; raises InvalidInput."""
     system = Parameters() if base is None else base
     if not isinstance(system, SceneParameters | SceneDevice):
         raise InvalidInput("base", base, "Parameters or PhysicalParameters")
@@ -156,7 +157,7 @@ def _check_ends(program: Program) -> None:
 
 
 def checked_survey(samples: int, seed: int, follow: int) -> Survey:
-    """A survey; raises InvalidInput for a size, a seed or a number of places that is none."""
+    """Survey of checked arguments; raises InvalidInput."""
     check_count("samples", samples, *SAMPLES)
     check_count("seed", seed, *SEED)
     check_count("follow", follow, *FOLLOW)

@@ -1,4 +1,4 @@
-"""An optimisation: a survey chooses starts, each is followed to an optimum; the best is kept."""
+"""Optimisation: a survey chooses starts, each is refined to an optimum, and the best is kept."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from capsule_sym._map.dragging import mean_force
 from capsule_sym._native import check_time
 from capsule_sym._parameters import SceneDevice
 
-_HOPEFUL = 0.05  # units of the objective that a polish may gain, if none has gained more
-_SAME = 1e-6  # of the bounds: one place
-_REACH = 0.05  # of the bounds, of the first box of places that the starts lead to
-_NEAR = 1e-4  # the same where no border of what the starts lead to is known
+_HOPEFUL = 0.05  # units of the objective that a polish may gain, unless one has gained more
+_SAME = 1e-6  # of the bounds: distance of equal places
+_REACH = 0.05  # of the bounds: first box of places on which the starts settle
+_NEAR = 1e-4  # the same, if no border of these places is known
 _BOXES = (1e-2, 1e-4, 1e-6)  # of the bounds, around a result
 _BETTER = 1e-8  # units of the objective
 _BESIDE = 0.99  # of friction: a mean force that nearly drags the device
@@ -31,20 +31,20 @@ Vector = NDArray[np.float64]
 
 
 class Optimiser:
-    """One optimisation, from its survey to its result; limits of time are those around it."""
+    """One optimisation, from its survey to its result; a surrounding watch limits its time."""
 
     def __init__(self, program: Program) -> None:
         self.program, self.surveyor = program, Surveyor(program)
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
-        """The best place that was passed."""
+        """Best place so far."""
         self.edge: Place | None = None
-        """The best place that the starts lead to, where that was looked for."""
+        """Best place on which the starts settle, if it was searched."""
         self.found: Optimum | None = None
 
     @property
     def result(self) -> Optimum:
-        """What was found; the best until then where the time was over."""
+        """Result; after the time limit the best so far."""
         found = self.found or self.unfinished()
         counts = {
             "evaluations": self.evaluations,
@@ -64,7 +64,7 @@ class Optimiser:
         self.found = self.of(runs) if runs else self.nowhere(moving)
 
     def of(self, runs: list[list[Place]]) -> Optimum:
-        """The best optimum where searches came to rest."""
+        """Best optimum of the ends of searches."""
         if all(places[0].beyond for places in runs):
             runs = self.made_feasible(runs) or runs
             if runs[0][0].beyond:
@@ -80,18 +80,18 @@ class Optimiser:
                 hope = max(hope, 2 * (places[0].worst - rests[-1].found.place.worst))
         best = min(rests, key=lambda rest: (not rest.whole, rest.found.place.worst))
         bound = min(rests, key=lambda rest: np.fmin(rest.limit, rest.found.place.worst))
-        if bound.limit < best.found.place.worst:  # what is best is elsewhere, and not reached
+        if bound.limit < best.found.place.worst:  # the best is elsewhere, and not reached
             best = replace(best, bifurcation=bound.bifurcation, limit=bound.limit)
         return self.optimum(best)
 
     def optimum(self, rest: Rest) -> Optimum:
-        """The result of a place, with a hint where it needs one."""
+        """Result of a place, with a hint if needed."""
         found = optimum_of(rest)
         hint = "" if found.status is OptimumStatus.OPTIMAL else _beside_dragging(found)
         return replace(found, message=found.message + hint)
 
     def checked(self, rest: Rest) -> Rest:
-        """The same, or what is better that boxes of places around it lead to."""
+        """Check by boxes of places around the optimum; returns a better one if found."""
         draw = np.random.default_rng(0)
         for size in _BOXES:
             place = rest.found.place
@@ -103,12 +103,12 @@ class Optimiser:
         return rest
 
     def polished(self, places: Sequence[Place]) -> Rest:
-        """The optimum next to the first of some places, over motions that the starts lead to."""
+        """Optimum next to the first of some places, over motions on which the starts settle."""
         rest = polish(self.program, places[0])
         if rest is not None and rest.whole and self.confirmed(rest.found.place):
             return rest
         known = places[0]
-        if rest is not None:  # in the terms of this program: a margin of its own has more
+        if rest is not None:  # in terms of this program; one with its own margin has more slacks
             last = rest.found.place
             known = self.program.place(last.u, last.motions) or known
         if not self.confirmed(known) or known.beyond:
@@ -120,7 +120,7 @@ class Optimiser:
         else:
             bounded = KINK
         if self.edge is not None and self.edge.worst <= known.worst:
-            place = self.edge  # of what the starts lead to, from a better place
+            place = self.edge  # of those from a better place
         else:
             place = best_led(self.program, known, _REACH if bounded == BASIN else _NEAR)
             self.edge = place if bounded == BASIN else None
@@ -131,13 +131,13 @@ class Optimiser:
         return Rest(self.program, found, whole=True, bifurcation=bounded, limit=place.worst)
 
     def from_place(self, u: Vector) -> Optimum | None:
-        """The optimum next to a place; None where none is within the limits."""
+        """Optimum next to a place; None if none is within the limits."""
         inside = [place for place in self.go(self.program, u) if not place.beyond]
         self.found = self.optimum(self.polished(inside)) if inside else None
         return self.found and self.result
 
     def nowhere(self, moving: bool) -> Optimum:
-        """No start leads to a motion, or to one at which limits have numbers."""
+        """Result if no start leads to a motion, or to one on which all limits are defined."""
         if self.surveyor.flat:
             return self.told(OptimumStatus.FLAT, self.surveyor.flat)
         if not moving:
@@ -147,13 +147,13 @@ class Optimiser:
         return self.told(OptimumStatus.INFEASIBLE, message)
 
     def infeasible(self, place: Place) -> Optimum:
-        """No place satisfies the constraints: which fail where the worst fails least."""
+        """Result if no place satisfies the constraints, with those that fail at the best place."""
         failed = failed_limits(self.program, place)
         message = f"no place within the bounds was found to satisfy {failed}"
         return replace(self.rough(place), status=OptimumStatus.INFEASIBLE, message=message)
 
     def unfinished(self) -> Optimum:
-        """The best place, or cell of the survey, where the time was over."""
+        """Result at the time limit: the best place, or cell of the survey."""
         found, rest = self.told(), ": this is the best place so far"
         if self.best is not None:
             found = self.rough(self.best)
@@ -164,21 +164,21 @@ class Optimiser:
             found = replace(found, system=system, over=over, value=self.program.sign * worst)
         else:
             rest = ", and no place was found"
-        return replace(found, status=OptimumStatus.TIME_LIMIT, message=f"the time is over{rest}")
+        return replace(found, status=OptimumStatus.TIME_LIMIT, message=f"time limit reached{rest}")
 
     def told(self, status: OptimumStatus = OptimumStatus.TIME_LIMIT, message: str = "") -> Optimum:
-        """The result without a place."""
+        """Result without a place."""
         program = self.program
         return Optimum(
             program.name, program.sign < 0, program.system, status=status, message=message
         )
 
     def rough(self, place: Place) -> Optimum:
-        """The result of a place that is no optimum."""
+        """Result of a place that is no optimum."""
         return optimum_of(Rest(self.program, rough(self.program, place)))
 
     def go(self, program: Program, u: Vector, reach: float = 1.0) -> list[Place]:
-        """The places that a search from u passed, the best first; none where there is no motion."""
+        """Places passed by a search from u, the best first; empty without a motion."""
         program.tell(f"search {self.followed + 1}")
         self.followed, self.evaluations = self.followed + 1, self.evaluations + 1
         first = program.begin(u)
@@ -193,7 +193,7 @@ class Optimiser:
         return places
 
     def made_feasible(self, runs: Sequence[list[Place]]) -> list[list[Place]]:
-        """Runs from places at which the limits hold as far as they can."""
+        """Runs from places at which the violation of the limits is least."""
         elastic = replace(self.program, elastic=True)
         ends = [places for run in runs if (places := self.go(elastic, run[0].u))]
         ends.sort(key=lambda places: places[0].worst)
@@ -201,7 +201,7 @@ class Optimiser:
         return sorted((places for places in again if places), key=lambda places: places[0].beyond)
 
     def confirmed(self, place: Place) -> bool:
-        """Whether the starts do lead to these motions, where that is asked for."""
+        """True if the starts settle on these motions, or if all stable motions are considered."""
         if self.program.among == STABLE:
             return all(motion.multiplier < 1 for motion in place.motions)
         settled = self.program.settled(place.u)
@@ -209,13 +209,13 @@ class Optimiser:
 
 
 def promising(place: Place, rest: Rest, hope: float) -> bool:
-    """Whether a place may lead to more than an optimum that was found, if it gains so much."""
+    """True if a place may lead to a better optimum than a known one, by a gain of `hope`."""
     found = rest.found.place
     return place.worst < found.worst + hope and abs(place.u - found.u).max() > _SAME
 
 
 def _beside_dragging(found: Optimum) -> str:
-    """That the mean force at a result nearly drags the device, in words; else nothing."""
+    """Hint that the mean force at a result nearly drags the device; else empty."""
     system = found.system
     own = system.dimensionless() if isinstance(system, SceneDevice) else system
     force, bound, _ = mean_force(own)

@@ -1,4 +1,4 @@
-"""What an optimisation found, and how sure it is of that."""
+"""Result of an optimisation, and its certainty."""
 
 from __future__ import annotations
 
@@ -26,31 +26,32 @@ Vector = NDArray[np.float64]
 
 
 class OptimumStatus(StrEnum):
-    """How an optimisation ended."""
+    """Status of an optimisation."""
 
-    #: The conditions of an optimum hold, inside the bounds or where bounds and limits hold it.
+    #: The conditions of an optimum hold, in the interior or with active bounds and limits.
     OPTIMAL = "optimal"
-    #: The best is at a border beyond which it gets worse or is lost: a change of itinerary, a
-    #: border of stability, or of what the starts lead to: see `bifurcation` and `limit`.
+    #: The best is at a border beyond which the objective is worse or the motion is lost: a change
+    #: of
+    #: itinerary, of stability, or of the basin; see `bifurcation` and `limit`.
     OPTIMAL_AT_BORDER = "optimal-at-border"
-    #: The best that was found can be bettered: no place is known to which the starts lead.
+    #: The result does not satisfy the conditions of an optimum, or no start settles on its motion.
     NOT_CONVERGED = "not-converged"
     #: No place within the bounds satisfies all constraints.
     INFEASIBLE = "infeasible"
     #: No start leads to a periodic motion.
     NO_MOTION = "no-motion"
-    #: The metric is the same everywhere, as a speed is if the mass does not reach the spring.
+    #: The metric is constant, such as a speed if the mass does not reach the spring.
     FLAT = "flat"
-    #: The time is over: the place is the best that was found.
+    #: The time limit was reached: the place is the best so far.
     TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True, eq=False)
 class Constraint:
-    """A constraint at an optimum: how far it is from its limit, and what it costs.
+    """Constraint at an optimum: its slack and multiplier.
 
-    `multiplier` is how much the metric would gain by for each unit that the limit is let out; 0
-    where the constraint does not hold the optimum. `scenario` counts starts and tolerances.
+    `multiplier` is the gain of the metric per unit by which the limit is relaxed; 0 if the
+    constraint is not active. `scenario` is the number of the start and tolerances.
     """
 
     text: str
@@ -61,7 +62,7 @@ class Constraint:
 
 
 class Tightest(NamedTuple):
-    """An inequality of the itinerary, its value, and to first order its distance.
+    """Inequality of the itinerary, its value, and its distance to first order.
 
     The value is dimensionless; the itinerary changes where it is 0. The distance is in shares of
     the variables' ranges.
@@ -77,56 +78,56 @@ NOWHERE = Tightest("", math.nan, math.nan)
 
 @dataclass(frozen=True, eq=False)
 class Optimum(Result):
-    """The best parameters for a metric of the steady motion, and what holds them there.
+    """Best parameters for a metric of the steady motion, with the active constraints.
 
-    All is in SI units where the system is a device, else dimensionless.
+    In SI units if the system is a device, else dimensionless.
     """
 
     metric: str
-    """What was optimised, in words."""
+    """Name of the optimised metric."""
     maximised: bool
-    """Whether it is greatest; else least."""
+    """True if it is maximised; else it is minimised."""
     system: System
-    """The parameters at the optimum, those that were fixed among them."""
+    """All parameters at the optimum."""
     over: dict[str, float] = field(default_factory=dict)
-    """The variables there."""
+    """Variables at the optimum."""
     value: float = math.nan
-    """The metric there, of the worst scenario."""
+    """Metric at the optimum, for the worst scenario."""
     metrics: dict[str, float] = field(default_factory=dict)
-    """All metrics of the first scenario there."""
+    """All metrics of the first scenario."""
     status: OptimumStatus = OptimumStatus.NO_MOTION
-    """How it ended."""
+    """Status of the optimisation."""
     message: str = ""
-    """The same as a sentence."""
+    """Status as a sentence."""
     residual: float = math.nan
-    """Largest residual of the conditions of Karush, Kuhn and Tucker: of the derivatives of the
-    Lagrangian by the variables, each times its range, over how much the metric varies within the
-    bounds; and of active limits."""
+    """Largest residual of the Karush-Kuhn-Tucker conditions and of active limits. The derivatives
+    of the Lagrangian by the variables are multiplied by their ranges, over the metric's variation
+    within the bounds."""
     constraints: tuple[Constraint, ...] = ()
-    """The constraints that were asked for, in the order of scenarios."""
+    """Constraints, in the order of scenarios."""
     bounds: dict[str, float] = field(default_factory=dict)
-    """Variables at a bound, with the gain of the metric for each unit that the bound is let out."""
+    """Variables at a bound, with the gain of the metric per unit by which the bound is relaxed."""
     slopes: dict[str, float] = field(default_factory=dict)
-    """How the optimum moves with each fixed parameter: the derivative of the optimal value."""
+    """Derivatives of the optimal value by each fixed parameter."""
     orbits: tuple[Orbit, ...] = ()
-    """The closed motion of each scenario; empty where there is none."""
+    """Closed motion of each scenario; empty without motions."""
     itinerary: tuple[str, ...] = ()
-    """The itinerary of the first."""
+    """Itinerary of the first scenario."""
     multiplier: float = math.nan
-    """Largest modulus of a Floquet multiplier: at 1 the motion is lost or bifurcates."""
+    """Largest modulus of a Floquet multiplier; at 1 the motion is lost or bifurcates."""
     tightest: Tightest = NOWHERE
-    """The change of itinerary that the variables reach first."""
+    """Change of itinerary that is nearest in the variables."""
     border: tuple[str, ...] | None = None
-    """The itineraries to both sides where the optimum is on a border between them."""
+    """Itineraries on both sides, if the optimum is on a border between them."""
     sides: tuple[float, ...] | None = None
-    """There the metric's slopes away from the border into both sides, along its normal, by the
-    scaled variables, each less what active constraints let it gain: both point downhill."""
+    """Slopes of the metric away from that border into both sides, along its normal. They are by the
+    scaled variables, less the gain that active constraints allow: both point downhill."""
     bifurcation: str = ""
-    """What bounds the best where the motion is lost or loses its stability beyond; else empty."""
+    """Bound of the best where the motion is lost or loses stability; else empty."""
     limit: float = math.nan
-    """The value that is approached at such a border; not reached if a margin is kept to it."""
+    """Limit value at such a border; a margin keeps the optimum away from it."""
     statistics: dict[str, int] = field(default_factory=dict)
-    """Evaluations, starts that were followed, and cells of the survey."""
+    """Number of evaluations, followed starts, and cells of the survey."""
     _good = (OptimumStatus.OPTIMAL, OptimumStatus.OPTIMAL_AT_BORDER)
     _recorded = (
         "metric maximised value over metrics itinerary residual constraints bounds slopes "
@@ -139,19 +140,19 @@ class Optimum(Result):
         return f"<Optimum: {kind} {self.metric} {self.value:.6g} at {where}, {self.status}>"
 
     def to_dict(self) -> dict[str, Any]:
-        """The result by name, of numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts."""
         device = isinstance(self.system, SceneDevice)
         units = {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {}
         return super().to_dict() | {"parameters": values_of(self.system), "units": units}
 
 
 def optimum_of(rest: Rest) -> Optimum:
-    """The result of a place that was found, by words and numbers."""
+    """Result of a place."""
     program, found, place, sides = rest.program, rest.found, rest.found.place, rest.sides
     asked = rest.asked
     system, sign, unit = program.system_at(place.u), program.sign, program.unit
     metrics = of(place.motions[0].metrics, program.scenarios[0].system(system))
-    value = sign * unit * place.worst + 0.0  # 0 has no sign
+    value = sign * unit * place.worst + 0.0  # 0 without a sign
     status, message = _told(rest)
     slopes = (
         sign * unit * (found.weights @ place.objective_by - found.multipliers @ place.slacks_by)
@@ -202,17 +203,17 @@ def optimum_of(rest: Rest) -> Optimum:
 
 
 def _told(rest: Rest) -> tuple[OptimumStatus, str]:
-    """How it ended, as a status and a sentence."""
+    """Status of the result, and a sentence."""
     if not rest.whole:
-        message = "the best that was found does not satisfy the conditions of an optimum"
+        message = "the best place found does not satisfy the conditions of an optimum"
         if rest.bifurcation == NOT_LED:
-            message = "the best motion that was found is not one that the starts lead to"
+            message = "no start settles on the best motion found"
         return OptimumStatus.NOT_CONVERGED, message
     limit = f"{rest.program.sign * rest.program.unit * rest.limit:.9g}"
     messages = {
-        "": "an optimum on a border: on each side it gets worse away from it",
-        BASIN: f"bounded by a basin boundary, beyond which the starts lead elsewhere, at {limit}",
-        KINK: "bounded by borders that meet: of many places beside it none is better",
+        "": "an optimum on a border: it is worse on each side",
+        BASIN: f"bounded by a basin boundary, beyond which the starts settle elsewhere, at {limit}",
+        KINK: "bounded by borders that meet: none of many places beside it is better",
     }
     stability = f"bounded by a border of stability, {rest.bifurcation}, with the limit {limit}"
     if rest.bifurcation or rest.sides:
@@ -221,7 +222,7 @@ def _told(rest: Rest) -> tuple[OptimumStatus, str]:
 
 
 def _tightest(program: Program, place: Place) -> Tightest:
-    """The inequality of a scenario's motion that the variables reach first, to first order."""
+    """Nearest inequality of a scenario's motion in the variables, to first order."""
     nearest = NOWHERE._replace(distance=np.inf, value=np.inf)
     for which, motion in enumerate(place.motions):
         for far, one in _reached(program, place.u, which, motion):
@@ -232,7 +233,7 @@ def _tightest(program: Program, place: Place) -> Tightest:
 
 
 def failed_limits(program: Program, place: Place) -> str:
-    """Which limits of a place fail, and by how much, the worst first."""
+    """Failing limits of a place and their violations, the worst first."""
     count, named = len(program.texts), []
     for k in np.argsort(place.slacks).tolist():
         if place.slacks[k] < -KEPT:
@@ -244,7 +245,7 @@ def failed_limits(program: Program, place: Place) -> str:
 def _reached(
     program: Program, u: Vector, which: int, motion: Motion
 ) -> Iterator[tuple[float, Distance]]:
-    """The borders of a scenario's motion, with how far the variables have to go, to first order."""
+    """Borders of a scenario's motion, with their distance in the variables, to first order."""
     for one in distances(motion.orbit):
         by = program.by_u(program.by_all(u, program.scenarios[which], one.by))
         slope = float(np.linalg.norm(by))

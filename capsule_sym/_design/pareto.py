@@ -1,9 +1,8 @@
-"""The best trade-offs between two metrics: none of them is better in one and as good in the other.
+"""Pareto front of two metrics: points of which none is better in one and as good in the other.
 
-Cells of a survey show about where the front is. A point of it is the best of one metric with the
-other held within a bound, searched from the cells that promise most. A bound that does not hold its
-optimum is in a gap of the front: from both sides of it the gap is closed in, and no more is asked
-for there.
+Cells of a survey show the approximate front. A point of it is the best of one metric with a bound
+on the other, searched from the most promising cells. A bound that is not active is in a gap of the
+front: the gap is enclosed from both sides, and no further point is searched in it.
 """
 
 from __future__ import annotations
@@ -31,12 +30,12 @@ from capsule_sym._design.tradeoffs import Tradeoffs
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
 
-_NEARER = (0.03, 0.01, 0.003)  # the same, from the points that were found
+_NEARER = (0.03, 0.01, 0.003)  # the same, around the points found
 _AROUND = 16  # cells around each point, each time
-_BETWEEN = 7  # drives between such
+_BETWEEN = 7  # drives between neighbouring points
 _FAR = 0.1  # of the bounds, between neighbouring points that may be on different branches
-_TINY = 1e-3  # of the metrics' ranges, by which a gap is at least wide
-_SAME = 1e-6  # of a metric's range on the front, by which points differ
+_TINY = 1e-3  # least width of a gap, in the metrics' ranges
+_SAME = 1e-6  # least difference of points, in a metric's range on the front
 _LEFT = "another branch is better from there on"
 _TAKEN = "better than the branch before from there on"
 Vector = NDArray[np.float64]
@@ -61,12 +60,12 @@ def pareto(
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Front:
-    """The Pareto front of a metric that is to be great, or small, against one that is to be small.
+    """Pareto front of a metric to maximise, or minimise, against one to minimise.
 
-    About so many `points` lie evenly along it, between its two ends, the optima of either metric.
-    Where neighbouring motions are worse both ways the front has a gap: its `parts` say where they
-    begin and end, and why. All else is as in `optimise`, the units too. After `max_seconds` the
-    front has the points that were found.
+    About `points` points are spaced evenly along it, between its two ends, the optima of either
+    metric. Where neighbouring motions are worse in both metrics the front has a gap: its `parts`
+    have the endpoints and their reasons. All else is as in `optimise`, including the units. After
+    `max_seconds` the front has the points found so far.
 
     Raises InvalidInput as `optimise` does.
     """
@@ -83,22 +82,22 @@ def pareto(
 
 
 class _Point(NamedTuple):
-    """An optimum, both of its metrics as they are to be small, and the slope of the front there."""
+    """Optimum, both of its metrics in the sense of minimisation, and the front's slope there."""
 
     optimum: Optimum
     both: tuple[float, float]
     slope: float
     held: str
-    """What holds it but the bound on the other metric."""
+    """Active constraints besides the bound on the other metric."""
 
     @property
     def cost(self) -> float:
-        """The second metric."""
+        """Second metric."""
         return self.both[1]
 
 
 class _Gap(NamedTuple):
-    """A gap: the last point of a part and the first of the next, and why they are."""
+    """Gap: last point of a part, first point of the next, and the reasons."""
 
     last: _Point
     first: _Point
@@ -114,13 +113,13 @@ class _Fronts:
         self.found: list[_Point] = []
         self.gaps: list[_Gap] = []
         self.missed = 0
-        """Bounds with which no optimum was found."""
+        """Number of bounds without an optimum."""
         self.cells = Tradeoffs(program, cost)
         self.ranges = np.ones(2)
         self.done = False
 
     def run(self, survey: Survey) -> None:
-        """The ends, the cells between them, and the points."""
+        """Find the ends, the cells between them, and the points."""
         for one in self.optimisers:
             one.run(survey)
         best, least = (one.result for one in self.optimisers)
@@ -138,11 +137,11 @@ class _Fronts:
         self.done = True
 
     def programs(self, column: int) -> Program:
-        """What has the first metric, or the second, as what is to be least, in units."""
+        """Problem that minimises the first metric, or the second, in units."""
         return self.optimisers[column].program
 
     def add(self, point: _Point) -> None:
-        """Keep a point, also as a start of other ones."""
+        """Keep a point, also as a start of other searches."""
         self.found.append(point)
         self.cells.add(self.program.u_of(point.optimum.system)[None], np.array([point.both]))
 
@@ -151,7 +150,7 @@ class _Fronts:
         if count < 1 or self.near(low, high):
             return
         ways = (np.array(high.both) - low.both) / self.ranges
-        # The more a metric changes the better its bound says which point is meant.
+        # The metric that changes more defines the point better.
         column = int(ways[1] > -ways[0])
         share = (count + 1) // 2 / (count + 1)
         if column == 0:
@@ -165,7 +164,7 @@ class _Fronts:
         first = last = point
         slack = bound - point.both[column] > _SAME * self.ranges[column]
         if slack and point.optimum.success and point.optimum.bifurcation not in (BASIN, KINK):
-            # In a gap: a little better than at its one end there is the other one.
+            # In a gap: slightly better than one end is the other end.
             wanted = point.both[1 - column] - _SAME * self.ranges[1 - column]
             other = self.best(column, wanted)
             if other is None:
@@ -177,7 +176,7 @@ class _Fronts:
         last = high if self.near(high, last) else last
         new = {id(one): one for one in (first, last) if one is not low and one is not high}
         if not new and first is last:
-            self.missed += 1  # the search comes back to an end
+            self.missed += 1  # the search returned to an end
             return
         for one in new.values():
             self.add(one)
@@ -190,14 +189,14 @@ class _Fronts:
         self.fill(last, high, count - before)
 
     def told(self, point: _Point, column: int) -> str:
-        """Why a part ends, or begins, at the best point of a metric."""
+        """Reason why a part ends, or begins, at the best point of a metric."""
         if not math.isnan(point.slope):
             return _TAKEN if column else _LEFT
         greatest = "greatest" if self.program.sign * (1 - 2 * column) < 0 else "least"
         return f"{self.names[column]} is {greatest}: {point.held}"
 
     def mend(self) -> None:
-        """Better the points that cells around them beat."""
+        """Improve the points that cells around them dominate."""
         kept = self.undominated([*self.ends, *self.found])
         places = np.array([self.program.u_of(point.optimum.system) for point in kept])
         for reach in _NEARER:
@@ -209,7 +208,7 @@ class _Fronts:
                 self.mended(point, self.cells.u[best])
 
     def mended(self, point: _Point, u: Vector) -> None:
-        """Put the point next to a better place beside another one, or in its place in a gap."""
+        """Replace a point by one next to a better place, also in gaps."""
         first = any(gap.first is point for gap in self.gaps)
         better = self.search(int(first), point.both[1 - first], u)
         if better is not None and better.both[first] < point.both[first]:
@@ -223,7 +222,7 @@ class _Fronts:
             ]
 
     def part(self) -> None:
-        """Tell where neighbouring points are on different branches: between them all is worse."""
+        """Find gaps between neighbouring points on different branches."""
         kept = self.undominated([*self.ends, *self.found])
         places = [self.program.u_of(point.optimum.system) for point in kept]
         for i, (one, other) in enumerate(pairwise(kept)):
@@ -238,15 +237,15 @@ class _Fronts:
                 self.gaps.append(_Gap(one, other, _LEFT, _TAKEN))
 
     def length(self, low: _Point, high: _Point) -> float:
-        """Of the front between two points, in ranges of its metrics: that of each step of it."""
+        """Length of the front between two points, in ranges of its metrics."""
         return float(np.sum(abs(np.array(high.both) - low.both) / self.ranges))
 
     def near(self, one: _Point, other: _Point) -> bool:
-        """Whether two points are one."""
+        """True if two points are equal."""
         return self.length(one, other) < 3 * _SAME
 
     def best(self, column: int, bound: float) -> _Point | None:
-        """The best of a metric with the other at most at a bound, both as they are to be small."""
+        """Best of a metric with the other at most at a bound, both in the sense of minimisation."""
         begin = self.cells.starts(column, bound, self.ranges)
         for reach in _NEARER[:2]:
             self.cells.look_near(np.array(begin), reach, _AROUND)
@@ -275,16 +274,16 @@ class _Fronts:
         return self.point(optimum, column, len(self.program.limits))
 
     def point(self, optimum: Optimum, column: int, before: int | None = None) -> _Point:
-        """An optimum of a metric as a point of the front; `before` limits precede its bound."""
+        """Optimum of a metric as a point of the front; `before` limits precede its bound."""
         both = self.worst(optimum, 0), self.worst(optimum, 1)
         slope, reason = math.nan, _reason(optimum, before)
         if before is not None:
-            # All scenarios have this bound: it is let out for all of them.
+            # All scenarios have this bound: it is relaxed for all of them.
             count = before + 1 + (self.program.margin is not None)
             gained = sum(one.multiplier for one in optimum.constraints[before::count])
             slope = (1 / gained if column else gained) if gained else math.nan
         if column:
-            # At the same cost, what lowers the cost otherwise gains by the slope.
+            # A decrease of the cost by another constraint is worth the slope, at the same cost.
             held = [replace(one, multiplier=one.multiplier * slope) for one in optimum.constraints]
             sign = self.program.sign
             optimum = replace(
@@ -302,29 +301,29 @@ class _Fronts:
 
     @property
     def names(self) -> tuple[str, str]:
-        """Both metrics in words."""
+        """Names of both metrics."""
         first, second = (one.program.name for one in self.optimisers)
         return first, second
 
     def worst(self, optimum: Optimum, column: int) -> float:
-        """A metric as it is to be small, in the worst of the scenarios of an optimum."""
+        """Metric in the sense of minimisation, for the worst of the scenarios of an optimum."""
         motions = tuple(Motion(one.parameters, None, orbit=one) for one in optimum.orbits)
         plain = replace(self.programs(column), unit=1.0, limits=(), limit_units=(), margin=None)
         return plain.at(plain.u_of(optimum.system), motions).worst
 
     def whole(self, point: Optimum) -> bool:
-        """Whether a point has the orbits of all scenarios, and is within the limits."""
+        """True if a point has the orbits of all scenarios, and is within the limits."""
         infeasible = point.status is OptimumStatus.INFEASIBLE
         return len(point.orbits) == len(self.program.scenarios) and not infeasible
 
     @property
     def result(self) -> Front:
-        """The front with the points that were found."""
+        """Front with the points found."""
         best, least = (one.result for one in self.optimisers)
         if not self.ends:
             if not self.done:
                 ends = [self.point(best, 0)] if self.whole(best) else []
-                message = "the time is over: ends are missing"
+                message = "time limit reached: ends are missing"
                 return self.front(ends, OptimumStatus.TIME_LIMIT, message)
             end = least if self.whole(best) else best
             return self.front([], end.status, end.message)
@@ -333,7 +332,7 @@ class _Fronts:
             return self.front(kept, OptimumStatus.OPTIMAL, "one point is best in both metrics")
         told = f"{len(kept)} points"
         if not self.done:
-            message = f"the time is over: {told} of {self.count} were found"
+            message = f"time limit reached: {told} of {self.count} were found"
             return self.front(kept, OptimumStatus.TIME_LIMIT, message)
         parts = len(self.parts(kept))
         if parts > 1:
@@ -347,7 +346,7 @@ class _Fronts:
         return self.front(kept, OptimumStatus.OPTIMAL, told)
 
     def undominated(self, points: Sequence[_Point]) -> list[_Point]:
-        """The points than which no other is better in one metric and as good in the other."""
+        """Points that no other point dominates."""
         kept = list[_Point]()
         for point in sorted(points, key=lambda point: point.both[::-1]):
             if not kept or point.both[0] < kept[-1].both[0] - _SAME * self.ranges[0]:
@@ -355,14 +354,14 @@ class _Fronts:
         return kept
 
     def gap_after(self, points: Sequence[_Point], i: int) -> _Gap | None:
-        """The gap between a point and the next one, if there is one."""
+        """Gap between a point and the next one, if there is one."""
         for gap in self.gaps:
             if gap.last is points[i] or gap.first is points[i + 1]:
                 return gap
         return None
 
     def parts(self, points: Sequence[_Point]) -> tuple[FrontPart, ...]:
-        """The parts of a front that has these points."""
+        """Parts of a front with these points."""
         parts, first, begins = list[FrontPart](), 0, f"the least {self.names[1]}"
         for i in range(len(points) - 1):
             if (gap := self.gap_after(points, i)) is not None:
@@ -373,7 +372,7 @@ class _Fronts:
         return (*parts, FrontPart(first, len(points) - 1, begins, ends)) if points else ()
 
     def front(self, points: Sequence[_Point], status: OptimumStatus, message: str) -> Front:
-        """The result that has these points."""
+        """Result with these points."""
         return Front(
             metrics=self.names,
             maximised=self.program.sign < 0,
@@ -387,7 +386,7 @@ class _Fronts:
 
 
 def _reason(optimum: Optimum, before: int | None) -> str:
-    """What holds an optimum but a bound on the other metric, which `before` constraints precede."""
+    """Active constraints of an optimum besides its bound, which `before` constraints precede."""
     told = [f"{name} at its bound" for name, by in optimum.bounds.items() if by > 0]
     told += [one.text for one in optimum.constraints[:before] if one.active]
     if optimum.bifurcation or optimum.border is not None:

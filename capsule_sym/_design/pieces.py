@@ -1,8 +1,8 @@
 """Pieces of the parameters on which an itinerary holds, with its borders as constraints.
 
-On the orbits of one itinerary objective and limits are smooth, beyond the borders too where they
-go on. A border is where one of the itinerary's inequalities is 0: its distance, to first order in
-the scaled variables, is one more slack.
+On the orbits of one itinerary objective and limits are smooth, also beyond the borders as far as
+the orbits exist. A border is where one of the itinerary's inequalities is 0: its distance, to first
+order in the scaled variables, is a further slack.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-_FREE = 1.0  # slack of an inequality that is not there
+_FREE = 1.0  # slack of an absent inequality
 _AT = 1e-8  # of the bounds: at a border
-_ALIKE = 0.9  # of the largest force: peaks that may become it
+_ALIKE = 0.9  # of the largest force: peaks that may become the largest
 _KNOWN = 6  # places whose orbits are kept
 
 
 class _Key(NamedTuple):
-    """An inequality of a scenario's itinerary, counted among its like, and its unit."""
+    """Inequality of a scenario's itinerary, numbered among its like, and its unit."""
 
     scenario: int
     name: tuple[object, ...]
@@ -42,7 +42,7 @@ class _Key(NamedTuple):
 
 
 class Piece:
-    """A program on the itineraries of a place: its places have borders as further slacks."""
+    """Program on the itineraries of a place; its places have borders as further slacks."""
 
     def __init__(self, program: Program, place: Place) -> None:
         self.program = program
@@ -57,7 +57,7 @@ class Piece:
         return self.program.by_u(rows)
 
     def at(self, u: Vector) -> Place | None:
-        """The place at variables, on the itineraries' orbits; None where one is lost."""
+        """Place at variables, on the itineraries' orbits; None if one is lost."""
         _, near = min(self.known, key=lambda one: float(abs(one[0] - u).max()))
         motions = self.program.extended(near, u)
         if motions is None:
@@ -86,11 +86,11 @@ class Piece:
         return whole if whole.finite else None
 
     def beside(self, near: Place, u: Vector) -> Place | None:
-        """The place at variables, in a search."""
+        """Place at variables, for a search."""
         return self.at(u)
 
     def inequality(self, slack: int) -> tuple[int, Inequality]:
-        """The scenario of a slack that is a border, and the inequality as it is at the end."""
+        """Scenario of a slack that is a border, and the inequality at the last place."""
         which, name, number, _ = self.keys[slack - self.asked]
         alike = [one for one in distances(self.known[0][1][which].orbit)]
         alike = [one for one in alike if one.inequality[:3] == name]
@@ -98,11 +98,11 @@ class Piece:
 
     @property
     def borders_at(self) -> slice:
-        """Which slacks are borders."""
+        """Slice of the slacks that are borders."""
         return slice(self.asked, self.asked + len(self.keys))
 
     def smooth(self, place: Place) -> float:
-        """How far the variables may go until a border that does not hold the place."""
+        """Distance in the variables to the nearest border that does not hold the place."""
         far = place.slacks[self.borders_at]
         least = float(far[far > _AT].min(initial=_FREE))
         if self.program.margin is not None:
@@ -113,7 +113,7 @@ class Piece:
         return least
 
     def borders(self, u: Vector, motions: Sequence[Motion]) -> list[tuple[float, Vector]]:
-        """The borders' slacks, with derivatives by all parameters."""
+        """Slacks of the borders, with derivatives by all parameters."""
         every = [_borders(motion) for motion in motions]
         found = []
         for which, name, number, unit in self.keys:
@@ -127,7 +127,7 @@ class Piece:
     def _by_peaks(
         self, u: Vector, place: Place
     ) -> tuple[Vector, Matrix, list[tuple[float, Vector]]]:
-        """Objectives (m,) with derivatives and slacks, of each of several peaks of a force.
+        """Objectives (m,) with derivatives and slacks, for each of several peaks of a force.
 
         The largest force has a kink where two peaks are equal; each of them is smooth.
         """
@@ -135,7 +135,7 @@ class Piece:
         slacks, seen = list[tuple[float, Vector]](), set[int]()
         for which, key in self.peaks:
             one = self._with_peak(u, place.motions, which, key)
-            if one is None:  # the peak is gone: the largest stands for it
+            if one is None:  # the peak no longer exists: use the largest
                 one = place
             if which not in seen:
                 objective[which], by[which] = one.objective[which], one.objective_by[which]
@@ -154,7 +154,7 @@ class Piece:
     def _with_peak(
         self, u: Vector, motions: Sequence[Motion], which: int, key: tuple[int, int]
     ) -> Place | None:
-        """The place if a peak were the largest force of a scenario's motion."""
+        """Place with a given peak as the largest force of a scenario's motion."""
         peak = _forces(motions[which], 0.0).get(key)
         if peak is None:
             return None
@@ -194,13 +194,13 @@ class Piece:
 
 
 def _by_orbit(motion: Motion) -> Motion:
-    """The same motion by its orbit, where it has one."""
+    """The same motion from its orbit, if it has one."""
     orbit = motion.orbit
     return motion if orbit is None else Motion(motion.parameters, None, orbit=orbit)
 
 
 def _forces(motion: Motion, least: float) -> dict[tuple[int, int], Slope]:
-    """Peaks of |P| of a motion, that are at least a share of the largest, by the parameters."""
+    """Peaks of |P| of a motion, of at least a share of the largest, with derivatives."""
     orbit = motion.orbit
     if orbit is None:
         return {}
@@ -214,10 +214,10 @@ def _forces(motion: Motion, least: float) -> dict[tuple[int, int], Slope]:
 
 
 def _borders(motion: Motion) -> dict[tuple[object, ...], list[tuple[float, Vector]]]:
-    """The inequalities of a motion by kind, segment and guard, alike ones in time.
+    """Inequalities of a motion by kind, segment and guard, similar ones in order of time.
 
-    What begins at a tangency lasts as long as the root of how far the parameters are beyond it:
-    the square of its duration is smooth.
+    A segment that begins at a tangency has a duration proportional to the root of the distance in
+    the parameters: the square of its duration is smooth.
     """
     found = dict[tuple[object, ...], list[tuple[float, Vector]]]()
     if motion.orbit is None:

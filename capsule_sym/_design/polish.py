@@ -1,8 +1,8 @@
-"""From a place near a local best to the optimum, over the pieces that meet there.
+"""Polish of a place near a local best to an optimum, over the pieces that meet there.
 
-On one piece, the parameters on which an itinerary holds, the best is that of a smooth program with
-the piece's borders as constraints. Where a border holds it, the pieces beyond are looked at: one
-that is better is gone on in; if none is, the place is an optimum at the border.
+On one piece, the parameters on which an itinerary holds, the problem is smooth, with the piece's
+borders as constraints. If a border is active, the pieces beyond it are examined. The search
+continues in a better piece; if there is none, the place is an optimum at the border.
 """
 
 from __future__ import annotations
@@ -37,33 +37,33 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 BASIN = "basin boundary"
-"""What bounds a place beyond which the starts lead elsewhere."""
+"""Bound of a place beyond which the starts settle elsewhere."""
 KINK = "kink"
-"""What bounds a place beside which nothing is better, without conditions that were solved."""
+"""Bound of a place with no better neighbour, without solved conditions."""
 NOT_LED = "not led to"
-"""Of a place to which no start leads."""
+"""Mark of a place on whose motion no start settles."""
 MARGIN = 1e-2
-"""Of the largest multiplier, where stability bounds the best and no margin is asked for."""
-_MARGINS = (0.5, 0.25, 0.125)  # of it, from which the limit is extrapolated
-_REAL = 1e-6  # imaginary over absolute part
-_REACH = 0.05  # of the bounds, of a search on one piece
-_ROUNDS = 4  # searches on one piece
-_HOPS = 12  # from piece to piece
-_BESIDE = 1e-6  # of the bounds: where the pieces beyond a border are looked at
-_INSIDE = 1e-12  # of the bounds: where a result is, within a border that holds it
-_JUMP = 100  # times what the gradient explains
+"""Margin of the largest multiplier, if stability bounds the best and no margin is given."""
+_MARGINS = (0.5, 0.25, 0.125)  # factors of the margin, from which the limit is extrapolated
+_REAL = 1e-6  # imaginary over absolute part of a real multiplier
+_REACH = 0.05  # of the bounds: range of a search on one piece
+_ROUNDS = 4  # largest number of searches on one piece
+_HOPS = 12  # largest number of pieces passed
+_BESIDE = 1e-6  # of the bounds: distance at which the pieces beyond a border are examined
+_INSIDE = 1e-12  # of the bounds: distance of a result inside a border that holds it
+_JUMP = 100  # factor over the change that the gradient explains
 _HELD = 1e-9  # least multiplier of a border that holds an optimum
 _AT = 1e-9  # of the bounds: at a border
-_MOST = 3  # borders at once, beyond which all pieces are looked at
+_MOST = 3  # largest number of borders for which all pieces are examined
 _BETTER = 1e-11  # units of the objective
 _WORSE = 1e-9
 
 
 class Side(NamedTuple):
-    """A piece at a border: the itineraries of its scenarios, and the slope into it.
+    """Piece at a border: the itineraries of its scenarios, and the slope into it.
 
-    The slope is the objective's by the scaled variables, away from the borders, less what active
-    limits let it gain; nan where the motions are lost beyond.
+    The slope is the objective's by the scaled variables, away from the borders, less the gain that
+    active limits allow; nan if the motions are lost beyond.
     """
 
     itineraries: tuple[str, ...]
@@ -71,55 +71,55 @@ class Side(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The itineraries in a line."""
+        """Itineraries in a line."""
         return ", ".join(self.itineraries)
 
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """Where a polish came to rest: the conditions on the best piece, and the pieces beside it."""
+    """Result of a polish: the conditions on the best piece, and the pieces beside it."""
 
     program: Program
-    """What was optimised, with the margin of stability that it took."""
+    """The problem, with its margin of stability."""
     found: Stationary
     piece: Piece | None = None
     sides: tuple[Side, ...] = ()
-    """The piece of the place first; none where no border holds the place."""
+    """Pieces beside the place, its own first; empty if no border holds the place."""
     whole: bool = False
-    """Whether the conditions hold, and no piece beyond a border is better."""
+    """True if the conditions hold, and no piece beyond a border is better."""
     bifurcation: str = ""
-    """What bounds the best, where stability or a border beyond which motions are lost does."""
+    """Bound of the best: loss of stability, or a border beyond which motions are lost."""
     limit: float = np.nan
-    """The objective that is approached there."""
+    """Limit of the objective there."""
 
     @property
     def asked(self) -> int:
-        """The number of slacks that are limits; borders follow them."""
+        """Number of slacks that are limits; borders follow them."""
         return len(self.found.place.slacks) if self.piece is None else self.piece.asked
 
     @property
     def held(self) -> list[int]:
-        """The borders that hold the place, by their slacks."""
+        """Active borders, by their slacks."""
         return [i for i in self._borders if self.found.multipliers[i] > _HELD]
 
     @property
     def near(self) -> list[int]:
-        """The borders at the place."""
+        """Borders at the place, by their slacks."""
         return [i for i in self._borders if abs(self.found.place.slacks[i]) < _AT]
 
     @property
     def _borders(self) -> range:
-        """The slacks that are borders."""
+        """Slacks that are borders."""
         return range(0) if self.piece is None else range(*self.piece.borders_at.indices(10**6))
 
     @property
     def critical(self) -> Motion:
-        """The least stable motion."""
+        """Least stable motion."""
         return max(self.found.place.motions, key=lambda motion: motion.multiplier)
 
     @property
     def at_margin(self) -> bool:
-        """Whether the margin of stability holds the place."""
+        """True if the margin of stability is active."""
         if self.program.margin is None:
             return False
         each = len(self.program.texts)
@@ -128,7 +128,7 @@ class Rest:
 
 
 def polish(program: Program, place: Place) -> Rest | None:
-    """Where the best next to a place is; None where no piece has it."""
+    """Best place next to a place; None if no piece has it."""
     rest = _over_pieces(program, place)
     near = 0.0 if rest is not None and rest.whole else MARGIN
     if rest is not None and program.margin is None and rest.critical.multiplier > 1 - near:
@@ -137,7 +137,7 @@ def polish(program: Program, place: Place) -> Rest | None:
 
 
 def _with_limit(rest: Rest) -> Rest:
-    """The same with what is approached as the margin of stability goes to 0, and what is there.
+    """The same with the limit as the margin of stability goes to 0, and the bifurcation there.
 
     Along the optima the objective is a smooth function of the margin, also at a fold.
     """
@@ -149,7 +149,7 @@ def _with_limit(rest: Rest) -> Rest:
         narrow = on_piece(replace(program, margin=margin), found.place)
         if narrow is None or not narrow.whole:
             break
-        if not narrow.at_margin:  # what is best is stable, within the margin that was asked for
+        if not narrow.at_margin:  # the best is stable within the given margin
             return rest
         margins.append(margin)
         values.append(narrow.found.place.worst)
@@ -161,7 +161,7 @@ def _with_limit(rest: Rest) -> Rest:
 
 
 def _kind(motion: Motion) -> str:
-    """The bifurcation that is near, by the largest multiplier."""
+    """Nearby bifurcation, from the largest multiplier."""
     assert motion.orbit is not None
     largest = complex(floquet_multipliers(motion.orbit)[0])
     if abs(largest.imag) > _REAL * abs(largest):
@@ -170,7 +170,7 @@ def _kind(motion: Motion) -> str:
 
 
 def _over_pieces(program: Program, place: Place) -> Rest | None:
-    """The best next to a place over all pieces that are passed."""
+    """Best place next to a place, over all pieces passed."""
     rest = on_piece(program, place)
     for _ in range(_HOPS):
         if rest is None:
@@ -187,7 +187,7 @@ def _over_pieces(program: Program, place: Place) -> Rest | None:
 
 
 def _elsewhere(program: Program, rest: Rest) -> Rest | None:
-    """What a search over all pieces finds from a place, or a piece beside it has; None if worse."""
+    """Better result of a search over all pieces, or of a piece beside the place; None if worse."""
     here = rest.found.place
     near = program.place(here.u, program.followed(here.motions, here.u))
     seen = {_itineraries(here)}
@@ -207,7 +207,7 @@ def _elsewhere(program: Program, rest: Rest) -> Rest | None:
 
 
 def on_piece(program: Program, place: Place) -> Rest | None:
-    """The best place of the piece that a place is on; None where its orbits have no equations."""
+    """Best place on the piece of a place; None if its orbits have no equations."""
     rest: Rest | None = None
     for _ in range(_ROUNDS):
         piece = Piece(program, place)
@@ -229,7 +229,7 @@ def on_piece(program: Program, place: Place) -> Rest | None:
 
 
 def _as_good(found: Stationary, best: Place) -> bool:
-    """Whether an optimum is within its limits, and as good as a place that may exceed some."""
+    """True if an optimum is within its limits, and as good as a place that may exceed some."""
     gained = float(found.multipliers @ np.maximum(-best.slacks, 0.0))
     place = found.place
     return place.slacks.min(initial=0.0) > -_WORSE and (
@@ -238,7 +238,7 @@ def _as_good(found: Stationary, best: Place) -> bool:
 
 
 def _beyond(program: Program, rest: Rest) -> tuple[Rest, bool]:
-    """The best next to a place of pieces beyond its borders, and whether it is another."""
+    """Best place of the pieces beyond the borders, and True if it is another place."""
     if not rest.held:
         return rest, False
     sides, whole = list[Side](), rest.whole
@@ -269,14 +269,14 @@ def _beyond(program: Program, rest: Rest) -> tuple[Rest, bool]:
 
 
 def _balanced_from(program: Program, side: Place, u: Vector) -> bool:
-    """Whether the conditions hold at variables for the piece of a place beside them too."""
+    """True if the conditions hold at variables for the piece of a neighbouring place too."""
     piece = Piece(program, side)
     here = piece.at(u)
     return here is not None and balanced(piece, here).minimal
 
 
 def _inside(rest: Rest) -> Rest:
-    """The same a little within the borders of its piece: on them rounding decides what follows."""
+    """Result moved slightly within the borders of its piece, where rounding cannot change it."""
     assert rest.piece is not None
     place, normals = rest.found.place, _normals(rest)
     way = np.linalg.lstsq(normals, np.ones(len(normals)), rcond=1e-6)[0]
@@ -286,7 +286,7 @@ def _inside(rest: Rest) -> Rest:
 
 
 def _normals(rest: Rest) -> Matrix:
-    """Slopes of the borders at a place by the variables that are at no bound."""
+    """Slopes of the borders at a place, by the variables at no bound."""
     place = rest.found.place
     free = (place.u > 0.0) & (place.u < 1.0)
     near = sorted({*rest.near, *rest.held}, key=lambda i: -rest.found.multipliers[i])[:_MOST]
@@ -295,16 +295,16 @@ def _normals(rest: Rest) -> Matrix:
 
 
 def _slope(rest: Rest, side: Place, way: Vector) -> float:
-    """The objective's slope at a place on a side, less what limits let it gain."""
+    """Objective's slope at a place on a side, less the gain that limits allow."""
     worst, asked = int(np.argmax(side.objective)), rest.asked
     by = side.objective_by[worst] - rest.found.multipliers[:asked] @ side.slacks_by
     return float(rest.program.by_u(by) @ way)
 
 
 def _sectors(program: Program, rest: Rest) -> Iterator[tuple[Vector, Place | None]]:
-    """Directions into the pieces that meet at a place, its own first, and places there.
+    """Directions into the pieces that meet at a place, its own first, with places there.
 
-    None where the motions are lost there.
+    The place is None if the motions are lost.
     """
     place, normals = rest.found.place, _normals(rest)
     slope = 1 + abs(program.by_u(place.objective_by)).max()
@@ -321,7 +321,7 @@ def _sectors(program: Program, rest: Rest) -> Iterator[tuple[Vector, Place | Non
 
 
 def _border(rest: Rest) -> str:
-    """The bifurcation at the border that holds a place most."""
+    """Bifurcation at the border with the largest multiplier."""
     assert rest.piece is not None
     forces = rest.found.multipliers
     which, inequality = rest.piece.inequality(max(rest.held, key=lambda i: forces[i]))

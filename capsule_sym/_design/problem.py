@@ -1,4 +1,4 @@
-"""Residuals of recorded runs that share unknown values, and their Jacobian."""
+"""Residuals of recorded runs with shared unknowns, and their Jacobian."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ Vector = NDArray[np.float64]
 
 
 class Problem:
-    """Residuals and their Jacobian at values of the unknown.
+    """Residuals and their Jacobian at values of the unknowns.
 
-    The unknown are those that runs share, and those of each run, named "run.name".
+    The unknowns are those that runs share, and those of each run, named "run.name".
     """
 
     def __init__(
@@ -31,14 +31,14 @@ class Problem:
         shared: Sequence[str],
         progress: Callable[[str], object] | None = None,
     ) -> None:
-        """`shared` are the unknown that have one value in all runs; the others are each run's."""
+        """`shared` are the unknowns with one value in all runs; each run has its own others."""
         self.recorded, self.shared, self.progress = tuple(recorded), tuple(shared), progress
         self.doing, self.evaluations = "", 0
         named = [[self._named(one, name) for name in one.unknown] for one in self.recorded]
         every = dict.fromkeys([*self.shared, *(name for names in named for name in names)])
         self.unknown = tuple(every)
         self.places = [np.array([self.unknown.index(name) for name in names]) for names in named]
-        """Indices of each run's unknown among all."""
+        """Indices of each run's unknowns among all."""
         self.guess, self.linear = np.zeros(len(every)), np.zeros(len(every), bool)
         for run, places in zip(self.recorded, self.places, strict=True):
             self.guess[places], self.linear[places] = run.guess, run.linear
@@ -46,12 +46,12 @@ class Problem:
         self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]
         self.values = np.concatenate([one.data.values for one in self.recorded])
         if len(self.unknown) >= len(self.values):
-            raise InvalidInput("data", f"{len(self.values)} values", "more than are unknown")
+            raise InvalidInput("data", f"{len(self.values)} values", "more values than unknowns")
         series = [(one, column) for one in self.recorded for column in range(len(one.data.names))]
         self.groups = np.concatenate(
             [one.data.column + series.index((one, 0)) for one in self.recorded]
         )
-        """Series of each value, counted over all runs, (n,)."""
+        """Series of each value, numbered over all runs, (n,)."""
         self.scales = self._scales(series)
         self._last: tuple[bytes, Vector, Matrix] | None = None
 
@@ -61,8 +61,8 @@ class Problem:
     def _scales(self, series: Sequence[tuple[Recorded, int]]) -> Vector:
         """Units of the residuals (n,): standard deviations of series.
 
-        In runs with names one unit is that of all series in the same unit: those of one camera have
-        the same noise, also where a body hardly moves.
+        In runs with names all series in the same unit share one: those of one camera have the same
+        noise, even if a body hardly moves.
         """
         spread = np.array([self.values[self.groups == k].std() for k in range(len(series))])
         if self.recorded[0].name:
@@ -80,11 +80,11 @@ class Problem:
 
     @property
     def partly(self) -> bool:
-        """Whether parts of a guess follow from the measurements."""
+        """True if a part of a guess follows from the measurements."""
         return bool(self.linear.any()) or any(run.sought for run in self.recorded)
 
     def measuring(self, values: Vector) -> Problem:
-        """The same with other measured values (n,), in the same units of residuals."""
+        """The same problem with other measured values (n,), in the same units of residuals."""
         other = copy(self)
         other.values, other._last = values, None
         return other
@@ -94,7 +94,7 @@ class Problem:
         return self.at(values)[0]
 
     def jacobian(self, values: Vector) -> Matrix:
-        """Their Jacobian (n, k)."""
+        """Jacobian of the residuals (n, k)."""
         return self.at(values)[1]
 
     def cost(self, values: Vector) -> float:
@@ -109,15 +109,15 @@ class Problem:
         return self._last[1:]
 
     def without_slopes(self, values: Vector) -> tuple[Vector, Matrix]:
-        """Residuals (n,), and the Jacobian (n, k) by the linear unknown alone."""
+        """Residuals (n,), and the Jacobian (n, k) by the linear unknowns alone."""
         return self._at(values, False)
 
     def complete(self, values: Vector) -> bool:
-        """Whether the motion of every run reaches the last of its times."""
+        """True if the motion of every run reaches the last of its times."""
         return bool(np.all(self.at(values)[0] != _LOST))
 
     def resting(self, values: Vector) -> NDArray[np.bool_]:
-        """Which of the unknown are velocities of capsules that rest at the first time, (k,)."""
+        """Mask of unknowns that are velocities of capsules at rest at the first time, (k,)."""
         found = np.zeros(len(values), bool)
         for run, places in zip(self.recorded, self.places, strict=True):
             if "v_c" in run.unknown:
@@ -125,7 +125,7 @@ class Problem:
         return found
 
     def itinerary(self, values: Vector, changed: int | None = None) -> tuple[str, ...]:
-        """Itineraries of the runs, or of those alone that one of the unknown moves."""
+        """Itineraries of all runs, or only of those on which an unknown has an effect."""
         found = list[str]()
         for run, places in zip(self.recorded, self.places, strict=True):
             if changed is None or (changed in places and not self.linear[changed]):
@@ -134,11 +134,11 @@ class Problem:
         return tuple(found)
 
     def system_at(self, values: Vector) -> System:
-        """The system of the first run with these values of the unknown."""
+        """System of the first run with these values of the unknowns."""
         return self.recorded[0].system_at(values[self.places[0]])
 
     def sizes(self, values: Vector) -> Vector:
-        """What a relative change of each of the unknown is relative to."""
+        """Reference sizes for relative changes of the unknowns."""
         found = np.maximum(np.abs(values), np.abs(self.guess))
         found[found == 0.0] = 1.0
         for run, places in zip(self.recorded, self.places, strict=True):
@@ -156,13 +156,13 @@ class Problem:
         return found
 
     def _count(self) -> None:
-        """Count a run, and tell of it."""
+        """Count a run, and report it."""
         self.evaluations += 1
         if self.progress is not None:
             self.progress(f"{self.doing}, {self.evaluations} runs")
 
     def _at(self, values: Vector, slopes: bool) -> tuple[Vector, Matrix]:
-        """Residuals and Jacobian anew."""
+        """Residuals and Jacobian, computed."""
         residuals = np.empty(len(self.values))
         alone = len(self.recorded) == 1
         jacobian = np.zeros((0 if alone else len(self.values), len(self.unknown)))
@@ -173,7 +173,7 @@ class Problem:
             residuals[rows] = (model - self.values[rows]) / self.scales[rows]
             if itinerary == "open":
                 residuals[rows], by[:] = _LOST, 0.0
-            if alone:  # whose values may be a million
+            if alone:  # its Jacobian may have a million rows
                 return residuals, by
             jacobian[rows, places] = by
         return residuals, jacobian

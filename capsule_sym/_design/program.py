@@ -1,7 +1,7 @@
-"""What is optimised: objective, limits and stability as functions of scaled variables.
+"""Optimisation problem: objective, limits and stability as functions of scaled variables.
 
-The variables u are parameters of a system, each scaled by its bounds to between 0 and 1. The
-objective counts in the worst of the scenarios, and limits hold in all.
+The variables u are parameters of a system, each scaled by its bounds to [0, 1]. The objective is
+that of the worst scenario; limits hold in all scenarios.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from capsule_sym._systems import factors_of
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-_FAR = 0.25  # a slack of stability that the next step does not use up
+_FAR = 0.25  # slack of stability above which no derivative is computed
 STARTS, STABLE = AMONG = "starts", "stable"
-"""The motions that count: those that given starts lead to, or all stable ones."""
+"""Motions to consider: those on which the given starts settle, or all stable ones."""
 KEPT = 1e-7
-"""How far beyond a limit counts as within, over the size of the limit."""
+"""Relative violation of a limit that counts as none."""
 
 
 @dataclass(frozen=True)
@@ -49,19 +49,19 @@ class Scenario:
     factors: Mapping[str, float]
 
     def system(self, system: System) -> System:
-        """The system with its parameters at this end of their tolerances."""
+        """System with its parameters at this end of their tolerances."""
         changed = {name: getattr(system, name) * by for name, by in self.factors.items()}
         return system.replace(**changed) if changed else system
 
     def weights(self, system: System) -> Vector:
-        """What a derivative by a parameter of this scenario's system is by the parameter, (k,)."""
+        """Factors from derivatives by this scenario's parameters to those by all, (k,)."""
         return np.array([self.factors.get(name, 1.0) for name in names_of(system)])
 
 
 def scenarios_of(
     starts: Sequence[Sequence[float]], tolerances: Mapping[str, float] | None, system: System
 ) -> tuple[Scenario, ...]:
-    """All starts with all ends of the tolerances, and with none; raises InvalidInput."""
+    """Scenarios: all starts with all ends of the tolerances, and with none; raises InvalidInput."""
     if not isinstance(starts, Sequence | np.ndarray) or not len(starts):
         raise InvalidInput("starts", starts, "one state (x_r, v_r, v_c) or more")
     states = []
@@ -78,8 +78,8 @@ def scenarios_of(
 class Place:
     """Objective and slacks of m scenarios at some variables, with derivatives by all parameters.
 
-    The objective is to be least, over its unit; a slack is how far within a limit, over its own.
-    `objective` (m,), `slacks` (n,), in the order of scenarios, each with all its limits and at last
+    The objective is to be minimised, over its unit; a slack is the distance to its limit, over its
+    unit. `objective` is (m,), `slacks` (n,), in the order of scenarios, for each its limits, then
     its stability.
     """
 
@@ -92,23 +92,23 @@ class Place:
 
     @property
     def finite(self) -> bool:
-        """Whether there are numbers for all of it."""
+        """True if all values are finite."""
         rows = self.objective, self.objective_by, self.slacks, self.slacks_by
         return all(bool(np.all(np.isfinite(row))) for row in rows)
 
     @property
     def worst(self) -> float:
-        """The objective in the worst scenario."""
+        """Objective in the worst scenario."""
         return float(self.objective.max())
 
     @property
     def beyond(self) -> float:
-        """How far a limit is exceeded; 0 where all hold."""
+        """Largest violation of a limit; 0 if all hold."""
         return max(0.0, -float(self.slacks.min(initial=0.0)) - KEPT)
 
     @property
     def rank(self) -> tuple[float, float]:
-        """What is least for the best of several places: how far beyond its limits, and how bad."""
+        """Order of places, the least is the best: violation of limits, then objective."""
         return self.beyond, self.worst
 
 
@@ -126,41 +126,41 @@ class Program:
     margin: float | None
     scenarios: tuple[Scenario, ...]
     unit: float = 1.0
-    """What the objective is divided by: how much it varies."""
+    """Divisor of the objective: its variation."""
     limit_units: tuple[float, ...] = ()
-    """What the slack of each limit is divided by; its limit where that is not 0."""
+    """Divisors of the limits' slacks; by default the limit, unless it is 0."""
     elastic: bool = False
-    """Whether the limits themselves are what is optimised: the least slack is to be greatest."""
+    """True if the least slack is to be maximised instead."""
     among: str = STARTS
-    """Which motions count: those that the "starts" lead to, or all "stable" ones."""
+    """Motions to consider: those from the "starts", or all "stable" ones."""
     progress: Callable[[str], object] | None = None
-    """Called with what is done, in words."""
+    """Called with a text."""
     seeds: tuple[tuple[float, float, float], ...] = ()
-    """Where all count, the starts that some are looked for from."""
+    """Starts of some of the searched motions, if all stable ones are considered."""
 
     @property
     def name(self) -> str:
-        """The metric in words."""
+        """Name of the metric."""
         return named(self.function)
 
     def tell(self, doing: str) -> None:
-        """Says what is done to who wants to know."""
+        """Report progress."""
         if self.progress is not None:
             self.progress(doing)
 
     def system_at(self, u: Vector) -> System:
-        """The system where the scaled variables are u."""
+        """System at the scaled variables u."""
         values = self.low + u * (self.high - self.low)
         values = np.where(u == 1.0, self.high, values)
         return self.system.replace(**dict(zip(self.names, values.tolist(), strict=True)))
 
     def u_of(self, system: System) -> Vector:
-        """The scaled variables of a system."""
+        """Scaled variables of a system."""
         values = np.array([getattr(system, name) for name in self.names])
         return np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0)
 
     def systems_at(self, u: Vector) -> Iterator[System]:
-        """The system of each scenario where the scaled variables are u."""
+        """System of each scenario at the scaled variables u."""
         system = self.system_at(u)
         return (one.system(system) for one in self.scenarios)
 
@@ -177,7 +177,7 @@ class Program:
         return found
 
     def settled(self, u: Vector) -> tuple[Motion, ...] | None:
-        """The motions that the scenarios' starts lead to; None where one leads to none."""
+        """Motions on which the scenarios' starts settle; None if one of them has none."""
         found = []
         for one, system in zip(self.scenarios, self.systems_at(u), strict=True):
             motion = evaluation.settle(dimensionless(system), one.state)
@@ -187,26 +187,26 @@ class Program:
         return tuple(found)
 
     def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
-        """The motions that these become at other variables; None where one is lost."""
+        """Motions continued to other variables; None if one is lost."""
         return self._moved(evaluation.continue_motion, motions, u)
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
-        """The orbits of the same itineraries at other variables, admissible or not."""
+        """Orbits of the same itineraries at other variables, admissible or not."""
         return self._moved(evaluation.same_itinerary_at, motions, u)
 
     def begin(self, u: Vector) -> Place | None:
-        """The place that the scenarios' own starts lead to; None where one leads to no motion."""
+        """Place with the motions of the scenarios' own starts; None if a start has no motion."""
         return self.place(u, self.settled(u))
 
     def place(self, u: Vector, motions: tuple[Motion, ...] | None) -> Place | None:
-        """The place with these motions; None where there are none, or no numbers of them."""
+        """Place with these motions; None without motions, or if a value is not finite."""
         with suppress(np.linalg.LinAlgError):  # at a fold
             if motions is not None and (found := self.at(u, motions)).finite:
                 return found
         return None
 
     def beside(self, near: Place, u: Vector) -> Place | None:
-        """The place at other variables, its motions followed from one that is known."""
+        """Place at other variables, its motions continued from a known one."""
         return self.place(u, self.followed(near.motions, u))
 
     def _moved(
@@ -225,7 +225,7 @@ class Program:
         return tuple(found)
 
     def at(self, u: Vector, motions: tuple[Motion, ...]) -> Place:
-        """Objective and slacks of motions there."""
+        """Objective and slacks of motions at u."""
         objective, slacks = list[tuple[float, Vector]](), list[tuple[float, Vector]]()
         for one, motion, system in zip(self.scenarios, motions, self.systems_at(u), strict=True):
             found, factors = of(motion.metrics, system), one.weights(system)
@@ -256,13 +256,13 @@ class Program:
 
     @property
     def sizes(self) -> Vector:
-        """The unit of each slack of a scenario, of its stability last."""
+        """Unit of each slack of a scenario, of its stability last."""
         units = [abs(limit.value) or 1.0 for limit in self.limits]
         return np.array([*(self.limit_units or units), *([1.0] * (self.margin is not None))])
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """The limits of a scenario in words, its stability last."""
+        """Limits of a scenario in words, its stability last."""
         found = [limit.text for limit in self.limits]
         if self.margin is not None:
             found.append(f"largest multiplier <= {1 - self.margin:g}")

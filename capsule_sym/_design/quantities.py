@@ -1,4 +1,4 @@
-"""Metrics of a steady motion by name, functions of them, and what they are in SI units.
+"""Metrics of a steady motion by name, functions of them, and their SI units.
 
 A metric is a number with its derivatives by all parameters of the system, dimensionless or a
 device's; arithmetic with it differentiates exactly.
@@ -27,7 +27,7 @@ from capsule_sym._units import METRIC_UNITS, UNITS, mean_power
 
 Function = Callable[[Mapping[str, Slope]], Slope]
 
-_POSITIVE = 1e-12  # least value of what is above 0 where a search has no bound
+_POSITIVE = 1e-12  # least value of a positive parameter in a search without a bound
 
 
 def units_of(scene: Scene) -> dict[str, str]:
@@ -66,7 +66,7 @@ def dimensionless_slopes(system: System) -> Matrix:
 def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     """All metrics and parameters, with derivatives (k,) by the k parameters of the system.
 
-    In SI units where the system is a device. `metrics` are those of a motion of the system,
+    In SI units if the system is a device. `metrics` are those of a motion of the system,
     dimensionless, with derivatives by its dimensionless parameters.
     """
     found = _with_derived(metrics, dimensionless(system))
@@ -82,12 +82,13 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
 
 
 def _with_derived(metrics: Mapping[str, Slope], p: SceneParameters) -> dict[str, Slope]:
-    """The dimensionless metrics, those derived from others too, by the parameters."""
+    """Dimensionless metrics, including derived ones, with derivatives by the parameters."""
     own = vars(varied(p.scene, p.to_dict(), p.scene.facts.PARAMETERS))
     velocity, work = metrics["velocity"], metrics["work"]
     forward = -1 if velocity.value < 0 else 1
     way, bound = forward * metrics["progression"], p.scene.facts.BOUNDS.get(forward)
-    # A capsule that stands still goes no way at any cost; with no work it has no ratio.
+    # The cost of transport of a capsule without progression is infinite; without work the ratio is
+    # 0.
     nowhere = Slope(math.inf, 0.0 * work.slope)
     return dict(metrics) | {
         "speed": forward * velocity,
@@ -98,22 +99,22 @@ def _with_derived(metrics: Mapping[str, Slope], p: SceneParameters) -> dict[str,
 
 
 class Limit(NamedTuple):
-    """A constraint: a function of the metrics is at most, or at least, a value."""
+    """Constraint: a function of the metrics is at most, or at least, a value."""
 
     text: str
     function: Function
     value: float
     sign: int
-    """1 where the function is at least the value, -1 where it is at most that."""
+    """1 for "at least", -1 for "at most"."""
 
     def slack(self, found: Mapping[str, Slope]) -> tuple[float, Vector]:
-        """How far within the limit, with derivatives; negative beyond it."""
+        """Distance to the limit, with derivatives; negative beyond it."""
         value, slope = valued("subject_to", self.function, found, self.text)
         return (value - self.value) * self.sign, slope * self.sign
 
 
 def function_of(field: str, metric: str | Function, system: System) -> Function:
-    """The function of metrics and parameters that a text of arithmetic, or a callable, gives.
+    """Function of metrics and parameters, from a text of arithmetic or a callable.
 
     Raises InvalidInput for other texts.
     """
@@ -128,7 +129,7 @@ def function_of(field: str, metric: str | Function, system: System) -> Function:
 
 
 def limits_of(constraints: Sequence[object], system: System) -> tuple[Limit, ...]:
-    """The constraints of texts such as "peak_force <= 2", or of (function, "<=", value)."""
+    """Constraints from texts such as "peak_force <= 2", or from (function, "<=", value)."""
     return tuple(_limit(one, system) for one in constraints)
 
 
@@ -151,16 +152,16 @@ def _limit(one: object, system: System) -> Limit:
 
 
 def named(function: object) -> str:
-    """The name of a function in messages."""
+    """Name of a function in messages."""
     return str(getattr(function, "__name__", "function"))
 
 
 def valued(
     field: str, function: Function, metrics: Mapping[str, Slope], text: str = ""
 ) -> tuple[float, Vector]:
-    """Value and derivatives that a function of the metrics gives; nan where it has no number.
+    """Value and derivatives of a function of the metrics; nan if it is not finite.
 
-    Raises InvalidInput for a function that gives anything but arithmetic of the metrics.
+    Raises InvalidInput for a function that returns anything but arithmetic of the metrics.
     """
     name = text or named(function)
     allowed = "arithmetic (+ - * / **) of the metrics and parameters that the function gets by name"
@@ -172,7 +173,7 @@ def valued(
     except Exception as error:
         raise InvalidInput(field, name, f"{allowed} ({type(error).__name__}: {error})") from error
     if not isinstance(found, Slope):
-        # A plain number has lost how it changes, and would pass for a constant.
+        # A plain number has no derivative, and would count as a constant.
         raise InvalidInput(field, name, f"{allowed}, not {type(found).__name__}")
     if isinstance(found.value, complex):
         return none

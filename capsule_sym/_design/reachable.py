@@ -1,7 +1,7 @@
-"""Stable motions on a grid of drives, joined where one continues another, and ways among them.
+"""Stable motions on a grid of drives, linked where one continues another, and paths among them.
 
-From one drive on, each motion is continued to the drives beside it: to first order, then closed by
-the map. This says about which motions are joined: a way counts once its orbit is followed along it.
+From one drive, each motion is continued to the neighbouring drives, to first order, then closed by
+the map. Links are approximate: a path is accepted once its orbit is continued along it.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._systems import System, dimensionless
 
-_MOST = 4  # motions at one drive
-_BENT = 0.3  # of its change in a step, by which a motion is off its first order at most
-_ROUGH = 0.01  # of the motion's size, that it is off beside that
-_ONE = 1e-5  # of that size, by which motions differ that are one
-_SLOW = 0.05  # over 1 less the multiplier: what a drive counts more where motions settle slowly
+_MOST = 4  # largest number of motions at one drive
+_BENT = 0.3  # largest relative deviation of a motion from its first-order prediction in a step
+_ROUGH = 0.01  # additional deviation, over the motion's size
+_ONE = 1e-5  # relative difference below which two motions are equal
+_SLOW = 0.05  # additional weight of a drive, over 1 minus the multiplier
 Vector = NDArray[np.float64]
 
 
 class _Motion(NamedTuple):
-    """A stable motion: its state at phase 0, and derivatives of that by the parameters."""
+    """Stable motion: its state at phase 0, and the derivatives of the state by the parameters."""
 
     row: Vector
     state: Vector
@@ -37,26 +37,26 @@ class _Motion(NamedTuple):
     multiplier: float
 
     def at(self, row: Vector) -> Vector:
-        """Its state at other parameters, to first order."""
+        """State at other parameters, to first order."""
         found: Vector = self.state + self.by @ (row - self.row)
         return found
 
     def leads_to(self, state: Vector, row: Vector) -> bool:
-        """Whether a state at other parameters may be that of its own branch."""
+        """True if a state at other parameters may belong to the same branch."""
         guess = self.at(row)
         allowed = _BENT * abs(guess - self.state) + _ROUGH * (1 + abs(self.state).max())
         return bool(np.all(abs(state - guess) <= allowed))
 
     def is_one(self, other: _Motion) -> bool:
-        """Whether both are one motion, at one drive."""
+        """True if both are the same motion, at one drive."""
         return bool(abs(self.state - other.state).max() <= _ONE * (1 + abs(self.state).max()))
 
 
 class Reachable:
-    """Motions at the drives of a grid, all that the orbit at the first of two drives leads to.
+    """Motions at the drives of a grid that are reached from the orbit at the first of two drives.
 
-    `bounds` has the least and the largest value of each parameter that a drive varies; the grid has
-    about so many `drives`.
+    `bounds` has the least and the largest value of each parameter of the drive; the grid has about
+    `drives` points.
     """
 
     def __init__(
@@ -87,11 +87,11 @@ class Reachable:
         self.scene = plain[0].scene
         self.motions: list[_Motion] = []
         self.places: list[int] = []
-        """The drive of each motion."""
+        """Drive of each motion."""
         self.at: dict[int, list[int]] = {}
-        """The motions at each drive."""
+        """Motions at each drive."""
         self.joined: set[tuple[int, int]] = set()
-        """Motions next to each other of which one continues the other."""
+        """Neighbouring motions of which one continues the other."""
         self.refused: set[tuple[int, int]] = set()
         begin, self.end = (self.drives.index({name: end[name] for name in bounds}) for end in ends)
         self.goals = self.motions_of(orbits[1], self.end)
@@ -102,13 +102,13 @@ class Reachable:
             wave = self.step([(i, j) for i in wave for j in self.beside(self.places[i])])
 
     def motions_of(self, orbit: Orbit, drive: int) -> list[_Motion]:
-        """An orbit as motions, begun at each of its periods; none where the map has none there."""
+        """Orbit as motions, one for each of its periods; empty if the map has none there."""
         states = stroboscopic(orbit)
         found = self.closed(self.rows[[drive] * len(states)], states, [len(states)] * len(states))
         return [one for one in found if one is not None]
 
     def closed(self, rows: Vector, states: Vector, periods: Sequence[int]) -> list[_Motion | None]:
-        """The stable motions of the map near states (n, 3) at parameters (n, m)."""
+        """Stable motions of the map near states (n, 3) at parameters (n, m)."""
         found = performance_many(
             rows, states, periods, energies=False, forces=False, gradients=True, scene=self.scene
         )
@@ -122,7 +122,7 @@ class Reachable:
         ]
 
     def known(self, drive: int, motion: _Motion) -> int | None:
-        """The number of a motion, of a new one where it was not known; None if they are many."""
+        """Number of a known motion, or of a new one; None if there are too many."""
         there = self.at.setdefault(drive, [])
         for i in there:
             if self.motions[i].is_one(motion):
@@ -135,14 +135,14 @@ class Reachable:
         return there[-1]
 
     def beside(self, drive: int) -> list[int]:
-        """The drives of the grid next to one."""
+        """Drives of the grid next to one."""
         place = np.array(np.unravel_index(drive, self.shape))
         steps = np.vstack([np.eye(len(place), dtype=int), -np.eye(len(place), dtype=int)])
         moved = (place + steps)[np.all((place + steps >= 0) & (place + steps < self.shape), axis=1)]
         return [int(one) for one in np.ravel_multi_index(tuple(moved.T), self.shape)]
 
     def step(self, pairs: Sequence[tuple[int, int]]) -> list[int]:
-        """Continue motions to drives; the numbers of those that were not known."""
+        """Continue motions to drives; returns the numbers of new ones."""
         new, before = list[int](), len(self.motions)
         rows = self.rows[[drive for _, drive in pairs]]
         begun = [self.motions[i] for i, _ in pairs]
@@ -158,9 +158,9 @@ class Reachable:
         return new
 
     def way(self) -> tuple[list[int], bool]:
-        """The motions from the first to that of the second drive, or as near to it as they come.
+        """Motions from the first drive to the second, or as near to it as possible.
 
-        And whether they come there.
+        Also True if the second drive is reached.
         """
         if not self.motions:
             return [], False
@@ -190,7 +190,7 @@ class Reachable:
         return way[::-1], whole
 
     def straightened(self, way: Sequence[int]) -> list[int]:
-        """A way with as few corners as straight lines of motions leave."""
+        """Path with as few corners as straight lines of motions allow."""
         chosen = [0]
         while (at := chosen[-1]) < len(way) - 1:
             ahead = [k for k in range(at + 2, len(way)) if (way[at], way[k]) not in self.refused]
@@ -199,7 +199,7 @@ class Reachable:
         return [way[k] for k in chosen]
 
     def straight(self, i: int, others: Sequence[int]) -> set[int]:
-        """Those of some motions to which a straight line of drives leads from one."""
+        """Motions that are reached from one along straight lines of drives."""
         begin, left = self.motions[i], dict.fromkeys(others, self.motions[i])
         apart = self.scaled[[self.places[j] for j in others]] - self.scaled[self.places[i]]
         steps = 1 + int(2 * abs(apart).max(initial=0.0) * max(self.shape))
@@ -220,14 +220,14 @@ class Reachable:
         return {j for j, one in left.items() if one.is_one(self.motions[j])}
 
     def refuse(self, i: int, j: int) -> None:
-        """Let no way go straight from one motion to another."""
+        """Exclude the straight link between two motions."""
         self.refused |= {(i, j), (j, i)}
         self.joined -= {(i, j), (j, i)}
 
     def drive(self, i: int) -> dict[str, float]:
-        """The drive of a motion."""
+        """Drive of a motion."""
         return self.drives[self.places[i]]
 
     def told(self) -> str:
-        """How many drives were reached, in words."""
+        """Number of drives reached, in words."""
         return f"{len(self.at)} of {len(self.drives)} drives of a grid"

@@ -1,4 +1,4 @@
-"""Model of a recorded run at its measured times, and its exact Jacobian through every switch."""
+"""Model of a recorded run at its measured times, with its exact Jacobian through all switches."""
 
 from __future__ import annotations
 
@@ -22,38 +22,38 @@ from capsule_sym._parameters import SceneDevice, names_of
 OF_START = (*START, "x_c")
 STATE, PHASE = START[:-1], START[-1]
 _PHASE, _X_C = START.index(PHASE), OF_START.index("x_c")
-_BLOCK = 2**15  # times whose derivatives, all 48 of each, are in memory at once
-_STILL = 1e-5  # velocity of a capsule that ends within its square
+_BLOCK = 2**15  # times whose derivatives, 48 each, are in memory at once
+_STILL = 1e-5  # velocity of a capsule that comes to rest within its square
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
 
 class _Run(NamedTuple):
-    """A motion at values of the unknown, and its times (n,), in units of the model."""
+    """Motion at values of the unknowns, and its times (n,), in units of the model."""
 
     trajectory: Trajectory | None
-    """None where it does not reach the last of the times."""
+    """None if the motion does not reach the last of the times."""
     times: Vector
     start: Vector
-    """The values of OF_START."""
+    """Values of OF_START."""
     units: Vector
-    """Their units."""
+    """Units of the start."""
     whole: float
-    """The whole periods that the phase is reduced by, as a time over omega."""
+    """Whole periods by which the phase is reduced, as a time over omega."""
 
     @property
     def itinerary(self) -> str:
-        """The fields that were passed."""
+        """Fields passed, in order."""
         if self.trajectory is None:
             return "open"
         return " ".join(f"F{field}" for field in self.trajectory.records["field"].tolist())
 
 
 class Recorded:
-    """Measured series of one run, and the model of them at values of the unknown.
+    """Measured series of one run, and their model at values of the unknowns.
 
     A series is its scale times the model's quantity, plus an offset, plus a drift times the time
-    since the first of the times; the true time passes 1 + slip times as fast as the measured one.
+    since the first of the times. True time is 1 + slip times the measured time.
     """
 
     def __init__(
@@ -65,9 +65,9 @@ class Recorded:
         name: str = "",
         sought: tuple[str, ...] = (),
     ) -> None:
-        """`given` has what differs from the values of `observed` among the known and the guess.
+        """`given` has known values and guesses that differ from those of `observed`.
 
-        `sought` are those of phase and state that are unknown and have no guess.
+        `sought` are the unknown phase and state components without a guess.
         """
         self.data, self.system, self.unknown, self.name = data, system, unknown, name
         self.sought = sought
@@ -86,29 +86,29 @@ class Recorded:
 
     @property
     def linear(self) -> tuple[bool, ...]:
-        """Which of the unknown the series are linear in, their others held."""
+        """True for each unknown in which the series are linear."""
         return tuple(of_series(one) for one in self.unknown)
 
     def scale_of(self, series: str) -> str:
-        """Name of the scale of a series: its own where it has one."""
+        """Name of the scale of a series: its own if it has one."""
         own = f"scale_{series}"
         return own if own in self.base or own in self.unknown else "scale"
 
     def now(self, values: Vector) -> dict[str, float]:
-        """All values by name, with these of the unknown."""
+        """All values by name, with these values of the unknowns."""
         return self.base | dict(zip(self.unknown, values.tolist(), strict=True))
 
     def system_at(self, values: Vector) -> System:
-        """The system with these values of the unknown."""
+        """System with these values of the unknowns."""
         now = self.now(values)
         return type(self.system)(**{name: now[name] for name in names_of(self.system)})
 
     def itinerary(self, values: Vector) -> str:
-        """The run's itinerary."""
+        """Itinerary of the run."""
         return self._run(values).itinerary
 
     def rests(self, values: Vector) -> bool:
-        """Whether the capsule rests at the first time, but for a velocity that ends at once."""
+        """True if the capsule rests at the first time, up to a velocity that vanishes at once."""
         still = values.copy()
         still[self.unknown.index("v_c")] = 0.0
         run, at = self._run(values), STATE.index("v_c")
@@ -119,7 +119,7 @@ class Recorded:
         return first is not None and not drift(int(first.records["field"][0]), scene)
 
     def _run(self, values: Vector) -> _Run:
-        """The motion at these values."""
+        """Motion at these values."""
         now, system = self.now(values), self.system_at(values)
         p, units = dimensionless(system), np.ones(len(OF_START))
         if isinstance(system, SceneDevice):
@@ -135,10 +135,10 @@ class Recorded:
         return _Run(None if lost else run, times, start, units, (phase - reduced) / p.omega)
 
     def at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:
-        """The model (n,), its Jacobian (n, k), and the run's itinerary.
+        """Model (n,), its Jacobian (n, k), and the itinerary of the run.
 
-        Without slopes the Jacobian has the linear unknown alone. The model is nan for a motion that
-        does not reach the last of the times.
+        Without slopes the Jacobian has the linear unknowns alone. The model is nan for a motion
+        that does not reach the last of the times.
         """
         run, now, count = self._run(values), self.now(values), len(self.data.values)
         found, jacobian = np.full(count, np.nan), np.zeros((count, len(values)))
@@ -159,7 +159,7 @@ class Recorded:
             if moved is None:
                 continue
             chain, position, by_length, by_rate = self._chain(values, run)
-            # After a tangential switch there are none.
+            # Behind a tangential switch there are no derivatives.
             by = np.where(np.isfinite(moved.slopes), moved.slopes, 0.0) @ chain
             elapsed = self.different[first : first + _BLOCK] * (rate / run.units[_PHASE])
             by += moved.rates[..., None] * (elapsed[:, None, None] * by_rate)
@@ -179,9 +179,9 @@ class Recorded:
         return scales * found + offsets + drifts * self.elapsed, jacobian, run.itinerary
 
     def _chain(self, values: Vector, run: _Run) -> tuple[Matrix, Vector, Vector, Vector]:
-        """Derivatives of start and parameters by the unknown (n, k), and of others, each (k,).
+        """Derivatives of start and parameters by the unknowns (n, k), and of others, each (k,).
 
-        Others are x_c at the start, and the logarithms of the units of length and of rate.
+        The others are x_c at the start, and the logarithms of the units of length and of rate.
         """
         moving = {one: v for one, v in self.now(values).items() if not of_series(one)}
         now = varied(self.system.scene, moving, self.unknown)
@@ -190,10 +190,10 @@ class Recorded:
         units = dict.fromkeys(OF_START, Slope(1.0, none))
         if isinstance(self.system, SceneDevice):
             own, units = own | now.ratios(), {name: now.scale(name) for name in OF_START}
-        # The start is held in SI units: in those of the device it moves as they do.
+        # The start is fixed in SI units, so that the dimensionless start varies with the units.
         own |= {name: own[name] / unit for name, unit in units.items()}
         chain = np.array([getattr(own[name], "slope", none) for name in columns])
-        # The phase was taken less whole periods, which depend on omega.
+        # The phase was reduced by whole periods, which depend on omega.
         chain[_PHASE] += run.whole * chain[columns.index("omega")]
         by_length, by_time = (units[name].slope / units[name].value for name in ("x_c", "phase"))
         by_slip = now.slip.slope / (1.0 + now.slip.value)
@@ -201,12 +201,12 @@ class Recorded:
 
 
 def observed(series: tuple[str, ...]) -> dict[str, float]:
-    """Values beside the parameters where nothing else is known, by name."""
+    """Default values beside the parameters, by name."""
     added = {f"{kind}_{one}": 0.0 for kind in ("offset", "drift") for one in series}
     return dict.fromkeys(OF_START, 0.0) | {"slip": 0.0, "scale": 1.0} | added
 
 
 def of_series(name: str) -> bool:
-    """Whether a name is that of an offset, a drift or a scale."""
+    """True for the name of an offset, a drift or a scale."""
     kind, _, series = name.partition("_")
     return kind == "scale" or (kind in ("offset", "drift") and series in OF_STATE)

@@ -1,4 +1,4 @@
-"""Recorded runs of one device at several drives, in a camera's units, and the fit to them."""
+"""Recorded runs of one device at several drives, in a camera's units, and their fit."""
 
 from __future__ import annotations
 
@@ -28,41 +28,41 @@ _OF_RIG = ("unknown", "each", "scale", "slip", "bounds", "run")
 
 @dataclass(frozen=True, eq=False)
 class RigRun:
-    """A recorded run: its series, its drive, and what is known of its start."""
+    """Recorded run: its series, its drive, and the known values of its start."""
 
     name: str
-    """Its name, which values of this run begin with."""
+    """Name of the run, a prefix of its values."""
     data: Mapping[str, ArrayLike]
-    """Columns (n,) as of `fit`, positions in the camera's units, times in the system's."""
+    """Columns (n,) as in `fit`; positions in the camera's units, times in the system's."""
     drive: Mapping[str, float]
-    """Amplitude and frequency (alpha and omega, or P_d and Omega), and others that differ."""
+    """Amplitude and frequency (alpha and omega, or P_d and Omega), and other changed parameters."""
     state: Sequence[float] | None = None
-    """(x_r, v_r, v_c) at the first time, or a guess. Without it, if unknown, it is looked for along
-    the steady motion from rest, else at rest."""
+    """(x_r, v_r, v_c) at the first time, or a guess. Without a value an unknown state is searched
+    along the steady motion from rest; a known one is rest."""
     phase: float | None = None
-    """Phase of the forcing there, or a guess; without it, if unknown, looked for over a period."""
+    """Phase at the first time, or a guess; an unknown one is searched over a period."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """Recorded runs of one device, and what is unknown of device, camera and runs.
+    """Recorded runs of one device, and the unknowns of device, camera and runs.
 
     A series y of a quantity q is y = scale q(t') + offset + drift t at the camera's time t from the
     first, with t' = (1 + slip) t. Offsets of positions are always unknown.
     """
 
     runs: Sequence[RigRun]
-    """The runs."""
+    """Recorded runs."""
     unknown: Sequence[str]
-    """Unknown of all runs alike: parameters, slip, and scale, or scale_x_m and scale_x_c apart."""
+    """Unknowns common to all runs: parameters, slip, and scale, or scale_x_m and scale_x_c."""
     each: Sequence[str] = ()
-    """Unknown of each run: phase, x_r, v_r, v_c, drift (of each position), or any of the above."""
+    """Unknowns of each run: phase, x_r, v_r, v_c, drift (of each position), or any of the above."""
     scale: float = 1.0
-    """Units of a series in one of the model, such as pixels a metre; a guess if it is unknown."""
+    """Unit of a series per unit of the model, such as pixels per metre; a guess if unknown."""
     slip: float = 0.0
-    """True time passes 1 + slip times as fast as the camera's; a guess if it is unknown."""
+    """Relative error of the camera's time base; a guess if unknown."""
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """Bounds of the unknown by name, of those of a run as in "run.phase"."""
+    """Bounds of the unknowns by name; those of a run as "run.phase"."""
 
 
 def fit_rig(
@@ -78,13 +78,13 @@ def fit_rig(
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
-    """Values of what is unknown of a rig, from its recorded runs, by least squares.
+    """Fit unknown values of a rig to its recorded runs, by least squares.
 
-    `system` has the parameters that are known and first guesses of the unknown; other arguments are
-    those of `fit`. Values of a run are named by it, as in "slow.phase" and "slow.offset_x_m". What
-    the series are linear in (scales, offsets, drifts) needs no guess. Residuals of all series in
-    the same unit count alike. Raises InvalidInput for names, columns and values that are not
-    allowed.
+    `system` has the known parameters and first guesses of the unknowns; other arguments are those
+    of `fit`. Values of a run have its name as a prefix, as in "slow.phase" and "slow.offset_x_m".
+    Scales, offsets and drifts need no guess, since the series are linear in them. Residuals of all
+    series in the same unit have the same weight. Raises InvalidInput for names, columns and values
+    that are not allowed.
     """
     problem = Problem(recorded(rig, system), tuple(rig.unknown), progress)
     limits = limits_of(problem, rig.bounds)
@@ -92,7 +92,7 @@ def fit_rig(
 
 
 def recorded(rig: Rig, system: System) -> list[Recorded]:
-    """The runs with all that is known; raises InvalidInput as `fit_rig`."""
+    """Runs with all known values; raises InvalidInput as `fit_rig` does."""
     names = [run.name for run in rig.runs]
     if not names:
         raise InvalidInput("run", "none", "one run or more")
@@ -109,11 +109,11 @@ def _recorded(rig: Rig, run: RigRun, system: System) -> Recorded:
     own = names_of(system)
     for name in _drive(system):
         if name not in run.drive:
-            raise InvalidInput(f"{run.name}: {name}", "missing", "given, as the drive of each run")
+            raise InvalidInput(f"{run.name}: {name}", "missing", "given for each run")
     for name, value in run.drive.items():
         check_one_of(f"{run.name}: parameter", name, own)
         if name in rig.unknown:
-            raise InvalidInput(f"{run.name}: {name}", value, "absent, as it is unknown of all runs")
+            raise InvalidInput(f"{run.name}: {name}", value, "absent, as an unknown of all runs")
     unknown = _unknown(rig, data.names, own)
     given = {name: rig.scale for name in ("scale", *unknown) if name.startswith("scale")}
     given["slip"] = rig.slip
@@ -133,7 +133,7 @@ def _recorded(rig: Rig, run: RigRun, system: System) -> Recorded:
 
 @contextmanager
 def _within(name: str) -> Iterator[None]:
-    """Names the run or the file in errors about what it holds."""
+    """Add the name of the run or the file to errors within."""
     try:
         yield
     except InvalidInput as error:
@@ -141,7 +141,7 @@ def _within(name: str) -> Iterator[None]:
 
 
 def _unknown(rig: Rig, series: Sequence[str], own: Sequence[str]) -> tuple[str, ...]:
-    """What is unknown of a run with these series: what has no meaning for these is left out."""
+    """Unknowns of a run with these series, without those that have no meaning for them."""
     positions = [name for name in series if name.startswith("x")]
     drifts, offsets = ([f"{kind}_{one}" for one in positions] for kind in ("drift", "offset"))
     scales = [f"scale_{one}" for one in OF_STATE]
@@ -152,14 +152,14 @@ def _unknown(rig: Rig, series: Sequence[str], own: Sequence[str]) -> tuple[str, 
     if len(set(named)) < len(named):
         raise InvalidInput("unknown", ", ".join(named), "different names")
     if "drift" in rig.unknown:
-        raise InvalidInput("unknown", "drift", "among `each`: it is of each run's series")
+        raise InvalidInput("unknown", "drift", "among `each`, since each series has its own")
     left = [one for one in scales if one.removeprefix("scale_") not in series]
     found = [name for name in named if name not in (*left, "drift")]
     return (*found, *(drifts if "drift" in named else ()), *offsets)
 
 
 def _drive(system: System) -> list[str]:
-    """Names of a system's amplitude and frequency of the drive."""
+    """Names of the amplitude and frequency of a system's drive."""
     if not isinstance(system, SceneDevice):
         return ["alpha", "omega"]
     tied = system.scene.facts.DRIVEN.items()
@@ -167,10 +167,10 @@ def _drive(system: System) -> list[str]:
 
 
 def read_rig(path: str | PathLike[str]) -> Rig:
-    """A rig from a TOML file, with its series from CSV or Parquet files beside that.
+    """Rig from a TOML file, with its series from CSV or Parquet files beside it.
 
     Keys are `unknown`, `each`, `scale`, `slip`, a table `bounds`, and a table `[[run]]` for each
-    run: `file`, `name` (that of the file without it), the drive and other parameters of this run,
+    run: `file`, `name` (by default that of the file), the drive and other parameters of this run,
     `state` and `phase`. Raises InvalidInput for files that cannot be read and for other keys.
     """
     table = read_toml(path)
@@ -200,7 +200,7 @@ def read_rig(path: str | PathLike[str]) -> Rig:
 
 
 def _run(table: Mapping[str, Any], folder: Path) -> RigRun:
-    """A run of its table."""
+    """Run of its table."""
     if not isinstance(table.get("file"), str):
         raise InvalidInput("file", table.get("file", "missing"), "a file in each [[run]]")
     file = folder / table["file"]

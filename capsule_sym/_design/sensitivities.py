@@ -1,7 +1,7 @@
-"""How a run depends on where it starts and on the parameters, exactly, through every switch.
+"""Exact derivatives of a run by its start and parameters, through all switches.
 
-Derivatives of the closed forms are carried from segment to segment. At a switch its time moves as
-well, by what keeps the guard at zero; in the next segment that is the saltation.
+Derivatives of the closed forms are propagated from segment to segment. The time of a switch varies
+so that its guard stays zero; in the next segment this is the saltation.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _PHASE, _X_C = START.index("phase"), STATE.index("x_c")
 
 
 def columns_of(scene: Scene) -> tuple[str, ...]:
-    """What derivatives of a run of a scene are by: the start, and its parameters."""
+    """Names of the variables of a run's derivatives: the start, and the scene's parameters."""
     return (*START, *scene.facts.PARAMETERS)
 
 
@@ -41,43 +41,43 @@ class Sensitivities:
     """Derivatives of a run by its start and the parameters; dimensionless.
 
     The last axis has a column for each of `columns`: x_r, v_r, v_c and phase at the start, and the
-    parameters of the scene, 11 in the paper's. Times stay the same, counted from the start: the
-    phase is that of the forcing there. Where the run passes a tangential switch, derivatives are
-    infinite or nan from then on: there is none. At a start on a surface, and where two switches
-    coincide, they are those of the side that the run takes; a capsule at rest stays at rest.
+    parameters of the scene, 11 in the paper's. Times are fixed, counted from the start; the phase
+    is that of the forcing at the start. After a tangential switch derivatives do not exist: they
+    are infinite or nan. At a start on a surface, and where two switches coincide, they are
+    one-sided, on the side of the run; a capsule at rest stays at rest.
     """
 
     times: NDArray[np.float64]
-    """The times, shape (n,)."""
+    """Times, shape (n,)."""
     states: NDArray[np.float64]
-    """(x_r, v_r, v_c, x_c) there, shape (n, 4)."""
+    """States (x_r, v_r, v_c, x_c) at the times, shape (n, 4)."""
     slopes: NDArray[np.float64]
-    """Their derivatives, shape (n, 4, 11)."""
+    """Derivatives of the states, shape (n, 4, 11)."""
     rates: NDArray[np.float64]
-    """Their rates of change in time, shape (n, 4)."""
+    """Rates of change of the states in time, shape (n, 4)."""
     switching_times: NDArray[np.float64]
-    """The times of the switches, shape (m,)."""
+    """Times of the switches, shape (m,)."""
     switching_slopes: NDArray[np.float64]
-    """Their derivatives, shape (m, 11)."""
+    """Derivatives of the switching times, shape (m, 11)."""
     status: Status = Status.FINISHED
-    """Finished, or time-limit: derivatives later in the run are nan."""
+    """FINISHED, or TIME_LIMIT: later derivatives are nan."""
     scene: Scene = CAPSULE
-    """The scene of the run."""
+    """Scene of the run."""
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """What the derivatives are by."""
+        """Names of the variables of the derivatives."""
         return columns_of(self.scene)
 
     @property
     def success(self) -> bool:
-        """Whether all derivatives were found."""
+        """True if all derivatives were computed."""
         return self.status is Status.FINISHED
 
     @property
     def message(self) -> str:
-        """The status as a sentence."""
-        return "all was found" if self.success else "the time was over: later derivatives are nan"
+        """Status as a sentence."""
+        return "complete" if self.success else "time limit: later derivatives are nan"
 
     def __repr__(self) -> str:
         return (
@@ -99,8 +99,8 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     """Derivatives of a run's states at times t, and of its switching times; dimensionless.
 
     `run` has its segments (`keep="segments"`); times are as in `run(t)`, in any order, shape (n,).
-    After `max_seconds` of the clock the derivatives that were not found are nan. Raises
-    InvalidInput for times outside the run, and where segments were not kept.
+    After `max_seconds` of wall-clock time missing derivatives are nan. Raises InvalidInput for
+    times outside the run, and if segments were not kept.
     """
     status, limit = Status.TIME_LIMIT, Watch(checked_seconds(max_seconds))
     times = np.ravel(evaluation.real("t", t, "real numbers"))
@@ -143,7 +143,7 @@ def differentiated(
     switches: NDArray[np.float64],
     slopes: NDArray[np.float64],
 ) -> None:
-    """The same in Python, as a reference to read and where there is no core; times ascend."""
+    """The same in Python, as a reference and without a core; times ascend."""
     p = run.parameters
     with backend("numpy", p.scene) as numbers:
         forms = ClosedForms(numbers, tuple(p.to_dict().values()))
@@ -193,9 +193,9 @@ def differentiated(
 def _by(
     forms: ClosedForms, record: Any, carried: NDArray[np.float64], h: float
 ) -> NDArray[np.float64]:
-    """Derivatives (4, n) of the state after a part h of a segment, with those by h among them.
+    """Derivatives (4, n) of the state after a part h of a segment, including those by h.
 
-    `carried` has those of state and forcing angle where the segment begins.
+    `carried` has those of state and forcing angle at the segment's start.
     """
     field, start = int(record["field"]), record["start"]
     known = (record[name] for name in ("margin", "cosine", "sine"))
@@ -208,13 +208,13 @@ def _by(
 
 
 def _at_time(by: NDArray[np.float64], h_by: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Derivatives (4, n), where the part h of the segment has these, (n,)."""
+    """Derivatives (4, n), if the part h of the segment has the derivatives (n,)."""
     found: NDArray[np.float64] = np.delete(by, BY_TIME, axis=1) + np.outer(by[:, BY_TIME], h_by)
     return found
 
 
 def ending_guard(field: int, following: int, scene: Scene) -> Guard | None:
-    """The guard that ends a segment: that of the contact first; None where the field stays."""
+    """Guard that ends a segment: that of the contact first; None if the field stays."""
     if contact(field, scene) != contact(following, scene):
         return Guard.GAP
     same = drift(field, scene) == drift(following, scene)

@@ -1,4 +1,4 @@
-"""The steady motions that many starts lead to, closed in batches by the core."""
+"""Steady motions of many starts, closed in batches by the core."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from capsule_sym._native import present
 from capsule_sym._orbits.metrics.many import MOST_SEGMENTS, Performances, performance_many
 from capsule_sym._parameters import Scene
 
-_REPEATED = 1e-2  # change over its periods, in units of the motion's size, at which it is closed
-_NEAR = 1e-2  # distance of the closed motion from the run that led to it
-_ARRIVED = 1e-7  # distance at which a run is on its motion
+_REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
+_NEAR = 1e-2  # distance of the closed motion from its run
+_ARRIVED = 1e-7  # distance at which a run has arrived at its motion
 Vector = NDArray[np.float64]
 
 
 class Settled(NamedTuple):
-    """The motions of n starts: closed ones, and how many excitation periods each takes, (n,).
+    """Motions of n starts: closed ones, and the number of their excitation periods, (n,).
 
-    The number is 0 where a start was not seen to lead to a motion.
+    The number is 0 if a start has not settled on a motion.
     """
 
     found: Performances
@@ -35,7 +35,7 @@ class Settled(NamedTuple):
 
 
 def branch_of(found: Performances, i: int, period_number: int) -> tuple[int, ...]:
-    """Period number and fields of one period of motion i, begun as its itinerary is."""
+    """Period number and fields of one period of motion i, from the start of its itinerary."""
     return (period_number, *found.cycle(i))
 
 
@@ -60,10 +60,10 @@ def settle_many(
     gradients: bool = False,
     scene: Scene,
 ) -> Settled:
-    """The motions that starts (n, 3) lead to, at rows (n, k) of the parameters of a scene.
+    """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
 
-    Each run is looked at after `first` excitation periods; what has not settled goes on for twice
-    as long, and so on for stretches of at most `most`.
+    Each run is tested after `first` excitation periods; runs that have not settled continue for
+    twice as long, and so on, for stretches of at most `most`.
     """
     count = len(rows)
     stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
@@ -96,7 +96,7 @@ def settle_many(
 def _arrived(
     rows: Vector, marks: Vector, gradients: bool, scene: Scene
 ) -> tuple[Performances, NDArray[np.int64]]:
-    """The motions that the ends of n runs are on, by their last stroboscopic states (n, m, 3)."""
+    """Motions at the ends of n runs, from their last stroboscopic states (n, m, 3)."""
     count, last = len(rows), marks[:, -1]
     stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
     records, numbers = np.zeros(count, scene.interface.ORBIT), np.zeros(count, np.int64)
@@ -104,7 +104,7 @@ def _arrived(
     for number in range(1, min(LONGEST, (marks.shape[1] - 1) // 2) + 1):
         before = marks[:, -1 - number]
         change = abs(last - before).max(axis=1)
-        # Where another number of periods repeats better, this one is not looked at.
+        # This number of periods is skipped if another one repeats better.
         some = np.flatnonzero((change <= _REPEATED * size) & (change < least) & (numbers == 0))
         if not len(some):
             continue
@@ -113,7 +113,7 @@ def _arrived(
         good = attracting(found, gradients)
         far = abs(last[some] - found.states).max(axis=1)
         nearer = (far <= _NEAR * size[some]) & (far < abs(before[some] - found.states).max(axis=1))
-        # The run is on it, or comes closer to it period by period.
+        # The run is on the motion, or approaches it period by period.
         good &= (far <= _ARRIVED * size[some]) | nearer
         records[some[good]], fields[some[good]] = found.records[good], found.fields[good]
         numbers[some[good]] = number
@@ -121,7 +121,7 @@ def _arrived(
 
 
 def attracting(found: Performances, gradients: bool = False) -> NDArray[np.bool_]:
-    """Which motions are closed, attract those near them, and have all numbers, shape (n,)."""
+    """Mask (n,) of motions that are closed, stable, and have finite values."""
     with np.errstate(invalid="ignore"):
         good: NDArray[Any] = found.closed & (abs(found.multipliers[:, 0]) < 1)
     good &= np.isfinite(found.values).all(axis=1)

@@ -1,8 +1,9 @@
-"""The conditions of Karush, Kuhn and Tucker at an optimum, solved on a set of active constraints.
+"""Karush-Kuhn-Tucker conditions of an optimum, solved on a set of active constraints.
 
-What is least is a level that no scenario's objective is above. Each objective, each slack and each
-bound of a variable is then a constraint with one multiplier. All are smooth along the orbits of one
-itinerary, whether the map realises these or not; borders between itineraries are slacks like any.
+The problem minimises a level that is an upper bound of all scenarios' objectives. Each objective,
+each slack and each bound of a variable is then a constraint with one multiplier. All are smooth
+along the orbits of one itinerary, admissible or not; borders between itineraries are slacks like
+any other.
 """
 
 from __future__ import annotations
@@ -21,47 +22,47 @@ from capsule_sym._map.labelled import package
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-_STEP = 1e-4  # of a variable's range, in the differences of gradients
-_SHARE = 0.03  # of the way on which derivatives change little
+_STEP = 1e-4  # of a variable's range: step of the differences of gradients
+_SHARE = 0.03  # of the distance on which derivatives change little
 _LEAST_STEP = 1e-8
-_SHARES = (1.0, 0.999, 0.5, 0.1)  # of a step, tried where an orbit is lost beyond
+_SHARES = (1.0, 0.999, 0.5, 0.1)  # shares of a step to try if an orbit is lost beyond
 _SHRINK = 0.01
-_CHANGES = 8  # of the active set
-_PARALLEL = 1e-6  # of gradients: those of one border by two inequalities
-_STEPS = 12  # of Newton's method on one active set
+_CHANGES = 8  # largest number of changes of the active set
+_PARALLEL = 1e-6  # least ratio of singular values of the active constraints
+_STEPS = 12  # Newton steps on one active set
 _AT_BOUND = 1e-6  # of a variable's range
-_ACTIVE = (1e-8, 1e-5, 1e-2)  # of a constraint, below which it may hold the optimum
+_ACTIVE = (1e-8, 1e-5, 1e-2)  # of a constraint, below which it may be active
 _NEAR = 1e-6  # the same without Newton's method
-_KEPT = 1e-10  # beyond which a constraint that is not active is made so
+_KEPT = 1e-10  # violation above which a constraint becomes active
 _ENOUGH = 1e-13
-_PATIENCE = 2  # steps in a row that make the residual no smaller
-_SLOW = 0.1  # of the residual before: curvatures that make it no smaller are taken anew
-_REACH = 0.1  # of the bounds, that a step moves a variable at most
-_SOLVED = 1e-9  # largest residual of what counts as an optimum
-_ROUNDING = 1e-9  # below which a multiplier's sign is not looked at
-_FLAT = 1e-6  # below which a negative curvature counts as none
+_PATIENCE = 2  # Newton steps in a row without a smaller residual
+_SLOW = 0.1  # residual, over the one before, above which curvatures are computed again
+_REACH = 0.1  # of the bounds: largest step of a variable
+_SOLVED = 1e-9  # largest residual of an optimum
+_ROUNDING = 1e-9  # size below which a multiplier has no sign
+_FLAT = 1e-6  # size below which a negative curvature counts as none
 
 
 class Slopes(Protocol):
-    """What the variables are."""
+    """Model with derivatives by its variables."""
 
     def by_u(self, rows: Matrix) -> Matrix:
         """Derivatives by the variables, from those by all parameters."""
 
 
 class Model(Slopes, Protocol):
-    """What is solved for: the place at variables u, with derivatives by these; None where lost."""
+    """Model to solve: the place at variables u, with derivatives by these; None if lost."""
 
     def at(self, u: Vector) -> Place | None:
-        """Objectives and slacks at variables, in one order."""
+        """Objectives and slacks at variables, in a fixed order."""
 
     def smooth(self, place: Place) -> float:
-        """How far the variables may go from a place within which derivatives change little."""
+        """Distance from a place within which derivatives change little."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stationary:
-    """A place with multipliers, and the largest residual of the conditions there.
+    """Place with multipliers, and the largest residual of the conditions there.
 
     The residual is that of the Lagrangian's derivatives by the scaled variables and of the active
     constraints. `weights` (m,) are the multipliers of the objectives, `multipliers` (n,) those of
@@ -74,12 +75,12 @@ class Stationary:
     bounds: Vector
     residual: float
     minimal: bool
-    """Whether the residual is that of an optimum, the multipliers have the signs of a minimum, and
-    the curvature along the active constraints is not negative."""
+    """True if the conditions of a minimum hold. The residual is small, the multipliers have the
+    signs of a minimum, and the curvature along the active constraints is not negative."""
 
 
 class _Point(NamedTuple):
-    """A place with its constraints at level 0, and their derivatives by variables and level."""
+    """Place with its constraints at level 0, and their derivatives by variables and level."""
 
     place: Place
     values: Vector
@@ -87,7 +88,7 @@ class _Point(NamedTuple):
 
 
 def stationary(model: Model, place: Place) -> Stationary | None:
-    """The stationary place next to a place; None where an orbit is lost."""
+    """Stationary place next to a place; None if an orbit is lost."""
     found: Stationary | None = None
     tried = set[bytes]()
     with suppress(np.linalg.LinAlgError):  # at a fold
@@ -104,10 +105,10 @@ def stationary(model: Model, place: Place) -> Stationary | None:
 
 
 def balanced(model: Slopes, place: Place) -> Stationary:
-    """The multipliers at a place by which constraints near to it balance the objectives' slopes.
+    """Multipliers at a place with which near constraints balance the objectives' slopes.
 
-    The residual is that of the balance, and how much the constraints let the objective gain until
-    they are reached. It needs no derivatives of gradients, as where several borders are one.
+    The residual is that of the balance, and the gain of the objective until the constraints are
+    reached. No derivatives of gradients are needed, so that several borders may coincide.
     """
     own = _Balance(model, place)
     point = own.point(place)
@@ -120,7 +121,7 @@ def balanced(model: Slopes, place: Place) -> Stationary:
 
 
 def rough(model: Slopes, place: Place) -> Stationary:
-    """The multipliers that suit a place best, and the residual that they leave."""
+    """Multipliers that fit a place best, and their residual."""
     own = _Balance(model, place)
     point = own.point(place)
     own.begin(point, _ACTIVE[-1])
@@ -128,10 +129,10 @@ def rough(model: Slopes, place: Place) -> Stationary:
 
 
 class _Balance:
-    """The conditions of a stationary place, with the constraints that are active in them.
+    """Conditions of a stationary place, with its active constraints.
 
-    Constraints are the objectives below the level, and the slacks. Bounds of variables hold these
-    at `side`: -1 at the lower one, 1 at the upper one, 0 between.
+    Constraints are the objectives below the level, and the slacks. `side` is -1 for a variable at
+    its lower bound, 1 at its upper bound, 0 between.
     """
 
     def __init__(self, model: Slopes, place: Place) -> None:
@@ -144,11 +145,11 @@ class _Balance:
 
     @property
     def rows(self) -> NDArray[np.bool_]:
-        """By which the Lagrangian's gradient is to vanish: the free variables, and the level."""
+        """Rows in which the Lagrangian's gradient has to vanish: free variables, and the level."""
         return np.append(self.side == 0, True)
 
     def point(self, place: Place) -> _Point:
-        """The constraints of a place."""
+        """Constraints of a place."""
         by = np.vstack([-self.by_u(place.objective_by), self.by_u(place.slacks_by)])
         levels = np.arange(len(by)) < self.count
         return _Point(
@@ -156,7 +157,7 @@ class _Balance:
         )
 
     def held(self, point: _Point) -> Vector:
-        """The constraints at the level of the active objectives."""
+        """Constraints at the level of the active objectives."""
         values = point.values.copy()
         objectives = values[: self.count]
         chosen = objectives[self.active[: self.count]]
@@ -164,16 +165,16 @@ class _Balance:
         return values
 
     def begin(self, point: _Point, near: float) -> None:
-        """Take as active, of what is near to 0, what balances the gradients by positive forces."""
+        """Activate the constraints near 0 that balance the gradients with positive forces."""
         forces, _ = self.balance(point, near)
         self.active = forces > _ROUNDING
         objectives = point.values[: self.count]
         self.active[np.argmin(objectives)] |= not self.active[: self.count].any()
 
     def balance(self, point: _Point, near: float) -> tuple[Vector, float]:
-        """Positive forces (n,) of constraints near to 0 that balance the slopes, and what is left.
+        """Positive forces (n,) of constraints near 0 that balance the slopes, and the residual.
 
-        Bounds of variables hold as well; the forces of the objectives add up to 1.
+        Bounds of variables act as well; the forces of the objectives add up to 1.
         """
         values, goal = point.values.copy(), np.append(np.zeros(len(self.side)), 1.0)
         values[: self.count] += point.place.worst
@@ -187,32 +188,32 @@ class _Balance:
         return forces, float(left)
 
     def multipliers(self, point: _Point) -> Vector:
-        """Those of the active constraints that balance the gradients best."""
+        """Multipliers of the active constraints that balance the gradients best."""
         found, goal = np.zeros(len(self.active)), np.append(np.zeros(len(self.side)), 1.0)
         by = point.by[self.active][:, self.rows]
         found[self.active] = np.linalg.lstsq(by.T, goal[self.rows], rcond=None)[0]
         return found
 
     def residual(self, point: _Point) -> Vector:
-        """Residual of the equations: of the Lagrangian's gradient, and of what is active."""
+        """Residual of the equations: the Lagrangian's gradient, and the active constraints."""
         gradient = self.multipliers(point) @ point.by
         gradient[-1] -= 1.0
         return np.concatenate([gradient[self.rows], self.held(point)[self.active]])
 
     def pull(self, point: _Point) -> Vector:
-        """The multipliers of the bounds, (k,): negative where the objective falls away from one."""
+        """Multipliers of the bounds, (k,): negative if the objective decreases away from one."""
         found: Vector = self.side * (self.multipliers(point) @ point.by)[:-1]
         return found
 
     def told(self, point: _Point, minimal: bool) -> Stationary:
-        """What was found, with the residual that is left."""
+        """Result, with its residual."""
         weights, limits = np.split(self.multipliers(point), [self.count])
         largest = float(abs(self.residual(point)).max())
         return Stationary(point.place, weights, limits, self.pull(point), largest, minimal)
 
 
 class _Conditions(_Balance):
-    """The equations of a stationary place, solved."""
+    """Equations of a stationary place, solved."""
 
     def __init__(self, model: Model, place: Place) -> None:
         super().__init__(model, place)
@@ -221,13 +222,13 @@ class _Conditions(_Balance):
     def at(self, u: Vector) -> _Point:
         """Constraints at variables, on the orbits' itineraries."""
         place = self.model.at(u)
-        # LAPACK prints where it is given what is not finite.
+        # LAPACK prints a message if a value is not finite.
         if place is None or not place.finite:
             raise np.linalg.LinAlgError("an orbit is lost")
         return self.point(place)
 
     def solved(self, point: _Point) -> Stationary:
-        """The solution with those constraints and bounds active that a minimum has active."""
+        """Solution with the active constraints and bounds of a minimum."""
         for _ in range(_CHANGES):
             point = self.newton(point)
             pull, multipliers = self.pull(point), self.multipliers(point)
@@ -245,19 +246,19 @@ class _Conditions(_Balance):
         return self.told(point, minimal=False)
 
     def pull_inside(self, point: _Point) -> Vector:
-        """The same a little within the bounds.
+        """Multipliers of the bounds slightly within the bounds.
 
-        At a bound two peaks of a force may be equal, as all are without a second spring: which of
-        them has the gradient there is by rounding.
+        At a bound two peaks of a force may be equal, as all are without a second spring: rounding
+        decides which of them has the gradient there.
         """
         with suppress(np.linalg.LinAlgError):
             return self.pull(self.at(point.place.u - _AT_BOUND * self.side))
         return self.pull(point)
 
     def newton(self, point: _Point) -> _Point:
-        """Newton's method: onto the active constraints, and to where the rest has no slope.
+        """Newton's method for the active constraints, and for a zero slope along them.
 
-        Curvatures are taken anew where they make the residual little smaller.
+        Curvatures are computed again if the residual decreases slowly.
         """
         best, reached, along, second, worse = point, math.inf, np.empty(0), np.empty(0), 0
         with suppress(np.linalg.LinAlgError):  # where an orbit is lost
@@ -282,10 +283,10 @@ class _Conditions(_Balance):
         return found
 
     def stepped(self, point: _Point, along: Matrix, second: Matrix) -> _Point:
-        """The point after a step onto the active constraints, and along them to no slope."""
+        """Point after a step onto the active constraints, and to zero slope along them."""
         by = point.by[self.active][:, self.rows]
         step = -np.linalg.lstsq(by, self.held(point)[self.active], rcond=_PARALLEL)[0]
-        if along.size:  # along these the level alone has a slope
+        if along.size:  # along these only the level has a slope
             step = step + along @ np.linalg.lstsq(second, along[-1], rcond=1e-13)[0]
         u, free = point.place.u, np.flatnonzero(self.side == 0)
         most = min(1.0, _REACH / max(abs(step[:-1]).max(initial=0.0), 1e-300))
@@ -331,15 +332,15 @@ class _Conditions(_Balance):
                 one, two = (multipliers @ self.at(end).by - here for end in ends)
             except np.linalg.LinAlgError:
                 continue
-            # The parabola through three points, differentiated at the first.
+            # Derivative of the parabola through three points, at the first.
             slope = (last**2 * one - first**2 * two) / (first * last * (last - first) * step)
             return np.asarray(slope[self.rows], dtype=float)
         raise np.linalg.LinAlgError("an orbit beside this one is lost")
 
     def curved(self, point: _Point) -> bool:
-        """Whether the Lagrangian's curvature along the active constraints is not negative.
+        """True if the Lagrangian's curvature along the active constraints is not negative.
 
-        Raises LinAlgError where an orbit beside this one is lost.
+        Raises LinAlgError if a neighbouring orbit is lost.
         """
         along = self.along(point)
         if not along.size:

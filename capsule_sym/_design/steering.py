@@ -1,7 +1,7 @@
-"""Forward and backward by the drive alone: the two best drives, and the way between them.
+"""Steering forward and backward by the drive alone: the two best drives, and a path between them.
 
-A way is a path of parameters along which the orbit is continued, straight or by corners. It can be
-driven where every orbit on it is stable: the capsule then stays on it if the drive changes slowly.
+A path of parameters along which the orbit is continued is straight or has corners. It can be used
+if every orbit on it is stable: the capsule then stays on it if the drive changes slowly.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneParameters
 from capsule_sym._systems import drives
 
-_DRIVES = 1000, 10_000  # of grids that are searched, about
-_TRIED = 12  # ways over each
+_DRIVES = 1000, 10_000  # approximate sizes of the grids
+_TRIED = 12  # paths tried on each grid
 _ARRIVED = 1e-6  # of a stretch, from its end: a best drive may be on a border
 _NEAR = 1e-4  # distance of such a motion from that of the stretch
 Vector = NDArray[np.float64]
@@ -42,23 +42,23 @@ Drive = dict[str, float]
 
 
 class SteeringStatus(StrEnum):
-    """Whether one can steer between the best drives of both directions, or what prevents it."""
+    """Status of steering: connected, or the reason why not."""
 
     #: A path of stable orbits leads from one drive to the other.
     CONNECTED = "connected"
-    #: On every path that was tried a stable orbit ends, or another one is reached.
+    #: On every path tried a stable orbit ends, or another orbit is reached.
     BROKEN = "broken"
-    #: Within the bounds the capsule goes one way only.
+    #: Within the bounds the capsule moves in one direction only.
     ONE_WAY = "one-way"
     #: One of the two optima was not found.
     NO_OPTIMUM = "no-optimum"
-    #: The time is over: what is missing was not found so far.
+    #: The time limit was reached: the result has what was found so far.
     TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True)
 class Break:
-    """Where a path of stable orbits ends: the corners it goes by, the drive there, and why."""
+    """End of a path of stable orbits: corners of the path, drive at the end, and reason."""
 
     by: tuple[Drive, ...]
     at: Drive
@@ -67,23 +67,23 @@ class Break:
 
 @dataclass(frozen=True, eq=False)
 class Steering(Result, Labelled):
-    """The best drives forward and backward, and the path between them.
+    """Best drives forward and backward, and the path between them.
 
-    In SI units where the system is a device, else dimensionless.
+    In SI units if the system is a device, else dimensionless.
     """
 
     forward: Optimum
     backward: Optimum
     path: tuple[Drive, ...]
-    """The drives that the path joins by straight lines; empty where there is none."""
+    """Drives that the path joins by straight lines; empty without a path."""
     breaks: tuple[Break, ...]
-    """Where the paths that were tried before, or all of them, are broken."""
+    """Breaks of the paths tried before, or of all paths."""
     branches: tuple[Branch, ...]
-    """The orbits along the stretches of the path; without one, of the straight way."""
+    """Orbits along the stretches of the path; without a path those of the straight line."""
     status: SteeringStatus
-    """How it ended."""
+    """Status of the search."""
     message: str
-    """The same as a sentence."""
+    """Status as a sentence."""
     dimension = "point"
     _good = (SteeringStatus.CONNECTED,)
     _recorded = "forward backward path breaks"
@@ -114,7 +114,7 @@ class Steering(Result, Labelled):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the drive varies."""
+        """Names of the varied parameters of the drive."""
         return tuple(self.forward.over)
 
     @property
@@ -126,7 +126,7 @@ class Steering(Result, Labelled):
         return {"points": len(self.columns["stretch"]), "evaluations": evaluations}
 
     def to_dict(self) -> dict[str, Any]:
-        """The result by name, of numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts."""
         return super().to_dict() | {"points": plain(self.columns), "statistics": self.statistics}
 
     def _drive(self, orbit: Orbit) -> Drive:
@@ -146,18 +146,18 @@ def steer(
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Steering:
-    """The drives of greatest velocity forward and backward, and a path of stable orbits between.
+    """Drives of greatest velocity forward and backward, and a path of stable orbits between them.
 
-    `over` has bounds of what the drive varies: alpha and omega, or P_d and Omega of a device in SI
-    units; without it they go from a tenth of the friction bound, and half the natural frequency,
-    to two and one and a half times these. The straight path is tried first, then those by a
-    corner, then those over a grid of drives on which stable motions continue each other. A broken
-    path says at which drive, and by which bifurcation.
-    `subject_to`, `margin`, `samples`, `seed` and `follow` are as in `optimise`; each stretch of a
-    path is followed in `points` steps at least. After `max_seconds` the result has the drives and
-    the breaks that were found. `progress` is called with what is done, in words.
+    `over` has the bounds of the drive: of alpha and omega, or of P_d and Omega of a device in SI
+    units. By default the amplitude varies from 0.1 to 2 times the friction bound, and the frequency
+    from 0.5 to 1.5 times the natural one. The straight path is tried first, then paths with a
+    corner, then those on a grid of drives on which stable motions continue each other. For a broken
+    path the drive and the bifurcation are given. `subject_to`, `margin`, `samples`, `seed` and
+    `follow` are those of `optimise`; each stretch of a path is continued in at least `points`
+    steps. After `max_seconds` the result has the drives and the breaks found so far. `progress` is
+    called with a text.
 
-    Raises InvalidInput as `optimise` does, and for a drive by anything else.
+    Raises InvalidInput as `optimise` does, and for a parameter that is not of the drive.
     """
     system = system_of(base)
     bounds = usual_drive(system) if over is None else over
@@ -185,25 +185,25 @@ def steer(
 
 
 def usual_drive(system: System) -> dict[str, tuple[float, float]]:
-    """The bounds of a drive unless others are given."""
+    """Default bounds of a drive."""
     shares = (0.1, 2.0), (0.5, 1.5)
     named = zip(drives(system).items(), shares, strict=False)
     return {name: (low * unit, high * unit) for (name, unit), (low, high) in named}
 
 
 class _Way:
-    """A way by corners, or straight: its branches so far, and where it is broken."""
+    """Path with corners, or straight: its branches so far, and its break."""
 
     def __init__(self, corners: Sequence[Drive]) -> None:
         self.corners = tuple(corners)
         self.branches: list[Branch] = []
         self.broken: Break | None = None
         self.whole = 0
-        """How many stretches of it are whole."""
+        """Number of its complete stretches."""
 
 
 class _Search:
-    """The ways that are tried between two optima: straight, by a corner, and over a grid."""
+    """Paths tried between two optima: straight, with a corner, and on a grid."""
 
     def __init__(self, bounds: Mapping[str, Sequence[float]], points: int) -> None:
         self.bounds, self.points = bounds, points
@@ -211,11 +211,11 @@ class _Search:
         self.known: dict[tuple[tuple[float, ...], ...], Branch | None] = {}
         """Branches by the drives that lead to their ends."""
         self.told = ""
-        """What was tried beside these ways."""
+        """Text of what was tried beside these paths."""
         self.done = False
 
     def run(self, forward: Optimum, backward: Optimum) -> None:
-        """Try ways until one is whole."""
+        """Try paths until one is complete."""
         for corner in _corners(forward, backward):
             if self.follow(forward, backward, corner).broken is None:
                 return
@@ -229,11 +229,11 @@ class _Search:
                 return
 
     def goes(self, reach: Reachable, forward: Optimum, backward: Optimum) -> bool:
-        """Whether one of the ways over a grid is whole."""
+        """True if one of the paths on a grid is complete."""
         for _ in range(_TRIED):
             way, joined = reach.way()
             way = reach.straightened(way)
-            # Where none leads there, the nearest that is reached shows what it is that is between.
+            # If none leads there, the nearest motion reached shows the obstacle.
             corners = [reach.drive(i) for i in way[1 : -1 if joined else None]]
             found = self.follow(forward, backward, corners)
             if found.broken is None or not joined:
@@ -242,7 +242,7 @@ class _Search:
         return False
 
     def follow(self, forward: Optimum, backward: Optimum, corners: Sequence[Drive]) -> _Way:
-        """Follow the orbits along a way between two optima, as far as they are stable."""
+        """Continue the orbits along a path between two optima, as far as they are stable."""
         way, orbit, system = _Way(corners), forward.orbits[0], forward.system
         self.ways.append(way)
         passed: tuple[tuple[float, ...], ...] = ()
@@ -253,7 +253,7 @@ class _Search:
                 self.known[passed] = continue_straight(orbit, there, points=self.points)
                 check_time()
             branch = self.known[passed]
-            if branch is not None:  # else the corner is where the stretch begins
+            if branch is not None:  # else the corner is the start of the stretch
                 stable = _stable(branch)
                 way.branches.append(stable)
                 if not stable.points or stable.points[-1].value < 1 - _ARRIVED:
@@ -263,13 +263,13 @@ class _Search:
                 orbit = stable.points[-1].orbit
             way.whole += 1
         if not _alike(orbit, backward.orbits[0]):
-            why = f"the path ends on another orbit than the best, {orbit.itinerary}"
+            why = f"the path ends on another orbit than the best one, {orbit.itinerary}"
             way.broken = Break(way.corners, dict(backward.over), why)
         return way
 
 
 def _steered(forward: Optimum, backward: Optimum, search: _Search) -> Steering:
-    """Result of the ways that were tried, all of them or as many as there was time for."""
+    """Result of the paths tried."""
     ways = search.ways
     breaks = tuple(way.broken for way in ways if way.broken is not None)
     path: tuple[Drive, ...] = ()
@@ -278,7 +278,7 @@ def _steered(forward: Optimum, backward: Optimum, search: _Search) -> Steering:
         status, message = unlike
     elif not search.done:
         status = SteeringStatus.TIME_LIMIT
-        message = f"the time is over: of the paths that were tried {len(breaks)} are broken"
+        message = f"time limit reached: {len(breaks)} of the paths tried are broken"
     elif ways[-1].broken is None:
         shown = ways[-1]
         path = (forward.over, *shown.corners, backward.over)
@@ -292,21 +292,21 @@ def _steered(forward: Optimum, backward: Optimum, search: _Search) -> Steering:
 
 
 def _unlike(forward: Optimum, backward: Optimum) -> tuple[SteeringStatus, str] | None:
-    """Why two optima are no drives to steer between."""
+    """Reason why two optima are no pair of drives to steer between."""
     for one in (forward, backward):
-        # The best place that was found is a drive as well, proved to be an optimum or not.
+        # The best place found is a drive too, even if it is not a proved optimum.
         if not (one.success or (one.status is OptimumStatus.NOT_CONVERGED and one.orbits)):
             late = one.status is OptimumStatus.TIME_LIMIT
             status = SteeringStatus.TIME_LIMIT if late else SteeringStatus.NO_OPTIMUM
             return status, one.message
     if forward.value <= 0 or backward.value >= 0:
         way = "forward" if forward.value > 0 else "backward"
-        return SteeringStatus.ONE_WAY, f"within the bounds the capsule only goes {way}"
+        return SteeringStatus.ONE_WAY, f"within the bounds the capsule only moves {way}"
     return None
 
 
 def _corners(forward: Optimum, backward: Optimum) -> Iterator[tuple[Drive, ...]]:
-    """Corners that a path may go by: none, then one that has one value of either end."""
+    """Corners of a path: none, then one with a value of either end."""
     yield ()
     if len(forward.over) > 1:
         first, *_ = forward.over
@@ -315,7 +315,7 @@ def _corners(forward: Optimum, backward: Optimum) -> Iterator[tuple[Drive, ...]]
 
 
 def _stable(branch: Branch) -> Branch:
-    """The part of a stretch that is stable, as far as its end: that may itself be on a border."""
+    """Stable part of a stretch; its end may itself be on a border."""
     points = list[BranchPoint]()
     for point in branch.points:
         if not _largest(point) < 1:
@@ -327,7 +327,7 @@ def _stable(branch: Branch) -> Branch:
 
 
 def _broken(branch: Branch, stable: Branch) -> tuple[SceneParameters, str]:
-    """Where a stretch is not stable any more, or ends, and why."""
+    """Parameters and reason of the end of a stable stretch."""
     passed = max(stable.points or branch.points[:1], key=lambda point: point.value)
     for one in branch.bifurcations:
         if one.value >= passed.value - _ARRIVED:
@@ -337,7 +337,7 @@ def _broken(branch: Branch, stable: Branch) -> tuple[SceneParameters, str]:
 
 
 def _alike(orbit: Orbit, other: Orbit) -> bool:
-    """Whether orbits at about the same parameters, on borders perhaps, are one motion."""
+    """True if orbits at nearly the same parameters, perhaps on borders, are the same motion."""
     if orbit.itinerary.period_number != other.itinerary.period_number:
         return False
     apart = abs(stroboscopic(orbit) - stroboscopic(other)[:1]).max(axis=1)
@@ -349,7 +349,7 @@ def _largest(point: BranchPoint) -> float:
 
 
 def drive_at(system: System, names: Sequence[str], parameters: SceneParameters) -> Drive:
-    """The drive of a system that has these dimensionless parameters."""
+    """Drive of a system with these dimensionless parameters."""
     if isinstance(system, SceneParameters):
         return {name: getattr(parameters, name) for name in names}
     ties = {name: system.tie(name) for name in names}

@@ -1,8 +1,8 @@
-"""A survey of the bounds, which chooses where searches begin and in what units.
+"""Survey of the bounds, which chooses the starts of searches and their units.
 
-Cells all over the bounds, on their faces and corners too, are run from the scenarios' starts. From
-the best of them, apart from each other or on another branch, searches climb side by side; where the
-starts do not lead to what they found, the way back is cut in parts.
+Cells all over the bounds, including their faces and corners, are run from the scenarios' starts.
+From the best of them, distant from each other or on different branches, searches climb side by
+side. If the starts do not settle on the motions found, the path back to the cell is bisected.
 """
 
 from __future__ import annotations
@@ -29,40 +29,40 @@ from capsule_sym._parameters import SceneParameters
 
 _CELLS = 1024  # in memory at once
 _FIRST, _MOST = 32, 128  # excitation periods of the first, and of the longest stretch of a run
-_SEEN = 256  # the same where it is seen if starts lead to a motion
-_CLIMBERS = 32  # searches side by side
-_STEPS = 30  # of each
+_SEEN = 256  # the same in the test of the motions on which starts settle
+_CLIMBERS = 32  # number of searches side by side
+_STEPS = 30  # steps of each search
 _PENALTY = 10.0  # units of the objective for a limit exceeded by its own unit
-_ON_FACES = 1.5  # by which every third cell is spread, and cut off at the bounds
-_WITHOUT_CORE = 8  # times fewer cells where there is no core
-_DRAWN = 2  # states at each cell, besides the starts, where all stable motions count
-_SAME = 1e-6  # distance of two states that are one
+_ON_FACES = 1.5  # factor that spreads every third cell, clipped at the bounds
+_WITHOUT_CORE = 8  # reduction of the number of cells without a core
+_DRAWN = 2  # states at each cell, besides the starts, if all stable motions are considered
+_SAME = 1e-6  # distance of two equal states
 _HOPEFUL = 0.05  # units of the objective that a polish may gain
-_APART = 1e-3  # of the bounds, between two places at which searches begin
-_PARTS, _CUTS = 8, 3  # of a way, of which the last to a place that starts lead to is cut again
-_SLIDING = 4  # places from which it is polled where starts lead
-_POLL, _POLLS = 0.02, 30  # of the bounds, how far at first, and how often
+_APART = 1e-3  # of the bounds, between two starts of searches
+_PARTS, _CUTS = 8, 3  # parts of a path, and repetitions of its refinement
+_SLIDING = 4  # places from which polls start
+_POLL, _POLLS = 0.02, 30  # of the bounds: first size of a poll, and number of polls
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 
 class Overview(NamedTuple):
-    """About what the worst objective (n,) and the least slacks (n, limits) are.
+    """Worst objective (n,) and least slacks (n, limits), approximately.
 
-    nan where there is no motion, infinite where a function has no number.
+    nan without a motion, infinite if a function is not finite.
     """
 
     worst: Vector
     slacks: Matrix
     in_contact: bool
-    """Whether the spring is compressed somewhere."""
+    """True if the spring is compressed at some point."""
     stiff: bool
-    """Whether it has a stiffness somewhere."""
+    """True if the spring has a stiffness at some point."""
     motions: tuple[Settled, ...] = ()
-    """The motions of each scenario; none without the core."""
+    """Motions of each scenario; none without the core."""
 
     def flat(self, program: Program) -> str:
-        """Why no drift is possible where the metric is the same everywhere; else empty."""
+        """Reason why no drift is possible if the metric is constant; else empty."""
         moving = self.worst[~np.isnan(self.worst)]
         found = np.unique(moving)
         one = len(moving) == 1 and 0 < abs(found[0]) < np.inf
@@ -85,7 +85,7 @@ class Overview(NamedTuple):
 
 
 class Survey(NamedTuple):
-    """How many cells are surveyed, which ones, and at how many of them searches begin at most."""
+    """Number of cells, random seed, and largest number of starts of searches."""
 
     samples: int
     seed: int
@@ -93,7 +93,7 @@ class Survey(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """A place where a search is to begin, with the motions of the scenarios there."""
+    """Start of a search, with the motions of the scenarios there."""
 
     u: Vector
     motions: tuple[Motion, ...]
@@ -105,10 +105,10 @@ def overview(
     scenarios: Sequence[Scenario],
     states: Matrix | None = None,
 ) -> Overview:
-    """The objective and the slacks of some scenarios at points (n, k), in no units.
+    """Objective and slacks of some scenarios at points (n, k), without units.
 
-    A point for which there is no time has no motion. With `states` (n, 3) runs of the first
-    scenario begin there, and those of the others on the motions that these lead to.
+    After the time limit a point has no motion. With `states` (n, 3) runs of the first scenario
+    start there, and those of the others on the resulting motions.
     """
     worst = np.full(len(points), -np.inf)
     least = np.full((len(points), len(program.limits)), np.inf)
@@ -143,7 +143,7 @@ def overview(
 
 
 def settled(grid: Grid, states: ArrayLike, most: int) -> Settled:
-    """The motions that starts lead to; none where parameters are not allowed."""
+    """Motions on which starts settle; none if parameters are not allowed."""
     own = [*dimensionless(grid.program.system).to_dict().values()]
     rows = np.where(grid.allowed[:, None], grid.rows, own)
     found = settle_many(rows, states, first=_FIRST, most=most, scene=grid.scene)
@@ -152,7 +152,7 @@ def settled(grid: Grid, states: ArrayLike, most: int) -> Settled:
 
 
 def _one(program: Program, u: Vector, scenario: Scenario) -> tuple[float, Vector, float]:
-    """Objective and slacks of a scenario at a point, and the peak of the force of contact."""
+    """Objective and slacks of a scenario at a point, and the largest contact force."""
     system = scenario.system(program.system_at(u))
     motion = evaluation.settle(dimensionless(system), scenario.state)
     if motion is None:
@@ -165,19 +165,19 @@ def _one(program: Program, u: Vector, scenario: Scenario) -> tuple[float, Vector
 
 
 class Surveyor:
-    """A survey, and what it says of an optimisation: starts, units, and the best cell."""
+    """Survey and its results for an optimisation: starts, units, and the best cell."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self.flat = ""
-        """Why no place is better than another."""
+        """Reason why no place is better than another."""
         self.best: tuple[float, float, Vector] | None = None
-        """Of the best cell how far it is beyond limits, the metric in its own unit, variables."""
+        """Best cell: violation of limits, metric in its own unit, variables."""
 
     def candidates(self, survey: Survey) -> list[Candidate]:
-        """Where to begin: feasible places first, then the best, apart from each other.
+        """Starts of searches: feasible places first, then the best, distant from each other.
 
-        The program has its units then. Raises InvalidInput where the metric has no number.
+        Sets the units of the program. Raises InvalidInput if the metric is nowhere finite.
         """
         core = core_of(self.program.system.scene) is not None
         count = survey.samples if core else -(-survey.samples // _WITHOUT_CORE)
@@ -211,7 +211,7 @@ class Surveyor:
         return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), survey)
 
     def _anywhere(self, points: Matrix, seed: int) -> Matrix:
-        """States from which stable motions are looked for at points: the starts, and drawn ones."""
+        """States from which stable motions are searched at points: the starts, and random ones."""
         grid, draw = (
             Grid(self.program, self.program.scenarios[0], points),
             np.random.default_rng(seed),
@@ -227,11 +227,11 @@ class Surveyor:
         return float(0.25 * count ** (-1 / len(self.program.names)))
 
     def _ranked(self, points: Matrix, found: Overview) -> NDArray[np.intp]:
-        """The cells that have a motion, the best first."""
+        """Cells with a motion, the best first."""
         sizes = self.program.sizes[: len(self.program.limits)]
         beyond = np.maximum(0.0, -(found.slacks / sizes).min(axis=1, initial=np.inf))
         if self.program.margin is not None:
-            for one in found.motions:  # fewer where the time is over
+            for one in found.motions:  # fewer after the time limit
                 over = abs(one.found.multipliers[:, 0]) - 1 + self.program.margin
                 over = np.where(one.period_numbers > 0, over, 0.0)
                 beyond[: len(over)] = np.maximum(beyond[: len(over)], over)
@@ -244,7 +244,7 @@ class Surveyor:
         return order
 
     def _apart(self, points: Matrix, found: Overview, order: NDArray[np.intp]) -> list[int]:
-        """The best cells, apart from each other: those of one branch farther than others."""
+        """Best cells, distant from each other, those of one branch more than others."""
         chosen, branches, length = list[int](), list[Any](), self._length(len(points))
         for i in order.tolist():
             own = tuple(one.branch(i) for one in found.motions)
@@ -258,7 +258,7 @@ class Surveyor:
         return chosen
 
     def _closed(self, points: Matrix, found: Overview, chosen: Sequence[int]) -> Places:
-        """The places of some cells, with derivatives."""
+        """Places of some cells, with derivatives."""
         motions = []
         for scenario, one in zip(self.program.scenarios, found.motions, strict=True):
             grid = Grid(self.program, scenario, points[chosen])
@@ -270,11 +270,11 @@ class Surveyor:
         return places_of(self.program, points[chosen], motions, numbers)
 
     def _chosen(self, begin: Places, ends: Places, survey: Survey) -> list[Candidate]:
-        """The best places that the starts lead to, of the ends of searches and before."""
+        """Best places on which the starts settle, among the ends of searches and before."""
         leads = self.leads(ends)
         pool = [(ends, i) for i in np.flatnonzero(leads).tolist()]
         best = min((float(ends.merit[i]) for _, i in pool), default=np.inf)
-        # What the starts lead to ends on the way to a better place.
+        # Places on which the starts settle may end on the path to a better place.
         left = np.flatnonzero(~leads & (ends.merit < best) & np.isfinite(begin.merit))
         if len(left):
             left = left[np.argsort(ends.merit[left], kind="stable")][: 2 * _SLIDING]
@@ -290,7 +290,7 @@ class Surveyor:
         return found
 
     def _last(self, begin: Places, ends: Places) -> Places:
-        """The best places that starts lead to on the ways from some to others."""
+        """Best places on which starts settle, on the paths from some to others."""
         shares = np.linspace(0.0, 1.0, _PARTS + 1)[:-1]
         last = begin
         for _ in range(_CUTS):
@@ -310,7 +310,7 @@ class Surveyor:
         return last.of(order)
 
     def slide(self, at: Places) -> Places:
-        """The best places next to some that the starts lead to, by polls ever nearer to them."""
+        """Best places next to some on which the starts settle, by polls of decreasing size."""
         draw, (n, k) = np.random.default_rng(0), at.u.shape
         reach, count = np.full(n, _POLL), 2 * k + 1
         for _ in range(_POLLS):
@@ -338,7 +338,7 @@ class Surveyor:
         return Candidate(u, motions)
 
     def leads(self, places: Places) -> NDArray[np.bool_]:
-        """To which places (n,) the scenarios' starts lead, of those that are to be led to."""
+        """Mask (n,) of places on whose motions the starts settle, if that is required."""
         same = np.isfinite(places.merit)
         if self.program.among == STABLE:
             return same
@@ -355,13 +355,13 @@ class Surveyor:
         return same
 
     def scale(self, found: Overview) -> None:
-        """Measure the objective and the limits in units of what was found."""
+        """Set the units of the objective and the limits from the survey."""
         moving = ~np.isnan(found.worst)
         finite = found.worst[np.isfinite(found.worst)]
         if not len(finite):
             check_time()
             if moving.any():
-                allowed = "a function that has a finite number somewhere within the bounds"
+                allowed = "a function that is finite somewhere within the bounds"
                 raise InvalidInput("metric", self.program.name, allowed)
             return
         upper, lower = np.quantile(finite, (0.75, 0.25))
@@ -374,7 +374,7 @@ class Surveyor:
 
 
 def spread(dimension: int, count: int, seed: int) -> Any:
-    """Points (count, dimension) evenly in (0, 1), by steps whose ratios are badly approximable.
+    """Low-discrepancy points (count, dimension) in (0, 1), from badly approximable steps.
 
     The steps are powers of the root above 1 of x^(d + 1) = x + 1, of dimension d.
     """
@@ -387,7 +387,7 @@ def spread(dimension: int, count: int, seed: int) -> Any:
 
 
 def with_faces(points: Matrix) -> Matrix:
-    """The points, every third moved away from the middle, to the bounds at most."""
-    found = points.copy()  # optima often lie at bounds
+    """Points, every third of them moved away from the middle, at most to the bounds."""
+    found = points.copy()  # optima are often at bounds
     found[2::3] = np.clip((found[2::3] - 0.5) * _ON_FACES + 0.5, 0.0, 1.0)
     return found

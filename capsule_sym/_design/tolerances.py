@@ -1,7 +1,7 @@
-"""How tolerances of parameters spread the metrics of a steady motion, and which of them matters.
+"""Spread of the metrics of a steady motion due to tolerances of parameters, and Sobol's indices.
 
 Monte Carlo on a scrambled Sobol sequence, and Sobol's indices of the variance (Saltelli 2010), both
-by SciPy. Every sample's motion is the one that the start leads to there.
+by SciPy. The motion of a sample is the one on which the start settles there.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ from capsule_sym._map.result import Result
 from capsule_sym._native import Watch, check_time
 from capsule_sym._parameters import names_of
 
-_FIRST, _MOST = 64, 1024  # excitation periods after which a run is looked at, and at most
-_BLOCK = 4096  # runs between two looks at the time
-_SHOWN = 5  # itineraries, the most frequent ones
+_FIRST, _MOST = 64, 1024  # excitation periods before the first test of a run, and at most
+_BLOCK = 4096  # runs between two tests of the time limit
+_SHOWN = 5  # itineraries listed, the most frequent ones
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 
 class Probability(NamedTuple):
-    """A share of samples, dimensionless, and its 95 % interval by Clopper and Pearson."""
+    """Share of samples, dimensionless, and its 95 % interval by Clopper and Pearson."""
 
     value: float
     low: float
@@ -54,39 +54,39 @@ class Probability(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Tolerances(Result, Labelled):
-    """The spread of metrics under tolerances of the parameters, and how often the motion changes.
+    """Spread of metrics under tolerances of the parameters, and probabilities of other motions.
 
-    All is in SI units where the system is a device, else dimensionless.
+    In SI units if the system is a device, else dimensionless.
     """
 
     system: System
-    """The nominal parameters."""
+    """Nominal parameters."""
     names: tuple[str, ...]
-    """The k parameters that vary."""
+    """Names of the k varied parameters."""
     metrics: tuple[MetricSpread, ...]
-    """What each metric comes to."""
+    """Spread of each metric."""
     samples: int
-    """Samples of the Monte Carlo, n; the indices take k + 2 runs for each."""
+    """Number n of samples of the Monte Carlo; the indices take k + 2 runs for each."""
     itinerary: tuple[str, ...]
     """Fields of the nominal motion."""
     periodic: Probability
-    """How probably the start leads to a periodic motion."""
+    """Probability that the start leads to a periodic motion."""
     changed: Probability
-    """How probably its itinerary, or its period number, is not the nominal one."""
+    """Probability of another itinerary or period number than the nominal one."""
     elsewhere: Probability
-    """How probably the nominal motion is still there, but the start leads to another attractor."""
+    """Probability that the nominal motion exists, but the start leads to another attractor."""
     lost: Probability
-    """How probably the nominal motion, continued to the sample, is not there as a stable one."""
+    """Probability that the nominal motion, continued to the sample, is not stable there."""
     itineraries: tuple[tuple[str, float], ...]
-    """The most frequent itineraries, with their shares of the samples."""
+    """Most frequent itineraries, with their shares of the samples."""
     parameters: Matrix
     """Values of the parameters in each sample, shape (n, k)."""
     values: Matrix
-    """Metrics of each sample, shape (n, metrics); nan where there is no number."""
+    """Metrics of each sample, shape (n, metrics); nan if not finite."""
     status: Status
-    """How it ended."""
+    """Status of the sampling."""
     message: str
-    """The same as a sentence."""
+    """Status as a sentence."""
     dimension = "index"
     _recorded = "names samples itinerary periodic changed elsewhere lost itineraries metrics"
 
@@ -98,7 +98,7 @@ class Tolerances(Result, Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Sobol's indices as arrays of shape (n,): a row for each metric and parameter."""
+        """Sobol's indices as arrays of shape (n,): one row for each metric and parameter."""
         pairs = [(one, k) for one in self.metrics for k in range(len(self.names))]
         return {
             "metric": np.array([one.metric for one, _ in pairs], np.str_),
@@ -123,19 +123,18 @@ def tolerances(
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Tolerances:
-    """The spread of metrics of the steady motion where parameters have tolerances.
+    """Spread of metrics of the steady motion under tolerances of parameters.
 
-    `metrics` are one or several, as in `optimise`. `over` has for each parameter that varies a
-    share, such as {"mu": 0.1} for values evenly from 10 % below the nominal one to 10 % above it,
-    or a frozen distribution of SciPy, of the parameter's values. `base` has the nominal ones. The
-    motion of a sample is the one that `start`, a state (x_r, v_r, v_c) at phase 0, dimensionless,
-    leads to there. `samples` is a power of two. Given are mean, deviation, quantiles, and Sobol's
-    indices of first order and total, with intervals by bootstrap; a sample without a number, such
-    as one without a periodic motion, counts there as the mean. Besides, how probably the motion
-    changes: its itinerary, or its attractor.
+    `metrics` are one or several, as in `optimise`. `over` has for each varied parameter a share,
+    such as {"mu": 0.1} for a uniform distribution within 10 % of the nominal value, or a frozen
+    distribution of SciPy. `base` has the nominal values. The motion of a sample is the one on which
+    `start`, a state (x_r, v_r, v_c) at phase 0, dimensionless, settles. `samples` is a power of
+    two. The result has mean, deviation, quantiles, and Sobol's indices of first order and total,
+    with bootstrap intervals; for these a sample without a finite value, such as one without a
+    periodic motion, has the mean. It also has the probabilities of another itinerary or attractor.
 
-    After `max_seconds` nothing is given but the status. Raises InvalidInput for names, values and
-    distributions that are not allowed, and where a sample leaves the range of a parameter.
+    After `max_seconds` the result has only its status. Raises InvalidInput for names, values and
+    distributions that are not allowed, and if a sample exceeds the range of a parameter.
     """
     system = system_of(base)
     given = [metrics] if isinstance(metrics, str) or callable(metrics) else metrics
@@ -147,7 +146,7 @@ def tolerances(
     if samples & (samples - 1):
         raise InvalidInput("samples", samples, "a power of two")
     check_count("seed", seed, *SEED)
-    # The two halves of the columns are two samples, from which the indices mix their own.
+    # The two halves of the columns are two samples, which the indices combine.
     cubes = _sobol(2 * len(spread), samples, seed)
     one, other = (
         np.array([spread[name].ppf(part) for name, part in zip(spread, half.T, strict=True)]).T
@@ -169,7 +168,7 @@ def _sobol(dimension: int, count: int, seed: int) -> Matrix:
 
 
 def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
-    """A frozen distribution for each parameter that varies; raises InvalidInput."""
+    """Frozen distribution of each varied parameter; raises InvalidInput."""
     if not isinstance(over, Mapping) or not over:
         raise InvalidInput("over", over, "one parameter or more, each with its tolerance")
     found, stats = {}, package("scipy.stats", "design")
@@ -190,7 +189,7 @@ def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
 
 
 class _Sampling:
-    """The samples of parameters and what they lead to."""
+    """Samples of parameters and their motions."""
 
     def __init__(
         self,
@@ -222,12 +221,12 @@ class _Sampling:
         self.nominal = self.grid(nominal)
 
     def grid(self, values: Matrix) -> Grid:
-        """Parameter sets with these values of what varies, (n, k)."""
+        """Parameter sets with these values of the varied ones, (n, k)."""
         low, span = self.program.low, self.program.high - self.program.low
         return Grid(self.program, self.program.scenarios[0], (values - low) / span)
 
     def settled(self, grid: Grid, doing: str) -> Settled:
-        """The motions that the start leads to."""
+        """Motions on which the start settles."""
         state, parts = self.program.scenarios[0].state, []
         for first in range(0, grid.count, _BLOCK):
             self.program.tell(f"{doing}, {first} of {grid.count} runs")
@@ -237,7 +236,7 @@ class _Sampling:
         return joined(parts)
 
     def metrics(self, grid: Grid, found: Settled) -> Matrix:
-        """Metrics of motions, shape (n, metrics); nan where there is no number."""
+        """Metrics of motions, shape (n, metrics); nan if not finite."""
         values = []
         for function in self.functions:
             grid.program = replace(self.program, function=function)
@@ -247,7 +246,7 @@ class _Sampling:
         return rows
 
     def run(self) -> Tolerances:
-        """All samples, and what they say."""
+        """Result of all samples."""
         own = self.settled(self.nominal, "nominal motion")
         if not own.period_numbers[0]:
             told = "a state that leads to a periodic motion at the nominal parameters"
@@ -269,7 +268,7 @@ class _Sampling:
     def told(
         self, own: Settled, grid: Grid, found: Settled, values: tuple[Matrix, Matrix, Matrix]
     ) -> Tolerances:
-        """The result."""
+        """Result."""
         n, branch = len(values[0]), own.branch(0)
         branches = [found.branch(i) if found.period_numbers[i] else () for i in range(n)]
         kept, there = continued(own, self.nominal.rows[0], found, grid.rows)
@@ -295,17 +294,17 @@ class _Sampling:
         )
 
     def unfinished(self) -> Tolerances:
-        """The result without samples."""
+        """Result without samples."""
         none = Probability(math.nan, math.nan, math.nan)
         empty = np.empty((0, len(self.names)))
         return Tolerances(
             self.system, self.names, (), 0, (), none, none, none, none, (), empty,
-            np.empty((0, len(self.functions))), Status.TIME_LIMIT, "the time is over",
+            np.empty((0, len(self.functions))), Status.TIME_LIMIT, "time limit reached",
         )  # fmt: skip
 
 
 def _shown(branch: tuple[int, ...]) -> str:
-    """A period number and fields as text."""
+    """Text of a period number and fields."""
     if not branch:
         return "no periodic motion"
     fields = " ".join(f"F{field}" for field in branch[1:])

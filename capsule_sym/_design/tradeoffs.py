@@ -1,4 +1,4 @@
-"""Cells of a survey with two metrics, from which searches of their best trade-offs begin."""
+"""Cells of a survey with two metrics, from which searches of their trade-offs start."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from capsule_sym._design.quantities import Function, Limit
 from capsule_sym._design.survey import Survey, overview, spread
 from capsule_sym._native import check_time
 
-_CELLS = 4  # times those of a survey, with both metrics
-_CHILDREN = 2  # times as many around the front that these show, each time
-_REACHES = (0.1, 0.03, 0.01)  # of the bounds, from a cell to those around it, time after time
-_LAYERS = 3  # fronts, each of what the ones before leave, that have cells around them
+_CELLS = 4  # factor of the cells of a survey, with both metrics
+_CHILDREN = 2  # factor of the cells around the front in each round
+_REACHES = (0.1, 0.03, 0.01)  # of the bounds: distances of these cells, round by round
+_LAYERS = 3  # fronts, each without the ones before, that get cells around them
 _APART = 0.05  # of the bounds, between starts of searches with one bound
-_PROMISING = 0.005  # of the ranges, by which a start is worse than the best one at most
-_STARTS = 2  # with one bound
+_PROMISING = 0.005  # of the ranges: largest difference of a start from the best one
+_STARTS = 2  # number of starts with one bound
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 
 class Tradeoffs:
-    """Cells `u` (n, k) with `both` metrics (n, 2), as these are to be small."""
+    """Cells `u` (n, k) with `both` metrics (n, 2), in the sense of minimisation."""
 
     def __init__(self, program: Program, cost: Function) -> None:
         self.program, self.cost = program, cost
@@ -32,19 +32,19 @@ class Tradeoffs:
         self.draw = np.random.default_rng(0)
 
     def look_around(self, survey: Survey) -> None:
-        """Run cells within the bounds, and ever nearer to the best trade-offs of them."""
+        """Run cells within the bounds, then nearer and nearer to the best trade-offs."""
         self.draw = np.random.default_rng(survey.seed)
         self.look(spread(len(self.program.names), _CELLS * survey.samples, survey.seed))
         for reach in _REACHES:
             self.look_near(self.u[self.edge()], reach, _CHILDREN * survey.samples)
 
     def look_near(self, u: Matrix, reach: float, count: int) -> None:
-        """Run cells around places, at most as far from them as `reach`."""
+        """Run cells around places, at most at the distance `reach`."""
         near = u[np.arange(count) % len(u)]
         self.look(np.clip(near + reach * self.draw.uniform(-1, 1, near.shape), 0.0, 1.0))
 
     def look(self, u: Matrix) -> Matrix:
-        """Run cells, and keep those that are within the limits: both metrics of these."""
+        """Run cells, keep those within the limits, and return both metrics of these."""
         limits = *self.program.limits, Limit("", self.cost, 0.0, -1)
         found = overview(replace(self.program, limits=limits), u, self.program.scenarios)
         check_time()
@@ -60,7 +60,7 @@ class Tradeoffs:
         self.u, self.both = np.vstack([self.u, u]), np.vstack([self.both, both])
 
     def edge(self) -> NDArray[np.intp]:
-        """Cells than which few are better in both metrics: some fronts, one behind another."""
+        """Cells dominated by few others: the first fronts, one behind another."""
         left, chosen = np.lexsort(self.both.T), list[NDArray[np.intp]]()
         for _ in range(_LAYERS):
             before = np.minimum.accumulate(np.append(np.inf, self.both[left, 0]))[:-1]
@@ -69,7 +69,7 @@ class Tradeoffs:
         return np.concatenate(chosen)
 
     def starts(self, column: int, bound: float, ranges: Vector) -> list[Vector]:
-        """Where to search the best of a metric with the other within a bound."""
+        """Starts for the best of a metric with the other within a bound."""
         within = np.flatnonzero(self.both[:, 1 - column] <= bound)
         worse = self.both[within, column] / ranges[column]
         chosen = list[Vector]()

@@ -1,6 +1,6 @@
-"""The spread of metrics over samples: moments, quantiles, and Sobol's indices of the variance.
+"""Spread of metrics over samples: moments, quantiles, and Sobol's indices of the variance.
 
-The indices are SciPy's, by Saltelli's estimators of 2010, with intervals by bootstrap.
+The indices are SciPy's, by Saltelli's estimators of 2010, with bootstrap intervals.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from capsule_sym._map.labelled import package
 
 QUANTILES = 0.025, 0.25, 0.5, 0.75, 0.975
-"""Shares of the samples below the quantiles that are told."""
+"""Shares of the samples below the listed quantiles."""
 _RESAMPLED = range(200)  # for the intervals of the indices
 _INTERVAL = 0.025, 0.975
 Vector = NDArray[np.float64]
@@ -23,11 +23,11 @@ Matrix = NDArray[np.float64]
 
 
 class MetricSpread(NamedTuple):
-    """The spread of one metric, in SI units where the system is a device.
+    """Spread of one metric, in SI units if the system is a device.
 
-    `quantiles` are by `QUANTILES`; `first` and `total`, (k,), are Sobol's indices by the k
-    parameters, with their 95 % intervals (k, 2). `numbers` is the share of samples that have a
-    number: those without a periodic motion have none.
+    `quantiles` are those of `QUANTILES`. `first` and `total`, (k,), are Sobol's indices by the k
+    parameters, with their 95 % intervals (k, 2). `numbers` is the share of samples with a finite
+    value; samples without a periodic motion have none.
     """
 
     metric: str
@@ -44,7 +44,7 @@ class MetricSpread(NamedTuple):
 
 def _indices(values: Sequence[Matrix], chosen: Any) -> tuple[Vector, Vector]:
     """Sobol's indices, of first order and total, from some of the samples."""
-    # Twice the same output: of one output of one parameter SciPy has no array.
+    # The output is given twice: for one output of one parameter SciPy returns no array.
     a, b, ab = (np.stack([part[..., chosen]] * 2, axis=-2) for part in values)
     stats = package("scipy.stats", "design")
     found = stats.sobol_indices(func={"f_A": a, "f_B": b, "f_AB": ab}, n=a.shape[-1])
@@ -57,7 +57,7 @@ def spreads(
     values: tuple[Matrix, Matrix, Matrix],
     seed: int,
 ) -> tuple[MetricSpread, ...]:
-    """The spread of each metric, from both samples and those mixed of them, (k, n, metrics)."""
+    """Spread of each metric, from both samples and their combinations, (k, n, metrics)."""
     rng, found = np.random.default_rng(seed), []
     for j, name in enumerate(names):
         one, other, mixed = (part[..., j] for part in values)

@@ -282,7 +282,7 @@ def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeyp
     found = optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
     assert (found.status, found.success) == ("time-limit", False)
     if at == "survey":
-        assert (found.over, found.message) == ({}, "the time is over, and no place was found")
+        assert (found.over, found.message) == ({}, "time limit reached, and no place was found")
         return
     assert 0.1 < found.value < 0.3
     # The value is that of the worst of the 65 scenarios.
@@ -303,7 +303,7 @@ def test_a_survey_that_is_out_of_time_has_the_best_cell(monkeypatch, shares) -> 
     monkeypatch.setattr(survey_module, "overview", limited)
     how = {"tolerances": shares, "samples": 16}
     found = optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
-    assert found.message == "the time is over: this is the best place so far"
+    assert found.message == "time limit reached: this is the best place so far"
     worst = [
         abs(performance(solve_orbit(Parameters(**found.over, zeta=z, f_b=f))).velocity.value)
         for z in (0.05 * (1 - shares.get("zeta", 0)), 0.05 * (1 + shares.get("zeta", 0)))
@@ -325,7 +325,7 @@ def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> 
     monkeypatch.setattr(survey_module, "_CELLS", 4)
     found = optimise("speed", {"alpha": (0.5, 1.5)}, samples=100, max_seconds=LIMIT)
     assert looked == [4]
-    assert found.message == "the time is over: this is the best place so far"
+    assert found.message == "time limit reached: this is the best place so far"
 
 
 @pytest.mark.parametrize("bounds", [{1: "f_b", -1: "gamma"}, {1: "f_b"}, {}])

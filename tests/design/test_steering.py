@@ -114,7 +114,7 @@ def test_a_broken_way_says_what_was_tried_and_where_each_path_is_broken() -> Non
 def test_where_the_capsule_goes_one_way_only_that_is_said() -> None:
     found = steer(Parameters(), {"alpha": (0.6, 0.8)}, samples=4)
     assert found.status is SteeringStatus.ONE_WAY
-    assert "only goes forward" in found.message
+    assert "only moves forward" in found.message
     assert found.path == ()
 
 
