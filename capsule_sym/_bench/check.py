@@ -107,7 +107,7 @@ class SwitchCheck:
 
     @property
     def success(self) -> bool:
-        """Whether all switches that can be judged are there, and no other."""
+        """True if no switch that can be judged is missing or invented."""
         return not self.differences
 
     @property
@@ -298,7 +298,7 @@ def _times(run: Trajectory) -> NDArray[np.object_]:
 
 
 def _event(by: str, segment: Segment, following: Segment) -> str:
-    """What happens between two segments."""
+    """Name of the event between two segments."""
     if by == "guard":
         scene = segment.scene
         if level(segment.field, scene) != level(following.field, scene):

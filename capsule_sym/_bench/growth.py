@@ -1,4 +1,4 @@
-"""How far errors move the switches of a run: what each segment's error grows to until then."""
+"""Growth of errors: shift of each switch of a run by an error of an earlier segment."""
 
 from __future__ import annotations
 

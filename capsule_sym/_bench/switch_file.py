@@ -23,7 +23,7 @@ class Switches(NamedTuple):
     times: tuple[float, ...]
     events: tuple[str, ...]
     by: str
-    """How events are named: the column's name."""
+    """Column that names the events: "entered", "left" or "guard"."""
     resolution: float
     """Half a unit of the last digit printed; 0 where times are as exact as doubles."""
     settings: dict[str, tuple[float, ...]]

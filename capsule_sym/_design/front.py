@@ -1,4 +1,4 @@
-"""A Pareto front as a result: its points, the parts that it is in, and tables of them."""
+"""Pareto front as a result: its points, its connected parts, and their tables."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Vector = NDArray[np.float64]
 
 
 class FrontPart(NamedTuple):
-    """A connected part of a front: its first and last point, and why it begins and ends there."""
+    """Connected part of a front: its first and last point, and the reasons for both ends."""
 
     first: int
     last: int
@@ -28,35 +28,32 @@ class FrontPart(NamedTuple):
 class Front(Result, Labelled):
     """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
 
-    Those of least cost have no multipliers and slopes of the first metric: the residual is that of
-    the cost's conditions.
-
-    In SI units where the system is a device, else dimensionless.
+    The point of least cost has no multipliers and slopes of the first metric; its residual is that
+    of the cost's conditions. In SI units if the system is a device, else dimensionless.
     """
 
     metrics: tuple[str, str]
-    """What is optimised, and what it costs."""
+    """Names of the optimised metric and of its cost."""
     maximised: bool
-    """Whether the first is to be great; the second is always to be small."""
+    """True if the first metric is maximised; the second is always minimised."""
     points: tuple[Optimum, ...]
     costs: Vector
-    """The second metric, of the worst scenario, shape (n,)."""
+    """Second metric, for the worst scenario, shape (n,)."""
     slopes: Vector
-    """What the first metric gains by for each unit more of the second, shape (n,); nan where no
-    bound holds the point, as at the ends of parts."""
+    """Gain of the first metric per unit of the second, shape (n,); nan if no bound is active."""
     parts: tuple[FrontPart, ...]
-    """The parts of the front. Between them no place is better in both metrics than an end."""
+    """Parts of the front. Between them no point dominates an end."""
     status: OptimumStatus
-    """How it ended."""
+    """Status of the front."""
     message: str
-    """The same as a sentence."""
+    """Status as a sentence."""
     dimension = "point"
     _good = (OptimumStatus.OPTIMAL,)
     _recorded = "metrics maximised parts statistics"
 
     @property
     def success(self) -> bool:
-        """Whether both ends were found, and every point is an optimum."""
+        """True if both ends were found, and every point is an optimum."""
         return bool(self.points) and super().success
 
     def __repr__(self) -> str:
@@ -65,7 +62,7 @@ class Front(Result, Labelled):
 
     @property
     def values(self) -> Vector:
-        """The first metric, shape (n,)."""
+        """First metric, shape (n,)."""
         return np.array([point.value for point in self.points])
 
     @property
@@ -87,12 +84,12 @@ class Front(Result, Labelled):
 
     @property
     def statistics(self) -> dict[str, int]:
-        """How many points there are, and how many evaluations they took."""
+        """Number of points, and of evaluations."""
         taken = sum(point.statistics.get("evaluations", 0) for point in self.points)
         return {"points": len(self.points), "evaluations": taken}
 
     def to_dict(self) -> dict[str, Any]:
-        """The result by name, of numbers, texts, lists and dicts."""
+        """Result by name, as numbers, texts, lists and dicts."""
         pairs = zip(self.points, self.costs.tolist(), strict=True)
         points = [point.to_dict() | {"cost": cost} for point, cost in pairs]
         return super().to_dict() | {"points": points}
