@@ -117,7 +117,7 @@ class Attractors(Result, Labelled):
 
     @property
     def message(self) -> str:
-        """Result in words."""
+        """Number of attractors and of unsettled starts, as a sentence."""
         found = len(self.attractors)
         text = f"{self.starts} starts lead to {found} attractor{'s' * (found != 1)}"
         if self.status is not Status.FINISHED:

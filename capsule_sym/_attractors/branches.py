@@ -132,7 +132,7 @@ class ContinuedAttractors(Result, Labelled):
 
     @property
     def message(self) -> str:
-        """Result in words."""
+        """Number of attractors, births, deaths and unsettled runs, as a sentence."""
         found = len(self.branches)
         text = f"{found} attractor{'s' * (found != 1)} at {len(self.values)} values of {self.name}"
         if self.changes:

@@ -321,5 +321,5 @@ def loss(branch: Branch) -> Bifurcation | None:
 
 
 def _passed(one: Bifurcation) -> str:
-    """Itineraries on both sides of a bifurcation, in words."""
+    """Message with the itineraries on both sides of a bifurcation."""
     return f"{one.itinerary_before} → {one.itinerary_after or 'none'}"

@@ -4,7 +4,7 @@ There the boundary is the stable manifold of its edge state. A run from the boun
 orbit; a run from beside it leaves along the unstable direction. The component of a run in that
 direction, where the run is nearest to the edge state, is 0 on the boundary and smooth across it.
 Secants find this root to rounding. Sampling minimises the root over direction and time; the spread
-of the samples follows the better half. This also works at kinks of the boundary, where runs change
+of the samples follows the best samples. This also works at kinks of the boundary, where runs change
 their itinerary.
 """
 

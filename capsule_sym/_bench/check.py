@@ -40,7 +40,7 @@ class Event(NamedTuple):
 
 
 class Cause(StrEnum):
-    """Why an integrator misses or invents a switch."""
+    """Reason why an integrator misses or invents a switch."""
 
     #: Its errors, as large as they were before, suffice: a smaller tolerance is needed.
     TOLERANCE = "tolerance"
@@ -96,7 +96,7 @@ class SwitchCheck:
     None where there is no such switch.
     """
     horizon: float
-    """Time up to which switches are judged: infinite where a double can follow the whole motion."""
+    """Time up to which switches are compared; infinite if a double can follow the whole motion."""
     own_horizon: float
     """Time from which on the integrator's own errors have grown to the size of the motion."""
     differences: tuple[Difference, ...]
@@ -107,7 +107,7 @@ class SwitchCheck:
 
     @property
     def success(self) -> bool:
-        """True if no switch that can be judged is missing or invented."""
+        """True if no switch up to the horizon is missing or invented."""
         return not self.differences
 
     @property
@@ -189,19 +189,19 @@ def check_switches(
     max_seconds: float = math.inf,
     progress: Callable[[int], object] | None = None,
 ) -> SwitchCheck:
-    """Comparison of an integrator's switches with the exact ones, which 50 digits find.
+    """Comparison of an integrator's switches with the exact ones, computed in 50 digits.
 
-    `times` (n,) ascend; they are the integrator's own, at which the drive's angle is omega t, and
-    begin at `phase`. `events` says `by` what each switch is named: the field "entered" or "left",
-    as a number, "F5" or "C-S", or the "guard": gap, drift, upper, lower, back gap or edge. The run
-    began at `state` (x_r, v_r, v_c) and went on to `end`, or to the last of the times. Times are
-    known to `resolution`, such as half a unit of the last digit printed; the integrator's
-    `tolerance` is compared with the one that would do. All is dimensionless.
+    `times` (n,) are the integrator's switching times, ascending, from `phase` on; the drive's angle
+    is omega t. `events` names each switch, `by` the field "entered" or "left" (a number, "F5" or
+    "C-S"), or by the "guard" (gap, drift, upper, lower, back gap or edge). The run starts at
+    `state` (x_r, v_r, v_c) and ends at `end`, by default at the last of the times. `resolution` is
+    the uncertainty of the times, such as half a unit of the last digit printed. `tolerance`, that
+    of the integrator, is compared with the one that suffices. All quantities are dimensionless.
 
-    Errors are compared with what the motion makes of them: `growth` has by how much an error of
-    each segment shifts each switch. From `horizon` on no double can follow the motion, and nothing
-    is judged. The exact run stops after `max_seconds`, and `progress` is called with the whole
-    periods that it passed. Raises InvalidInput for a value that is not allowed.
+    Errors are compared with their growth: `growth` is the shift of each switch by an error of the
+    segments before it. From `horizon` on no double can follow the motion, and switches are not
+    compared. The exact run stops after `max_seconds`; `progress` is called with its whole periods.
+    Raises InvalidInput for a value that is not allowed.
     """
     check_one_of("by", by, COLUMNS)
     found = evaluation.real("times", times, "real numbers")
@@ -410,7 +410,7 @@ def _cause(
     invented: Sequence[int],
     given: Sequence[Event],
 ) -> Cause:
-    """Why the first difference is there."""
+    """Cause of the first difference."""
     if any(k and given[k].time - given[k - 1].time <= _RESTART for k in invented):
         return Cause.RESTART
     if own is None and used is None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SAME_AGAIN = 3
-"""Switches in a row that are the same again, with which two lists agree anew."""
+"""Number of equal switches in a row after which two lists agree again."""
 
 
 class Pair(NamedTuple):

@@ -38,14 +38,14 @@ def check(
     max_seconds: float = options.max_seconds(120.0),
     as_json: bool = options.as_json,
 ) -> None:
-    """Compare an integrator's switches with the exact ones, and say why they differ.
+    """Compare an integrator's switches with the exact ones, with the causes of differences.
 
     SWITCHES.csv has a column "time" and one of "entered" (the field: F5, 5 or C-S), "left" and
     "guard" (gap, drift, upper, lower, back gap, edge). Lines "# name = value" above it give
     parameters, state, phase, end and tolerance; options override them. Times are dimensionless, or
     in seconds where --params is a device. The drive's angle is omega times the time.
 
-    Errors are judged by how far the motion magnifies them. What no double can follow is not judged.
+    Errors are compared with their growth along the motion, up to the horizon of double precision.
     Exits with 1 if a switch is missed or invented.
     """
     from capsule_sym._bench.switch_file import read_switches

@@ -127,7 +127,7 @@ def figure(
     """Draw a figure by its name, or results.
 
     A NAME is one of those below, of the paper's system or of another. `figure motion` with a file
-    name that ends in .gif or .mp4 gives an animation. What is computed is kept in the user's cache
+    name that ends in .gif or .mp4 gives an animation. Computed results are kept in the user's cache
     directory, so that drawing it again takes a second; the parameters are in the picture's
     metadata.
 
@@ -253,7 +253,7 @@ def report(
     The explorer, to which it links, is written beside it as explorer.html.
 
     Figures are drawn for it; tables come from the files that `paper`, `verify`, `bench` and
-    `make paper` leave in results, and a section whose file is missing says how to make it.
+    `make paper` leave in results, and a section without its file names the command that makes it.
     """
     options.require("plot", "matplotlib", "jinja2")
     from capsule_sym._figures.report import EXPLORER, write

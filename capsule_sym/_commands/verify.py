@@ -118,7 +118,7 @@ def _scene(name: str) -> _Theory:
         allowed = f"{', '.join(declaration.SHIPPED)}, or a file that declares a scene"
         raise InvalidInput("--scene", name, allowed)
     if home != declaration.path() and declaration.chosen.cache_info().currsize:
-        raise RuntimeError(f"a process knows one scene, and this one {declaration.path()}")
+        raise RuntimeError(f"a process has one scene, and this one has {declaration.path()}")
     declaration.choose(home)
     try:
         from capsule_sym._symbolic.proofs import every_scene

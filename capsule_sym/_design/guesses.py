@@ -95,7 +95,7 @@ def begun(problem: Problem, values: Vector) -> tuple[Vector, float]:
     """Guess completed from the measurements, and its cost.
 
     If the phase and start of a run are unknown, they are those at which the steady motion from rest
-    is nearest to the series. Linear unknowns follow by least absolute deviations.
+    is nearest to the series. Linear unknowns minimise the sum of absolute deviations.
     """
     if not problem.partly:
         return values, problem.cost(values)
@@ -137,7 +137,7 @@ def _period(run: Recorded, values: Vector) -> float:
 
 
 def _solved(problem: Problem, values: Vector) -> tuple[Vector, float]:
-    """Values with the linear unknowns by least absolute deviations, and the sum of these."""
+    """Values with the linear unknowns at the least sum of absolute deviations, and that sum."""
     residuals, jacobian = problem.without_slopes(values)
     linear, held = np.flatnonzero(problem.linear), values.copy()
     if len(linear):

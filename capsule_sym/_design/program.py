@@ -262,7 +262,7 @@ class Program:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """Limits of a scenario in words, its stability last."""
+        """Texts of the limits of a scenario, its stability last."""
         found = [limit.text for limit in self.limits]
         if self.margin is not None:
             found.append(f"largest multiplier <= {1 - self.margin:g}")

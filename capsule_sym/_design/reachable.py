@@ -229,5 +229,5 @@ class Reachable:
         return self.drives[self.places[i]]
 
     def told(self) -> str:
-        """Number of drives reached, in words."""
+        """Text with the number of drives reached."""
         return f"{len(self.at)} of {len(self.drives)} drives of a grid"

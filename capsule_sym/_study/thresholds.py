@@ -129,7 +129,7 @@ def order_changes(thresholds: list[Threshold]) -> list[CodimensionTwoPoint]:
 
 
 def conclusion(thresholds: list[Threshold]) -> str:
-    """Conclusion on the printed values, in words and numbers."""
+    """Conclusion on the printed values, as sentences with numbers."""
     order = [event.type for event in PRINTED[-3:]]
     sentences = []
     for gamma in GAMMAS:

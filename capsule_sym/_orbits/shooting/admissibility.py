@@ -46,7 +46,7 @@ class Inequality(NamedTuple):
     time: Number
 
     def named(self, itinerary: Itinerary) -> str:
-        """Inequality in words; segments count from 1, from the start of the cyclic itinerary."""
+        """Name of the inequality; segments count from 1, from the start of the cyclic itinerary."""
         what = f" of {self.guard.value}" if self.guard else ""
         itinerary = itinerary.whole
         number = (self.segment - itinerary.first) % len(itinerary) + 1

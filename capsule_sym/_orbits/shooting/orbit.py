@@ -122,7 +122,7 @@ class Orbit(Labelled):
 
     @property
     def message(self) -> str:
-        """Status in words."""
+        """Status as a sentence."""
         solved = "the equations are solved to rounding"
         return solved if self.success else "the residual of the equations is not small"
 

@@ -108,7 +108,7 @@ class _Refused(NamedTuple):
 
 
 def _tried(refused: Sequence[_Refused]) -> str:
-    """Itineraries tried and the reasons against them, in words."""
+    """Message with the itineraries tried and the reasons against them."""
     if not refused:
         return "the end of the run repeats no itinerary"
     tried = [
@@ -333,7 +333,7 @@ class FoundOrbits(tuple[Orbit, ...]):
 
     @property
     def message(self) -> str:
-        """Status in words."""
+        """Number of orbits and of searched starts, as a sentence."""
         over = "" if self.success else "; time limit reached"
         return f"{len(self)} orbits from {self.searched} of {self.starts} starts{over}"
 

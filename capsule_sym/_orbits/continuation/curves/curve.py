@@ -84,7 +84,7 @@ class Curve(Labelled):
 
     @property
     def message(self) -> str:
-        """The status in words."""
+        """Message of the first irregular end."""
         return self._worst[1]
 
     @property
