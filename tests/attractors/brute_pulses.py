@@ -1,7 +1,7 @@
 """The shortest pulses of ten pairs of motions beside brute force over the drive's values.
 
-Brute force is code of its own over runs of the map: it closes no orbit, and knows a motion by the
-states that its run repeats. `make pulses` prints the table, and fails where a pulse is longer.
+Brute force is separate code over runs of the map: it closes no orbit, and identifies a motion by
+the states that its run repeats. `make pulses` prints the table, and fails if a pulse is longer.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def motion(parameters: Any, start: State) -> NDArray[np.float64]:
 def hits(
     parameters: Any, start: NDArray[Any], end: NDArray[Any], values: NDArray[Any], periods: int
 ) -> int:
-    """How many of the amplitudes, over so many periods, lead from one motion to the other."""
+    """Number of the amplitudes, over so many periods, that lead from one motion to the other."""
     found = 0
     usual = np.array([*parameters.to_dict().values()])
     for state in start:

@@ -1,9 +1,8 @@
-"""Judge minimal shocks by random knocks: `python -m tests.attractors.brute_shocks`.
+"""Minimal shocks against random knocks: `python -m tests.attractors.brute_shocks`.
 
-Each motion gets a million knocks, of which none may be smaller than the minimal shock by 1e-6 of it
-and lose the motion. The judge runs them by `simulate_many` and compares their ends with a run that
-has long settled; it shares nothing with the search. Motions that are in the file of results are not
-judged again.
+Each motion gets a million knocks; none may be smaller than the minimal shock by 1e-6 of it and lose
+the motion. `simulate_many` runs them, and their ends are compared with a run that has settled long
+before; no code is shared with the search. Motions in the file of results are not repeated.
 """
 
 from __future__ import annotations
@@ -55,7 +54,7 @@ def settled(parameters: Parameters, start: State, number: int) -> tuple[Trajecto
 
 
 def lost(orbit: Orbit, start: State, size: float, count: int, seed: int) -> int:
-    """How many of so many random knocks of at most a size lose the motion that a start leads to."""
+    """Number of random knocks, of at most a given size, that lose the motion of a start."""
     period, number = orbit.parameters.period, orbit.itinerary.period_number
     random = np.random.default_rng(seed)
     run, marks = settled(orbit.parameters, start, number)

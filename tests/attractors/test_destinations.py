@@ -1,4 +1,4 @@
-"""What starts lead to, beside runs of the scalar map one by one."""
+"""Attractors of starts, against runs of the scalar map one by one."""
 
 import numpy as np
 import pytest

@@ -61,7 +61,7 @@ def leads(
     values: np.ndarray,
     periods: int,
 ) -> np.ndarray:
-    """Whether pulses from a state end on the motion with these states, by runs alone."""
+    """Mask of pulses from a state that end on the motion with these states, by runs alone."""
     pulsed = [system.replace(**{name: value}) for value in values.tolist()]
     after = simulate_many(pulsed, state, periods=periods).states
     ends = simulate_many([system] * len(values), after, periods=SETTLED).states

@@ -41,7 +41,7 @@ def on_motion(orbit: Orbit, time: float) -> np.ndarray:
 
 
 def comes_back(orbit: Orbit, time: float, state: np.ndarray) -> bool:
-    """Whether a run is on the motion in the end, by the scalar map."""
+    """True if a run ends on the motion, by the scalar map."""
     phase = math.fmod(time, orbit.parameters.period)
     run = simulate(orbit.parameters, state.tolist(), phase, 400)
     own = [simulate(orbit.parameters, periods=400 + k).final[1] for k in range(2)]
@@ -49,7 +49,7 @@ def comes_back(orbit: Orbit, time: float, state: np.ndarray) -> bool:
 
 
 def losses(orbit: Orbit, size: float, count: int, seed: int) -> int:
-    """How many random knocks of a size, at random times, lose a motion that attracts rest."""
+    """Number of random knocks of a size, at random times, that lose the motion from rest."""
     random = np.random.default_rng(seed)
     period, number = orbit.parameters.period, orbit.itinerary.period_number
     settled = simulate(orbit.parameters, periods=400 * number)

@@ -1,4 +1,4 @@
-"""Entropy and uncertainty exponent of basins whose values theory knows."""
+"""Entropy and uncertainty exponent of basins with known theoretical values."""
 
 import math
 
@@ -14,7 +14,7 @@ def cantor(levels: int) -> np.ndarray:
     for level in range(levels):
         middle = np.arange(3**levels) // 3 ** (levels - 1 - level) % 3 == 1
         numbers = np.where(middle & (numbers == 0), 1 + level % 2, numbers)
-    # What is left is as uncertain as the levels within would be.
+    # The remainder is as uncertain as the finer levels would be.
     return np.where(numbers == 0, np.random.default_rng(0).integers(1, 3, 3**levels), numbers)
 
 

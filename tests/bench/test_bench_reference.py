@@ -24,7 +24,7 @@ def record(part):
 
 
 def distance(one, other) -> float:
-    """Largest difference of the first three components; the judge's fourth is x_c."""
+    """Largest difference of the first three components; the fourth of the integrator is x_c."""
     with mp.workdps(50):
         return float(max(abs(mpf(a) - mpf(b)) for a, b in zip(one, other[:3], strict=True)))
 

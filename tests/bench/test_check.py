@@ -75,7 +75,7 @@ def ends_from(parameters, segment, state):
 
 @pytest.mark.parametrize("name", ["capsule", "reaction", "slope"])
 def test_growth_is_what_runs_from_states_beside_show(name):
-    # Runs from every segment's start, moved into its own field, in place of derivatives.
+    # Runs from every segment's start, moved into its own field, instead of derivatives.
     parameters, step = scenes.load(name).Parameters(), 1e-7
     run = simulate(parameters, periods=3)
     segments, facts = run.segments[:7], parameters.scene.facts

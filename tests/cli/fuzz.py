@@ -1,4 +1,4 @@
-"""Command lines of all kinds, made from the commands' own options, and what becomes of them."""
+"""Command lines of all kinds, made from the commands' own options, and their outcomes."""
 
 import contextlib
 import io
@@ -32,7 +32,7 @@ NOT_PROVED, INTERRUPTED = 4, 130
 ENDS = {0, 2, 3}
 _LOST_IN = {"gc_callback", "remove", "_remove", "__del__"}  # whose exceptions nobody gets
 _APART = ("capsule_sym.__main__", "capsule_sym.codegen", "capsule_sym._bench.peers")
-# Lines on stderr beside the one that says why a command failed.
+# Lines on stderr beside the one with the reason for a failure.
 _BESIDE = ("wrote ", "drawing ", "proved ")
 
 _SWEEP = """periods = 3
@@ -125,7 +125,7 @@ def command_lines(draw: Any) -> list[str]:
 
 
 class Ended(NamedTuple):
-    """How a command line ended; `cut` if its time was over first."""
+    """End of a command line; `cut` if Ctrl-C ended it at its time limit."""
 
     line: list[str]
     status: int
@@ -134,7 +134,7 @@ class Ended(NamedTuple):
     cut: bool
 
     def problem(self) -> str | None:
-        """What is wrong with this end, if anything."""
+        """Fault of this end; empty if there is none."""
         lines = [line for line in self.err.splitlines() if not _beside(line)]
         ends = ENDS | ({INTERRUPTED} if self.cut else set())
         if self.status not in ends | ({NOT_PROVED} if "--certify" in self.line else set()):
@@ -197,7 +197,7 @@ def run_in_copy(folder: Path, arguments: list[str], seconds: float) -> Ended:
 
 
 def _declares(arguments: list[str]) -> bool:
-    """Whether a command line chooses the declaration that is derived: a process knows one."""
+    """True if a command line chooses the declaration to derive: a process can have one only."""
     return arguments[0] == "verify" and any(word.startswith("--scene") for word in arguments)
 
 
@@ -209,9 +209,9 @@ def run_apart(arguments: list[str]) -> Ended:
 
 
 def _is_left_alone(frame: FrameType | None) -> bool:
-    """Whether Ctrl-C has to wait: the command has not begun or is over, or imports.
+    """True if Ctrl-C has to wait: the command has not begun or is over, or imports.
 
-    An import that is cut in two leaves half a module behind for all lines to come.
+    An interrupted import would leave half a module behind for all later lines.
     """
     begun = False
     while frame:

@@ -15,7 +15,7 @@ _COLOUR = re.compile(r"\x1b\[[0-9;]*(3[0-8]|9[0-7])[0-9;]*m")
 
 
 class Shown(NamedTuple):
-    """What a command left: its exit status, all that it wrote, and the screen in the end."""
+    """Result of a command: exit status, all output, and the final screen."""
 
     status: int
     written: str
@@ -24,7 +24,7 @@ class Shown(NamedTuple):
 
     @property
     def coloured(self) -> bool:
-        """Whether anything was written in colour."""
+        """True if anything was written in colour."""
         return _COLOUR.search(self.written) is not None
 
 

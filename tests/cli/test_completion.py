@@ -1,4 +1,4 @@
-"""Completion in a shell, as the script of `_CAPSULE_SYM_COMPLETE` asks for it."""
+"""Completion in a shell, by the script of `_CAPSULE_SYM_COMPLETE`."""
 
 import os
 import shutil
@@ -9,7 +9,7 @@ import pytest
 
 
 def asked(instruction: str, words: str = "") -> subprocess.CompletedProcess[str]:
-    """What the program answers to a shell where the last of the words is to be completed."""
+    """Answer of the program to a shell that completes the last of the words."""
     environment = {
         "_CAPSULE_SYM_COMPLETE": instruction,
         "COMP_WORDS": words,

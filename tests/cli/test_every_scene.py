@@ -1,4 +1,4 @@
-"""Every command in every scene, dimensionless and of a device: it works, or says why not."""
+"""Every command in every scene, dimensionless and of a device: it works, or gives the reason."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +24,7 @@ DEVICES = {
 SMALL = {"prototype": (0.016, 130.0)}
 """Drive and frequency of the devices that are not as the others."""
 
-# What takes a scene and moves: X is what varies, over 2 % of its value, Y the frequency.
+# Lines with motion in a scene: X is the varied value, over 2 % of it, Y the frequency.
 RUNS = {
     "run": "--periods 20",
     "orbit": "",

@@ -1,4 +1,4 @@
-"""No command line ends in a traceback: its status has a meaning, and one line says why it fails."""
+"""No command line ends in a traceback: its status has a meaning, and one line gives the reason."""
 
 import json
 import os
@@ -41,7 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 def check(folder: Path, line: list[str]) -> None:
     with warnings.catch_warnings():
-        # What a user sees of warnings are lines on stderr.
+        # A user sees warnings as lines on stderr.
         warnings.simplefilter("default")
         for hidden in (DeprecationWarning, PendingDeprecationWarning, ResourceWarning):
             warnings.simplefilter("ignore", hidden)

@@ -1,4 +1,4 @@
-"""What commands refuse before work begins, and what they say when they are stopped."""
+"""Refusals of commands before work begins, and their messages when they are interrupted."""
 
 import subprocess
 import sys

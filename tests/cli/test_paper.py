@@ -53,7 +53,7 @@ def test_the_case_study(command, tmp_path: Path) -> None:
 
 
 def assert_one_percentage_is_told(thresholds: list[dict[str, Any]], output: str) -> None:
-    """How far off the printed values are, relative to the exact ones; the tutorial has it too."""
+    """Relative errors of the printed values, as in the tutorial."""
     off = {
         gamma: max(
             abs(one["printed"] - one["exact"]) / one["exact"]
@@ -102,7 +102,7 @@ def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str
 
 
 def _offset(fields: list[str], itinerary: list[str]) -> int:
-    """Where in the itinerary, repeated, the fields begin; 0 if they are not in it."""
+    """Index in the repeated itinerary at which the fields begin; 0 if they are not in it."""
     places = [i for i in range(len(itinerary)) if (3 * itinerary)[i:][: len(fields)] == fields]
     return places[0] if places else 0
 
@@ -152,7 +152,8 @@ def assert_words_are_those_of_independent_integration(
     for run in json.loads(truth.read_text())["runs"]:
         itinerary = itineraries.get(float(run["alpha"]))
         if itinerary is not None:
-            # The judge's twenty periods from rest end in the same cycle of fields, three times.
+            # The twenty periods of the reference from rest end in the same cycle of fields, three
+            # times.
             assert run["fields"][-3 * len(itinerary) :] in 4 * itinerary, run["alpha"]
             compared += 1
     assert compared >= 7

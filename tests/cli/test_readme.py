@@ -1,4 +1,4 @@
-"""What the README shows is what comes out; that of the main job is in test_paper."""
+"""Outputs shown in the README; that of the main job is in test_paper."""
 
 import subprocess
 import sys

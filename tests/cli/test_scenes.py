@@ -1,4 +1,4 @@
-"""Which scene a line is about: its options, its file, and what is refused in one line."""
+"""Scene of a line: from its options, its file, and refusals in one line."""
 
 import json
 import re

@@ -18,7 +18,7 @@ gamma = { from = 1.0, to = 5.0, count = 9 }
 """
 NO_PROGRESS = {"run", "sweep-info", "explore"}
 NO_PROGRESS |= {"design", "optimise", "steer", "fit"}
-# What each command is called with, and what it shows when it is in the middle of that.
+# Arguments of each command, and its progress text in the middle of the work.
 MIDDLE = {
     "paper": ([], "Running the case study"),
     "verify": ([], "deriving"),

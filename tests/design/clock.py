@@ -8,7 +8,7 @@ LIMIT = 1e6
 
 
 class Clock:
-    """Time that nearly stands still until `progress` is told a text, and then is beyond LIMIT."""
+    """Time that advances little until `progress` gets a certain text, then passes LIMIT."""
 
     def __init__(self, monkeypatch, text: str) -> None:
         self.text, self.now = text, 0.0

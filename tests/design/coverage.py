@@ -27,7 +27,7 @@ ERRORS = {
 """Errors of n values, the first half those of x_m and the others of x_c, over the noise."""
 REFITS = 100  # of a bootstrap
 COUNTS = {9: UNKNOWN[:2], 20: UNKNOWN, 150: UNKNOWN}
-"""What is unknown, by the number of times."""
+"""Unknowns, by the number of times."""
 
 
 def data_of(errors, count, seed):
@@ -40,7 +40,7 @@ def data_of(errors, count, seed):
 
 
 def held(loss, errors, count, seeds, kind="errors"):
-    """Which intervals of a kind hold the truth, (sets, k)."""
+    """Mask (sets, k) of intervals of a kind that contain the true value."""
     found, unknown = [], COUNTS[count]
     how = {"state": STATE, "phase": PHASE, "loss": loss}
     how["bootstrap"] = REFITS if kind == "bootstrap" else 0
@@ -51,7 +51,7 @@ def held(loss, errors, count, seeds, kind="errors"):
 
 
 def _holds(one, k, kind):
-    """Whether an interval of the k-th value holds the truth."""
+    """True if an interval of the k-th value contains the true one."""
     name = list(one.values)[k]
     truth = getattr(TRUE, name)
     if kind == "bootstrap":

@@ -1,4 +1,4 @@
-"""Optima beside brute force that knows nothing of the optimiser, by the judge of `make optima`."""
+"""Optima against brute force that shares no code with the optimiser (`make optima`)."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from tests.optima.problems import Problem, problem
 
 # With a margin and a start of its own, and with two limits.
 SMALL = 1, 2
-# In number 6 the best drive lies in a narrow basin that the survey misses, as `make optima` tells.
+# In number 6 the best drive lies in a narrow basin that the survey misses (`make optima`).
 LARGE = (*range(6), *range(7, 11))
 
 

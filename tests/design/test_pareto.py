@@ -90,7 +90,7 @@ def drawn(base, over: dict, count: int) -> np.ndarray:
 
 
 def worse_between(front: Front, last: int, over: dict[str, tuple[float, float]]) -> bool:
-    """Whether a drive between two neighbouring points is worse than one of them in both metrics."""
+    """True if a drive between two neighbouring points is worse than one of them in both metrics."""
     ends = [front.points[i] for i in (last, last + 1)]
     for share in np.linspace(0.0, 1.0, 41)[1:-1]:
         drive = {

@@ -1,4 +1,4 @@
-"""Where optima rest: inside, at bifurcations found by continuation, at basin boundaries."""
+"""Optima in the interior, at bifurcations found by continuation, and at basin boundaries."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What an optimisation makes of its metric, its limits and the units it has them in."""
+"""Metric, limits and units of an optimisation."""
 
 import math
 from functools import partial
@@ -195,7 +195,7 @@ def closings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 def test_a_margin_that_cannot_hold_takes_bounded_work(closings) -> None:
     found = optimise("speed", BOUNDS, margin=0.9, samples=1)
     assert found.status is OptimumStatus.INFEASIBLE
-    # Differences of multipliers are by the core while the search goes on.
+    # During the search differences of multipliers are computed by the core.
     assert closings.count("python") < 50
     assert found.statistics["evaluations"] <= 100 * found.statistics["followed"]
 

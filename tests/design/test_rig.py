@@ -57,7 +57,7 @@ def test_device_camera_and_clock_are_found_from_videos_with_outliers() -> None:
     assert found.success
     errors = off(found, truth_of(*DRIVES))
     assert max(map(abs, errors.values())) < 4
-    # The clock is told well: without its slip the model is off.
+    # The slip of the clock is identified: without it the model is off.
     assert found.standard_errors["slip"] < SLIP / 50
     assert [one.name for one in found.runs] == list(DRIVES)
     assert found.runs[0].system.P_d == DRIVES["slow"][0]

@@ -33,7 +33,7 @@ each_way = pytest.mark.parametrize(
 
 @cache
 def judged(name: str, column: int, sign: int):
-    """The judge's run with one of the columns a little off."""
+    """Reference run with a small change in one of the columns."""
     parameters, state, phase = CASES[name]
     exact = [mpf(value) for value in (*state, phase, *parameters.to_dict().values())]
     if column >= 0:
@@ -43,7 +43,7 @@ def judged(name: str, column: int, sign: int):
 
 
 def capsule_moves(name: str) -> bool:
-    """Whether the capsule moves at first; at rest its velocity is 0, and stays so."""
+    """True if the capsule moves at first; at rest its velocity is 0, and stays so."""
     return CASES[name][1][2] != 0.0
 
 
@@ -51,7 +51,7 @@ def found_of(name: str, native: bool, monkeypatch) -> tuple[Sensitivities, int]:
     parameters, state, phase = CASES[name]
     if not native:
         monkeypatch.setattr(module, "core_of", lambda _: None)
-    # The judge counts its periods from the start.
+    # The reference counts its periods from the start.
     run = simulate(parameters, state, phase, PERIODS + 1)
     end = phase + PERIODS * parameters.period
     found = sensitivities(run, [end])
@@ -74,7 +74,7 @@ def test_derivatives_are_differences_of_the_judges_runs(name, native, monkeypatc
                 for a, b in zip(up.segments, down.segments, strict=True)
             ]
             states = [(a - b) / (2 * STEP) for a, b in zip(up.final, down.final, strict=True)]
-        # Times are counted from the start, and the judge's end moves with the frequency.
+        # Times are counted from the start; the end of the reference moves with the frequency.
         elapsed = np.array(ends[:switches], dtype=float) - (of == "phase")
         moved = -PERIODS * parameters.period / parameters.omega if of == "omega" else 0.0
         slopes = np.array(states, dtype=float) - found.rates[0] * moved
@@ -86,7 +86,7 @@ def test_derivatives_are_differences_of_the_judges_runs(name, native, monkeypatc
 
 @each_way
 def test_a_saltation_that_is_left_out_is_noticed(native, monkeypatch) -> None:
-    """What the test above judges by: without the times' derivatives it would fail."""
+    """The test above would fail without the derivatives of the times."""
     found, switches = found_of("slips and impacts", native, monkeypatch)
     assert np.abs(found.switching_slopes[:switches]).max() > 0.1
 

@@ -1,4 +1,4 @@
-"""Metrics of the motions that a start leads to, by runs and strobe repeats alone.
+"""Metrics of the motions that a start leads to, by runs and stroboscopic repeats alone.
 
 This is the judge's own: nothing of what optimises is imported. A run continues until its transients
 have decayed; the motion on which it repeats itself is closed by the core, and counts if it is

@@ -100,7 +100,7 @@ class Problem:
     ) -> tuple[Vector, Vector, Vector]:
         """Excess over limits, the objective to minimise, and the largest multiplier.
 
-        Of the worst start; infinite where a motion has not settled.
+        They are those of the worst start; infinite if a motion has not settled.
         """
         sign = -1.0 if self.maximise else 1.0
         value = np.max([sign * valued(self.metric, one) for one in motions], axis=0)

@@ -1,10 +1,10 @@
 """Branches against brute force: `python -m tests.orbits.battery COUNT FILE`.
 
-Branches in all parameters and on two paths, from random motions. At values spread over each
-branch the map alone, run from beside the branch's orbit, has to settle on a motion with the fields
-that the branch has there: an event that the branch missed, or has at another value, shows as other
-fields. Events are to be a chain of itineraries, and none is there twice. Results are appended to a
-file, one line a branch: a battery that was stopped goes on where it ended.
+Branches in all parameters and on two paths, from random motions. At values along the branch the map
+alone, run from a state next to the branch's orbit, has to settle on a motion with the branch's
+fields there; an event that the branch missed or misplaced appears as other fields. Events have to
+form a chain of itineraries, each once. Results are appended to a file, one line a branch: a battery
+that was stopped resumes.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def written(fields: Sequence[int], parameters: Parameters) -> tuple[int, ...]:
 
 
 def judged(number: int) -> dict[str, object]:
-    """What a branch has, and what brute force says of it."""
+    """Events of a branch, and the verdict of brute force."""
     parameters, name, begin, end, ties = start(number)
     clock = time.process_time()
     result: dict[str, object] = {"number": number, "name": name, "from": begin, "to": end}
@@ -127,7 +127,7 @@ def judged(number: int) -> dict[str, object]:
 
 
 def chain(branch: Branch) -> list[str]:
-    """What is wrong with the order of a branch's events, and what is there twice."""
+    """Errors in the order of a branch's events, and repeated events."""
     wrong, before = [], None
     for one in branch.bifurcations:
         if before is not None and str(before) != str(one.itinerary_before):
@@ -141,7 +141,7 @@ def chain(branch: Branch) -> list[str]:
 
 
 def main(count: int, path: Path) -> int:
-    """Judge so many branches; print the table."""
+    """Check so many branches; print the table."""
     known = kept(path, judged, lambda known: len(known) >= count)
     for one in known:
         counts = (

@@ -1,4 +1,4 @@
-"""Results that a file keeps, one line each: work that was stopped goes on where it ended."""
+"""Results kept in a file, one line each, so that stopped work resumes."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Random periodic motions, and whether they are found: `python -m tests.orbits.random_motions`.
+"""Random periodic motions found by `solve_orbit`: `python -m tests.orbits.random_motions`.
 
 Parameters are uniform in the ranges below. A run from rest that repeats itself over at most 16
-excitation periods within 1e-9, by the states of the map alone, is a periodic motion; its orbit is
-looked for by `solve_orbit`, and has to pass through the run's last state. Results are appended to a
-file, one line each: a run that was stopped goes on where it ended.
+excitation periods within 1e-9, by the states of the map alone, is a periodic motion; `solve_orbit`
+has to find its orbit, through the run's last state. Results are appended to a file, one line each:
+a run that was stopped resumes.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def drawn(number: int) -> Parameters:
 
 
 def judged(number: int) -> dict[str, object]:
-    """Whether a motion is periodic, and whether it is found."""
+    """Record of a motion: periodic or not, found or not."""
     parameters, begin = drawn(number), time.process_time()
     run = simulate(parameters, periods=PERIODS)
     marks = np.array(run.stroboscopic, dtype=float)
@@ -66,7 +66,7 @@ def judged(number: int) -> dict[str, object]:
 
 
 def main(count: int, path: Path) -> int:
-    """Judge motions until so many periodic ones are known; tell of those that are not found."""
+    """Check motions until so many periodic ones are known; print those that are not found."""
     known = kept(
         path, judged, lambda known: sum(one["periods"] is not None for one in known) >= count
     )

@@ -106,7 +106,7 @@ def bifurcations_of(part) -> frozenset[str]:
 
 
 def test_the_surfaces_are_those_whose_closures_hold_the_line() -> None:
-    # Where delta < f_b all lines but L10 exist; L10 where delta > f_b.
+    # For delta < f_b all lines but L10 exist; L10 for delta > f_b.
     f_b, delta = SYMBOLS[-1], SYMBOLS[2]
     for line, surfaces in kinds._SURFACES.items():
         hypotheses = [sp.Gt(delta, f_b) if line == "L10" else sp.Lt(delta, f_b)]

@@ -49,7 +49,7 @@ def found_with_isola() -> BoxSearch:
 
 
 def of_period_three(parameters: Parameters) -> int:
-    """How many of a grid of starts come to a motion of three periods, by the map alone."""
+    """Number of starts of a grid that reach a motion of three periods, by the map alone."""
     line = np.linspace(-REACH, REACH, 16)
     x_r, v_r = (values.ravel() for values in np.meshgrid(line, line))
     states = np.stack([x_r, v_r, 0 * x_r], axis=1)

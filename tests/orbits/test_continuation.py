@@ -91,7 +91,7 @@ def test_the_way_back_finds_the_same_eight(gamma: float) -> None:
 
 @pytest.mark.parametrize("gamma", [3.3, 3.0])
 def test_the_map_settles_on_the_words_on_either_side(gamma: float) -> None:
-    # Started beside the orbit, at 1e-6 from each value, the map is asked alone.
+    # Runs of the map alone start beside the orbit, at 1e-6 from each value.
     for one in upwards(gamma).bifurcations:
         flow = one.orbit.system.flows[one.orbit.itinerary.first]
         state = [float(value) for value in flow.start]
@@ -199,7 +199,7 @@ def test_a_branch_that_passes_close_to_its_begin_has_not_returned(label: str, s:
     assert branch.status is Ending.TURNED_BACK
     assert [one.type for one in branch.bifurcations] == [FOLD]
     apart = np.linalg.norm(branch.points[-1].orbit.durations - orbit.durations)
-    # What 1e-16 of omega makes of s.
+    # The change of s by 1e-16 of omega.
     assert apart == pytest.approx(2 * s, rel=1e-3 + 1e-16 / abs(growth) / s**2)
 
 
@@ -240,7 +240,7 @@ def test_of_two_failures_in_a_step_the_first_counts(parameters, name, to, types)
 
 
 def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
-    """Its value is that of the branch of half the period, and the map says so on both sides."""
+    """Its value is that of the branch of half the period, and the map agrees on both sides."""
     branch = continue_orbit(settled(alpha=0.05, zeta=0.005), "alpha", 0.01, points=20)
     (end,) = branch.bifurcations
     assert branch.status is Ending.PERIOD_HALVED

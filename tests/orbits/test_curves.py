@@ -241,7 +241,7 @@ def test_a_multiplier_passes_minus_one_on_an_adding_sliding_curve() -> None:
     (point,) = curve.codimension_two
     assert point.types == (ADDING, PERIOD_DOUBLING)
     assert max(point.uncertainties) < 1e-12
-    # Where the period-doubling curve of the branches over alpha ends.
+    # The end of the period-doubling curve of the branches over alpha.
     assert point.values == pytest.approx((0.368574, 0.048066), abs=1e-6)
     for one in curve.points:
         assert (one.multipliers[0].real < -1) == (one.values[1] < point.values[1])

@@ -102,7 +102,7 @@ def quantities(flow: SegmentFlow) -> list[Quantity]:
 
 
 def shown(times: NDArray[np.float64], values: NDArray[np.float64], kind: int) -> list[int]:
-    """Where samples show an extremum."""
+    """Sample times at which an extremum appears."""
     rises = np.sign(np.diff(values))
     turned = (rises[1:] == kind) & (rises[:-1] != kind)
     return (np.flatnonzero(turned) + 1).tolist()  # type: ignore[no-any-return]
@@ -281,7 +281,7 @@ def test_flat_extrema_are_found_as_far_as_rounding_lets_them(name: str, error: f
 
 @pytest.mark.usefixtures("either")
 def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
-    """Where a slip begins, v_c and v_c' vanish: the start is none of the segment's own extrema."""
+    """At the start of a slip v_c and v_c' vanish: it is not an interior extremum of the segment."""
     values, x_r = tuple(Parameters(alpha=1.3).to_dict().values()), 0.35
     for missed in (0.0, 1e-13, -1e-13):  # by the solution of an orbit's equations
         v_r = (1.0 + missed - x_r - 1.5 * (x_r - 0.02)) / 0.1

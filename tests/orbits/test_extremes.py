@@ -69,7 +69,7 @@ def test_a_motion_that_weak_friction_brakes_is_found(size: float, friction: floa
     found = solve_orbit(far)
     assert found.success, found.message
     # The least friction's progression, below; this friction's differs by some part of it, and what
-    # double precision knows of it by the rounding over the friction.
+    # double precision has it up to the rounding over the friction.
     near = 4 * friction + 3e-6
     assert found.progression / size == pytest.approx(-0.262241, abs=near + 2.0**-48 / friction)
     assert found.refined().progression / size == pytest.approx(-0.262241, abs=near)

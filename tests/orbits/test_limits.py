@@ -40,7 +40,7 @@ PLANE = (0.1, 2.0), (3.0, 3.4)
 
 @pytest.fixture
 def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A clock that goes on by a second whenever it is looked at, and only then."""
+    """A clock that advances by a second at each reading, and only then."""
     clock = itertools.count(perf_counter())
     monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
 
@@ -93,11 +93,11 @@ CALLS: dict[str, Call] = {
 
 
 def results(found: Any) -> list[Any]:
-    """What has a status, of a result or several."""
+    """Results with a status: the result itself, or its parts."""
     return [found] if hasattr(found, "status") else list(found)
 
 
-# What the C core solves between two looks at the clock.
+# Solved by the C core between two readings of the clock.
 QUICK = {"solve_itinerary", "solve_admissible"}
 
 

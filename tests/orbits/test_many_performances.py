@@ -1,4 +1,4 @@
-"""Orbits that the C core closes: metrics, gradients and multipliers, judged by 50 digits."""
+"""Orbits closed by the C core: metrics, gradients and multipliers against 50 digits."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ MOTIONS: dict[str, dict[str, float]] = {
     "another friction": {"alpha": 1.6, "f_b": 0.6},
 }
 QUICK = ("never sticking",)
-"""What 50 digits judge in the quick suite; double precision judges all of them."""
+"""Bifurcations checked by 50 digits in the quick suite; double precision checks all of them."""
 BIFURCATIONS = {
     "grazing": 0.007375635565834309,
     "adding-sliding": 0.3687797241855779,
@@ -84,7 +84,7 @@ def known(name: str) -> tuple[Orbit, Performances]:
 
 
 def closed(p: Parameters, state: Any, period_number: int = 1) -> Performances:
-    """What the core makes of a motion near a state, all of it."""
+    """All results of the core for a motion near a state."""
     found = performance_many(row(p), state, period_number, gradients=True)
     assert found.status.tolist() == ["closed"]
     return found
@@ -134,7 +134,7 @@ def test_metrics_gradients_and_multipliers_are_those_of_the_orbit(name: str) -> 
     check_values(found, expected, orbit, 2 * ROUNDINGS)
     assert off(found, expected, orbit) < 1e-10
     multipliers = floquet_multipliers(orbit)
-    # Those of a pair may stand in either order, and moduli that agree to rounding too.
+    # Those of a pair may be in either order, as may values of equal absolute value.
     np.testing.assert_allclose(
         np.sort_complex(found.multipliers[0]), np.sort_complex(multipliers), rtol=0, atol=1e-12
     )

@@ -1,4 +1,4 @@
-"""What lies within 1e-4 of a border collision along a branch: folds, doublings, other borders."""
+"""Folds, doublings and borders within 1e-4 of a border collision along a branch."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def test_the_leading_discontinuous_term_is_that_of_motions_in_fifty_digits(name:
 
 
 def _difference(one: Bifurcation, power: int, h: mpf) -> list[float]:
-    """What a segment of duration h changes, over h^power, by the equations of motion alone."""
+    """Change by a segment of duration h, over h^power, from the equations of motion alone."""
     orbit, segment = one.orbit, one.segment
     itinerary, p = orbit.itinerary, orbit.parameters
     fields = around(itinerary, segment)

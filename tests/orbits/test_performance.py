@@ -54,7 +54,7 @@ def test_energy_changes_by_work_less_losses_in_every_segment(index: int) -> None
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_energy_balance_closes_to_rounding(alpha: float) -> None:
     found = performance(settled(alpha=alpha))
-    # What the springs store is rounded too: most where the work is small beside it.
+    # The springs' energy is rounded too, which matters most if the work is small beside it.
     stored = found.peak_force.value**2 / 2
     assert abs(found.imbalance) < 8 * 2.0**-53 * (found.work.value + stored)
 

@@ -1,4 +1,4 @@
-"""What records say of convergence: what was found, also where nothing was."""
+"""Convergence in records, with and without a result."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ SAID = ("residual", "iterations", "status", "success")
 
 
 def solved(record: dict) -> bool:
-    """Whether a record says that it is, in each of its ways."""
+    """Check that all entries of a record agree on its convergence."""
     assert record["success"] is (record["status"] == "converged")
     assert record["iterations"] >= 0
     return record["success"]
@@ -122,7 +122,7 @@ def test_a_bifurcation_that_does_not_converge_says_so(monkeypatch, outside: bool
     answer(monkeypatch, repeat(there))
     branch = doubled.__wrapped__()
     one = first_doubling(branch)
-    # Where it is stays true, with the uncertainty that is left: all of the step.
+    # The interval is still valid, and the uncertainty is the whole step.
     assert one.interval[0] < whole.value < one.interval[1]
     assert one.uncertainty > one.interval[1] - one.interval[0]
     record = next(
@@ -140,7 +140,7 @@ def test_a_bifurcation_that_does_not_converge_at_first_is_found_from_nearer(monk
     one = first_doubling(doubled.__wrapped__())
     assert one.success
     assert one.value == pytest.approx(whole.value, abs=1e-12)
-    # As many halvings as are asked for.
+    # As many halvings as requested.
     answer(monkeypatch, [None, None])
     few = ContinuationSettings(zero_halvings=2)
     assert not first_doubling(doubled.__wrapped__(few)).success

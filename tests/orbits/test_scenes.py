@@ -162,7 +162,7 @@ BRANCHES = [
 def test_on_both_sides_of_a_bifurcation_runs_have_its_itineraries(
     name: str, parameter: str, to: float
 ) -> None:
-    """A run that settles a little before or beyond judges what the branch says of itself."""
+    """A run that settles slightly before or beyond confirms the branch."""
     found, judged = branch(name, parameter, to), 0
     assert found.success, found.message
     for one in found.bifurcations:
@@ -324,7 +324,7 @@ MIRRORED = {**ALIKE, "zeta": 0.05, "D": 0.5, "s": 0, "f_plus": 1, "f_minus": 1}
 
 
 def test_motions_between_stops_alike_are_followed_by_their_halves() -> None:
-    """Where the half's map has the multiplier -1 the whole motion has 1: its symmetry breaks."""
+    """A multiplier -1 of the half's map is 1 for the whole motion: its symmetry breaks."""
     p = scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
     orbit = solve_orbit(p)
     half = half_orbit(orbit)
@@ -360,7 +360,7 @@ def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Inte
         begin = tuple(np.array(orbit.trajectory()(orbit.parameters.period), dtype=float))
         (run,) = judge.runs(SCENES["prototype"], [Start(orbit.parameters.to_dict(), begin)], 1)
         assert np.array([*map(float, run.state[:3])]) == pytest.approx(begin, abs=1e-11)
-    # Beside the point the orbits are as far apart as the half's normal form says.
+    # The distance of the orbits beside the point is that of the half's normal form.
     form = breaking.normal_form
     assert form is not None
     assert (form.order, form.power, form.scenario) == (2, 3, "supercritical")

@@ -46,7 +46,7 @@ def stroboscopic(orbit: Orbit) -> NDArray[np.float64]:
 
 
 def attractors_missed(parameters: Parameters, orbits: list[Orbit], size: int) -> list[int]:
-    """How many states of a grid come to each orbit, and last how many come to none."""
+    """Number of states of a grid that reach each orbit, and at last of those that reach none."""
     line = np.linspace(-REACH, REACH, size)
     x_r, v_r = (values.ravel() for values in np.meshgrid(line, line))
     states = np.stack([x_r, v_r, np.zeros_like(x_r)], axis=1)
@@ -82,7 +82,7 @@ def test_every_attractor_of_a_coarse_grid_is_found() -> None:
     found = stable(search_orbits(parameters, 12))
     assert [orbit.itinerary.period_number for orbit in found] == period_numbers
     assert attractors_missed(parameters, found, 12)[-1] == 0
-    # With one attractor withheld the grid tells.
+    # With one attractor withheld the grid shows it.
     assert attractors_missed(parameters, found[:1], 12)[-1] > 10
 
 

@@ -76,7 +76,7 @@ def differences(run: Trajectory, motion: SteadyMotion) -> NDArray[np.float64]:
 
 
 def check(parameters: Parameters) -> bool:
-    """Whether a run settles; if it does, that its motion is the orbit that is found."""
+    """True if a run settles; its motion then has to be the orbit found."""
     run = simulate(parameters, periods=PERIODS)
     motion = run.steady()
     if motion is None:

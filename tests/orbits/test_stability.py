@@ -142,7 +142,7 @@ def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> 
     run = simulate(orbit.parameters, state, periods=400)
     with np.errstate(divide="ignore"):
         expected = np.log(abs(floquet_multipliers(orbit))) / orbit.parameters.period
-    # What the first periods add is forgotten as one over the run's length.
+    # The contribution of the first periods decays as one over the run's length.
     assert lyapunov_exponents(run).values == pytest.approx(expected, abs=2e-3)
     assert lyapunov_exponents(run, transient=100).values == pytest.approx(expected, abs=2e-3)
 

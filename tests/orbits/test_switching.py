@@ -34,7 +34,7 @@ def light() -> Branch:
 
 
 def difference(orbit: Orbit) -> float:
-    """How far the states at the begin of two excitation periods are apart."""
+    """Distance of the states at the start of two excitation periods."""
     run, period = orbit.trajectory(), orbit.parameters.period
     begin = float(run.origin[0].phase)
     return float(np.linalg.norm(run(begin) - run(begin + period)))
@@ -54,7 +54,7 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
     ratios = [difference(p.orbit) ** 2 / (p.value - doubling.value) for p in near]
     assert len(ratios) > 1
     assert max(ratios) < 1.05 * min(ratios)
-    # On the side where nothing doubled settles only the branch itself goes on.
+    # On the side without stable doubled orbits only the branch itself continues.
     assert [
         one.points[-1].orbit.itinerary.period_number for one in continue_from(light(), "PD1", 0.04)
     ] == [1]

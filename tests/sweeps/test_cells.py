@@ -1,4 +1,4 @@
-"""What is computed of a cell, against the reference map, and what becomes of cells that fail."""
+"""Results of a cell against the reference map, and outcomes of cells that fail."""
 
 import numpy as np
 import pytest

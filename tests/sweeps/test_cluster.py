@@ -41,7 +41,7 @@ def test_an_address_that_refuses_is_given_up_in_seconds(monkeypatch: pytest.Monk
 
 
 class FakeExecutor:
-    """The executor of a client whose scheduler answers in turn as it is told."""
+    """Executor of a client whose scheduler gives prescribed answers in turn."""
 
     def __init__(self, *answers: Any) -> None:
         self.answers = list(answers)
@@ -190,7 +190,7 @@ def test_a_worker_is_free_again_when_nobody_waits_for_its_chunk(
     ):
 
         def begun() -> bool:
-            # What a client asks is asked for ever where its scheduler dies.
+            # Without a limit a client waits for ever if its scheduler dies.
             stacks = client.sync(client.scheduler.call_stack, callback_timeout=PATIENCE)
             return any(stacks.values())
 

@@ -1,4 +1,4 @@
-"""Stores in which any file is damaged: each is mended byte for byte, or one line says why not."""
+"""Stores with any file damaged: each is repaired byte for byte, or one line gives the reason."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def damaged_once(
         return
     assert lock or damaged_parts(info_record(path, check=True)) > 0 or name == "chart.json"
     damaged = run_again(path, resume=True)
-    # Only a record that says that a chart is finished is no loss: the chart is written anew.
+    # Only the record of a finished chart is no loss: the chart is written again.
     assert damaged > 0 or lock or name == "chart.json"
     assert {k: v for k, v in contents(path).items() if "/other " not in f"/{k}"} == before
     assert not (path / name).is_symlink()
@@ -126,7 +126,7 @@ def damaged_once(
 
 
 def mends_folders(kind: str, name: str) -> bool:
-    """A chart is written anew as a whole, whatever there is in its place."""
+    """A chart is written again as a whole, whatever is in its place."""
     return kind == "chart" and name.startswith("chart.zarr")
 
 

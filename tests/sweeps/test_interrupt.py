@@ -1,4 +1,4 @@
-"""Sweeps that are interrupted: they end at once, in one line that says what they kept."""
+"""Sweeps that are interrupted: they end at once, with one line on the kept cells."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def killed_at_random_moments(store: Path, executor: str, kills: int) -> int:
             program.kill()
         program.communicate()
         after = finished(store)
-        # What was finished stays as it was: it is neither lost nor computed again.
+        # Finished chunks are unchanged: they are neither lost nor computed again.
         assert before.items() <= after.items()
         interrupted += len(after) < 50
     return interrupted
@@ -124,7 +124,7 @@ def test_runs_killed_at_ten_moments_end_as_an_uninterrupted_one(
 
 
 def worker_deaths(store: Path, executor: str, deaths: int) -> int:
-    """Kills workers at random moments while one run goes on; returns how many were killed.
+    """Kill workers at random moments during one run; returns the number killed.
 
     Between two kills a chunk is finished: workers that only die are not replaced for ever.
     """

@@ -73,7 +73,7 @@ def test_a_run_says_how_its_cells_ended(tmp_path: Path, monkeypatch: pytest.Monk
     assert (summary.success, summary.status) == (False, "failed")
     assert summary.statistics["outcomes"]["failed"] == 1
     assert "1 failed" in summary.message
-    # What was done before counts as well.
+    # Earlier cells count as well.
     again = run_sweep(small, tmp_path / "failing", workers=1, resume=True)
     assert (again.computed, again.status, again.message) == (0, "failed", summary.message)
 
@@ -224,7 +224,7 @@ def test_a_dask_cluster_of_two_workers_gives_equal_results(
 
 
 class Counting(Executor):
-    """Runs at once in the calling thread, counts what was asked of it, and may stop."""
+    """Executor in the calling thread that counts its calls, and may stop."""
 
     def __init__(self, stop_after: int = 10**9, error: BaseException | None = None) -> None:
         self.parts: list[Sweep] = []
@@ -446,7 +446,7 @@ def test_an_error_of_a_worker_is_told_with_its_chunk(tmp_path: Path) -> None:
 
 
 class Died(Exception):
-    """Told of a chunk by a cluster that gives it up."""
+    """Error of a cluster that gives up a chunk."""
 
 
 class Mortal(run_module.Pool):
