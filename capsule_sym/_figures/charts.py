@@ -18,6 +18,7 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     AREAS,
     CURVES,
+    DASHES,
     NOT_PERIODIC,
     OTHER_CURVE,
     blank,
@@ -174,4 +175,4 @@ def _legend(
         handles.append(Patch(color=_OTHERS, label=f"{others} other itineraries"))
     if not all(region.itinerary for region in regions):
         handles.append(blank(NOT_PERIODIC))
-    add_key(figure, handles, below=True)
+    add_key(figure, handles, below=True, handlelength=DASHES)

@@ -12,7 +12,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import CURVES, OTHER_CURVE, describe, draw_points, styled
+from capsule_sym._figures.style import CURVES, DASHES, OTHER_CURVE, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
 
 
@@ -51,7 +51,7 @@ def plot_curves(
     axes.set_ylabel(named(second))
     stand = {place: f"C{number}" for number, place in enumerate(places, 1)}
     if alone:
-        add_key(figure, axes.get_legend_handles_labels()[0])
+        add_key(figure, axes.get_legend_handles_labels()[0], handlelength=DASHES)
         kinds: dict[str, list[str]] = {}
         for place, text in places.items():
             kinds.setdefault(text, []).append(stand[place])

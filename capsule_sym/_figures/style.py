@@ -72,17 +72,18 @@ NOT_PERIODIC = "no periodic motion found"
 SEAMLESS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "rasterized": True}
 """Options of areas side by side: as pixels without antialiasing no seam shows between them."""
 
-# Colour and dashes of a curve of bifurcations, by its type.
+# Colour and dashes of a curve of bifurcations, by its type: apart in grey too.
 CURVES = {
     "grazing": ("black", (0, (1, 1.2))),
     "adding-sliding": ("#0072B2", "-"),
     "boundary-intersection crossing": ("black", "-"),
-    "crossing-sliding": ("#D55E00", "-"),
-    "switching-sliding": ("#009E73", "-"),
-    "grazing-sliding": ("#B0307A", "-"),
+    "crossing-sliding": ("#D55E00", (0, (5, 1.2))),
+    "switching-sliding": ("#009E73", (0, (4, 1, 1, 1))),
+    "grazing-sliding": ("#B0307A", (0, (4, 1, 1, 1, 1, 1))),
     "fold": ("#4D4D4D", "-"),
 }
-OTHER_CURVE = ("#4D4D4D", "--")
+DASHES = 3.0  # length of a legend entry in which dashes are told apart, in sizes of its type
+OTHER_CURVE = ("#4D4D4D", (0, (9, 2)))
 
 
 def field_colour(field: int, colours: Colours = "safe", scene: Scene = CAPSULE) -> str:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_STATE = "x_r", "v_r", "v_c"
+_DIGITS = 4  # of final states: those of an attractor differ by less
 _ROOM = 0.04  # of a basin: distance from its border to a number
 
 
@@ -42,8 +44,9 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
 
     `results` is what `open_results` gives of a basin. A colour is an attractor, the most frequent
     first; its number is that of the key, which gives its itinerary and share. White are starts of
-    which no periodic motion was found. Drawn into `axes`, without the key, if they are given.
-    Raises InvalidInput for results of another kind.
+    which no periodic motion was found. Stars are the attractors' own stroboscopic states, where
+    both coordinates are among the state's, dimensionless. Drawn into `axes`, without the key, if
+    they are given. Raises InvalidInput for results of another kind.
     """
     if "attractor" not in results or len(results["attractor"].dims) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
@@ -74,6 +77,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
             axes.text(x[i], y[j], str(place + 1), **middle)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
+    _draw_attractors(axes, results, order)
     if alone:
         handles = [
             Patch(facecolor=colours[place], label=f"{place + 1}  {_name(results, code)}")
@@ -81,6 +85,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
         ]
         if np.any(rank < 0):
             handles.append(blank(NOT_PERIODIC))
+        handles += handles_of([axes])
         add_key(figure, handles)
     return describe(figure, "Basins of attraction", axes=[first, second])
 
@@ -94,6 +99,22 @@ def _deepest(area: NDArray[np.bool_]) -> tuple[tuple[int, int], int]:
     cells = np.argwhere(last) - 1
     i, j = cells[len(cells) // 2]
     return (int(i), int(j)), depth
+
+
+def _draw_attractors(axes: Axes, results: xr.Dataset, order: list[int]) -> None:
+    """Stars at the states in which the starts of each attractor end."""
+    names = list(map(str, results["attractor"].dims))
+    if "final" not in results or not {*names} <= {*_STATE}:
+        return
+    if any("si_units" in results[name].attrs for name in names):
+        return
+    ends, codes = results["final"].values, results["attractor"].values
+    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # an attractor may lie outside
+    for code in order:
+        states = ends[codes == code][:, [_STATE.index(name) for name in names]]
+        x, y = np.unique(states.round(_DIGITS), axis=0).T
+        rim: dict[str, Any] = {"markeredgecolor": "black", "markeredgewidth": 0.5}
+        axes.plot(x, y, "*", color="white", markersize=6, label="attractor, once a period", **rim)
 
 
 def _axis(results: xr.Dataset, name: str) -> tuple[Array, str]:

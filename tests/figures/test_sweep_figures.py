@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 import capsule_sym
 from capsule_sym import InvalidInput, Parameters, performance, solve_orbit
 from capsule_sym._figures import sweeps
+from capsule_sym._study.data import strobe
 from tests.figures.test_command import run_here
 
 pytest.importorskip("zarr")
@@ -48,6 +49,29 @@ def test_speed_and_cost_are_those_of_the_orbits(stores: Path) -> None:
                 expected.append((abs(float(orbit.average_velocity)), work / way))
     assert len(expected) >= 4
     assert np.column_stack([speed, cost]) == pytest.approx(np.array(expected), rel=1e-9)
+
+
+def test_stars_of_basins_are_the_attractors_and_numbers_stand_in_their_areas(stores: Path) -> None:
+    from capsule_sym import open_results
+
+    with open_results(stores / "basin") as results:
+        figure = sweeps.plot_basin(results)
+    (axes,) = figure.axes
+    (star,) = (np.transpose(line.get_data()) for line in axes.lines)
+    assert star == pytest.approx(np.array([strobe(solve_orbit(Parameters()))[0][:2]]), abs=1e-3)
+    shown = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert [text[:3] for text in shown[:-1]] == [f"{1 + k}  " for k in range(len(shown) - 1)]
+    assert shown[-1] == "attractor, once a period"
+    assert {text.get_text() for text in axes.texts} <= {text[0] for text in shown}
+
+
+def test_the_deepest_cell_of_an_area() -> None:
+    area = np.zeros((9, 12), dtype=bool)
+    area[1:8, 2:9] = True
+    assert sweeps._deepest(area) == ((4, 5), 4)
+    area[4, 5] = False  # a hole
+    (i, j), depth = sweeps._deepest(area)
+    assert (area[i, j], depth) == (True, 2)
 
 
 def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
