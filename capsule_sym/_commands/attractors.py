@@ -112,7 +112,9 @@ def _show(
             )
             for one in found.branches
         )
-        heads = ("", found.name, "starts", "birth", "death", "period", "itinerary")
+        unit = present.units_of(device).get(found.name) if device else None
+        name = f"{found.name} ({unit})" if unit else found.name
+        heads = ("", name, "starts", "birth", "death", "period", "itinerary")
         present.table(heads, rows, gap=2)
     present.make_console().print(found.message)
 
