@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _NAMED = 0.08  # fraction from which on an area has its number
 _NARROW = 0.01  # share of the axis over which it goes then
 _LARGE = 0.7  # share of an area's greatest height above which it may stand
+_HATCHES = (None, "/////", ".....", "xxxxx")  # of attractors that share a colour
 _Values = NDArray[np.float64]
 
 
@@ -37,8 +38,7 @@ def plot_attractors(
 
     `found` is what `continue_attractors` gives. Each attractor has a colour and its number; marks
     above are births (filled) and deaths (open) at the bifurcations of their branches, where
-    fractions jump. White
-    are starts that have not settled. Drawn into `axes` if they are given.
+    fractions jump. White are starts that have not settled. Drawn into `axes` if they are given.
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
@@ -46,11 +46,13 @@ def plot_attractors(
     below = np.zeros(len(places))
     fine = np.linspace(found.values[0], found.values[-1], 401)
     for branch in found.branches:
-        colour = AREAS[branch.number % len(AREAS)]
+        turn, place = divmod(branch.number, len(AREAS))
+        colour, hatch = AREAS[place], _HATCHES[turn % len(_HATCHES)]
         fractions = np.zeros(len(found.values))
         fractions[np.searchsorted(found.values, branch.values)] = branch.fractions
         height = shares @ fractions
-        axes.fill_between(places, below, below + height, color=colour, linewidth=0)
+        looks: dict[str, Any] = {"facecolor": colour, "edgecolor": readable(colour), "linewidth": 0}
+        axes.fill_between(places, below, below + height, hatch=hatch, **looks)
         heights = np.interp(fine, places, height)
         large = np.flatnonzero(heights >= _LARGE * heights.max())
         most = int(large[abs(fine[large] - fine[large].mean()).argmin()])

@@ -88,7 +88,7 @@ def test_bad_input_is_one_line(call, arguments, told) -> None:
 
 
 def test_attractors_beside_each_other_look_different(monkeypatch) -> None:
-    monkeypatch.setattr("capsule_sym._figures.attractors.REGIONS", ("#88ccee",))
+    monkeypatch.setattr("capsule_sym._figures.attractors.AREAS", ("#88ccee",))
     found = continue_attractors(BISTABLE, "alpha", [2.2, 2.3, 2.4], BOX, count=30, periods=2048)
     (axes,) = plot(found).axes
     areas = [one for one in axes.collections if isinstance(one, PolyCollection)]
