@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
+.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -74,6 +74,9 @@ fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)
 ONLY ?=
 hardcases: $(READY)  ## judge every switch of the hard cases by 50 digits, or of those with ONLY in their name
 	$(BIN)/python -m benchmarks hardcases --only '$(ONLY)'
+
+events: $(READY)  ## write benchmarks/events/events.json, the suite of hard events for any integrator
+	$(BIN)/python -m benchmarks events
 
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes

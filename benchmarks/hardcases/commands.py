@@ -147,3 +147,24 @@ def _print_tally(total: Tally) -> None:
 
 def _size(decade: str) -> float:
     return float("inf") if decade == "anywhere" else float(decade)
+
+
+@command()
+def events(
+    check: bool = option("Compare with the file that is there, and write nothing.", default=False),
+) -> None:
+    """Write the suite of hard events, benchmarks/events/events.json.
+
+    Exits with 1 if the file that is there differs.
+    """
+    from pathlib import Path
+
+    from benchmarks.hardcases.suite import text
+
+    path = Path(__file__).parents[1] / "events" / "events.json"
+    made = text()
+    if not check:
+        path.write_text(made, encoding="utf-8")
+    elif path.read_text(encoding="utf-8") != made:
+        click.echo(f"{path} differs: python -m benchmarks events", err=True)
+        raise click.exceptions.Exit(1)

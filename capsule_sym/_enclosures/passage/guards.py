@@ -218,9 +218,9 @@ class Watch:
                     depth, length = depth - 1, length * 2
                 continue
             depth += 1
-            if depth > _DEEPEST:
-                return False
             length /= 2
+            if depth > _DEEPEST or done + length == done:  # below what the time resolves
+                return False
         return True
 
 

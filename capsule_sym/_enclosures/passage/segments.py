@@ -58,6 +58,7 @@ _FIRST_BITS = 128  # of the first step of Newton's method; each further one has 
 _SLOPE_BITS = 80  # of slopes along a reach, which multiply what is small already
 _UP = 1 + 1e-12
 _HEAD = unit(SIZE, ROWS)
+_NOTHING = Known()
 _FIXED: Sequence[str] = generated.PARAMETERS
 _kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
 
@@ -153,10 +154,10 @@ class Passage:
         return ended, by
 
     def segments(
-        self, start: Matrix, steps: Sequence[Step], total: Ball
+        self, start: Matrix, steps: Sequence[Step], total: Ball, known: Known = _NOTHING
     ) -> Iterator[tuple[Field, Ball, Matrix]]:
         """Field, duration and end states of each segment, after its proof."""
-        known, here, begun = Known(), start, _form(_states(start))
+        here, begun = start, _form(_states(start))
         if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
             raise Unproved("first switch", "it is not the last segment alone that has no guard")
         for number, step in enumerate(steps, 1):
