@@ -82,7 +82,7 @@ def plot_bifurcations(
 
 
 def shared(record: Record) -> dict[str, Any]:
-    """What the orbits of a branch have in common: its parameters without the one that varies."""
+    """Fixed parameters of a branch: all without the one that varies."""
     orbit = record["points"][0].get("orbit", record["points"][0])
     known = orbit.get("parameters", {})
     values = {k: v for k, v in known.items() if k != record["parameter"]}
@@ -95,7 +95,7 @@ def units_of(record: Record, device: SceneDevice | None) -> Units:
 
 
 def axis_label(record: Record, units: Units) -> str:
-    """What varies along a branch, and how one ends that does not get where it was to get."""
+    """Parameter that varies along a branch, and the reason if the branch ends early."""
     label, status = units.label(record["parameter"]), record.get("status", "reached")
     return label if status == "reached" else f"{label}; the branch ends early: {status}"
 

@@ -33,9 +33,9 @@ _BEHIND = 40  # motions one behind the other in Fig. 6
 
 @dataclass(frozen=True)
 class Study:
-    """What a figure is made from: results kept in a store, of one system.
+    """Input of a figure: results kept in a store, of one system.
 
-    `chosen` says that the system is the user's: else Figs. 2 to 5 show one whose lines lie apart,
+    `chosen` is true for a system of the user; otherwise Figs. 2 to 5 show one whose lines lie apart,
     and the guards are those at a larger amplitude. `width` is in inches. Of a `device` the figures
     are in SI units, or say that they are not.
     """
@@ -167,13 +167,13 @@ class Entry:
     title: str
     caption: str
     seen: str
-    """Text alternative: what is seen, in words."""
+    """Text alternative of the figure."""
     by_gamma: bool = False
-    """Whether it depends on gamma."""
+    """True if it depends on gamma."""
     metric: bool = False
-    """Whether it is drawn in a device's units."""
+    """True if it is drawn in a device's units."""
     general: bool = False
-    """Whether it is drawn of any scene; the others are of the paper's alone."""
+    """True if it can be drawn for any scene, not only for the paper's."""
 
     def drawn(self, study: Study) -> Figure:
         """The figure, with a word where a device's is dimensionless.

@@ -23,8 +23,8 @@ def plot_curves(
     """Curves of bifurcations over two parameters, as `capsule-sym curve --json` gives them.
 
     A colour is a type; a circle is a point of codimension two, labelled C1, C2, ..., and the key
-    below says what meets there. Drawn into `axes`, without the keys, if they are given. Raises
-    InvalidInput for a record without curves.
+    below names the curves that meet there. Drawn into `axes`, without the keys, if they are given.
+    Raises InvalidInput for a record without curves.
     """
     curves = record["curves"]
     if not curves:

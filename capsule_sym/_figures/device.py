@@ -32,7 +32,7 @@ _STOP = 0.16  # thickness of the plate on the second spring
 
 
 class Frame(NamedTuple):
-    """Where the capsule and the mass in it are drawn, and whether they press on what is beside.
+    """Places of the capsule and the mass in a drawing, and their contacts.
 
     `capsule` and `mass` are displacements in the drawing's units, `gap` that between the mass at
     rest and the second spring, `behind` that to one behind it, if there is one.
@@ -115,7 +115,7 @@ def ground(axes: Axes, left: float, right: float) -> list[Any]:
 
 
 _TYPE = 2.5  # points of type in each inch of Fig. 1
-_SLOPE = math.radians(3)  # of a track of which no device says how steep it is
+_SLOPE = math.radians(3)  # slope of a track without a device
 
 
 def _tilt(parameters: SceneParameters, device: SceneDevice | None) -> float:

@@ -89,7 +89,7 @@ def _names(records: Sequence[Record]) -> list[str]:
 
 
 def _kinds(branches: Sequence[Record]) -> list[str]:
-    """What the letters of the labels stand for."""
+    """Key of the letters of the labels."""
     found = [one for branch in branches for one in branch["bifurcations"]]
     kinds = {one["label"].rstrip("0123456789"): one["type"] for one in found}
     return [f"{letters}  {kind}" for letters, kind in sorted(kinds.items())]

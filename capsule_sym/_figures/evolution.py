@@ -106,7 +106,7 @@ def plot_itineraries(
     axes: Axes | None = None,
     device: SceneDevice | None = None,
 ) -> Figure:
-    """Which field acts when, against alpha, with the exact bifurcations of a branch named.
+    """Field by phase against alpha, with the exact bifurcations of a branch named.
 
     Drawn into `axes`, without the names, if they are given; with a `device` over its amplitude.
     """

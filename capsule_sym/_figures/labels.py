@@ -25,7 +25,7 @@ Box = tuple[float, float, float, float]
 """Left, bottom, right and top in pixels."""
 
 PATCH: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 1.0, "pad": 0.8}
-"""What is behind a name on its own line, so that the line does not strike it through."""
+"""Background of a name on its own line, so that the line does not strike it through."""
 
 _COMPASS = (0.6, 0.6), (-0.6, 0.6), (0.6, -0.6), (-0.6, -0.6), (0, 0.8), (0, -0.8), (1, 0), (-1, 0)
 _AROUND = [(far * x, far * y) for far in (1.0, 1.7, 2.6) for x, y in _COMPASS]
@@ -33,7 +33,7 @@ _AROUND = [(far * x, far * y) for far in (1.0, 1.7, 2.6) for x, y in _COMPASS]
 
 _ROOM = 2.0  # pixels that are left free around a name
 _REACH, _NEAR = 150.0, 30.0  # points that a name may be away from its point, and from its line
-# What it costs to be on a text, to be cut, to meet a line, and to cover one.
+# Costs of a place: on a text, cut off, touching a line, and covering one.
 _TEXT, _CUT, _LINE, _COVERED = 100.0, 1000.0, 1.0, 0.1
 _FAR, _STRUCK = 0.5, 5.0  # what the longest line costs that leads to a name, and one on a text
 _LED = 3  # places from which lines may lead to a name
@@ -50,7 +50,7 @@ class _Name:
     filled: bool  # whether it covers then what is below
 
     def choices(self, pixels: Array) -> Iterable[tuple[Array, Array, tuple[float, float], float]]:
-        """Where it may be, the better first: a place, the same in pixels, and the way from it.
+        """Possible places, the better first: a place, the same in pixels, and the way from it.
 
         With it how long the line is that leads there, in shares of the longest.
         """

@@ -28,11 +28,11 @@ NARROW = 5.0
 _RIM = 0.03  # inches that stay free beside a key, and between it and the panels
 _LABEL = 22  # letters that fit beside a row
 _SPARE = 3.0  # dots that stay free around a view
-_FITTED = 6  # times that a view in perspective is laid anew: its texts do not grow with it
+_FITTED = 6  # layouts of a view in perspective: its texts do not grow with it
 
 
 def across(width: float, least: float, most: int) -> int:
-    """How many panels, each of a least width in inches, lie side by side."""
+    """Number of panels side by side, each of a least width in inches."""
     return max(1, min(most, int(width / least)))
 
 
@@ -70,7 +70,7 @@ def add_key(
 
 
 def handles_of(panels: Iterable[Any]) -> list[Any]:
-    """What a key names of panels: an entry for each label, as it was drawn first."""
+    """Entries of the key of panels: one for each label, as first drawn."""
     found: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -161,7 +161,7 @@ def fit_view(axes: Any, title: Text | None = None) -> None:
 
 
 def _extent(axes: Any, renderer: Any) -> Bbox:
-    """What a view in perspective takes, in dots: the corners of its box, and axes with texts."""
+    """Extent of a view in perspective, in dots: the corners of its box, and axes with texts."""
     corners = np.array(list(product(axes.get_xlim(), axes.get_ylim(), axes.get_zlim())))
     x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
     at = axes.transData.transform(np.column_stack([x, y]))
@@ -175,7 +175,7 @@ def new_figure(width: float, height: float, **options: Any) -> Figure:
 
 
 def canvas(figure: Figure | SubFigure | None, width: float, height: float, **options: Any) -> Any:
-    """What a composed picture is drawn into: the figure or part of one that is given, or a new one.
+    """Figure, or part of one, for a composed picture: the given one, or a new one.
 
     Sizes are in inches, and as `options` they are those of a new figure.
     """

@@ -13,7 +13,7 @@ _PAGE_DOTS = 96  # dots of a page in each inch
 
 
 def on_page(figure: Figure) -> tuple[int, int]:
-    """How many dots of a page a figure takes across and down."""
+    """Width and height of a figure in dots of a page."""
     across, down = (round(_PAGE_DOTS * float(inches)) for inches in figure.get_size_inches())
     return across, down
 

@@ -151,7 +151,7 @@ def plot_motion(
 ) -> Figure:
     """Displacements and phase portrait side by side: a run's last periods, or an orbit.
 
-    The portrait is that of the steady motion at the run's end; the legend says if it is none.
+    The portrait is that of the steady motion at the run's end; without one the legend states it.
     Drawn into two `axes` if they are given, and in SI units with the `device` whose motion it is.
     """
     side = across(width, 2.4, 2)
@@ -166,9 +166,9 @@ def plot_motion(
 
 
 def field_handles(figure: Figure, colours: Colours = "safe", scene: Scene = CAPSULE) -> list[Any]:
-    """Legend entries for the segments that are drawn: fields with their modes of operation.
+    """Legend entries for the drawn segments: fields with their modes of operation.
 
-    What is drawn of a segment is labelled by its field, such as F1 or _F1.
+    Artists of a segment are labelled by its field, such as F1 or _F1.
     """
     drawn = labels_of(figure)
     return [
@@ -279,7 +279,7 @@ def borders(
 
 
 def stops_of(parameters: SceneParameters) -> tuple[float, ...]:
-    """Where the stops are, x_r: in front and, if there are two, behind."""
+    """Places x_r of the stops: in front and, if there are two, behind."""
     (front, _), *behind = parameters.scene.facts.STOPS
     return (getattr(parameters, front), *(-getattr(parameters, gap) for gap, _ in behind))
 
@@ -346,7 +346,7 @@ def plot_margins(
     axes: Sequence[Axes] | None = None,
     device: SceneDevice | None = None,
 ) -> Figure:
-    """How far every guard is from firing, over a run's last periods or an orbit, by acting field.
+    """Distance of every guard from firing, over a run's last periods or an orbit, by acting field.
 
     A switch happens where the mass meets a stop, where the capsule's velocity reaches 0, or where
     the pull on a sticking capsule reaches a friction bound; where a quantity is no guard of the

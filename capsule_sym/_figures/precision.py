@@ -35,7 +35,7 @@ def plot_work_precision(
     """Time per excitation period against the largest error, one curve a tool and way to use it.
 
     `record` is what `capsule-sym bench` writes; the way is what follows the tolerance in a
-    row's setting. A hollow marker says that the tool missed or invented switches there.
+    row's setting. A hollow marker means that the tool missed or invented switches there.
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
     rows = {name: _measured(record.get(name, ())) for name in _TITLES}

@@ -47,7 +47,7 @@ _Wanted = tuple[str, float]  # a figure's name, and gamma
 class Picture(NamedTuple):
     """A figure of the page: what it shows, a data URI and its size, and the command that draws it.
 
-    `alt` says in words what is seen, for who does not see it.
+    `alt` is the text alternative.
     """
 
     title: str
@@ -125,13 +125,13 @@ def _versions() -> dict[str, str]:
 
 
 def _differing(proofs: Mapping[str, Any] | None) -> list[Mapping[str, Any]]:
-    """What was found about printed statements that do not hold just as they stand."""
+    """Results on printed statements that do not hold exactly as printed."""
     items = proofs["items"] if proofs else []
     return [item for item in items if item.get("printed") and item["derived"] != "as printed"]
 
 
 def _findings(saved: Mapping[str, Any]) -> list[str]:
-    """What the results say, in a sentence each; of results that are not there nothing."""
+    """Results, in a sentence each; missing ones are left out."""
     found = []
     cases, proofs, hard = saved["cases"], saved["proofs"], saved["hard"]
     if cases:
@@ -188,7 +188,7 @@ def _pictures(
 def _drawing(
     wanted: list[_Wanted], colours: Colours, track: Track, workers: int
 ) -> Iterator[Iterator[Picture]]:
-    """The pictures in their order, each computed and drawn when it is asked for, or beside."""
+    """The pictures in their order, each computed and drawn on request, or in the background."""
     if workers == 1:
         store = Store(track)
         yield (_picture(one, colours, store) for one in wanted)
@@ -280,7 +280,7 @@ EQUATIONS = (
         r"\qquad v_c' = \frac{P + f_b}{\gamma}",
     ),
 )
-"""What each equation says, and the equation: Eqs. (7)-(12) of the paper."""
+"""Eqs. (7)-(12) of the paper, each with its meaning."""
 
 
 def typeset(formula: str) -> Any:

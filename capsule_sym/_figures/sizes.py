@@ -9,7 +9,7 @@ NARROWEST, WIDEST = 3.3, 20.0
 FORMATS = (".png", ".svg", ".pdf")
 
 RESOLUTION = 300.0
-"""Dots per inch, unless others are asked for."""
+"""Dots per inch by default."""
 
 RESOLUTIONS = 30.0, 2400.0
 """Least and largest resolution of a picture, in dots per inch."""

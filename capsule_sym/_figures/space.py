@@ -1,6 +1,6 @@
 """The state space (x_r, v_r, v_c) in perspective: surfaces, lines, and trajectories among them.
 
-The planes P1 = v_c = 0 and P2 = x_r = delta cut the view into four cells. What is drawn is
+The planes P1 = v_c = 0 and P2 = x_r = delta cut the view into four cells. The drawing is
 ordered by hand, from the cell farthest from the eye to the nearest, so that a trajectory that
 dips below a surface is seen through it.
 """
@@ -34,7 +34,7 @@ class Box(NamedTuple):
     v_c: Limits
 
     def holds(self, point: Iterable[float]) -> bool:
-        """Whether a state is inside."""
+        """True if a state is inside."""
         return all(low <= v <= high for v, (low, high) in zip(point, self, strict=True))
 
     def around(self, point: Iterable[float], fraction: float) -> Box:

@@ -206,7 +206,7 @@ def save_figure(
 ) -> None:
     """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
 
-    What the figure shows is in the file's metadata: `Title`, and `Description` (PDF: `Subject`), a
+    The file's metadata describe the figure: `Title`, and `Description` (PDF: `Subject`), a
     JSON object with the parameters. `dpi` is the resolution of a PNG, 300 if not given, and of
     what is dots in the others. `data` writes all that is drawn as CSV beside it, with the ending
     .csv: a row for each point, with the number of its panel, the labels of both axes, and the name

@@ -40,7 +40,7 @@ _ROOM = 0.04  # of a basin: distance from its border to a number
 
 @styled
 def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
-    """Which attractor each start leads to, over the two coordinates of a basin's cells.
+    """Attractor of each start, over the two coordinates of a basin's cells.
 
     `results` is what `open_results` gives of a basin. A colour is an attractor, the most frequent
     first; its number is that of the key, which gives its itinerary and share. White are starts of

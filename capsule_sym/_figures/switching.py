@@ -57,7 +57,7 @@ def plot_switching(
     width: float = PAGE,
     figure: Figure | SubFigure | None = None,
 ) -> Figure:
-    """What happens on S1, S5 and S7, on L1 to L4, or on L5 to L8 (Fig. 3, 4 or 5).
+    """Switching on S1, S5 and S7, on L1 to L4, or on L5 to L8 (Fig. 3, 4 or 5).
 
     `bundles` are those of the sections of this figure at the parameters, in their order. On the
     surfaces they have the normals and fields in one point. Beside the lines is the plane P1 = 0:

@@ -16,7 +16,7 @@ from capsule_sym._study.arcs import Arc
 from capsule_sym._units import UNITS
 
 DIMENSIONLESS = "all quantities are dimensionless"
-"""What a figure says that has no units, of a device or of what a file holds."""
+"""Note of a figure without units, for a device or a file."""
 
 _OTHERS = "the other quantities are dimensionless"
 
@@ -26,7 +26,7 @@ _PREFIXED = ("m", "m/s", "N", "J", "s")
 
 @dataclass(frozen=True)
 class Units:
-    """How the quantities of a figure are drawn: dimensionless, or in the SI units of a device."""
+    """Units of the quantities of a figure: dimensionless, or in the SI units of a device."""
 
     device: SceneDevice | None = None
     scene: Scene = CAPSULE
@@ -53,7 +53,7 @@ class Units:
         return cls(device, scene)
 
     def scale(self, name: str) -> float:
-        """What a dimensionless value is multiplied with; time is in excitation periods."""
+        """Factor of a dimensionless value; time is in excitation periods."""
         return self._of(name)[0]
 
     def label(self, name: str, text: str = "", words: str = "") -> str:
@@ -122,7 +122,7 @@ def named(name: str) -> str:
 
 
 def said(*parameters: str) -> str:
-    """What a figure says of units over parameters that may be a device's."""
+    """Note on units of a figure over parameters that may be a device's."""
     return DIMENSIONLESS if all(name in _known() for name in parameters) else _OTHERS
 
 

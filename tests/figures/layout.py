@@ -1,6 +1,6 @@
-"""What is wrong with a drawing's texts, as its renderer lays them out: cut, overlapping, struck.
+"""Faults of a drawing's texts, as its renderer lays them out: cut, overlapping, struck.
 
-All that is drawn is recorded while it is drawn, so that nothing is judged that nobody sees.
+All that is drawn is recorded while it is drawn, so that only visible texts are checked.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Label:
         return Affine2D().rotate_deg(self.angle).translate(*self.middle)
 
     def meets(self, other: Label) -> bool:
-        """Whether two boxes have a point in common, by the axes that could separate them."""
+        """True if two boxes have a point in common, by the axes that could separate them."""
         mine, theirs = self.corners(), other.corners()
         for angle in (self.angle, other.angle):
             for turn in (angle, angle + 90):
@@ -143,7 +143,7 @@ def _recording(seen: Callable[[Any, Any], None]):
 
 
 def problems(figure: Any) -> list[str]:
-    """What is wrong, one line each; nothing where the figure can be printed."""
+    """Faults, one line each; none if the figure can be printed."""
     canvas = FigureCanvasAgg(figure)
     figure.draw_without_rendering()
     labels: list[Label] = []

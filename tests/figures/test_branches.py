@@ -148,7 +148,7 @@ def test_losses_stack_to_the_work(branch) -> None:
 
 @pytest.mark.parametrize("lift", [0.5, -0.5])
 def test_lift_lies_on_the_losses_or_below_zero(lift: float) -> None:
-    """What is lifted stands on the losses up to the work; what sinks gives the part below 0."""
+    """Lift is stacked on the losses up to the work; sinking gives the part below 0."""
     points = [
         {**one, "energy": {**one["energy"], "work": 3 * one["value"] + lift, "lift": lift}}
         for one in SMALL["points"]

@@ -46,11 +46,11 @@ def area(regions, itinerary: str) -> float:
 def test_a_region_is_bounded_by_its_curve_and_not_by_cells(results: xr.Dataset) -> None:
     plane, regions = by_cells(results, [CURVE])
     assert plane == Plane("alpha", "gamma", (0.0, 2.0), (1.0, 3.0))
-    # Left of the curve: a trapezium, to the last digit.
+    # The part left of the curve: a trapezium, to the last digit.
     assert area(regions, "F5 F2") == pytest.approx(2 * (0.75 + 0.73) / 2, abs=1e-9)
     cells = (1 / 39) * (1 / 19) + (2 / 39) * (2 / 19)
     assert area(regions, "F5 F4 F1 F2") == pytest.approx(4 - 1.48 - cells, abs=1e-9)
-    # What no curve bounds are the cells themselves, here a quarter of one in a corner.
+    # Without a curve the cells are the border, here a quarter of one in a corner.
     assert area(regions, "F2") == pytest.approx((1 / 39) * (1 / 19), rel=1e-9)
     assert area(regions, "") == pytest.approx((2 / 39) * (2 / 19), rel=1e-9)
     assert by_area(plane, regions) == ["F5 F4 F1 F2", "F5 F2", "F2"]

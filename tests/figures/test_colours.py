@@ -24,7 +24,7 @@ EXPLORER = Path(__file__).parents[2] / "explorer" / "src" / "draw" / "colours.ts
 
 
 class Color(Base):
-    """A colour with what is asked of it here."""
+    """A colour with its requirements."""
 
 
 Color.register([DE2000(), Protan(), Deutan(), Tritan()], overwrite=True)

@@ -102,7 +102,7 @@ def test_a_slow_motion_is_closed_by_newton(counting: Store) -> None:
     _, last, unsettled = casestudy.from_rest(SLOW)
     assert unsettled is None
     (motion,) = counting.motions([SLOW])
-    # What is drawn repeats, and lies where the run from rest has come to.
+    # The drawn motion repeats, and lies at the end of the run from rest.
     assert motion.steady().itinerary == ("F5", "F4", "F5", "F2")
     assert motion.final[1] == pytest.approx(motion.stroboscopic[0], abs=1e-12)
     assert motion.final[1] == pytest.approx(last.final[1], abs=1e-3)

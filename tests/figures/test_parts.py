@@ -92,7 +92,7 @@ COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
 
 
 def drawn(axes: Any) -> dict[str, Any]:
-    """What axes show, by the data of their artists; names without what only their place decides."""
+    """Content of axes, by the data of their artists; names without their places."""
     lines = [
         np.column_stack([np.asarray(one, dtype=float) for one in data]).tolist()
         for line in axes.lines

@@ -1,4 +1,4 @@
-"""Files of pictures: their size and resolution, what their metadata tells, and animations."""
+"""Files of pictures: their size and resolution, their metadata, and animations."""
 
 from __future__ import annotations
 

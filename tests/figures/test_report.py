@@ -26,7 +26,7 @@ FEW = ("margins", "work-precision")
 
 
 class Reader(HTMLParser):
-    """What a page refers to, its anchors, its text, and whether its elements nest."""
+    """References of a page, its anchors, its text, and the nesting of its elements."""
 
     EMPTY = frozenset({"meta", "link", "img", "br"})
 
