@@ -45,7 +45,6 @@ def attractors(
     from numpy import array, linspace
 
     from capsule_sym._native import Watch
-    from capsule_sym._native.watch import TOLD
 
     options.require("design", "scipy")
     over = options.only_range()
@@ -56,11 +55,11 @@ def attractors(
     limit = Watch(max_seconds)
     starts = dict(zip(parameters.scene.facts.STATE, state, strict=True)) | given
     how: dict[str, Any] = {"count": count, "threads": threads, "max_seconds": limit.left}
-    how["progress"] = lambda done, total: TOLD.get()(f"{done:,} of {total:,} runs")
     if periods is not None:
         how["periods"] = periods
     found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors
-    with present.stoppable(limit, "Settling"):
+    with present.stoppable(limit, "Settling") as tell:
+        how["progress"] = lambda done, total: tell(f"{done:,} of {total:,} runs")
         if over is None:
             found = capsule_sym.attractors(parameters, starts, **how)
         else:

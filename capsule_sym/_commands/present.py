@@ -357,10 +357,11 @@ def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_I
 
 
 @contextmanager
-def stoppable(limit: Watch, text: str) -> Iterator[None]:
+def stoppable(limit: Watch, text: str) -> Iterator[Callable[[str], object]]:
     """Show progress texts of work; the first Ctrl-C ends it like a time limit, the next at once.
 
-    Ctrl-C stops the limit. The work uses the time left of it as its own limit.
+    Ctrl-C stops the limit. The work uses the time left of it as its own limit. Gives the function
+    that shows a text.
     """
     import signal
 
@@ -375,7 +376,7 @@ def stoppable(limit: Watch, text: str) -> Iterator[None]:
     with progress(text) as update:
         told = TOLD.set(lambda said: update(description=f"{text} {said}"))
         try:
-            yield
+            yield TOLD.get()
         finally:
             TOLD.reset(told)
             Watch.interrupted = False

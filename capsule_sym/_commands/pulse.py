@@ -58,7 +58,6 @@ def pulse(
     limit, the results so far are shown and written.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._native.watch import TOLD
 
     options.require("design", "scipy")
     options.check_beside("to", never=("between", "reverse"))
@@ -69,10 +68,10 @@ def pulse(
         raise InvalidInput("--over", list(over), "one parameter of the drive")
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    with present.stoppable(limit, "Switching"):
+    with present.stoppable(limit, "Switching") as tell:
         starts = {name: window for name, window in windows.items() if window}
         ends = _motions(parameters, (state, to), between, starts, limit, as_json)
-        how |= {"max_seconds": limit.left, "progress": TOLD.get()}
+        how |= {"max_seconds": limit.left, "progress": tell}
         try:
             found = capsule_sym.switch_by_pulse(*ends, over or None, device or parameters, **how)
         except InvalidInput as error:

@@ -54,13 +54,12 @@ def shock(
     results so far are shown and written.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._native.watch import TOLD
 
     parameters, device = system.load()
     limit = Watch(max_seconds)
-    with present.stoppable(limit, "Knocking:"):
+    with present.stoppable(limit, "Knocking:") as tell:
         orbit = settled(parameters, state, limit, as_json)
-        how |= {"max_seconds": limit.left, "progress": TOLD.get()}
+        how |= {"max_seconds": limit.left, "progress": tell}
         found = capsule_sym.minimal_shock(orbit, **how)
 
     extra = {} if device is None else {"si": _in_si(found, device)}
