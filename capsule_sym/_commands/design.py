@@ -16,6 +16,7 @@ from capsule_sym._commands.tolerances import print_tolerances
 from capsule_sym._design.counts import POINTS
 from capsule_sym._errors import InvalidInput
 
+_METRICS = "speed", "cost_of_transport"
 _SAMPLES = 1024  # number of samples of tolerances
 
 
@@ -63,8 +64,7 @@ def design(
             }
 
         steering = capsule_sym.steer(which, bounds, **asked("Steering"))
-        metrics = "speed", "cost_of_transport"
-        front = capsule_sym.pareto(*metrics, bounds, which, points=points, **asked("Front"))
+        front = capsule_sym.pareto(*_METRICS, bounds, which, points=points, **asked("Front"))
         # The front ends at the fastest drive, if it has points.
         fastest = front.points[-1] if front.points else None
         found: dict[str, capsule_sym.Optimum] = {
@@ -78,7 +78,7 @@ def design(
             found["most robust"] = capsule_sym.optimise("speed", bounds, which, **robust)
             if found["most robust"].orbits:
                 spread = capsule_sym.tolerances(
-                    metrics,
+                    _METRICS,
                     tolerances,
                     found["most robust"].system,
                     samples=_SAMPLES,
@@ -104,17 +104,16 @@ def design(
             click.echo()
         print_steering(steering)
 
-    files = {
-        "design.json": record,
-        "front.csv": present.table_of(front),
-        "path.csv": present.table_of(steering),
-    }
-    pictures = {"front.svg": partial(capsule_sym.plot, front)} if front.points else {}
-    if steering.branches:
-        pictures["path.svg"] = partial(capsule_sym.plot, steering)
+    parts: dict[str, Any] = {"front": front, "path": steering}
     if spread is not None and spread.metrics:
-        files["tolerances.csv"] = present.table_of(spread)
-        pictures["tolerances.svg"] = partial(capsule_sym.plot, spread)
+        parts["tolerances"] = spread
+    files: dict[str, Any] = {"design.json": record}
+    files |= {f"{name}.csv": present.table_of(one) for name, one in parts.items()}
+    pictures = {
+        f"{name}.svg": partial(capsule_sym.plot, one)
+        for name, one in parts.items()
+        if any(map(len, one.columns.values()))
+    }
     present.result(lambda: record, show, as_json, out, lambda: files, pictures)
     missing = {name: one.message for name, one in found.items() if not one.success}
     if front.status is capsule_sym.OptimumStatus.TIME_LIMIT:
