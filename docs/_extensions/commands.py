@@ -20,8 +20,14 @@ def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
     lines[:] = [re.sub(r"(?<![`\w-])--[a-z][a-z-]*", r"``\g<0>``", line) for line in lines]
 
 
+def _bars(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
+    """Bars around a name, an absolute value, are no substitution."""
+    lines[:] = [re.sub(r"\|(\w+)\|", r"\|\1\|", line) for line in lines]
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Have help texts taken as they are meant, and the reference made anew with every build."""
     app.connect("env-get-outdated", lambda *_: ["cli"])
     app.connect("sphinx-click-process-description", _escape)
+    app.connect("sphinx-click-process-options", _bars)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
