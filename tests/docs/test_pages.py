@@ -21,6 +21,9 @@ from capsule_sym._cli import group
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
 SLOW = {
+    "docs/api/attractors.md",
+    "docs/api/design.md",
+    "docs/api/sweeps.md",
     "docs/howto/attractors.md",
     "docs/howto/labels.md",
     "docs/howto/optimise.md",
