@@ -32,7 +32,7 @@ Vector = NDArray[np.float64]
 
 
 class FitStatus(StrEnum):
-    """Status of a fit."""
+    """Status of a fit: converged, or the reason why not."""
 
     #: The least squares converged to a minimum.
     CONVERGED = "converged"
