@@ -35,9 +35,9 @@ _BEHIND = 40  # motions one behind the other in Fig. 6
 class Study:
     """Input of a figure: results kept in a store, of one system.
 
-    `chosen` is true for a system of the user; otherwise Figs. 2 to 5 show one whose lines lie apart,
-    and the guards are those at a larger amplitude. `width` is in inches. Of a `device` the figures
-    are in SI units, or say that they are not.
+    `chosen` is true for a system of the user; otherwise Figs. 2 to 5 show one whose lines lie
+    apart, and the guards are those at a larger amplitude. `width` is in inches. Of a `device`
+    the figures are in SI units, or say that they are not.
     """
 
     store: Store

@@ -1,4 +1,4 @@
-"""The map in C, if it was compiled: bindings of the cores of scenes, or None without them."""
+"""Bindings of the compiled cores of scenes, or None without them."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "core_of", "liv
 
 
 class StaleCore(CapsuleError, ImportError):
-    """The compiled core was built from other kernels or sources than those of the package."""
+    """Raised if the compiled core was built from other kernels or sources than the package's."""
 
 
 def _check_sources(installed: str) -> None:
-    """Refuses a core that is installed with other sources in C than those here."""
+    """Refuse a core that was installed with other C sources than those here."""
     from filecmp import cmpfiles
 
     here = __path__[0]
@@ -31,12 +31,12 @@ def _check_sources(installed: str) -> None:
     if others:
         raise StaleCore(
             f"the core in {installed} was compiled from another {min(others)} than that in {here}: "
-            "install capsule-sym again, so that it is compiled anew"
+            "install capsule-sym again, which compiles it"
         )
 
 
 def _lies_elsewhere(scene: Scene) -> bool:
-    """Whether the core is where pip installed the package, and Python imports a clone of it."""
+    """True if the core is where pip installed the package, and Python imports a clone of it."""
     from importlib.metadata import distributions  # loads 50 modules
 
     installed = next(iter(distributions(name="capsule-sym")), None)
@@ -54,11 +54,11 @@ def _lies_elsewhere(scene: Scene) -> bool:
 
 @cache
 def core_of(scene: Scene) -> ModuleType | None:
-    """The binding of a scene's core, None where it was not compiled.
+    """Binding of a scene's core; None if it was not compiled.
 
-    Raises StaleCore for one that was made from other kernels or sources.
+    Raises StaleCore if it was compiled from other kernels or sources.
     """
-    name, again = f"{scene.package}._core", "install capsule-sym again, so that it is compiled anew"
+    name, again = f"{scene.package}._core", "install capsule-sym again, which compiles it"
     if scene.source not in SHIPPED:
         again = f"`python -m capsule_sym.codegen --scene FILE --out {scene.source} --core`"
     if find_spec(name) is None and not _lies_elsewhere(scene):
@@ -79,7 +79,7 @@ core = core_of(CAPSULE)
 
 
 def live(scene: Scene = CAPSULE) -> str:
-    """What computes here: c-avx512, c-avx2 or c-plain, whose last bits differ, or numpy."""
+    """Code that computes here: c-avx512, c-avx2 or c-plain, whose last bits differ, or numpy."""
     if (core := core_of(scene)) is None:
         return "numpy"
     return {8: "c-avx512", 4: "c-avx2", 1: "c-plain"}[core.lanes()]

@@ -1,7 +1,7 @@
 # cython: boundscheck=False, wraparound=False, cdivision=True, embedsignature=True
-"""Binding of the C core: arrays in, arrays out, the GIL released while it runs.
+"""Binding of the C core: arrays in, arrays out, without the GIL while it runs.
 
-What takes long stops at Ctrl-C, by the exception of its handler, and at a `Watch`.
+Long work stops at Ctrl-C, with the exception of its handler, and at a `Watch`.
 """
 
 import threading
@@ -44,20 +44,20 @@ cdef extern from *:
 OUTCOMES = interface.OUTCOMES
 DONE, FULL, OPEN, STOPPED, REFUSED = map(int, interface.Stop)
 cdef int _DONE = DONE, _FULL = FULL, _OPEN = OPEN, _REFUSED = REFUSED
-ROWS = 8192  # of a strobe whose rows are taken again and again, at least
+ROWS = 8192  # least rows of a strobe whose rows are reused
 
 def digest():
-    """Digest of the generator's inputs that the kernels were made from."""
+    """Digest of the generator's inputs from which the kernels were made."""
     return capsule_digest().decode()
 
 
 def lanes():
-    """How many runs are taken side by side on this processor: 8 (AVX-512), 4 (AVX2) or 1."""
+    """Number of runs side by side on this processor: 8 (AVX-512), 4 (AVX2) or 1."""
     return capsule_lanes()
 
 
 def widths():
-    """The numbers of lanes that runs can be asked to go by, besides one."""
+    """Numbers of lanes that may be requested for runs, besides one."""
     return tuple(width for width in (4, 8) if width <= capsule_widest())
 
 
@@ -68,7 +68,7 @@ ctypedef struct attention:
     bint signals, raised, stopped
 
 
-# Signals are handled by the main thread alone, and need the GIL, which others may hold.
+# The main thread alone handles signals, which needs the GIL; others may hold it.
 cdef int _ask(void *about) noexcept nogil:
     cdef attention *a = <attention *> about
     cdef double time = now()
@@ -89,7 +89,7 @@ cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
     a.watch.about = a
     a.watch.most = a.watch.done = a.watch.work = 0
     a.flag = NULL if watch is None else &flag[0]
-    # The clock here is read last, so that what it stops is over for the watch as well.
+    # The clock is read last here, so that the watch is over too when this limit stops the work.
     cdef double left = INFINITY if watch is None else watch.deadline - perf_counter()
     a.deadline = now() + left
     a.looked = now()
@@ -99,13 +99,13 @@ cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
 
 
 cdef enum:
-    PIECE = 512  # segments that a run writes at a time: where it pauses, it goes on within a rounding
+    PIECE = 512  # segments written at a time: a run that pauses resumes within a rounding
     MOST_EXTREMA = 2048  # of a quantity in a segment
-    MAP_WORK = 32  # what making a map takes for a watch, in expansions
+    MAP_WORK = 32  # work of making a map, in expansions
 
 
 cdef int _raised(attention *a) except -1:
-    """Passes on what the handler of a signal raised."""
+    """Re-raise the exception of a signal's handler."""
     return -1 if a.raised else 0
 
 
@@ -125,7 +125,7 @@ cdef object _part(object block, const double *begin, const double *at, Py_ssize_
 
 
 cdef object _arrays(object block, const capsule_system *system, int count):
-    """The arrays of a system, which are laid out in a block."""
+    """Arrays of a system, laid out in a block."""
     cdef double[::1] numbers = block
     cdef const double *begin = &numbers[0]
     cdef Py_ssize_t unknowns = CAPSULE_UNKNOWNS(count), columns = CAPSULE_COLUMNS(count)
@@ -142,7 +142,7 @@ cdef object _arrays(object block, const capsule_system *system, int count):
 
 
 cdef class Fields:
-    """The fields' closed forms at one parameter set, numbers in the order of `Parameters`."""
+    """Closed forms of the fields at one parameter set, numbers in the order of `Parameters`."""
 
     cdef capsule_map *map
 
@@ -174,7 +174,7 @@ cdef class Fields:
         return values, rows
 
     def extrema(self, int field, start, int quantity, int zeros, double duration):
-        """The extrema inside a segment, (kind, time, value) each; None where they stay open.
+        """Extrema inside a segment, (kind, time, value) each; None if they are undecided.
 
         `start` is as for `closed_form`, as a tuple; `quantity` is one of `interface.Quantity`. The
         first `zeros` derivatives of its rate vanish at the start.
@@ -195,7 +195,7 @@ cdef class Fields:
         return [(found[i].kind, found[i].time, found[i].value) for i in range(count)]
 
     def constants(self, int field):
-        """The constants of a field, in the order of the kernels' own."""
+        """Constants of a field, in the order of the kernels' own."""
         if not 1 <= field <= CAPSULE_FIELD_COUNT:
             raise ValueError(f"field must be 1 to {CAPSULE_FIELD_COUNT}")
         return _constants(&self.map.field[field - 1])
@@ -211,12 +211,12 @@ cdef class Fields:
 
     def evaluate_itinerary(self, const int32_t[::1] fields, int periods, bint mirrored,
                            const double[::1] z):
-        """The equations of an itinerary at unknowns z: a state, the forcing angle, n durations.
+        """Equations of an itinerary at unknowns z: a state, the forcing angle, n durations.
 
-        The segments as records (n,) of SEGMENT_FLOW, derivatives (n + 1, 3, columns) of the states
-        where they begin and of the last one's end, the residual (n + 4,) with its derivatives (n + 4,
-        columns), those of x_c's advance (columns,), that advance, and the monodromy matrix (3, 3).
-        Columns are the unknowns and the parameters.
+        Returns the segments as records (n,) of SEGMENT_FLOW; derivatives (n + 1, 3, columns) of the
+        states at their starts and of the last end; the residual (n + 4,) with its derivatives (n +
+        4, columns); those of x_c's advance (columns,); that advance; and the monodromy matrix (3,
+        3). Columns are the unknowns and the parameters.
         """
         cdef capsule_itinerary itinerary = self._itinerary(fields, periods, mirrored, z.shape[0])
         block = np.empty(CAPSULE_SYSTEM_ROOM(itinerary.count))
@@ -228,11 +228,11 @@ cdef class Fields:
 
     def solve_itinerary(self, const int32_t[::1] fields, int periods, bint mirrored, z,
                         const double[::1] direction=None, int held=0, watch=None):
-        """Solves the equations of an itinerary near unknowns z, as `capsule_solve_itinerary` does.
+        """Solve the equations of an itinerary near unknowns z, as `capsule_solve_itinerary` does.
 
         Returns z, the system as of `evaluate_itinerary`, the status, the steps and the residual of the
         search, and the parameters, which move along `direction` in place of unknown `held`. The
-        status and the system are None where the watch stopped it.
+        status and the system are None if the watch stopped it.
         """
         cdef double[::1] at
         z = np.array(z, dtype=float)
@@ -266,7 +266,7 @@ cdef class Fields:
 
 
 cdef class Map(Fields):
-    """The map at one parameter set, numbers in the order of `Parameters`."""
+    """Map at one parameter set, numbers in the order of `Parameters`."""
 
     cdef capsule_segment *piece
 
@@ -277,7 +277,7 @@ cdef class Map(Fields):
         free(self.piece)
 
     def remake(self, *values):
-        """Makes this the map at other parameters; quick where those of the flow stay."""
+        """Make this the map at other parameters; quick if those of the flow are unchanged."""
         cdef capsule_parameters parameters
         cdef int i
         if len(values) != CAPSULE_PARAMETER_COUNT:
@@ -287,7 +287,7 @@ cdef class Map(Fields):
         capsule_map_remake(&parameters, self.map)
 
     def state_at(self, double x_r, double v_r, double v_c, double phase):
-        """The state record to start from, at a time in the excitation period."""
+        """State record of a start, at a time in the excitation period."""
         out = np.empty((), STATE)
         cdef signed char[::1] view = out.reshape(1).view("i1")
         (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, phase)
@@ -295,10 +295,10 @@ cdef class Map(Fields):
 
     def end_of_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods,
                    int precision):
-        """Where a run comes to by `run`, piece by piece of records that are counted and not kept.
+        """End of a run, by `run` in pieces of records that are counted and not kept.
 
-        (x_r, v_r, v_c), x_c, whole periods and angle there, and how many segments, evaluations and
-        segments in 106 bits it took; None where a switch stays open.
+        Returns (x_r, v_r, v_c), x_c, whole periods and angle, and the numbers of segments,
+        evaluations and segments in 106 bits; None if a switch is undecided.
         """
         cdef attention a
         cdef capsule_state state
@@ -334,13 +334,13 @@ cdef class Map(Fields):
 
     def run(self, state, int64_t periods, segments=None, strobe=None, bint position=False,
             watch=None, int precision=0):
-        """Goes on until period `periods` is over; what is asked for is written to given arrays.
+        """Continue to the end of period `periods`; requested results are written to given arrays.
 
-        `state` is a record of STATE, left where the run came to; `segments` is an array of its
-        dtype; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS: the state at the
-        end of period k then is in row k % rows, and the run pauses when half of them are new. Of a
-        motion that rests for ever the last ones are written. Returns why it stopped, how many
-        segments it wrote, and the outcome that stayed open. `precision` is one of
+        `state` is a record of STATE, replaced by the final one; `segments` is an array of its
+        dtype; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS: then the state at
+        the end of period k is in row k % rows, and the run pauses when half of them are new. For a
+        motion that rests forever the last ones are written. Returns the reason to stop, the number
+        of segments written, and the outcome that is undecided. `precision` is one of
         `interface.Precision`.
         """
         if state.dtype != STATE:
@@ -378,12 +378,12 @@ cdef class Map(Fields):
         return stop, written, OUTCOMES[open_]
 
     def evaluate(self, segments, const double[::1] times, double[:, ::1] states, bint more=False):
-        """Writes the states (x_r, v_r, v_c, x_c) at absolute times, shape (n, 4).
+        """Write the states (x_r, v_r, v_c, x_c) at absolute times, shape (n, 4).
 
-        `segments` are records of SEGMENT in their order; times that ascend, but for steps back over
-        few segments, take least. Before the first segment and after the last the state is that of
-        its start or end; with `more` to follow, it ends at a time from the last one's end on.
-        Returns how many have a state.
+        `segments` are records of SEGMENT in their order; times that ascend, except for steps back
+        over few segments, take least. Before the first segment and after the last the state is that
+        of its start or end; with `more` to follow, it ends at the first time after the last one's
+        end. Returns the number of states.
         """
         cdef size_t n = times.shape[0], done
         if segments.dtype != SEGMENT:
@@ -406,9 +406,9 @@ cdef class Map(Fields):
 
     def differentiate(self, segments, const double[::1] times, double[:, ::1] switches,
                       double[:, :, ::1] slopes, watch=None):
-        """Writes the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
+        """Write the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
 
-        Gives the number of segments that were passed, less than n + 1 if the watch is over before.
+        Returns the number of segments passed, less than n + 1 if the watch ends it.
 
         `segments` are all records of a run, n + 1 of them; `times` ascend, and `slopes` has the shape
         (times, 4, 12). The columns are the start's x_r, v_r, v_c and phase, the parameters, and of
@@ -444,7 +444,7 @@ cdef class Map(Fields):
 
 
 cdef int _check_rows(const double[:, ::1] parameters, states) except -1:
-    """Refuses what the loops below would read or write beside: every array has a row for each run."""
+    """Refuse arrays that the loops below would overrun: every array has a row for each run."""
     if states.dtype != STATE or states.ndim != 1:
         raise TypeError("states must be of dtype STATE, shape (n,)")
     return _need(parameters.shape[0] == len(states) and
@@ -460,9 +460,9 @@ cdef int _need(bint met, name, shape) except -1:
 
 def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
                const double[::1] phases, states, watch=None):
-    """Writes the state records that the runs start from, one per row of the others.
+    """Write the state records at the starts of runs, one per row of the others.
 
-    Those that the watch keeps from being made have a gap that is nan, and no run takes them on.
+    Records that the watch prevents have the gap nan, and no run accepts them.
     """
     cdef Py_ssize_t i, count = len(states)
     _check_rows(parameters, states)
@@ -509,12 +509,12 @@ _kept = threading.local()
 def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::1] stops,
              double[:, :, ::1] strobe=None, bint position=False, size_t stride=1, watch=None,
              int lanes=0, int precision=0):
-    """Runs every row, or every so many, to the end of period `periods`; leaves it in `states`.
+    """Run every row, or every `stride`-th, to the end of period `periods`; states are replaced.
 
-    `stops` receives why each run stopped; `strobe`, shape (rows, periods + 1, 3), the states at
-    the ends of the periods. Runs that the watch stops can go on by another call. `lanes` is how
-    many go side by side, as many as the processor has if 0; `precision` what those alone have.
-    Returns how many stay open.
+    `stops` receives the result of each run; `strobe`, shape (rows, periods + 1, 3), the states at
+    the ends of the periods. Another call resumes runs that the watch stopped. `lanes` is the number
+    of runs side by side, 0 for as many as the processor has; `precision` is that of runs outside
+    the lanes. Returns the number of undecided runs.
     """
     if stride < 1:
         raise ValueError("stride must be at least 1")
@@ -527,7 +527,7 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     cdef attention a
     cdef signed char[::1] at = states.view("i1")
     cdef capsule_batch many
-    # Not in its place while it is used: a handler of signals may call this anew.
+    # Removed while it is used: a signal handler may call this function again.
     cdef _Workspace work = _kept.__dict__.pop("workspace", None) or _Workspace()
     many.stride = stride
     many.parameters = <const capsule_parameters *> &parameters[0, 0]
@@ -552,11 +552,11 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
 
 
 def first_switches(const double[:, ::1] parameters, states, int64_t periods, events, int lanes):
-    """Runs every row up to its first switch, `lanes` side by side; `events` (of EVENT) receives it.
+    """Run every row up to its first switch, `lanes` side by side; `events` (of EVENT) receives it.
 
-    The field of an event is 0 where none came before the end of period `periods` or where its run
-    stays open, which the stops that are returned tell. A state's `plane` is 0 where lanes found the
-    switch, not the code for what they leave open.
+    The field of an event is 0 if none came before the end of period `periods`, or if its run is
+    undecided, as the returned stops show. A state's `plane` is 0 if lanes found the switch, instead
+    of the scalar code.
     """
     if events.dtype != EVENT:
         raise TypeError("events must be of dtype EVENT")
@@ -586,13 +586,13 @@ def first_switches(const double[:, ::1] parameters, states, int64_t periods, eve
 def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strobe,
                 double tolerance, int8_t[::1] stops, motions, uint8_t[:, ::1] switches,
                 watch=None):
-    """Finds the motion that every finished row is in, one whose stop is DONE.
+    """Find the periodic motion of every finished row, one whose stop is DONE.
 
-    `states` holds where runs came to, at the end of a period, and row i of `strobe` the state
-    before the last periods and those at their ends, as `run_many` writes them. `stops` receives
-    why the search stopped, `motions` (of MOTION) what was found. Row i of `switches` receives one
-    byte for every switch of a period of the motion, the field that is left, from the end of the run
-    on; a motion with more switches than half the row holds stops at FULL.
+    `states` holds the final states of runs, at the end of a period, and row i of `strobe` the state
+    before the last periods and those at their ends, as `run_many` writes them. `stops` receives the
+    result of the search, `motions` (of MOTION) the motions. Row i of `switches` receives one byte
+    for every switch of a period of the motion, the field before it, from the end of the run on; a
+    motion with more switches than half the row holds stops at FULL.
     """
     if motions.dtype != MOTION:
         raise TypeError("motions must be of dtype MOTION")
@@ -663,11 +663,11 @@ cdef class _OrbitWorkspace:
 def orbit_many(const double[:, ::1] parameters, const double[:, ::1] states,
                const int32_t[::1] period_numbers, int8_t[::1] stops, orbits, fields=None,
                bint energies=False, bint forces=False, bint gradients=False, watch=None):
-    """Closes the periodic motions near states (n, 3) at forcing angle 0; `orbits` (of ORBIT).
+    """Solve for the periodic motions near states (n, 3) at forcing angle 0; `orbits` (of ORBIT).
 
-    `stops` receives why each came back; rows where it is not DONE already are left alone. Row i of
-    `fields` receives those that its run from angle 0 passes, as many as fit, and 0 after them. What is
-    asked for besides is computed. A motion with more than 256 segments stops at FULL.
+    `stops` receives the result of each; rows whose stop is not DONE at the start are skipped. Row i
+    of `fields` receives the fields of its run from angle 0, as many as fit, followed by 0. Other
+    results are computed on request. A motion with more than 256 segments stops at FULL.
     """
     if orbits.dtype != ORBIT:
         raise TypeError("orbits must be of dtype ORBIT")
@@ -690,7 +690,7 @@ def orbit_many(const double[:, ::1] parameters, const double[:, ::1] states,
     cdef signed char[::1] to = orbits.view("i1")
     cdef capsule_orbit *found = <capsule_orbit *> &to[0]
     cdef capsule_orbit_request request
-    # Not in its place while it is used: a handler of signals may call this anew.
+    # Removed while it is used: a signal handler may call this function again.
     work = _kept.__dict__.pop("orbits", None) or _OrbitWorkspace()
     request.segments, request.room = work.segments, work.room
     request.energies, request.forces, request.gradients = energies, forces, gradients

@@ -1,11 +1,11 @@
-/* Many runs side by side: as many lanes of vectors as the processor has take one step of as many
-   runs at a time.
+/* Many runs side by side: each run has a lane of the processor's vectors, and one step advances all
+   lanes at once.
 
    Runs wait in queues, one for each of the linear flows and each length of expansion, so that
-   the lanes of a step share their table. Where a step proves nothing, or what follows is not
-   certain (a corner, a tangency, a line), a shorter expansion is tried, and at last the run's
-   present segment is taken again from its start by the scalar code. So is a segment of many
-   expansions, whose roundings add up: the scalar code moves its switch to the closed form. */
+      the lanes of a step share their table. If a step proves nothing, or the successor is not certain (a
+      corner, a tangency, a line), a shorter expansion is tried; if that fails too, the scalar code repeats
+      the run's present segment from its start. It also repeats a segment of many expansions, whose
+      rounding errors add up, and moves its switch to the closed form. */
 #include <math.h>
 #include <string.h>
 
@@ -16,8 +16,8 @@
 #define CAPSULE_ANY_WIDTH 0 /* tests of more lanes than the processor has instructions for */
 #endif
 
-/* What a guess belongs to, of each field: a segment's first expansion, off the impact surface or
-   on it, or its second, third or a later one. A negative guess is that no switch comes. */
+/* Keys of a guess, for each field: a segment's first expansion, off the impact surface or on it, or its
+   second, third or a later one. A negative guess means that no switch is expected. */
 enum { KEYS = 5 };
 
 enum { CLEAR_QUEUE = CAPSULE_FLOW_COUNT * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
@@ -26,7 +26,7 @@ enum { CLEAR_QUEUE = CAPSULE_FLOW_COUNT * CAPSULE_LEVELS }; /* the first of thos
 #define MOST_IN_LANES 16 /* expansions of a segment that are made side by side */
 #endif
 
-/* What a step of all lanes, and the tables of new flows, take for a watch, in expansions. */
+/* Work of a step of all lanes, and of the tables of new flows, in expansions. */
 enum { STEP = 4, TABLES = 128 };
 
 static void enqueue(capsule_workspace *workspace, int slot, int level)
@@ -36,8 +36,8 @@ static void enqueue(capsule_workspace *workspace, int slot, int level)
     workspace->queue[queue][workspace->waiting[queue]++] = (int16_t)slot;
 }
 
-/* Puts a run where its next expansion is made, of about the length that the last one like it
-   took. `key` is that of its guess. */
+/* Queues a run for its next expansion, with the length that the last similar one took. `key` is the key of
+   its guess. */
 static void schedule(capsule_workspace *workspace, int slot, int field, int key)
 {
     const double guess = workspace->run[slot].guess[field - 1][key];
@@ -51,7 +51,7 @@ static void schedule(capsule_workspace *workspace, int slot, int field, int key)
 }
 
 #if TWO_STOPS
-/* Sets the gaps of a state from that of its field's stop and the other one. */
+/* Sets the gaps of a state from the gap to its field's stop and the other gap. */
 static void set_gaps(capsule_state *state, int field, double own, double other)
 {
     const int behind = CONTACT_OF[field - 1] == 2;
@@ -64,7 +64,7 @@ static int touches(const capsule_state *s) { return s->gap == 0.0 || s->back == 
 static int touches(const capsule_state *s) { return s->gap == 0.0; }
 #endif
 
-/* The state that a segment of a field began at. */
+/* State at which a segment of a field began. */
 static capsule_state state_of(const double *began, int field, int64_t period)
 {
     const int way = (int)began[WAY], zeros = (int)began[SECOND_ZEROS];
@@ -101,7 +101,7 @@ static void finish_run(batch_progress *w, int slot, capsule_stop stop, const cap
     workspace->idle[workspace->idle_count++] = (int16_t)slot;
 }
 
-/* The request of the row's run alone. */
+/* Request of the row's run alone. */
 static capsule_request request_of(const batch_progress *w, size_t row)
 {
     const capsule_batch *batch = w->batch;
@@ -112,7 +112,7 @@ static capsule_request request_of(const batch_progress *w, size_t row)
         .precision = batch->precision};
 }
 
-/* The request of a run alone up to its next switch. */
+/* Request of a run alone up to its next switch. */
 static capsule_request request_of_one(const batch_progress *w, size_t row, capsule_event *event)
 {
     capsule_request request = request_of(w, row);
@@ -135,8 +135,8 @@ static void run_scalar(batch_progress *w)
     w->stopped |= stop == CAPSULE_STOPPED || capsule_asked(w->batch->watch, TABLES / 4);
 }
 
-/* Takes a run on from a state by the scalar code, segment by segment until lanes can go on, or only
-   puts it into its queue if its next one is. */
+/* Advances a run from a state with the scalar code, segment by segment until lanes can continue it. If its
+   next segment is for lanes, it is only queued. */
 static void start_run(batch_progress *w, int slot, capsule_state state, int help)
 {
     capsule_workspace *workspace = w->workspace;
@@ -228,7 +228,7 @@ static int field_beyond(const double *number, const capsule_outcomes *out, int l
     return FIELD_OF[level][contact][(int)number[WAY] + 1];
 }
 
-/* Writes the switch that a lane's run came to, from one field to another, if that is asked for. */
+/* Writes the switch of a lane's run from one field to another, if requested. */
 static int write_first(batch_progress *w, int slot, int left, int field, int edge)
 {
     const capsule_workspace *workspace = w->workspace;
@@ -243,7 +243,7 @@ static int write_first(batch_progress *w, int slot, int left, int field, int edg
     return 1;
 }
 
-/* What follows from a step for one of its lanes. */
+/* Applies the result of a step to one of its lanes. */
 static void finish_step(batch_progress *w, int slot, int level, const capsule_outcomes *out, int l)
 {
     capsule_workspace *workspace = w->workspace;
@@ -253,8 +253,8 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
     const int crosses = out->crossing >> l & 1, open = out->open >> l & 1;
     const int edge = out->edge >> l & 1;
     const int expansions = ++workspace->run[slot].expansions - open;
-    /* A switch after many expansions, whose roundings add up, is moved to where the closed form from
-       the segment's start has it. */
+    /* A switch after many expansions, whose rounding errors add up, is moved to its place on the closed form
+           from the segment's start. */
     if ((out->undetermined >> l & 1) || (crosses && expansions > MOST_SUMMED) ||
         (open && level + 1 == CAPSULE_LEVELS)) {
         start_run(w, slot, start_of(workspace, slot), 1);
@@ -318,7 +318,7 @@ static void run_queues(batch_progress *w, size_t end)
     capsule_workspace *workspace = w->workspace;
     int fullest = 0;
     for (;;) {
-        if (w->stopped) { /* runs in hand can go on from their present segments' starts */
+        if (w->stopped) { /* active runs can resume from the starts of their present segments */
             for (int i = 0; i < CLEAR_QUEUE + CAPSULE_FLOW_COUNT; i++)
                 while (workspace->waiting[i]) {
                     const int slot = workspace->queue[i][--workspace->waiting[i]];

@@ -1,10 +1,10 @@
 /* Elimination of an itinerary's unknowns, segment by segment.
 
    In a window of rows, those of a segment and those carried to it, its duration and its start are
-   eliminated; what is left of the rows is carried to the next segment. A pivot is the largest of its
-   column in the window: within a segment's rows alone none is safe, for at a graze its guard has no rate,
-   and the states of an unstable orbit are fixed by what follows. The last rows carried and those that
-   close the orbit are one small system. */
+   eliminated; the remaining rows are carried to the next segment. A pivot is the largest of its column in
+   the window. Rows of one segment alone have no safe pivot: at a graze its guard has no rate, and the later
+   segments determine the states of an unstable orbit. The last rows carried and those that close the orbit
+   are one small system. */
 #include "blocks.h"
 
 #include "linear.h"
@@ -25,7 +25,7 @@ void capsule_blocks_fill(capsule_blocks *blocks, const capsule_equations *e, con
     capsule_closing_block(e, direction, blocks->closing);
 }
 
-/* The rows of a window: the segment's own, with where the next one begins, and those carried. */
+/* Fills the rows of a window: the segment's own, with the next start, and those carried. */
 static void fill_window(capsule_block *segment, double carried[CARRIED][WINDOW_COLUMNS - OWN])
 {
     memset(segment->window, 0, sizeof segment->window);
@@ -69,7 +69,7 @@ static int eliminate(capsule_block *segment)
 
 int capsule_blocks_factor(capsule_blocks *blocks, capsule_watch *watch)
 {
-    enum { HELD = CARRIED - 1 }; /* the row of the unknown that is held, 0 before its segment */
+    enum { HELD = CARRIED - 1 }; /* row of the fixed unknown, 0 before its segment */
     double carried[CARRIED][WINDOW_COLUMNS - OWN] = {{0.0}};
     int regular = 1;
     for (int k = 0; k < BLOCK_STATES; k++)
@@ -92,7 +92,7 @@ int capsule_blocks_factor(capsule_blocks *blocks, capsule_watch *watch)
     return regular & capsule_factor(blocks->end[0], BLOCK_ENDS, blocks->order);
 }
 
-/* Takes right sides through the elimination of a segment: to those carried on, and to what is kept. */
+/* Applies the elimination of a segment to right sides: to those carried on, and to those kept. */
 static inline void take_over(const capsule_block *segment, const double *guard, double *carried,
                              double *kept, int columns)
 {
@@ -116,8 +116,7 @@ static inline void take_over(const capsule_block *segment, const double *guard, 
     }
 }
 
-/* A segment's own unknowns, in place of what is kept of the right sides, from the next one's start and
-   the border. */
+/* Replaces the kept right sides by a segment's own unknowns, from the next start and the border. */
 static inline void take_back(const capsule_block *segment, const double *next, const double *border,
                              double *kept, int columns)
 {

@@ -11,21 +11,21 @@
 enum {
     OWN = 1 + BLOCK_STATES,              /* duration and start of a segment */
     BORDER = BLOCK_STATES + 1,           /* start of the first one, and the parameter */
-    CARRIED = BORDER,                    /* rows that go on to the next segment */
+    CARRIED = BORDER,                    /* rows carried to the next segment */
     WINDOW_ROWS = BLOCK_ROWS + CARRIED,  /* all in which a segment's own unknowns occur */
     WINDOW_COLUMNS = OWN + BLOCK_STATES + BORDER,
     BLOCK_ENDS = BLOCK_STATES + BORDER,  /* unknowns that are left at the end */
-    BLOCK_RIGHT_SIDES = 8,               /* that are solved for at a time */
+    BLOCK_RIGHT_SIDES = 8,               /* number solved at a time */
 };
 
-/* A segment's rows, and what elimination makes of them with the rows that were carried to it. */
+/* Rows of a segment, and the result of their elimination with the rows carried to it. */
 typedef struct {
     double rows[BLOCK_ROWS][BLOCK_COLUMNS];
     double window[WINDOW_ROWS][WINDOW_COLUMNS], order[OWN];
 } capsule_block;
 
 typedef struct {
-    int count, held; /* the unknown in whose place the parameter moves; -1 where it stays */
+    int count, held; /* the fixed unknown, in whose place the parameter moves; -1 for a fixed parameter */
     capsule_block *segments;
     double (*kept)[OWN * BLOCK_RIGHT_SIDES]; /* for each segment */
     double closing[BLOCK_STATES][CLOSING_COLUMNS];
@@ -36,7 +36,7 @@ typedef struct {
 void capsule_blocks_fill(capsule_blocks *blocks, const capsule_equations *equations,
                          const capsule_system *at, const double *direction);
 
-/* Eliminates the unknowns. Returns 0 where a pivot is 0, and -1 where the watch, or null, stops it. */
+/* Eliminates the unknowns. Returns 0 if a pivot is 0, and -1 if the watch (may be null) stops it. */
 int capsule_blocks_factor(capsule_blocks *blocks, capsule_watch *watch);
 
 /* Solves for one right side, or for BLOCK_RIGHT_SIDES of them as columns, in place. Those of guards before

@@ -1,6 +1,6 @@
-/* Derivatives along a chain of segments: of a segment's closed form, of the guard that ends it, and over
-   a landing. A row holds the derivatives within a segment, by its start, the forcing angle there, the
-   time since, and the parameters; total derivatives have columns of their own, the parameters last. */
+/* Derivatives along a chain of segments: of a segment's closed form, of the guard that ends it, and across a
+   landing. A row holds the derivatives within a segment, with respect to its start, the forcing angle there,
+   the elapsed time, and the parameters; total derivatives have their own columns, the parameters last. */
 #ifndef CAPSULE_CHAIN_H
 #define CAPSULE_CHAIN_H
 
@@ -19,7 +19,7 @@ enum {
 };
 #define BY(parameter) (BY_PARAMETER + (int)(offsetof(capsule_parameters, parameter) / sizeof(double)))
 
-/* Rows of the state and of x_c's advance a time after a segment's start; at rest the last two are 0. */
+/* Rows of the state and of x_c's advance some time after a segment's start; at rest the last two are 0. */
 static inline void chain_rows(const capsule_constants *c, const capsule_start *start, double h,
                               double rows[ROWS][ROW])
 {
@@ -27,7 +27,7 @@ static inline void chain_rows(const capsule_constants *c, const capsule_start *s
     capsule_jacobian(c, start, h, &rows[0][0]);
 }
 
-/* Total derivatives of what has a row, where the time since the start has `moved`. */
+/* Total derivatives of a quantity with a row, if the elapsed time has the derivatives `moved`. */
 static inline void chain_total(const double *restrict row, const double *restrict state_by,
                                const double *restrict angle_by, const double *restrict moved,
                                int columns, double *restrict total)
@@ -40,8 +40,8 @@ static inline void chain_total(const double *restrict row, const double *restric
         total[columns - CAPSULE_PARAMETER_COUNT + k] += row[BY_PARAMETER + k];
 }
 
-/* The row of a function of state and parameters with this gradient, of a state whose rows have so many
-   columns, the last of them by the parameters, and lie `stride` apart. */
+/* Row of a function of state and parameters from its gradient. The state's rows have so many columns, the
+   last of them for the parameters, and lie `stride` apart. */
 static inline void chain_gradient(const double gradient[CAPSULE_SLOPE_COUNT], const double *rows,
                                   int stride, int columns, double *row)
 {
@@ -52,7 +52,7 @@ static inline void chain_gradient(const double gradient[CAPSULE_SLOPE_COUNT], co
         row[columns - CAPSULE_PARAMETER_COUNT + k] += gradient[STATES + 1 + k];
 }
 
-/* Derivatives at a time that has `moved`, from those at one that stays, with the rate of change last. */
+/* Derivatives at a time with derivatives `moved`, from those at a fixed time with the rate of change last. */
 static inline void chain_moved(const double by[CAPSULE_COLUMN_COUNT],
                                const double moved[CAPSULE_SLOPE_COUNT], double to[CAPSULE_SLOPE_COUNT])
 {
@@ -60,7 +60,7 @@ static inline void chain_moved(const double by[CAPSULE_COLUMN_COUNT],
         to[k] = by[k] + by[CAPSULE_SLOPE_COUNT] * moved[k];
 }
 
-/* The cosine and sine of the forcing angle some time after a segment's start. */
+/* Cosine and sine of the forcing angle some time after a segment's start. */
 static inline void chain_turn(const capsule_constants *c, const capsule_start *start, double h,
                               double *cosine, double *sine)
 {
@@ -70,7 +70,7 @@ static inline void chain_turn(const capsule_constants *c, const capsule_start *s
 }
 
 #if CAPSULE_PULSED
-/* The row of the angle after a duration less that of the edge, where a level ends: a share of the turn. */
+/* Row of the angle after a duration less that of the edge at which a level ends: a share of the turn. */
 static inline void chain_edge(const capsule_constants *c, double h, double guard[ROW])
 {
     memset(guard, 0, ROW * sizeof *guard);
@@ -81,8 +81,8 @@ static inline void chain_edge(const capsule_constants *c, double h, double guard
 }
 #endif
 
-/* The row of the guard that ends a segment some time after its start: of the gap of the stop where
-   contact changes, of v_c where a slip ends, else of Q less the bound that it passes. */
+/* Row of the guard that ends a segment some time after its start: the gap of the stop whose contact changes,
+   v_c at the end of a slip, else Q less the bound that it passes. */
 static inline void chain_guard(const capsule_constants *c, const capsule_constants *next,
                                const capsule_start *start, double h, const double end[STATES],
                                double rows[ROWS][ROW], double guard[ROW])
@@ -106,8 +106,8 @@ static inline void chain_guard(const capsule_constants *c, const capsule_constan
     }
 }
 
-/* Takes deviations of the state, a column each, over a landing: v_r' jumps by as much as v_c' does, the
-   other way. What sticks has no v_c', even where the landing is so soft that the drift has none. */
+/* Maps deviations of the state, a column each, across a landing: v_r' jumps by the opposite of v_c'. A
+   sticking capsule has v_c' = 0, even at a landing so soft that the drift has none. */
 static inline void chain_saltation(const capsule_constants *c, const capsule_constants *next,
                                    const capsule_start *start, double h, const double end[STATES],
                                    double deviation[STATES][STATES])

@@ -1,4 +1,4 @@
-/* One segment in 106 bits, for what double precision leaves open. */
+/* One segment in 106 bits, for switches that double precision cannot decide. */
 #define WIDE
 #include "tables.h"
 

@@ -1,16 +1,16 @@
 /* The equations of a periodic orbit of a given itinerary, of its start and of its segments' durations.
 
-   The equations are: each segment's guard vanishes at its end; the state there is that of the start again,
-   x_c apart, or its mirror image; the durations are whole periods of the forcing. Where a guard vanishes
-   at the segment's start already, that root is divided out: the equations then stay regular as the
-   segment shrinks to nothing, and go on beyond, to durations below zero. */
+   The equations are: each segment's guard vanishes at its end; the state there equals that at the start,
+   x_c apart, or its mirror image; the durations are whole periods of the forcing. A root of the guard at
+   the segment's start is divided out. The equations then stay regular as the segment shrinks to duration 0,
+   and continue to durations below zero. */
 #include "equations.h"
 
 #include <math.h>
 
 typedef enum { NEVER, IMPACT, LANDING, SLIP, EDGE, IMPOSSIBLE } guard_kind;
 
-/* A sum in two parts: long itineraries pass many turns, and their angles would lose digits to them. */
+/* A sum in two parts: the angles of long itineraries pass many turns and would lose digits. */
 typedef struct {
     double whole, rest;
 } angle_sum;
@@ -32,7 +32,7 @@ static int neighbour(const capsule_itinerary *it, int i)
     return FIELD_OF[level][TWO_STOPS && contact ? 3 - contact : 0][1 - DRIFT_OF[field]] - 1;
 }
 
-/* The guard that ends segment i. */
+/* Guard that ends segment i. */
 static guard_kind guard_of(const capsule_itinerary *it, int i)
 {
     const int field = it->fields[i] - 1, next = neighbour(it, i + 1);
@@ -47,7 +47,7 @@ static guard_kind guard_of(const capsule_itinerary *it, int i)
     return edge ? EDGE : impact ? IMPACT : DRIFT_OF[field] ? LANDING : SLIP;
 }
 
-/* How many derivatives of a segment's guard, from itself on, vanish at its start. */
+/* Number of derivatives of a segment's guard, itself included, that vanish at its start. */
 static int zeros_of(const capsule_itinerary *it, int i)
 {
     const guard_kind guard = guard_of(it, i), before = guard_of(it, (i + it->count - 1) % it->count);
@@ -81,8 +81,8 @@ int capsule_system_allowed(const capsule_system *system)
     return system && system->flows && system->residual && system->monodromy && system->workspace;
 }
 
-/* A segment of a duration from a state. A duration of 0 would leave nothing to divide by; within
-   rounding the limit is the same. */
+/* Closed form of a segment of a duration from a state. A duration of 0 is replaced by a tiny one, to divide
+   by: within rounding the limit is the same. */
 static void run_segment(const capsule_constants *c, const double state[STATES], angle_sum angle, double h,
                         capsule_segment_flow *p)
 {
@@ -106,7 +106,7 @@ static void run_segment(const capsule_constants *c, const double state[STATES], 
     chain_rows(c, &start, p->duration, (double (*)[ROW])p->jacobian);
 }
 
-/* Where a segment's closed form starts. */
+/* Start of a segment's closed form. */
 static capsule_start start_of(const capsule_segment_flow *p)
 {
     capsule_start start;
@@ -114,7 +114,7 @@ static capsule_start start_of(const capsule_segment_flow *p)
     return start;
 }
 
-/* A guard at the end of a segment over the power `zeros` of its duration, and the row of that. */
+/* Guard at the end of a segment over the power `zeros` of its duration, and its row. */
 static double divided_guard(const capsule_constants *c, const capsule_constants *next, int zeros,
                             const capsule_segment_flow *p, double row[ROW])
 {
@@ -159,9 +159,8 @@ static double divided_guard(const capsule_constants *c, const capsule_constants 
     return gained / power;
 }
 
-/* The guard that ends segment i, and its row. So near to the limit that the differences in the row
-   would cancel it is interpolated from durations to both sides where they do not, to an error of `least`
-   times the rate to the fourth. */
+/* Guard that ends segment i, and its row. So near to the limit that differences in the row would cancel, it
+   is interpolated from durations on both sides, to an error of `least` times the rate to the fourth. */
 static double guard_at(const capsule_equations *e, int i, const capsule_segment_flow *p, double row[ROW])
 {
     static const double NODE[4] = {-2.0, -1.0, 1.0, 2.0};
@@ -189,8 +188,7 @@ static double guard_at(const capsule_equations *e, int i, const capsule_segment_
 }
 
 #if CAPSULE_PULSED
-/* How far the angle at the end of a segment is beyond the edge there, after so many whole turns, and the
-   row of that. */
+/* Angle at the end of a segment beyond the edge there, after so many whole turns, and its row. */
 static double edge_guard(const capsule_constants *c, angle_sum angle, int turns, double h, double row[ROW])
 {
     const double share = c->high > 0.0 ? high_share(c) : 1.0;
@@ -202,16 +200,16 @@ static double edge_guard(const capsule_constants *c, angle_sum angle, int turns,
 }
 #endif
 
-/* The field in contact with the stop at which the first segment begins. */
+/* Field in contact with the stop at which the first segment begins. */
 static const capsule_constants *touched_first(const capsule_equations *e)
 {
     const capsule_constants *before = &e->field[neighbour(e->itinerary, -1)];
     return before->contact != 0.0 ? before : &e->field[e->itinerary->fields[0] - 1];
 }
 
-/* The gradient of the last guard, where the start is held to its surface in this component, in place of its
-   closing equation; else 0. Were it not, segments whose guards begin at 0 one after the other all round
-   would fix their differences only. */
+/* Gradient of the last guard, if this component of the start is held to its surface in place of its closing
+   equation; else 0. Otherwise a cycle of segments whose guards all begin at 0 would determine only the
+   differences of the unknowns. */
 static int pin_gradient(const capsule_equations *e, int row, double gradient[CAPSULE_SLOPE_COUNT])
 {
     const guard_kind last = guard_of(e->itinerary, e->count - 1);
@@ -224,7 +222,7 @@ static int pin_gradient(const capsule_equations *e, int row, double gradient[CAP
     return 1;
 }
 
-/* What closes the orbit: the state at the end and the angle that has passed, less those that are due. */
+/* Closing equations: the state at the end and the angle passed, less their required values. */
 static void close_up(const capsule_equations *e, const double *z, angle_sum angle, capsule_system *to)
 {
     const int n = e->count;
@@ -242,7 +240,7 @@ static void close_up(const capsule_equations *e, const double *z, angle_sum angl
     to->residual[n + STATES] = ((angle.whole - turns) - z[ANGLE]) + (angle.rest - lost);
 }
 
-/* Takes deviations over the landing that ends a segment. */
+/* Maps deviations across the landing that ends a segment. */
 static void landed(const capsule_constants *c, const capsule_constants *next, const capsule_segment_flow *p,
                    double deviation[STATES][STATES])
 {
@@ -250,7 +248,7 @@ static void landed(const capsule_constants *c, const capsule_constants *next, co
     chain_saltation(c, next, &start, p->duration, p->end, deviation);
 }
 
-/* The monodromy matrix over the segments from `first` on, all round. */
+/* Monodromy matrix over one whole cycle of the segments, from `first` on. */
 static void multiply(const capsule_constants field[CAPSULE_FIELD_COUNT], const capsule_itinerary *it,
                      const capsule_segment_flow *flows, int first, double product[STATES][STATES])
 {
@@ -273,13 +271,13 @@ static void multiply(const capsule_constants field[CAPSULE_FIELD_COUNT], const c
     }
 }
 
-/* The guards' rows, which an evaluation leaves for the derivatives. */
+/* Rows of the guards, which an evaluation stores for the derivatives. */
 static double *guard_row(const capsule_system *to, int segment)
 {
     return to->workspace + (ptrdiff_t)segment * ROW;
 }
 
-/* The duration, where the closed form has it: not a number far below 0, and where it is infinite. */
+/* Duration if the closed form accepts it; not a number far below 0, and if it is infinite. */
 static double duration_of(const capsule_constants *c, double h)
 {
     return h >= -1.0 / c->rate && c->rate * h < INFINITY ? h : NAN;
@@ -319,7 +317,7 @@ int capsule_evaluate_equations(const capsule_equations *e, const double *z, caps
     return 0;
 }
 
-/* The derivative of a closing equation by its own component of the start, where none is pinned. */
+/* Derivative of a closing equation with respect to its own component of the start, if none is pinned. */
 static double by_start(const capsule_equations *e, int row)
 {
     return row < STATES && e->itinerary->mirrored ? 1.0 : -1.0;

@@ -1,17 +1,16 @@
-/* The states of a run at any times, from its segments. Every so often along a segment, at whole
-   multiples of the reach of its flow's table, the closed form gives the motion; in between it is
-   expanded from there by that table, as the map's own steps are, at a tenth of the closed form's
-   cost. Where those places are does not depend on which times are asked for. */
+/* States of a run at any times, from its segments. At whole multiples of the reach of its flow's table the
+   closed form gives the motion; in between it is expanded from there by that table, as in the map's own
+   steps, at a tenth of the closed form's cost. These places do not depend on the requested times. */
 
-/* An expansion of a segment, and what its evaluation takes. */
+/* An expansion of a segment, and the constants of its evaluation. */
 typedef struct {
     const capsule_segment *of;
-    double node, begins; /* how many reaches, and how long, after the segment's start it begins */
+    double node, begins; /* reaches, and time, from the segment's start to its begin */
     const table *t;
     const segment *c;
     point begin;
     real a[TERMS], slope; /* coefficients of x_r, and v_c' reach */
-    int drift, position; /* whether v_c moves; whether x_c is asked for */
+    int drift, position; /* 1 if v_c varies; 1 if x_c is requested */
 } interval;
 
 static void interval_make(const capsule_map *map, const capsule_segment *s, const table *t,
@@ -70,8 +69,8 @@ typedef struct {
     double period, rest, omega;
 } period_parts;
 
-/* How long a time is after so many periods and a forcing angle: the whole periods are taken off
-   without an error that grows with them. */
+/* Time elapsed since so many periods and a forcing angle. Subtracting whole periods makes no error that grows
+   with them. */
 static double since(const period_parts *c, int64_t periods, double angle, double time)
 {
     return fma(-(double)periods, c->period, time) - ((double)periods * c->rest + angle / c->omega);
@@ -82,7 +81,7 @@ static int begun(const period_parts *c, const capsule_segment *s, double time)
     return since(c, s->start_period, s->start_angle, time) >= 0.0;
 }
 
-/* The last segment that has begun: from `at` on, looked for ever further ahead, or just before. */
+/* Last segment that has begun, by a search from `at` in growing steps ahead, or just before it. */
 static size_t segment_of_time(const period_parts *c, const capsule_segment *segments, size_t count,
                               size_t at, double time)
 {

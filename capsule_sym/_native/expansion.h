@@ -11,16 +11,16 @@
    (gamma + 1) |dv_c - dv_c(0)| <= 2 e. */
 #include "number.h"
 
-/* Where an expansion stands: a segment's start, or a later instant with the error come to. */
+/* Instant of an expansion: a segment's start, or a later instant with its accumulated error. */
 typedef struct {
     real x_r, gap, v_r, v_c, margin, angle, cosine, sine, position;
-    bound angle_rest; /* by how much the angle is more than rounded */
+    bound angle_rest; /* rounding error of the angle */
     bound gap_zeros;  /* derivatives that vanish at the start, of the gap */
     bound second_zeros; /* and of v_c; at rest 1 (-1) where Q is f_b (-f_b) */
     bound energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
     bound v_c_error, angle_error;
 #if TWO_STOPS
-    real other; /* x_r less where the other stop is: that behind, or in contact behind that in front */
+    real other; /* gap to the other stop: the one behind, or in contact behind the one in front */
 #endif
 } point;
 
@@ -28,7 +28,7 @@ typedef struct {
 
 typedef struct {
     real u[RESPONSES], slope;           /* multiples of the responses; in drift v_c' reach */
-    bound size[RESPONSES];                      /* what the multiples add up */
+    bound size[RESPONSES];                      /* sum of the multiples' sizes */
     bound limit[CAPSULE_LIMITS];        /* the table's bounds by these */
     bound x_own, second_own;            /* error bounds of x_r, and of Q or v_c: this expansion's */
     bound x_rounding, second_rounding;  /* and all */
@@ -43,7 +43,7 @@ inlined bound bound_dot(const double *t, const bound *size)
 #endif
 }
 
-/* Combinations of a table's entries for two responses, and for all of them: in column n of its rows. */
+/* Combinations of a table's entries for two responses, and for all of them; in column n of its rows. */
 inlined real combined_two(const real *u, entry a, entry b)
 {
     return mad(row(a), u[0], mul(row(b), u[1]));
@@ -112,23 +112,23 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     return e;
 }
 
-/* A guard on an expansion: first + sum of its polynomial, with what it is certain within. */
+/* A guard on an expansion: first + its polynomial's sum, with its uncertainty. */
 typedef struct {
     real first, form[DEGREE]; /* Bernstein coefficients 1 to DEGREE of the guard less its first */
-    bound zeros, rounding, tail; /* off by rounding s^zeros + tail s^3 */
+    bound zeros, rounding, tail; /* error at most rounding s^zeros + tail s^3 */
     bound sign, range, bend; /* of the form; its largest coefficient, and second derivative */
 } guard;
 
-/* What is proved of it on (0, r]: positive up to `from`; if `crossing`, then two polynomials below and
-   above it cross zero once each in (from, to), and it is negative at `to`; `near` is about where. They are
-   apart from its form by what it is certain within, and by `off`. */
+/* Proved facts about it on (0, r]: positive up to `from`. If `crossing`, two polynomials below and above it
+   cross zero once each in (from, to), and it is negative at `to`; `near` is about the root. Their distance
+   from its form is its uncertainty plus `off`. */
 typedef struct {
     mask clear, crossing;
     bound from, to, near, off;
 } isolation;
 
-/* From the signs of the coefficients, all of them beyond what any can be off: a guard that vanishes at
-   the start is off by less, as s^zeros. With `twice` zeros may be 2. */
+/* Isolation from the signs of the coefficients, all of them larger than any error: the error of a guard that
+   vanishes at the start shrinks as s^zeros. With `twice` zeros may be 2. */
 inlined isolation certify(const guard *g, double r, int twice)
 {
     const mask begun = gt(g->zeros, all(0.0)), skipped = eq(g->zeros, all(2.0));
@@ -196,8 +196,8 @@ inlined motion motion_at(const real *a, real s, int drift, int position)
     return m;
 }
 
-/* v_c(s) - v_c(0), and x_c(s) - x_c(0): (gamma + 1) v_c + v_r has no drive in it, so v_c gains what v_r
-   loses, beside what is linear in time. */
+/* v_c(s) - v_c(0), and x_c(s) - x_c(0): (gamma + 1) v_c + v_r does not contain the drive, so v_c gains what
+   v_r loses, apart from terms linear in time. */
 inlined real v_c_change(const segment *c, const table *t, real slope, const motion *m, real s)
 {
     const real lost = over(mul(m->bend_slope, row(t->per_reach)), add(c->gamma, num(1.0)));
@@ -275,10 +275,10 @@ inlined real pull_change(const segment *c, const table *t, const expansion *e, c
    behind. */
 enum { GAP, FIRST, SECOND, BACK, GUARDS = BACK + TWO_STOPS };
 
-/* Whether a segment has a guard. */
+/* True if a segment has a guard. */
 #define watched(which, drift, t) (!((which) == SECOND && (drift)) && !((which) == BACK && (t)->contact))
 
-/* All of a guard but its form. */
+/* A guard without its form. */
 inlined guard guard_of(const segment *c, const expansion *e, const point *s, int which, int drift,
                        bound sign)
 {
@@ -305,7 +305,7 @@ inlined guard guard_of(const segment *c, const expansion *e, const point *s, int
     return g;
 }
 
-/* Its form: that of another with its sign turned, if there is one. */
+/* Its form: that of another guard with its sign reversed, if there is one. */
 inlined void form_of(const table *t, const expansion *e, int which, int level, int drift,
                      const guard *other, guard *g)
 {
@@ -324,7 +324,7 @@ inlined void form_of(const table *t, const expansion *e, int which, int level, i
     }
 }
 
-/* Whether a guard is further from zero than it could come. */
+/* True if a guard is further from zero than the motion can bring it. */
 inlined mask out_of_range(const guard *g, const expansion *e, int slipping)
 {
     const bound range = g->range, rounding = g->rounding, tail = g->tail;

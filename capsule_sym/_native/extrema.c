@@ -1,10 +1,10 @@
-/* All extrema of a quantity inside a segment, each proved: where its rate changes sign, and that it
-   keeps its sign elsewhere. The rate is expanded as the guards of the reference map are, with the
-   same bounds on remainder and rounding; its sign is told by Bernstein coefficients. What double
-   precision leaves open, or takes many stretches, is left to the caller.
+/* All extrema of a quantity inside a segment, each proved: its rate changes sign there and keeps its sign
+   elsewhere. The rate is expanded like the guards of the reference map, with the same bounds on remainder
+   and rounding; Bernstein coefficients decide its sign. Segments that double precision cannot decide, or
+   that take many stretches, are returned undecided.
 
-   The largest size along a run is found by the same search: it leaves out what stays below the size
-   known, and the bounds on rounding. */
+   The same search finds the largest size along a run. It skips stretches that stay below the largest size
+   so far, and it needs no bounds on rounding. */
 #include <math.h>
 
 #include "number.h"
@@ -13,22 +13,22 @@
 #define ORDER 8          /* derivatives of the rate, itself the first */
 #define SIZE (ORDER + 2) /* of the polynomials that bound it */
 #define REACH_OF_RATE 3.0 /* of the first stretch that is tried, over the fastest rate */
-#define MOST_PROVED (1 << 16) /* stretches, some 30 ms */
+#define MOST_PROVED (1 << 16) /* most stretches, some 30 ms */
 #define MOST_ROUNDS 80
 #define SMALL 1e-9     /* a step of Newton's method, beside the time */
-#define NOTHING 1e-270 /* a quantity below is none */
+#define NOTHING 1e-270 /* a smaller quantity counts as 0 */
 #define SHORTEST 0x1p-40 /* of a segment */
 #define FORM_UNITS 8.0   /* of the closed form, measured: below 4 */
-#define FAINT 32.0       /* errors of a rate, below which its sign is not taken for granted */
+#define FAINT 32.0       /* errors of a rate, below which its sign is uncertain */
 
-/* A segment and the quantity that is looked at. */
+/* A segment and the quantity whose extrema are searched. */
 typedef struct {
     const capsule_constants *c;
     const capsule_start *start;
     capsule_quantity quantity;
     double rounding; /* 1 where its bounds count, 0 of a peak */
     double force, largest_x, largest_v, gap_error; /* of the closed form's error bounds */
-    double amplitude; /* of what a drive that changes within a segment accelerates the relative motion by */
+    double amplitude; /* of the relative acceleration by a drive that varies within a segment */
 } course;
 
 /* The rate at a time: derivatives over factorials, bounds on their errors, and on the remainder. */
@@ -108,7 +108,7 @@ static expansion expand(const course *f, double h)
         errors_at(f, h, x_r, &x_error, &v_error);
     }
     x[0] = x_r, x[1] = v_r;
-    /* An error of the point counts as if it were so many roundings of its value. */
+    /* An error of the point counts as a number of roundings of its value. */
     size[0] = fabs(x_r) + x_error / UNIT, size[1] = fabs(v_r) + v_error / UNIT;
     x[2] = v_rate(c, x_r, gap, v_r, cosine);
     size[2] = v_rate_size(c, size[0], fabs(gap) + x_error / UNIT, size[1]);
@@ -179,7 +179,7 @@ static const double SHARE[3][SIZE] = {
      1.0 / 9.0, 1.0},
 };
 
-/* The Bernstein coefficients on (0, 1) of a polynomial of powers, in place; the largest size. */
+/* Replaces a polynomial's powers by its Bernstein coefficients on (0, 1); returns the largest size. */
 static double bernstein(double *a, int count)
 {
     const double *const share = SHARE[count - ORDER];
@@ -194,8 +194,8 @@ static double bernstein(double *a, int count)
     return largest;
 }
 
-/* Of a rate that is positive at first: 1 if it stays so over h, -1 if it falls all over it through
-   one root, 0 if neither is shown. The first `zeros` coefficients are left out. */
+/* Proved sign of a rate that is positive at first: 1 if it stays so over h, -1 if it decreases all over h
+   through one root, else 0. The first `zeros` coefficients are skipped. */
 static int shown(const expansion *e, double sign, int zeros, double h)
 {
     const int count = SIZE - zeros;
@@ -223,8 +223,8 @@ static int shown(const expansion *e, double sign, int zeros, double h)
     return -falls;
 }
 
-/* The root of the rate over h after an expansion, by Newton's method: first of the polynomial, which
-   costs next to nothing, then of the closed form, to where rounding keeps steps from becoming shorter. */
+/* Root of the rate over h after an expansion, by Newton's method: first on the polynomial, at almost no cost,
+   then on the closed form, until rounding keeps steps from getting shorter. */
 static double root_after(const course *f, const expansion *begin, double now, double sign, double h)
 {
     double at = now + 0.5 * h;
@@ -255,7 +255,7 @@ static double root_after(const course *f, const expansion *begin, double now, do
     return at;
 }
 
-/* Notes an extremum; whether there is room for it. Of a peak only a larger one is noted. */
+/* Records an extremum; true if there is room. For a peak only a larger one is recorded. */
 static int note(search *s, int kind, double h)
 {
     const expansion e = expand(&s->of, h);
@@ -270,7 +270,7 @@ static int note(search *s, int kind, double h)
     return 1;
 }
 
-/* Whether the quantity's size stays below the peak's over h but for rounding, by the coefficients of its
+/* True if the quantity's size stays below the peak's over h except for rounding, by the coefficients of its
    polynomial. */
 static int below(const expansion *e, const capsule_peak *peak, double h)
 {
@@ -281,7 +281,7 @@ static int below(const expansion *e, const capsule_peak *peak, double h)
     return bernstein(a, ORDER + 1) + left <= peak->size * (1.0 + 4.0 * UNIT) + NOTHING;
 }
 
-/* As `shown`, but that the search for a peak passes also what is smaller, and the shortest stretches. */
+/* As `shown`, except that the search for a peak also passes smaller sizes, and the shortest stretches. */
 static int passed(const search *s, const expansion *e, double sign, int zeros, double h)
 {
     if (s->peak && (h <= SHORTEST * s->duration || below(e, s->peak, h)))
@@ -289,7 +289,7 @@ static int passed(const search *s, const expansion *e, double sign, int zeros, d
     return shown(e, sign, zeros, h);
 }
 
-/* Looks through the segment, stretch by stretch, each twice as long as the one before if it can be. */
+/* Searches the segment, stretch by stretch, each up to twice as long as the one before. */
 static capsule_stop look(search *s)
 {
     const course *f = &s->of;
@@ -334,7 +334,7 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
     return look(&s) == CAPSULE_DONE ? s.found : -1;
 }
 
-/* What sizes are compared by: the gaps of two stops by their springs' forces. */
+/* Weights for comparing sizes: gaps of two stops count by their springs' forces. */
 static double weight_of(const capsule_constants *c, capsule_quantity quantity)
 {
     return TWO_STOPS && quantity == CAPSULE_GAP ? c->kappa : 1.0;
@@ -349,7 +349,7 @@ capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_quantity q
         const capsule_constants *c = &run->map->field[s->field - 1];
         const double gap = s->end[0] - c->CAPSULE_OWN_STOP;
         const double value = quantity == CAPSULE_FORCE ? force(c, s->end[0], gap, s->end[1]) : gap;
-        /* Where the run ends nothing need happen: what turns there is found in a segment. */
+        /* No extremum is needed at the end of the run: one there is found in a segment. */
         const double size =
             fabs(value) * weight_of(c, quantity) * (s->target ? 1.0 : 1.0 - 16.0 * UNIT);
         if (size > peak->size && (quantity == CAPSULE_FORCE || c->contact != 0.0))

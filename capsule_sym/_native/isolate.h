@@ -1,4 +1,4 @@
-/* The first root of a guard where the signs of its coefficients do not tell: by halving.
+/* First root of a guard by halving, if the signs of its coefficients alone do not decide.
 
    In Bernstein form a polynomial lies between its least and its largest coefficient, and has as
    many roots in (0, 1) as its coefficients have changes of sign, or fewer by an even number. So if
@@ -10,8 +10,8 @@
    multiplies coefficient j by positive numbers and drops the first `zeros`; rounding errors of those
    guards vanish like s^zeros as well. The remainder is at most tail s^3. */
 
-#define HALVINGS 10 /* an interval away from the start is left open after so many */
-#define DEEPEST 50  /* an interval at the start is */
+#define HALVINGS 10 /* most halvings of an interval away from the start */
+#define DEEPEST 50  /* most halvings of an interval at the start */
 
 typedef struct {
     real value[DEGREE + 1];
@@ -45,8 +45,8 @@ static void halve(piece *right, piece *left, int count)
     right->depth = left->depth = right->depth + 1;
 }
 
-/* Whether the signs prove one crossing: positive, then open, then negative; `near` is about where
-   on the piece, of 1. */
+/* True if the signs prove one crossing: positive, then undecided, then negative; `near` is about its place
+   on the piece, from 0 to 1. */
 static int crosses_once(const piece *p, int count, double *near)
 {
     int i = 0;

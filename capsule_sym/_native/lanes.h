@@ -1,4 +1,4 @@
-/* The step of WIDTH runs at a time that are in the same linear flow, each in its own lane. */
+/* Step of WIDTH runs at a time in the same linear flow, each in its own lane. */
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__aarch64__))
 #define FUSED 1
 #include "batch.h"
@@ -69,7 +69,7 @@ inlined void load(double *const *runs, bound *v)
 #endif
 }
 
-/* And back, of some lanes. */
+/* And back, for some lanes. */
 inlined void store(const bound *v, int some_lanes, double *const *runs)
 {
 #if TRANSPOSED

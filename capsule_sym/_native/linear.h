@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 /* Factors a square matrix in place, row by row; `order` receives the rows that are exchanged. Returns 0
-   where a pivot is 0. */
+   if a pivot is 0. */
 int capsule_factor(double *matrix, size_t size, double *order);
 
 /* Solves the factored system for right sides that are the columns of `right`, in place. */

@@ -1,9 +1,9 @@
 /* Metrics of a periodic orbit: progression, work and losses, peak forces; and their derivatives.
 
-   The damper's loss is an integral of products of closed forms, entire functions of known exponential
-   type: Gauss-Legendre quadrature on panels short beside that type has no error above rounding. It is
-   a sum of squares, and the friction's loss one of distances, so that their sum keeps all digits: over
-   a closed orbit that is the drive's work, by the energy balance. */
+   The damper's loss is an integral of products of closed forms, entire functions of known exponential type:
+   Gauss-Legendre quadrature on panels short compared with that type has no error above rounding. It is a
+   sum of squares, and the friction loss a sum of distances, so their sum loses no digits. Over a closed
+   orbit it equals the drive's work, by the energy balance. */
 #include <math.h>
 #include <string.h>
 
@@ -37,11 +37,11 @@ static const struct {
 
 enum { VELOCITY, PROGRESSION, WORK, DAMPER, FRICTION, PEAK_FORCE, PEAKS = METRICS - PEAK_FORCE };
 
-/* What the peak metrics are of: the force between the bodies, and that of the second spring by the gap. */
+/* Quantities of the peak metrics: the force between the bodies, and the second spring's force by the gap. */
 static const capsule_quantity PEAKED[PEAKS] = {CAPSULE_FORCE, CAPSULE_GAP};
 
-/* Adds the damper's loss in a segment, the drive's work if that is asked for, and the integral of the
-   loss's derivatives at times that stay: those by its ends cancel from segment to segment. */
+/* Adds the damper's loss in a segment, the drive's work if requested, and the integral of the loss's
+   derivatives at fixed times: those with respect to its ends cancel from segment to segment. */
 static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segment *s, double start,
                              const capsule_orbit_request *request, capsule_slopes *at, double *loss,
                              double *work, double slopes[SLOPES])
@@ -90,7 +90,7 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
     return CAPSULE_DONE;
 }
 
-/* Derivatives of a peak in this segment, which follows its end where it lies there. */
+/* Derivatives of a peak in this segment; a peak at the segment's end moves with it. */
 static void add_peak(const capsule_closed_run *run, const capsule_segment *s, double start,
                      capsule_quantity quantity, const capsule_peak *peak, capsule_slopes *at,
                      const double ends[SLOPES], double slopes[SLOPES])
@@ -111,7 +111,7 @@ static void add_peak(const capsule_closed_run *run, const capsule_segment *s, do
             slopes[k] = -slopes[k];
 }
 
-/* Derivatives of x_c at a segment's end, and of the time of that. */
+/* Derivatives of x_c at a segment's end, and of its time. */
 static void pass_segment(const capsule_closed_run *run, size_t i, capsule_slopes *at,
                          double advance_by[SLOPES])
 {

@@ -1,9 +1,9 @@
-/* The number that the code after it works on: one double, WIDTH of them side by side, one run in
-   each lane, or with WIDE a double-double, whose 106 bits decide what double precision leaves open.
+/* The number type of the code after it: one double, WIDTH of them side by side, one run in each lane, or
+   with WIDE a double-double, whose 106 bits decide switches that double precision cannot.
 
-   A `real` is a value, a `bound` what errors are measured by (a double for each lane), an `entry`
-   what a table holds, and a `mask` a truth for each lane. Bounds have the compiler's own operators of
-   arithmetic, masks & and |; bounds are compared by gt, ge, lt, le, eq and ne. */
+   A `real` is a value, a `bound` measures errors (a double for each lane), an `entry` is an entry of a
+   table, and a `mask` a truth value for each lane. Bounds have the compiler's own arithmetic operators,
+   masks & and |; bounds are compared by gt, ge, lt, le, eq and ne. */
 #ifndef CAPSULE_NUMBER_H
 #define CAPSULE_NUMBER_H
 
@@ -12,13 +12,13 @@
 
 #include "internal.h"
 
-#ifdef __clang__ /* masks are of lanes, and `|` of two is no slip for `||` */
+#ifdef __clang__ /* masks have lanes, so `|` of two is not meant as `||` */
 #pragma clang diagnostic ignored "-Wunknown-warning-option"
 #pragma clang diagnostic ignored "-Wbitwise-instead-of-logical"
 #endif
 
-/* `fused` and `mad` are a b + c: one rounding with FUSED, for processors that have such an instruction,
-   and two without. The compiler fuses nothing by itself, so runs have the same bits from each of them. */
+/* `fused` and `mad` are a b + c: one rounding with FUSED, for processors with such an instruction, and two
+   without. The compiler fuses nothing by itself, so runs of each kind have the same bits. */
 #ifndef FUSED
 #define FUSED 0
 #endif
@@ -29,7 +29,7 @@
 #define TWO_PI 6.283185307179586
 #define TWO_PI_REST 2.4492935982947064e-16
 #define TWO_PI_LAST -5.989539619436679e-33
-#define UNDERFLOW 1e-290 /* more than all that is lost below the normal range */
+#define UNDERFLOW 1e-290 /* above all errors below the normal range */
 
 #if defined(WIDE) && defined(__GNUC__)
 #define inlined static inline __attribute__((unused)) /* fast enough, and compiled soon */
@@ -174,7 +174,7 @@ typedef double entry;
 #define choose pick
 #define row(e) all(e)
 #else
-#define UNIT 0x1p-102 /* bounds what a few operations below lose */
+#define UNIT 0x1p-102 /* bounds the error of a few operations below */
 #define ROOT_UNIT 0x1p-51
 #define TERMS CAPSULE_WIDE_TERMS
 #define DEGREE (TERMS + 1) /* of a guard: v_c has a term more than x_r */
@@ -272,15 +272,15 @@ inlined const segment_sizes *sizes_of(const segment *c, segment_sizes *room)
 }
 #endif
 
-/* What is bounded per unit of each response: the error of x_r (rounding and remainder), and of P or
-   v_c; what their forms leave out, over s^3; the largest of each form; and second derivatives. */
+/* Bounds per unit of each response: the error of x_r (rounding and remainder), and of P or v_c; the
+   remainder of their forms, over s^3; the largest of each form; and second derivatives. */
 enum {
     X_ERROR, SECOND_ERROR, X_TAIL, SECOND_TAIL, X_RANGE, SECOND_RANGE, X_BEND, SECOND_BEND
 };
 
 #include "capsule_formulas.h"
 
-/* How far a position is from the next stop, of constants of any field. */
+/* Gap to the next stop, by constants of any field. */
 #if TWO_STOPS
 #define room_about(c, x)                                                                           \
     ((c)->CAPSULE_FRONT_GAP - (x) < (c)->CAPSULE_BACK_GAP + (x) ? (c)->CAPSULE_FRONT_GAP - (x)     \
@@ -289,13 +289,13 @@ enum {
 #define room_about(c, x) ((c)->CAPSULE_FRONT_GAP - (x))
 #endif
 
-/* The plane of an impact, by the fields before and after it: one of them is in contact. */
+/* Plane of an impact, by the fields before and after it: one of them is in contact. */
 static inline int impact_plane(int before, int after, double v_c, double v_r)
 {
     const int stop = CAPSULE_STOP_COUNT == 1 ? 1 : CONTACT_OF[before - 1] + CONTACT_OF[after - 1];
     return IMPACT_PLANE[stop - 1][v_c > 0.0][v_r > 0.0];
 }
-/* The error of the rounded product p of a and b. */
+/* Error of the rounded product p of a and b. */
 #if WIDTH == 1
 #define product_rest(a, b, p) fma(a, b, -(p))
 #else
@@ -353,7 +353,7 @@ inlined void sine_cosine(real angle, bound rest, real *sine, real *cosine)
 }
 #endif
 
-/* What the drive's phase is to the motion: nothing while it is constant. */
+/* Terms of the drive's phase in the motion: none while the drive is constant. */
 inlined void phase_terms(real angle, bound rest, real *sine, real *cosine)
 {
 #if CAPSULE_PULSED

@@ -1,5 +1,5 @@
-/* A periodic orbit near a state: Newton's method on the map over its periods, whose derivatives are
-   carried through the switches. */
+/* Periodic orbit near a state: Newton's method on the map over its periods, with derivatives propagated
+   through the switches. */
 #include <math.h>
 #include <string.h>
 
@@ -8,8 +8,8 @@
 #include "orbit.h"
 
 #define MOST_RUNS 12
-#define ROUNDINGS 16.0     /* a correction of so many units is none */
-#define STAGNANT 1e-9      /* one below this that no longer shrinks is rounding */
+#define ROUNDINGS 16.0     /* a correction of so many units counts as 0 */
+#define STAGNANT 1e-9      /* a correction below this that no longer shrinks is rounding */
 #define SAME_STATE 1e-8    /* states that repeat after a part of the periods */
 
 void capsule_slopes_of_run(const capsule_closed_run *run, capsule_slopes *at)
@@ -19,7 +19,7 @@ void capsule_slopes_of_run(const capsule_closed_run *run, capsule_slopes *at)
         at->state[2][2] = 0.0;
 }
 
-/* What a run switches through, in one number. */
+/* Hash of a run's sequence of switches. */
 static uint64_t passage(const capsule_segment *segments, size_t count)
 {
     uint64_t hash = 14695981039346656037u; /* by Fowler, Noll and Vo */
@@ -28,7 +28,7 @@ static uint64_t passage(const capsule_segment *segments, size_t count)
     return hash;
 }
 
-/* Solves a x = b for some columns; whether the solution is finite. */
+/* Solves a x = b for some columns; true if the solution is finite. */
 static int solved(double a[3][3], double *b, int columns)
 {
     double order[3];
@@ -47,7 +47,7 @@ static void return_matrix(double slopes[4][COLUMNS_AT], double a[3][3])
             a[i][j] = (i == j) - slopes[i][j];
 }
 
-/* Whether the run comes back to its start after fewer periods than all of its own. */
+/* True if the run returns to its start after fewer periods than all of its own. */
 static int repeats_after(const capsule_closed_run *run, int part, const double x[3], double scale)
 {
     const double time = part * (run->end / run->periods);
@@ -63,7 +63,7 @@ static int repeats_after(const capsule_closed_run *run, int part, const double x
 static int repeats_sooner(const capsule_closed_run *run, const double x[3], double scale)
 {
     int repeats = 0;
-    for (int part = 1; part <= run->periods / part; part++) /* and what that leaves of them */
+    for (int part = 1; part <= run->periods / part; part++) /* and the number of such parts */
         if (run->periods % part == 0)
             repeats |= repeats_after(run, part, x, scale) |
                        repeats_after(run, run->periods / part, x, scale);
@@ -94,7 +94,7 @@ static capsule_stop run_once(const capsule_orbit_request *request, const double 
     return CAPSULE_DONE;
 }
 
-/* What the closed run has besides its state. */
+/* Results of the closed run besides its state. */
 static capsule_stop complete(const capsule_orbit_request *request, const capsule_closed_run *run,
                              double slopes[4][COLUMNS_AT], capsule_orbit *orbit)
 {
@@ -126,7 +126,7 @@ static capsule_stop complete(const capsule_orbit_request *request, const capsule
     return CAPSULE_DONE;
 }
 
-/* What is not computed is not a number. */
+/* Sets results that are not computed to NaN. */
 static void blank(capsule_orbit *orbit)
 {
     memset(orbit, 0, sizeof *orbit);

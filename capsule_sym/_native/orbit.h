@@ -1,4 +1,4 @@
-/* What the parts share that compute a periodic orbit and its metrics. */
+/* Declarations shared by the parts that compute a periodic orbit and its metrics. */
 #ifndef CAPSULE_ORBIT_H
 #define CAPSULE_ORBIT_H
 
@@ -11,7 +11,7 @@ enum {
     METRICS = CAPSULE_METRIC_COUNT, OMEGA_AT = CAPSULE_OMEGA_AT
 };
 
-/* A run over whole excitation periods from forcing angle 0. Its last time moves with omega. */
+/* A run over whole excitation periods from forcing angle 0. The time of its end depends on omega. */
 typedef struct {
     const capsule_map *map;
     const capsule_segment *segments;
@@ -20,10 +20,10 @@ typedef struct {
     double end, end_by_omega;
 } capsule_closed_run;
 
-/* Derivatives where the run starts; of a capsule at rest there are none by v_c. */
+/* Derivatives at the start of the run; those with respect to v_c are 0 for a capsule at rest. */
 void capsule_slopes_of_run(const capsule_closed_run *run, capsule_slopes *at);
 
-/* Where a quantity is largest: in which segment, and how long after its start, or at its end. */
+/* Place of the largest size of a quantity: the segment, and the time after its start, or its end. */
 typedef struct {
     double size, after; /* the size is 0 of a gap that never closes */
     double x_r, gap, v_r;
@@ -31,15 +31,15 @@ typedef struct {
     int at_end;
 } capsule_peak;
 
-/* A segment that takes more panels or stretches stays open: it is very slow beside its flow. */
+/* A segment that needs more panels or stretches is undecided: it is very slow compared with its flow. */
 #define MOST_STRETCHES (1 << 20)
 
-/* Finds the largest size of the force along the run, or of the gap in contact, to rounding. The watch
-   may be null. */
+/* Finds the largest size of the force along the run, or of the gap in contact, to rounding. The watch may be
+   null. */
 capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_quantity quantity,
                                capsule_watch *watch, capsule_peak *peak);
 
-/* Writes the metrics that are asked for. `slopes` receives, if so, their derivatives by the start
+/* Writes the requested metrics. If requested, `slopes` receives their derivatives with respect to the start
    and the parameters, in the order of the record. */
 capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *request,
                              capsule_orbit *orbit, double slopes[METRICS][SLOPES]);

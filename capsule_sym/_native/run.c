@@ -1,5 +1,5 @@
-/* Running the map: segments chained until the periods are over. What is given is checked, and goes to
-   the code for this processor; what double precision leaves open is decided in 106 bits. */
+/* Runs of the map: segments chained until the periods are over. Arguments are checked, and passed to the
+   code for this processor; switches that double precision cannot decide are decided in 106 bits. */
 #include <string.h>
 
 #include "internal.h"
@@ -50,8 +50,8 @@ void capsule_write_strobe(const capsule_request *request, int64_t period, double
 }
 
 #if !CAPSULE_PULSED
-/* The end of a period of a segment that lasts for ever. Its free part alone, about where it rests, is
-   advanced, so that no large time meets a sine. */
+/* State at the end of a period of a segment that lasts forever. Its free part about the rest position is
+   advanced alone, so no large time is an argument of a sine. */
 static void resting_state(const capsule_constants *k, double x, double v, double h,
                     capsule_state *out)
 {

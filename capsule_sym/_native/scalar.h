@@ -1,5 +1,5 @@
-/* One run's segments, one after another: which field takes over, the steps of its segment, and what
-   is known exactly where that ends. Over the double or double-double of number.h. */
+/* Segments of one run, one after another: the successor field, the steps of its segment, and the facts
+   known exactly at its end. Over the double or double-double of number.h. */
 #include <string.h>
 
 #include "internal.h"
@@ -7,16 +7,16 @@
 
 #include "isolate.h"
 
-/* A segment that takes more is left to the caller: another method looks further ahead there. */
+/* A segment that takes more is undecided: another method reaches further there. */
 #define MOST_EXPANSIONS 8192
 
-/* A state with what is known exactly there, as in capsule_state. */
+/* A state with its exactly known facts, as in capsule_state. */
 typedef struct {
     real x_r, gap, v_r, v_c, angle;
     double angle_rest;
     int bound_at;
 #if TWO_STOPS
-    real back; /* `gap` is by the stop in front, this by that behind */
+    real back; /* `gap` is to the stop in front, this to the stop behind */
 #endif
 } known;
 
@@ -30,7 +30,7 @@ static const segment *segment_of(const capsule_map *map, int field, segment *roo
     return room;
 }
 
-/* Near the impact surface the gap is what is known, elsewhere the position is. */
+/* Near the impact surface the gap is the known quantity, elsewhere the position. */
 static known known_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
 {
     const real front = num(map->parameters.CAPSULE_FRONT_GAP);
@@ -76,8 +76,8 @@ static known known_of(const capsule_map *map, const capsule_state *s, const caps
 #endif
 
 #if TWO_STOPS
-/* The gaps of a point by its field's stop and the other one, from those in front and behind, or these
-   from those: in contact behind they change places. */
+/* Gaps of a point to its field's stop and the other one, from those in front and behind, or these from
+   those: in contact behind they change places. */
 static void gaps_of(int contact, real first, real second, real *own, real *other)
 {
     *own = contact == 2 ? second : first;
@@ -85,7 +85,7 @@ static void gaps_of(int contact, real first, real second, real *own, real *other
 }
 #endif
 
-/* The start of a segment of a field. */
+/* Start of a segment of a field. */
 static point point_at(const segment *c, int field, const known *p, const capsule_context *context)
 {
     const int way = DRIFT_OF[field - 1];
@@ -116,8 +116,7 @@ static point point_at(const segment *c, int field, const known *p, const capsule
     return s;
 }
 
-/* The sign of the first of a guard's derivatives that does not vanish exactly; 0 where rounding
-   leaves it open. */
+/* Sign of the first of a guard's derivatives that does not vanish exactly; 0 if rounding hides it. */
 static int first_sign(const double *values, const double *errors, int exact)
 {
     if (!(fabs(values[exact]) > errors[exact]))
@@ -125,8 +124,8 @@ static int first_sign(const double *values, const double *errors, int exact)
     return values[exact] > 0.0 ? 1 : -1;
 }
 
-/* 1 if the field takes over, all of its guards being positive just after; 0 if it does not, -1
-   where that is open. Derivatives come with a bound on their rounding error. */
+/* 1 if the field is the successor, all of its guards being positive just after; 0 if it is not, -1 if
+   undecided. Derivatives come with a bound on their rounding error. */
 static int is_successor(const segment *c, int field, const known *p)
 {
     segment_sizes room;
@@ -170,7 +169,7 @@ static int is_successor(const segment *c, int field, const known *p)
     return open ? -1 : 1;
 }
 
-/* The drive's level at an angle, 0 for the high one of pulses: at an edge that to come. */
+/* Level of the drive at an angle, 0 for the high one of pulses; at an edge the level after it. */
 static int level_at(const capsule_map *map, const known *p)
 {
 #if CAPSULE_PULSED
@@ -186,8 +185,8 @@ static int level_at(const capsule_map *map, const known *p)
 #endif
 }
 
-/* Whether there is contact just after, by the gap in front and behind (0 or more without that stop), and
-   whether a field's is not; -1 where the mass touches a stop with v_r = 0. */
+/* Contact just after, from the gaps in front and behind (the latter 0 or more without that stop), numbered
+   as for fields; -1 if the mass touches a stop with v_r = 0. */
 static int contact_at(double gap, double back, double v_r)
 {
     if ((gap == 0.0 || (TWO_STOPS && back == 0.0)) && v_r == 0.0)
@@ -202,7 +201,7 @@ static int is_apart(int contact, double gap, double back)
     return contact == 0 ? gap > 0.0 || (TWO_STOPS && back < 0.0) : contact == 1 ? gap < 0.0 : back > 0.0;
 }
 
-/* The field of a level that takes over: the one all of whose guards are positive just after. */
+/* Successor field of a level: the one all of whose guards are positive just after. */
 static int successor_of(const capsule_map *map, const known *p, int level)
 {
 #if TWO_STOPS
@@ -240,14 +239,14 @@ static int successor_of(const capsule_map *map, const known *p, int level)
 }
 
 #if !CAPSULE_PULSED
-/* Whether a sticking segment without contact is proved to last for ever. */
+/* True if a sticking segment without contact is proved to last forever. */
 static int rests_forever(const segment *c, const capsule_constants *k, const point *s)
 {
     segment_sizes room;
     const segment_sizes *b = sizes_of(c, &room);
-    /* Rounding of K - omega^2 is felt near resonance. It is counted as 32 units at least, for what is
-       rounded below, the centre about which the mass moves included: an error of x_r and v_r adds to
-       the energy. */
+    /* Near resonance the response magnifies the rounding of K - omega^2. It is counted as at least 32
+       units, to include roundings below and that of the centre of the motion: an error of x_r and v_r adds
+       to the energy. */
     const double distance = sqrt(k->Z2), rounded = 4.0 * 0x1p-53 * (b->K + b->omega * b->omega);
     const double relative = larger(8.0 * rounded / distance, 32.0 * 0x1p-53);
     const double amplitude = b->alpha / distance;
@@ -270,7 +269,7 @@ static int rests_forever(const segment *c, const capsule_constants *k, const poi
            most < near_to(friction_guard(c, num(1.0), load));
 }
 
-/* What rests for ever does so at the end of a period too, wherever the expansions stood. */
+/* A state that rests forever does so at the end of a period too, whatever the instants of expansions. */
 static int rests_after(const segment *c, const capsule_constants *k, const outcome *o, const point *next)
 {
     point last = o->end;
@@ -290,8 +289,8 @@ static void flow_from(const capsule_constants *k, const point *from, double h, d
     capsule_flow(k, &start, h, change);
 }
 
-/* Moves a switch and the state there to where the closed form from the segment's start has it.
-   Expansions add up their roundings; the switch stays within what they prove, `error` of time. */
+/* Moves a switch and its state to their place on the closed form from the segment's start. Rounding errors of
+   expansions add up; the switch stays within its proved `error` of time. */
 static void refine(const segment *c, const capsule_constants *k, const point *from,
                    const outcome *o, double error, point *to, double *duration)
 {
@@ -325,7 +324,7 @@ static void refine(const segment *c, const capsule_constants *k, const point *fr
 }
 
 #if CAPSULE_PULSED
-/* The same of an edge, whose time is known. */
+/* The same for an edge, whose time is known. */
 static void refine_edge(const segment *c, const capsule_constants *k, const point *from, point *to,
                         double *duration)
 {
@@ -362,12 +361,12 @@ static void one_step(const segment *c, const segment_sizes *b, const table *t, i
         step(c, b, t, 0, 1, 0, ends, way, guess, s, to, o);
 }
 
-/* The state at the end of a run, from the last expansion. */
+/* State at the end of a run, from the last expansion. */
 static void end_run(capsule_context *context, capsule_state *state, const outcome *o, int field,
                     capsule_result *p)
 {
     p->advance = near_to(o->end.position);
-    /* A switch may come within a rounding, so that the state is past it: it tells then. */
+    /* A switch within a rounding may put the state past it: then the state decides. */
     *state = (capsule_state){.x_r = near_to(o->end.x_r), .gap = near_to(o->end.gap),
                              .v_r = near_to(o->end.v_r), .v_c = near_to(o->end.v_c),
                              .position = state->position + p->advance, .period = context->periods,
@@ -380,7 +379,7 @@ static void end_run(capsule_context *context, capsule_state *state, const outcom
     context->exact.known = 0;
 }
 
-/* The state at a switch, and the field that takes over; where that stays open, nothing. */
+/* State at a switch, and the successor field; nothing if that is undecided. */
 static void switch_field(capsule_context *context, capsule_state *state, const outcome *o,
                          const point *at, int field, int64_t period, capsule_result *p)
 {
@@ -399,7 +398,7 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
     const int following = o->undetermined ? successor_of(context->map, &end, level)
                                           : FIELD_OF[level][next_contact][(int)o->way + 1];
     if (!following)
-        return; /* The switch itself is certain, but not where it leads. */
+        return; /* The switch itself is certain, but not its successor. */
     p->outcome = CAPSULE_REGULAR;
     p->switched = 1;
     p->advance = near_to(at->position);
@@ -408,7 +407,7 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
         .x_r = near_to(at->x_r), .gap = near_to(end.gap), .v_r = v_r, .v_c = v_c,
         .angle = near_to(at->angle), .angle_rest = at->angle_rest,
         .position = state->position + p->advance, .period = period, .bound = (int)o->bound_at,
-        /* Eq. (24): by the field to come where the capsule rests. */
+        /* Eq. (24): by the successor field if the capsule rests. */
         .plane = o->edge      ? EDGE_PLANE[level]
                  : v_c == 0.0 ? following
                               : impact_plane(p->field, following, v_c, v_r),
@@ -432,7 +431,7 @@ static void switch_field(capsule_context *context, capsule_state *state, const o
 #endif
 }
 
-/* The table of a field's flow; in 106 bits it is made where a run first meets that flow. */
+/* Table of a field's flow; in 106 bits it is made when a run first needs that flow. */
 static const table *table_of(capsule_context *context, int field, const segment *c)
 {
     const int flow = FLOW_OF[field - 1];
@@ -476,7 +475,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     point later[2], *next = later;
     double *guess = &context->guess[field][state->plane];
     int64_t period = state->period;
-    double duration = 0.0, lost = 0.0; /* by how much it is too long, from rounding its sum */
+    double duration = 0.0, lost = 0.0; /* its excess from rounding of the sum */
     outcome o = {0};
     p->field = field;
     p->gap = near_to(from.gap), p->margin = near_to(from.margin);

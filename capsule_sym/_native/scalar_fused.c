@@ -1,4 +1,4 @@
-/* The same once more, for processors with AVX2 and fused multiply-adds. */
+/* The same for processors with AVX2 and fused multiply-adds. */
 #if defined(__x86_64__) && defined(__GNUC__)
 #include "target.h"
 

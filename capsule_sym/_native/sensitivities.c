@@ -1,6 +1,6 @@
-/* How a run depends on its start and on the parameters: derivatives of its segments' closed forms,
-   one after another. At a switch the time moves as well, by what keeps the guard at zero; carried
-   into the next segment that is the saltation. */
+/* Derivatives of a run with respect to its start and the parameters: derivatives of its segments' closed
+   forms, one after another. At a switch the time varies as well, such that the guard stays zero; propagated
+   into the next segment this gives the saltation matrix. */
 #include "chain.h"
 
 #define N CAPSULE_SLOPE_COUNT
@@ -30,7 +30,7 @@ static passing passing_of(const capsule_map *map, const capsule_segment *s,
     return p;
 }
 
-/* Derivatives within the segment of the state and x_c a time after its start; at rest v_c stays. */
+/* Derivatives within the segment of the state and x_c some time after its start; at rest v_c is constant. */
 static void rows_at(const passing *p, double h, double rows[ROWS][ROW])
 {
     chain_rows(p->c, &p->start, h, rows);
@@ -38,13 +38,13 @@ static void rows_at(const passing *p, double h, double rows[ROWS][ROW])
         rows[2][2] = 1.0;
 }
 
-/* Total derivatives of what has these within the segment, at a time that has `moved`. */
+/* Total derivatives from those within the segment, at a time with derivatives `moved`. */
 static void total(const passing *p, const double by[ROW], const double moved[N], double row[N])
 {
     chain_total(by, &p->at->state[0][0], p->angle_by, moved, N, row);
 }
 
-/* Takes the derivatives over a switch: the time follows the guard, and the state the time. */
+/* Maps the derivatives across a switch: the time depends on the guard, and the state on the time. */
 static void pass_switch(const passing *p, const capsule_constants *next, const capsule_segment *s,
                         capsule_slopes *to)
 {

@@ -7,10 +7,10 @@
 
 #define MOST_STEPS 25
 #define LEAST_SCALE 0x1p-12
-#define BACK 0.5      /* how far a segment may go below duration 0, over its fastest rate */
-#define SOLVED 1e-13  /* largest entry of a residual that is taken for zero, over that of z */
+#define BACK 0.5      /* least duration of a segment is minus this, over its fastest rate */
+#define SOLVED 1e-13  /* largest entry of a residual that counts as zero, over that of z */
 #define ROUNDINGS 8.0 /* of the terms of each equation */
-#define FINE 0x1p13   /* roundings in a step that is not looked at more closely */
+#define FINE 0x1p13   /* roundings in a step that needs no closer check */
 #define LOST 0.01     /* condition of the equations, over what double precision resolves */
 #define POWER_STEPS 12
 
@@ -25,12 +25,12 @@ static double largest(const double *values, int count)
     return most;
 }
 
-/* The search for a solution: where it stands, one step ahead, and the factored equations. */
+/* Search for a solution: the present iterate, a trial step, and the factored equations. */
 typedef struct {
     const capsule_itinerary *itinerary;
     const capsule_itinerary_request *request;
     capsule_parameters parameters, trial_parameters;
-    int count, unknowns, held; /* held: -1 where the parameters stay */
+    int count, unknowns, held; /* held: -1 for fixed parameters */
     double *z, *trial, *step, *following, *terms;
     double (*columns)[BLOCK_RIGHT_SIDES]; /* of an inverse */
     capsule_blocks blocks;
@@ -40,7 +40,7 @@ typedef struct {
     int stopped; /* by the watch */
 } search;
 
-/* The largest term of an equation, where each unknown moves by its size. */
+/* Largest term of an equation, if each unknown changes by its size. */
 static void largest_term(void *about, int equation, const double *by)
 {
     search *const s = about;
@@ -52,7 +52,7 @@ static void largest_term(void *about, int equation, const double *by)
     s->terms[equation] = most;
 }
 
-/* The sum of an equation's terms. */
+/* Sum of an equation's terms. */
 static void sum_of_terms(void *about, int equation, const double *by)
 {
     search *const s = about;
@@ -61,13 +61,13 @@ static void sum_of_terms(void *about, int equation, const double *by)
         s->terms[equation] += fabs(by[j]) * fabs(s->z[j]);
 }
 
-/* Finds what is asked of each equation's terms. */
+/* Passes each equation's terms to a function. */
 static void find_terms(search *s, capsule_row_visit *visit)
 {
     s->stopped |= capsule_differentiate_equations(&s->equations, s->z, &s->at, visit, s);
 }
 
-/* The largest singular value of the equations, each over its largest term, by powers. */
+/* Largest singular value of the equations, each over its largest term, by power iteration. */
 static double norm(search *s)
 {
     double *const v = s->following, *const product = s->trial, *const column = s->step, sum = 0.0;
@@ -92,7 +92,8 @@ static double norm(search *s)
 }
 
 /* Condition of the equations in units of the motion's size, each over its largest term: the largest
-   singular value, and that of the inverse, of which the least is nearly all where that matters. */
+   singular value times that of the inverse. If the condition is large, the least singular value dominates
+   the inverse. */
 static double condition(search *s)
 {
     const int m = s->unknowns;
@@ -116,7 +117,7 @@ static double condition(search *s)
     return norm(s) * sqrt(inverse);
 }
 
-/* Whether each equation is solved as far as the roundings of its own terms let it. */
+/* True if each equation is solved as far as the roundings of its own terms allow. */
 static int solved_to_rounding(search *s, double tolerance)
 {
     find_terms(s, sum_of_terms);
@@ -126,10 +127,10 @@ static int solved_to_rounding(search *s, double tolerance)
     return 1;
 }
 
-/* Whether the next step of Newton's method, by the same derivative, is shorter for certain. Where an
-   equation is weak, as the balance of a small friction over a period, a step that solves it disturbs
-   the others by more. The flow is affine in the states, so that the times alone are measured. See
-   Deuflhard, Newton Methods for Nonlinear Problems, 2011, Section 3.3: the natural monotonicity test. */
+/* True if the next Newton step, with the same derivative, is certainly shorter. In a weak equation, such as
+   the balance of a small friction over a period, a step that solves it changes the others by more. The flow
+   is affine in the states, so only the times are measured. See Deuflhard, Newton Methods for Nonlinear
+   Problems, 2011, Section 3.3: the natural monotonicity test. */
 static int nearer(search *s, double scale)
 {
     const int m = s->unknowns, times = m - ANGLE;
@@ -142,7 +143,7 @@ static int nearer(search *s, double scale)
     return largest(s->following + ANGLE, times) <= (1.0 - scale / 2.0) * size;
 }
 
-/* Takes a fraction of a step, if segments and parameters are allowed there; whether they are. */
+/* Tries a fraction of a step; true if segments and parameters are allowed there. */
 static int tried(search *s, double scale)
 {
     const int held = s->held;
@@ -166,8 +167,8 @@ static int tried(search *s, double scale)
     return 1;
 }
 
-/* Goes on by the longest fraction of a step that comes nearer to a solution: that makes the residual
-   smaller, or after which the next step is shorter. Returns 0 if none does. */
+/* Takes the longest fraction of a step that comes nearer to a solution: it reduces the residual, or the
+   next step is shorter. Returns 0 if none does. */
 static int go_on(search *s, double least)
 {
     const double norm = largest(s->at.residual, s->unknowns);
@@ -214,7 +215,7 @@ static capsule_stop solve(search *s, capsule_solution *solution)
         const double step = largest(s->step, m);
         const double tolerance = SOLVED * fmax(1.0, largest(s->z, m));
         int solved = solution->residual <= tolerance;
-        /* A solution is polished until a step's square is rounding, as far as rounding lets it. */
+        /* A solution is polished until a step's square is rounding, or as far as rounding allows. */
         const int better = go_on(s, solved ? 1.0 : LEAST_SCALE);
         if (s->stopped)
             return CAPSULE_STOPPED;
@@ -237,7 +238,7 @@ static capsule_stop solve(search *s, capsule_solution *solution)
     return CAPSULE_DONE;
 }
 
-/* The system where the search ended. */
+/* System at the last iterate. */
 static void write_system(search *s, capsule_system *system)
 {
     const size_t n = (size_t)s->count;

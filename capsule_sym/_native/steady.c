@@ -1,4 +1,4 @@
-/* The periodic motion that a run ends in, if it ends in one. */
+/* Periodic motion at the end of a run, if there is one. */
 #include <math.h>
 
 #include "capsule.h"
@@ -13,8 +13,8 @@ static double change(double (*states)[3], int count, int after, int period_numbe
     return most;
 }
 
-/* Slow alternating convergence to a shorter period looks almost periodic too: states within the
-   period must differ by a thousand tolerances. */
+/* True if the states repeat. Slow alternating convergence to a shorter period looks almost periodic too:
+   states within the period must differ by a thousand tolerances. */
 static int repeats(double (*states)[3], int count, int period_number, double tolerance)
 {
     if (!(change(states, count, period_number, period_number) <= tolerance))
@@ -26,7 +26,7 @@ static int repeats(double (*states)[3], int count, int period_number, double tol
     return 1;
 }
 
-/* What the run does in the next `period_number` periods, and whether it does so again after them. */
+/* Motion of the run in the next `period_number` periods, and a check that it repeats after them. */
 static capsule_stop motion_of(const capsule_map *map, capsule_state state, int period_number,
                               capsule_event *events, size_t room, capsule_watch *watch,
                               capsule_motion *motion, capsule_outcome *open)

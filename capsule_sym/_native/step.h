@@ -1,13 +1,13 @@
 /* The certified step: one expansion of a motion, in which every switch is found or excluded by proof.
-   `bound_guards` proves which guards are clear and where the others cross zero; `locate` finds the first
-   of these roots, or how far nothing happens; `land` has the state there and what follows. Written once,
-   over the numbers of number.h. */
+   `bound_guards` proves which guards are clear and where the others cross zero; `locate` finds the first of
+   these roots, or the time up to which none exists; `land` computes the state there and the successor.
+   Written once, over the numbers of number.h. */
 #include "expansion.h"
 
-#define ROUNDS 60 /* of Newton's method; what takes more is left open */
+#define ROUNDS 60 /* of Newton's method; after them the root is undecided */
 
-/* What follows a switch off the lines: the drift's way, and where that stays open. `bound_at` is 1
-   (-1) where Q left rest at f_b (-f_b), outwards: that is a simple root of its guard. */
+/* Direction of the drift after a switch off the lines, and the lanes where it is undecided. `bound_at` is 1
+   (-1) if Q left rest at f_b (-f_b), outwards: that is a simple root of its guard. */
 inlined bound direction_after(const segment *c, const segment_sizes *b, const point *s, bound bound_at,
                         mask *undetermined)
 {
@@ -24,32 +24,32 @@ inlined bound direction_after(const segment *c, const segment_sizes *b, const po
     return pick(rests, at_rest, pick(gt(near_to(s->v_c), all(0.0)), all(1.0), all(-1.0)));
 }
 
-/* What became of a step. */
+/* Outcome of a step. */
 typedef struct {
-    mask open;     /* nothing is proved, neither of this expansion nor of a part of it */
-    mask corner;   /* for two guards vanish together */
+    mask open;     /* nothing is proved for this expansion or a part of it */
+    mask corner;   /* two guards vanish together */
     mask crossing; /* a switch ends the segment */
     mask passed;   /* an excitation period ended in it */
-    mask undetermined;  /* what follows the switch stays open here */
+    mask undetermined;  /* the successor field is not certain here */
     mask edge;     /* the switch is an edge of pulses */
     mask at_gap;   /* the gap's guard fired */
 #if TWO_STOPS
     mask at_back;  /* that of the stop behind, without contact */
 #endif
     bound way;     /* after a switch, of the drift: 1, -1, or 0 at rest */
-    bound bound_at; /* and whether Q is f_b (1) or -f_b (-1) there exactly */
+    bound bound_at; /* 1 (-1) if Q is exactly f_b (-f_b) there */
     bound error;   /* of a switching time */
-    real h;        /* the time it took */
+    real h;        /* its duration */
     real end_h;    /* until the end of the period passed */
     point end;     /* at the end of that period */
 } outcome;
 
 #if WIDTH == 1
-/* What is proved on (0, r] where the signs alone do not tell, by halving (isolate.h). */
+/* Proved facts on (0, r] by halving, if the signs alone do not decide (isolate.h). */
 static void isolate(const guard *g, double r, isolation *f);
 #endif
 
-/* What is proved of the guards on (0, r], and which of them crosses first by where they are isolated. */
+/* Proved facts about the guards on (0, r], and the guard that crosses first according to its isolation. */
 typedef struct {
     guard g[GUARDS];
     isolation found[GUARDS];
@@ -73,12 +73,12 @@ inlined isolation isolation_of(mask m, const isolation *a, const isolation *b)
                        pick(m, a->off, b->off)};
 }
 
-/* Makes GAP that of both stops' guards that crosses first, which is the one with the smaller `to`, and
-   BACK the other one. The other one, T, is positive up to the `to` of the first one, C: for C is negative
-   there, so T = delta_1 + delta_2 - C is more than the stops' distance, which is more than T's bounds are
-   apart (`others_are_later`): its lower bound is positive there, and changes its sign once up to T's `to`.
-   Both are not negative at once, so no two `to` are equal, and in lanes, where each is r, one of them
-   crosses at most. */
+/* Makes GAP the one of both stops' guards that crosses first, which is the one with the smaller `to`, and
+   BACK the other one. The other one, T, is positive up to the `to` of the first one, C: C is negative
+   there, so T = delta_1 + delta_2 - C is more than the stops' distance, which is more than the distance of
+   T's bounds (`others_are_later`). So its lower bound is positive there, and changes its sign once up to
+   T's `to`. Both are not negative at once, so no two `to` are equal, and in lanes, where each is r, one of
+   them crosses at most. */
 inlined void order_stops(const point *s, certificate *p)
 {
     guard *g = p->g;
@@ -97,7 +97,7 @@ inlined void order_stops(const point *s, certificate *p)
 #define gap_of(p, s) ((s)->gap)
 #endif
 
-/* Which guards are clear, and which cross zero once. */
+/* Guards that are clear, and guards that cross zero once. */
 inlined void bound_guards(const segment *c, const table *t, const expansion *e, int level, int drift,
                           bound way, const point *s, certificate *p)
 {
@@ -118,7 +118,7 @@ inlined void bound_guards(const segment *c, const table *t, const expansion *e, 
         found[i] = (isolation){clear, none, all(r), all(r), all(r), all(0.0)};
         if (!some(not(clear)))
             continue;
-        const int mirror = i == SECOND ? FIRST : GAP; /* whose form is this one's with its sign turned */
+        const int mirror = i == SECOND ? FIRST : GAP; /* whose form is this one's with its sign reversed */
         const int known = i > FIRST && made >> mirror & 1;
         form_of(t, e, i, level, drift, known ? &g[mirror] : NULL, &g[i]);
         made |= 1 << i;
@@ -141,9 +141,9 @@ inlined void bound_guards(const segment *c, const table *t, const expansion *e, 
         p->back = none, p->gap = s->gap;
 #endif
     /* Of two friction guards that cross, C is the one with the smaller `to`, T the other one: then T is
-       positive up to C's `to`. For C is negative there, so T = 2 f_b - C is more than 2 f_b, which is more
-       than T's bounds are apart (`others_are_later`): its lower bound is positive there, and changes its
-       sign once up to T's `to`. Both are not negative at once, so no two `to` are equal, and in lanes,
+       positive up to C's `to`. C is negative there, so T = 2 f_b - C is more than 2 f_b, which is more than
+       the distance of T's bounds (`others_are_later`). So its lower bound is positive there, and changes
+       its sign once up to T's `to`. Both are not negative at once, so no two `to` are equal, and in lanes,
        where each is r, one of them crosses at most. */
     p->lower = drift ? none
                      : found[SECOND].crossing &
@@ -155,12 +155,12 @@ inlined void bound_guards(const segment *c, const table *t, const expansion *e, 
     p->is_gap = found[GAP].crossing & (not(by_friction) | ge(near, found[GAP].near));
 }
 
-/* How far an expansion goes: to a switch, an edge of the drive, or as far as nothing happens. */
+/* Length of an expansion: to a switch, to an edge of the drive, or as far as nothing happens. */
 typedef struct {
     real at;
     bound error, sign, zeros; /* the error of a switch; of its guard the sign, and zeros at the start */
-    mask sure, corner;        /* where a switch is proved to be first; where two guards vanish together */
-    mask edge;                /* where an edge is */
+    mask sure, corner;        /* a switch is proved to be first; two guards vanish together */
+    mask edge;                /* an edge comes first */
     motion m;
     real v_c_by;
 } location;
@@ -170,7 +170,7 @@ enum { MOST = TERMS + 1 }; /* the degree of a guard: v_c has a term more than x_
 #error "an even number of terms"
 #endif
 
-/* Coefficients of the guard that is looked at, times its sign where that is of friction. */
+/* Coefficients of the guard in question, times its sign for a friction guard. */
 inlined void guard_terms(const segment *c, const table *t, const expansion *e, const real *a, int drift,
                          bound sign, mask is_gap, mask active, const point *s, real gap, real *p)
 {
@@ -197,8 +197,8 @@ inlined void guard_terms(const segment *c, const table *t, const expansion *e, c
     }
 }
 
-/* A root of these coefficients in (low, high) by Newton's method, and how steeply the guard falls there.
-   What does not converge is no longer active, and open. */
+/* Root of these coefficients in (low, high) by Newton's method, and the guard's slope there. Lanes that do
+   not converge become inactive and undecided. */
 inlined bound newton(const real *p, bound low, bound high, bound bend, location *f, mask *open)
 {
     bound falling = all(1.0);
@@ -241,7 +241,7 @@ inlined bound newton(const real *p, bound low, bound high, bound bend, location 
     return falling;
 }
 
-/* The root of the guard that crosses first, where that is proved to be a simple one. */
+/* Root of the guard that crosses first, if it is proved to be simple. */
 inlined void find_root(const segment *c, const table *t, const expansion *e, const real *a, int level,
                        int drift, bound guess, const point *s, certificate *p, location *f)
 {
@@ -273,23 +273,24 @@ inlined void find_root(const segment *c, const table *t, const expansion *e, con
     const bound rounding = pick(is_gap, g[GAP].rounding, g[FIRST].rounding) *
                            pick(gt(f->zeros, zero), pick(gt(f->zeros, one), r2, reached), one);
     const bound tail = pick(is_gap, g[GAP].tail, g[FIRST].tail);
-    /* Simple: |g'| keeps half its size as far as `straight` either way, for |g''| <= bend; and
-       there the bounds that were counted have their one crossing each. */
+    /* Simple: |g'| keeps half its size up to `straight` on both sides, since |g''| <= bend; and the bounds
+       above have one crossing each there. */
     const bound apart = tail * (r2 * reached) + 1.5 * rounding;
     const bound straight = smaller(0.5 * steepness / bend, here);
-    /* Twice the rounding is 12 units of the root's own or more, for a slope's terms are counted in
-       it: so it holds what the root is rounded by as well. */
+    /* Twice the rounding is at least 12 units of the root's own, since it includes a slope's terms: so it
+       covers the rounding of the root as well. */
     f->error = (rounding + rounding) / steepness;
     const mask simple = gt(steepness, zero) & gt(0.5 * steepness * straight, apart + apart);
     p->open |= f->sure & not(simple);
     f->sure &= simple;
 }
 
-/* Where a guard that crosses zero once is proved to be positive up to a time, by its change up to `error`
-   before it: the polynomial below the guard, which crosses once, is positive still. That is below the form
-   by rounding + tail + off at most, and the form is apart from the guard by the rounding and a tail, which
-   its value has once more; where the guard begins at zero all of these shrink as it does. The guard's first
-   value is added last: at a friction bound it is 0 exactly, where Q and the bound, each rounded, are not. */
+/* True if a guard that crosses zero once is proved to be positive up to a time, from its change up to
+   `error` before it: the polynomial below the guard, which crosses once, is still positive. That polynomial
+   is below the form by rounding + tail + off at most, and the form differs from the guard by the rounding
+   and a tail, which its value has once more. If the guard begins at zero, all of these shrink with it. The
+   guard's first value is added last: at a friction bound it is exactly 0, where the rounded Q and the
+   rounded bound differ. */
 inlined mask still_positive(const table *t, const expansion *e, const guard *g, bound off, mask is_gap,
                             real change, bound until, bound error)
 {
@@ -303,7 +304,7 @@ inlined mask still_positive(const table *t, const expansion *e, const guard *g, 
     return gt(near_to(value), near_zero);
 }
 
-/* The change of a guard's quantity, without its sign, with the motion. */
+/* Change of a guard's quantity, without its sign, with the motion. */
 inlined real change_of(const segment *c, const table *t, const expansion *e, int which, int drift,
                        const location *f)
 {
@@ -313,7 +314,7 @@ inlined real change_of(const segment *c, const table *t, const expansion *e, int
 }
 
 #if CAPSULE_PULSED
-/* The angle at which the drive's level ends, exactly: a share of 2 pi, or all of it. */
+/* Angle at which the drive's level ends, exactly: a share of 2 pi, or all of it. */
 inlined void edge_angle(const segment *c, real *angle, bound *rest)
 {
     const mask falls = gt(near_to(c->high), all(0.0));
@@ -329,7 +330,7 @@ inlined void edge_angle(const segment *c, real *angle, bound *rest)
 #endif
 }
 
-/* How long it is until then. */
+/* Time until then. */
 inlined real time_to_edge(const segment *c, const point *s)
 {
     real angle;
@@ -342,10 +343,10 @@ inlined real time_to_edge(const segment *c, const point *s)
 inlined void find_motion(const segment *c, const table *t, const expansion *e, const real *a, int drift,
                          int position, location *f);
 
-/* Where an edge of the drive comes before anything else: before the switch that is proved to be the first,
-   by more than both are off in time; else, where every guard is positive up to the edge, what is proved of
-   them beyond it does not matter. A first switch that is nearer to the edge is open, and so is an edge that
-   may be beyond the expansion, up to which the guards are proved. */
+/* Lanes in which an edge of the drive comes first: before the switch proved to be the first, by more than
+   both errors in time; or, if every guard is positive up to the edge, whatever is proved beyond it. A first
+   switch nearer to the edge is undecided, and so is an edge that may be beyond the expansion, up to which
+   the guards are proved. */
 inlined void find_edge(const segment *c, const table *t, const expansion *e, const real *a, int level,
                        int drift, int position, real until, bound error, mask near_edge,
                        certificate *p, location *f)
@@ -386,7 +387,7 @@ inlined void find_edge(const segment *c, const table *t, const expansion *e, con
 }
 #endif
 
-/* Where the other one of the gap and the friction guard, of those that cross, crosses later than f. */
+/* True if the other one of the gap's and the friction guard, of those that cross, crosses later than f. */
 inlined mask rival_is_later(const segment *c, const table *t, const expansion *e, int drift,
                             const certificate *p, const location *f)
 {
@@ -404,7 +405,7 @@ inlined mask rival_is_later(const segment *c, const table *t, const expansion *e
 }
 
 #if WIDTH == 1
-/* How far nothing happens for certain, of an expansion up to r. */
+/* Time up to which certainly nothing happens, on an expansion up to r. */
 inlined double horizon_of(const certificate *p, double r)
 {
     double horizon = r;
@@ -413,10 +414,10 @@ inlined double horizon_of(const certificate *p, double r)
     return horizon;
 }
 
-/* Whether a root is before whatever else may be: another guard that crosses once up to `to`, and is
-   positive at this root before that, crosses later. Of the gap and the first friction guard this is
-   proved by `rival_is_later`; the other friction guard crosses later still (`bound_guards`), where 2 f_b
-   is more than the bounds of its isolation are apart; and so does that of the other stop. */
+/* True if a root is before all other candidates: every other guard that crosses once up to `to`, and is
+   positive at this root before that, crosses later. For the gap and the first friction guard
+   `rival_is_later` proves it. The other friction guard crosses later still (`bound_guards`) if 2 f_b is
+   more than the distance of its isolation's bounds, and so does the guard of the other stop. */
 inlined mask others_are_later(const segment_sizes *b, int drift, const certificate *p, const location *f)
 {
     const guard *g = p->g;
@@ -443,7 +444,7 @@ inlined mask others_are_later(const segment_sizes *b, int drift, const certifica
 }
 #endif
 
-/* The motion where an expansion ends. */
+/* Motion at the end of an expansion. */
 inlined void find_motion(const segment *c, const table *t, const expansion *e, const real *a, int drift,
                          int position, location *f)
 {
@@ -451,8 +452,8 @@ inlined void find_motion(const segment *c, const table *t, const expansion *e, c
     f->v_c_by = drift ? v_c_change(c, t, e->slope, &f->m, f->at) : num(0.0);
 }
 
-/* Newton's method for the guard that crosses first, or where that is not certain for the other one; and
-   the motion there. With `whole` nothing crosses, and only the end of the expansion is asked for. */
+/* Newton's method for the guard that crosses first, or for the other one if that is not certain; and the
+   motion there. With `whole` nothing crosses, and only the end of the expansion is requested. */
 inlined void locate(const segment *c, const segment_sizes *b, const table *t, const expansion *e,
                     const real *a, int level, int drift, int position, int whole, bound guess,
                     const point *s, certificate *p, location *f)
@@ -487,7 +488,7 @@ again:
         goto again;
     }
     p->open = !f->sure && horizon <= 0x1p-40;
-    if (!f->sure && p->crossing && !p->open) { /* up to where nothing happens */
+    if (!f->sure && p->crossing && !p->open) { /* up to the time before which nothing happens */
         f->at = wide(horizon);
         find_motion(c, t, e, a, drift, position, f);
     }
@@ -496,10 +497,10 @@ again:
 #endif
 }
 
-/* The angle after a time, within a turn: true where a period ended, which with pulses is at an edge. */
+/* Angle after a time, within a turn; true if a period ended, which with pulses is at an edge. */
 inlined mask turn(const segment *c, const point *s, real h, mask open, mask edge, point *to)
 {
-    /* What rounding takes from a sum of angles goes into the next one. */
+    /* The rounding error of a sum of angles is added to the next sum. */
     const real turned = mad(c->omega, h, wide(s->angle_rest));
     real angle = add(s->angle, turned);
     const real added = sub(angle, s->angle);
@@ -539,8 +540,8 @@ inlined mask turn(const segment *c, const point *s, real h, mask open, mask edge
     return passed;
 }
 
-/* The state where an expansion ends, and what follows a switch. The end of a whole expansion is by the
-   closed form. */
+/* State at the end of an expansion, and the successor after a switch. The end of a whole expansion is
+   computed by the closed form. */
 inlined void land(const segment *c, const segment_sizes *b, const table *t, const expansion *e,
                   const real *a, int drift, int position, mask entire, bound way, const point *s,
                   const certificate *p, const location *f, point *to, outcome *out)
@@ -583,7 +584,7 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
     }
     mask moved = crossing;
 #if CAPSULE_PULSED && CAPSULE_REACTS
-    /* At an edge Q jumps to what it is at the other level, and rest may break. */
+    /* At an edge Q jumps to its value at the other level, and rest may break. */
     segment other = *c;
     segment_sizes other_sizes = *b;
     other.high = choose(out->edge, sub(num(1.0), c->high), c->high);
@@ -609,7 +610,7 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
                         sub(pull(c, to->x_r, to->gap, to->v_r, to->cosine),
                             friction_at(c, wide(out->way))));
 #if TWO_STOPS
-    /* Of the field to come: on one stop the other is as far as both are apart. */
+    /* For the successor field: at one stop the gap to the other is the distance of both. */
     const real apart = add(c->CAPSULE_FRONT_GAP, c->CAPSULE_BACK_GAP);
     to->other = add(s->other, x_change);
     if (t->contact == 2) {
@@ -621,7 +622,7 @@ inlined void land(const segment *c, const segment_sizes *b, const table *t, cons
 #endif
 }
 
-/* The state at the end of a period that an expansion passes. */
+/* State at the end of a period that an expansion passes. */
 inlined void end_of_period(const segment *c, const table *t, const expansion *e, const real *a, int drift,
                            int position, const point *s, outcome *out)
 {
@@ -642,7 +643,7 @@ inlined void end_of_period(const segment *c, const table *t, const expansion *e,
         out->end.position = add(s->position, advance_at(c, t, e->slope, &z, s->v_c, until));
 }
 
-/* The errors that an expansion begins with where the segment goes on. */
+/* Initial errors of an expansion that continues the segment. */
 inlined void propagate_errors(const table *t, const expansion *e,
                               const point *s, mask crossing, point *to)
 {
@@ -651,15 +652,15 @@ inlined void propagate_errors(const table *t, const expansion *e,
     if (!some(not(crossing)))
         return;
     const bound x_size = size_of(near_to(to->x_r));
-    /* The rounding of v_r is counted in its own error, 27 units or more of all that it adds up. */
-    /* A forcing out of phase works on the motion for as long as the next expansion reaches. */
+    /* The rounding of v_r is counted in its own error, which is at least 27 units of all its terms. */
+    /* A forcing out of phase works on the motion for the length of the next expansion. */
     const bound angle_error = s->angle_error + 4.0 * UNIT * TWO_PI;
     bound energy = s->energy_error + bound_dot(t->v_error, e->size) +
                    t->root_K * (e->x_own + 2.0 * UNIT * x_size);
 #if !CAPSULE_PULSED
     energy += angle_error * e->size[2] * t->reach;
 #endif
-    /* That of momentum, by which the whole expansion's v_c is tabulated, is among those of v_r. */
+    /* That of momentum, by which v_c at the end is tabulated, is part of v_r's error. */
     const bound v_c_error = s->v_c_error + e->second_own + energy * t->v_c_per_energy +
                             UNIT * size_of(near_to(to->v_c));
     to->energy_error = pick(crossing, zero, energy);

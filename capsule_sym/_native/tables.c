@@ -55,7 +55,7 @@ capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_ma
     if (!parameters || !map)
         return CAPSULE_REFUSED;
     if (capsule_same_flows(parameters, &map->parameters))
-        return capsule_map_constants(parameters, map); /* the others are in no table */
+        return capsule_map_constants(parameters, map); /* no table contains the others */
     return capsule_map_make(parameters, map);
 }
 

@@ -1,4 +1,4 @@
-/* What expansions of one linear flow have in common.
+/* Shared data of the expansions of one linear flow.
 
    A segment's motion is x_r(h) - x_r(0) = F H + v_r G + C Bd + S B, where F is the force at the
    start, C = alpha cos(angle), S = -alpha omega sin(angle), m times these if the drive reacts, and
@@ -14,9 +14,9 @@
 
 #ifdef WIDE
 #define FULL TERMS
-#define SHORTER 0.5 /* of the reach in double precision: for as many digits by not so many terms */
+#define SHORTER 0.5 /* of the reach in double precision: as many digits with fewer terms */
 #else
-#define FULL 22 /* terms of the Taylor series that the tables are made from */
+#define FULL 22 /* terms of the Taylor series from which the tables are made */
 #define SHORTER 1.0
 #endif
 #define RESPONSES CAPSULE_RESPONSE_COUNT
@@ -46,9 +46,9 @@ static void bases_make(bases *b)
 }
 
 /* Lowers the degree of the responses' polynomials sum a[n] s^n from `from` to `to` with the least error, by
-   multiples of s^3 times Chebyshev polynomials: adds to `change`, `speed` and `bend` by how much at
-   most, over s^3, their values and their derivatives change. With `by_rate` it is the derivatives that
-   change least: by multiples of the integrals of s^2 times these polynomials, which are at most s^3/3. */
+   multiples of s^3 times Chebyshev polynomials. Adds to `change`, `speed` and `bend` the largest changes of
+   their values and derivatives, over s^3. With `by_rate` the derivatives change least: by multiples of the
+   integrals of s^2 times these polynomials, which are at most s^3/3. */
 static void economize(const bases *b, real (*a)[RESPONSES], int from, int to, int by_rate, double *change,
                       double *speed, double *bend)
 {
@@ -76,8 +76,8 @@ static void economize(const bases *b, real (*a)[RESPONSES], int from, int to, in
     }
 }
 
-/* Coefficients n = 0 .. FULL + 1 of a response in powers of s, their magnitudes, which are what the
-   recurrence adds up without the signs, and by how many units of these they are off. */
+/* Coefficients n = 0 .. FULL + 1 of a response in powers of s; their magnitudes, which the recurrence sums
+   without signs; and their errors in units of these. */
 static void response(const segment *c, const segment_sizes *b, double reach, int which, real *phi,
                      double *size, int *units)
 {
@@ -108,9 +108,9 @@ static void response(const segment *c, const segment_sizes *b, double reach, int
     }
 }
 
-/* By how many units more a term of a motion is off where it is evaluated: the state's multiple of its
-   response, a product and two sums of `combined`, products and sums of Horner's method or of another
-   basis for each power, and six about them. */
+/* Further units of error of a term of a motion from its evaluation: the state's multiple of its response, a
+   product and two sums of `combined`, products and sums of Horner's method or of another basis for each
+   power, and six more. */
 static int evaluation_units(int n)
 {
 #if CAPSULE_PULSED
@@ -135,14 +135,14 @@ static double remainder_of(const segment_sizes *b, double reach, int which, cons
     return 1.0001 * (hypot(last, before) + grown);
 }
 
-/* How coefficients of the second guard, Q's change at rest or v_c's in drift, follow from those of x_r: from
-   two neighbours, and from the drive's own where that reacts. */
+/* Relation of the second guard's coefficients (Q's change at rest, v_c's in drift) to those of x_r: two
+   neighbours, and the drive's own if it reacts. */
 typedef struct {
     real by[FULL + 2], rate[FULL + 2];
     int behind;
 #if CAPSULE_REACTION
     real reaction[FULL + 2][RESPONSES];
-    double reaction_left[RESPONSES]; /* what the reaction's series leaves out, over s^3 */
+    double reaction_left[RESPONSES]; /* remainder of the reaction's series, over s^3 */
 #endif
 } relation;
 
@@ -203,9 +203,9 @@ static real second_of(const relation *r, const real (*x)[RESPONSES], int last, i
 #endif
 }
 
-/* The responses at the end of an expansion: by the closed form where it has the digits, for in a
-   segment of hundreds of expansions an error of their sum would be the same each time. By how much it
-   differs from the series, whose error is bounded, adds to that bound: so it is proved as well. */
+/* Responses at the end of an expansion, by the closed form if it has the digits: in a segment of hundreds
+   of expansions an error of the series would repeat each time. The difference from the series, whose error
+   is bounded, is added to that bound, so the closed form's error is proved as well. */
 static void wholes_make(const capsule_constants *field, const segment *c, const real (*x)[RESPONSES],
                         const relation *second, table *t)
 {
@@ -271,7 +271,7 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
 #endif
 }
 
-/* The Bernstein forms of both guards on the whole reach and on its halves, and their ranges. */
+/* Bernstein forms of both guards on the whole reach and on its halves, and their ranges. */
 static void forms_make(const bases *b, const real (*x)[RESPONSES], const real (*second)[RESPONSES], table *t)
 {
     for (int k = 0; k < RESPONSES; k++) {
@@ -304,7 +304,7 @@ static void forms_make(const bases *b, const real (*x)[RESPONSES], const real (*
     }
 }
 
-/* How far expansions reach, and what sizes of a motion an energy bounds. */
+/* Reach of expansions, and the sizes of a motion that an energy bounds. */
 static void scales_make(const capsule_constants *field, const segment *c, const segment_sizes *z, table *t)
 {
     t->root_K = sqrt(z->K);
@@ -312,7 +312,8 @@ static void scales_make(const capsule_constants *field, const segment *c, const 
     t->x_per_energy = (1.0 + 4.0 * UNIT) / t->root_K;
     t->v_c_per_energy = 2.0 * (1.0 + 4.0 * UNIT) / (z->gamma + 1.0);
     t->contact = (int)field->contact;
-    /* A damped response is smaller than the terms of its series: not so far that digits go. */
+    /* A damped response is smaller than the terms of its series: the reach is limited so that digits
+       remain. */
     const double growth = t->root_K + 2.0 * z->sigma + (field->q < 0.0 ? field->nu : 0.0);
     t->reach = SHORTER * smaller(CAPSULE_REACH / field->rate, CAPSULE_GROWTH / growth);
     t->reach_per_gamma = (1.0 + 4.0 * UNIT) * t->reach / z->gamma;
@@ -347,16 +348,16 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         for (int n = 1; n <= FULL; n++) {
             const double off = (units[n] + evaluation_units(n)) * UNIT;
             const int at = n - to_second.behind;
-            /* By P's change, in drift over gamma, and products and quotients on the way; where it takes
-               coefficient n + 1 of x_r, that is off by more units, and has two more where it is evaluated. */
+            /* From P's change (in drift over gamma), with products and quotients; if it needs coefficient n
+               + 1 of x_r, that has a larger error, and two more units in its evaluation. */
             double second_off = off + (FORCE_CHANGE_UNITS + 8) * UNIT;
             if (at == n)
                 second_off += (units[n + 1] - units[n] + 2) * UNIT;
             double second_size =
                 near_to(to_second.by[n]) * size[at] + fabs(near_to(to_second.rate[n])) * size[at + 1];
 #if CAPSULE_REACTION
-            /* Two sums more, and the drive's coefficient, which is off by less than a response's and cancels
-               what it moves: so its size counts. */
+            /* Two more sums, and the drive's coefficient, whose error is less than a response's and which
+               cancels the term that it drives: so its size counts. */
             second_off += 2 * UNIT;
             second_size += fabs(near_to(to_second.reaction[n][k]));
 #endif
@@ -381,9 +382,9 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     for (int n = 1; n <= TERMS + to_second.behind; n++)
         for (int k = 0; k < RESPONSES; k++)
             second[n][k] = second_of(&to_second, (const real(*)[RESPONSES])x, TERMS, n, k);
-    /* What is left out is of two parts. Taylor's remainder is at most rest s^(FULL + 1), and derivatives
-       take a factor FULL + 1, FULL, ... each. The economized part of the second guard is a polynomial of
-       degree N = FULL + 1 or less with values within `left` on [0, 1], so by Markov's inequality its second
+    /* The remainder has two parts. Taylor's remainder is at most rest s^(FULL + 1), and derivatives take a
+       factor FULL + 1, FULL, ... each. The economized part of the second guard is a polynomial of degree N
+       = FULL + 1 or less with values within `left` on [0, 1], so by Markov's inequality its second
        derivative is within 4 N^2 (N^2 - 1)/3 of that, which is more than (FULL + 1) FULL. At rest, and in
        drift with a reaction, a part by v_r is left out as s^2, not s^3: there at most one derivative (two)
        of the guard vanishes at the start, and SECOND_ERROR has all of it. Speeds are those of the motion,

@@ -1,5 +1,5 @@
-/* Instructions that not every processor of a kind has. FOR("avx2,fma") compiles for them what
-   follows, up to FOR_ALL. */
+/* Instructions that only some processors of a kind have. FOR("avx2,fma") compiles the code after it for
+   them, up to FOR_ALL. */
 #define PRAGMA(text) _Pragma(#text)
 #if !(defined(__x86_64__) && defined(__GNUC__))
 #define FOR(features)

@@ -1,4 +1,4 @@
-"""When work that takes long is to stop."""
+"""Time limits of long work, and its interruption."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from types import TracebackType
 
 import numpy as np
 
-_LONGEST = 1e9  # seconds, over which none is waited for
+_LONGEST = 1e9  # seconds; longer waits are cut to this
 
 
 class TimeUp(Exception):
-    """Raised in work that a watch limits, where its time is over."""
+    """Raised in work limited by a watch when its time is over."""
 
     def __init__(self, watch: Watch) -> None:
         super().__init__("the time is over")
@@ -22,18 +22,19 @@ class TimeUp(Exception):
 
 
 class Watch:
-    """A time limit, and a flag that any thread or signal handler may set, for calls of the core.
+    """Time limit for calls of the core, and a stop flag that any thread or signal handler may set.
 
-    The core looks at it every few milliseconds, also in threads that Ctrl-C does not reach. What
-    it stops can go on, from where its results say that it came to. One watch may serve many calls
-    and threads. `seconds` are those of the clock, from now on.
+    The core checks it every few milliseconds, also in threads that Ctrl-C does not reach. Stopped
+    work can be resumed from its results. One watch may serve many calls and threads. `seconds` are
+    seconds of wall time, from now on.
 
-    In `with Watch(seconds):` all work that calls `check_time` has no more time than that, nor than
-    what is around it; where that is what ends it, the block is left, and what follows it is run.
+    In `with Watch(seconds):` all work that calls `check_time` is limited to that time, and to the
+    time of enclosing blocks. If its own limit ends the work, the block is left and execution
+    continues after it.
     """
 
     interrupted = False
-    """Whether all watches are over: so Ctrl-C ends work of which a command shows what is done."""
+    """True if all watches are over: Ctrl-C ends the work, and a command shows partial results."""
 
     def __init__(self, seconds: float = math.inf) -> None:
         self.deadline = perf_counter() + seconds
@@ -41,22 +42,22 @@ class Watch:
         self.flag = np.zeros(1, np.intc)
 
     def stop(self) -> None:
-        """Stops what is watched, and whatever is still to come."""
+        """Stop the watched work, and all later work of this watch."""
         self.flag[0] = 1
 
     @property
     def stopped(self) -> bool:
-        """Whether `stop` was called."""
+        """True if `stop` was called."""
         return bool(self.flag[0])
 
     @property
     def over(self) -> bool:
-        """Whether the time is over, or `stop` was called."""
+        """True if the time is over, or `stop` was called."""
         return self.stopped or Watch.interrupted or perf_counter() > self.deadline
 
     @property
     def left(self) -> float:
-        """Seconds that are left, above 0 and finite, as the limit of a call that takes no watch."""
+        """Seconds left, above 0 and finite, as the limit of a call that takes no watch."""
         return 5e-324 if self.over else min(max(self.deadline - perf_counter(), 5e-324), _LONGEST)
 
     def __enter__(self) -> Watch:
@@ -81,16 +82,16 @@ _PRESENT: ContextVar[Watch] = ContextVar("watch", default=_ENDLESS)
 
 
 def present() -> Watch:
-    """The watch of the work that is done here, of those around it the one that ends first."""
+    """Watch of the present work: of the enclosing ones, the one that ends first."""
     return _PRESENT.get()
 
 
 def check_time() -> None:
-    """Raises TimeUp where the present watch is over."""
+    """Raise TimeUp if the present watch is over."""
     watch = present()
     if watch.over:
         raise TimeUp(watch)
 
 
 TOLD: ContextVar[Callable[[str], object]] = ContextVar("told", default=lambda said: None)
-"""Takes what work that takes long says of itself."""
+"""Receives progress messages of long work."""

@@ -1,4 +1,4 @@
-"""The generator: derivations in, source code of the kernels out; and the words of a declaration."""
+"""Code generator: source code of the kernels from the derivations; commands of a declaration."""
 
 from pathlib import Path
 

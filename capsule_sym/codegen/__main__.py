@@ -26,14 +26,14 @@ def _present(directory: Path) -> dict[str, str]:
 
 
 def render() -> dict[str, str]:
-    """The generated files of the model that was chosen: what derives them knows no other."""
+    """Generated files of the chosen model; the process derives no other."""
     from capsule_sym.codegen._render import render
 
     return render()
 
 
 def difference(expected: dict[str, str], present: dict[str, str]) -> str:
-    """Unified diff from the files present to the files expected, empty if they agree."""
+    """Unified diff from the present files to the expected files, empty if they agree."""
     lines: list[str] = []
     for path in sorted(expected.keys() | present.keys()):
         lines += difflib.unified_diff(
@@ -46,7 +46,7 @@ def difference(expected: dict[str, str], present: dict[str, str]) -> str:
 
 
 def _all(check: bool) -> int:
-    """Each scene that ships, in a process of its own: one knows one model; two at a time."""
+    """Generate each shipped scene in its own process (a process has one model), two at a time."""
     command = [sys.executable, "-m", "capsule_sym.codegen", *(["--check"] if check else [])]
 
     def run(name: str) -> subprocess.CompletedProcess[str]:
@@ -107,7 +107,7 @@ def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
             mend = (
                 COMMAND + (f" --scene {scene}" if scene else "") + (f" --out {out}" if out else "")
             )
-            click.echo(f"{target} is not what its inputs give. To mend it, run:\n\n    {mend}\n")
+            click.echo(f"{target} is out of date. To update it, run:\n\n    {mend}\n")
             sys.exit(1)
         click.echo(f"{target}: {len(expected)} files agree with their inputs.")
         return
@@ -123,7 +123,7 @@ def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
 
 
 def _compile(target: Path) -> None:
-    """Compile the core of the code in a folder; ends with 1 and what CMake printed if it fails."""
+    """Compile the core of the code in a folder; on failure exits with 1 and CMake's output."""
     from capsule_sym.codegen._compile import NotCompiled, compile_core
 
     started = time.perf_counter()

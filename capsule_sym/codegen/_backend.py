@@ -1,4 +1,4 @@
-"""What all backends have in common: functions, templates and the files made of them."""
+"""Base of all backends: functions, templates and the files made from them."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from capsule_sym.codegen._derived import PARAMETER_NAMES, Derived
 from capsule_sym.codegen._lower import Kernel
 
 WIDTH = 100
-"""Characters that a line may have, where it can be broken."""
+"""Largest length of a line that can be broken."""
 
 
 def wrapped(text: str, mark: str = "", comment: str = "") -> str:
-    """The text with its long lines broken at spaces.
+    """Text with its long lines broken at spaces.
 
-    Code goes on after a mark, a comment in a comment of its own, where the language has them.
+    Code continues after a mark, a comment in a comment of its own, if the language has them.
     """
     lines: list[str] = []
     for line in text.splitlines():
@@ -45,11 +45,11 @@ _INLINE = re.compile("⟨([^⟨⟩¦]*)(?:¦([^⟨⟩]*))?⟩")
 
 
 def _kept(text: str) -> str:
-    """A template without what the model does not have.
+    """Template without the parts that the model does not need.
 
-    Lines after `@harmonic` are for a drive that changes within a segment, those after `@pulsed` for
-    one that is constant in each; both up to the next of these marks, or `@end`. Within a line
-    `⟨...⟩` is for the former alone, and `⟨...¦...⟩` has a text for each.
+    Lines after `@harmonic` are for a drive that varies within a segment, those after `@pulsed` for
+    a drive that is constant in each; both up to the next of these marks, or `@end`. Within a line
+    `⟨...⟩` is for the former only, and `⟨...¦...⟩` has a text for each.
     """
     left_out = "@harmonic" if PULSED else "@pulsed"
     kept, leaving = [], False
@@ -63,19 +63,19 @@ def _kept(text: str) -> str:
 
 
 class Backend:
-    """A language: its printer, its spelling of functions, and its files.
+    """Language: its printer, its spelling of functions, and its files.
 
-    Templates are files of the backend's folder, or of a folder of a backend that it derives from.
-    In them `$name` is one of `texts`, or the template `name.part.in`.
+    Templates are files of the backend's folder, or of the folder of a base class. In them `$name`
+    is one of `texts`, or the template `name.part.in`.
     """
 
     printer: CodePrinter
     comment: str
-    """What begins a comment."""
+    """Mark of a comment."""
     unpack = "{0} = c.{0}"
-    """Reads a constant."""
+    """Statement that reads a constant."""
     assign = "{} = {}"
-    """Assigns a step."""
+    """Statement that assigns a step."""
     files: ClassVar[dict[str, str]]
     """Template of each file, by its path below `generated/`."""
     omitted: tuple[str, ...] = ()
@@ -85,33 +85,33 @@ class Backend:
         self.derived = derived
 
     def expression(self, expression: sp.Expr) -> str:
-        """An expression."""
+        """Expression in the language."""
         return str(self.printer.doprint(expression))
 
     def body(self, kernel: Kernel) -> str:
-        """The lines of a kernel before its results: its constants and its steps."""
+        """Lines of a kernel before its results: its constants and its steps."""
         lines = [self.unpack.format(name) for name in kernel.constants]
         lines += [self.assign.format(name, self.expression(step)) for name, step in kernel.steps]
         return "".join(f"    {line}\n" for line in lines)
 
     def function(self, kernel: Kernel) -> str:
-        """A kernel as a function."""
+        """Kernel as a function."""
         raise NotImplementedError(f"{type(self).__name__} has no functions")
 
     @staticmethod
     def unused(kernel: Kernel) -> list[str]:
-        """Arguments that callers give for any model, and this one does not need."""
+        """Arguments that callers pass for any model, and that this one does not need."""
         used = {str(symbol) for _, step in kernel.steps for symbol in step.free_symbols}
         used |= {str(symbol) for result in kernel.results for symbol in result.free_symbols}
         return [name for name in kernel.arguments if name not in used]
 
     def kernels(self) -> str:
-        """The functions of all kernels that are not omitted."""
+        """Functions of all kernels that are not omitted."""
         chosen = (k for k in self.derived.kernels if k.name not in self.omitted)
         return "\n\n".join(map(self.function, chosen))
 
     def texts(self) -> dict[str, str]:
-        """What stands for the names in templates; a backend adds its own."""
+        """Texts for the names in templates; a backend adds its own."""
         derived = self.derived
         return {
             "header": derived.header,
@@ -124,18 +124,18 @@ class Backend:
         }
 
     def laid_out(self, text: str) -> str:
-        """The text of a file with its lines broken as the language allows."""
+        """Text of a file with its lines broken as the language allows."""
         return text
 
     def templates(self) -> dict[str, Template]:
-        """Templates by name, a backend's own in place of those that it derives."""
+        """Templates by name; those of a backend override those of its base."""
         kinds = [kind for kind in type(self).__mro__ if issubclass(kind, Backend)]
         folders = (Path(inspect.getfile(kind)).parent for kind in reversed(kinds))
         paths = (path for folder in folders for path in folder.glob("*.in"))
         return {path.name: Template(_kept(path.read_text(encoding="utf-8"))) for path in paths}
 
     def written(self) -> dict[str, str]:
-        """The text of each file by its path."""
+        """Text of each file by its path."""
         texts, templates = self.texts(), self.templates()
 
         def filled(name: str) -> str:

@@ -1,4 +1,4 @@
-"""The expressions behind each kernel that `codegen/kernels.toml` names.
+"""Expressions of each kernel that `codegen/kernels.toml` names.
 
 A block is a list of assignments (symbol, expression); later ones may use earlier ones.
 """
@@ -17,13 +17,13 @@ Assignments = list[tuple[sp.Symbol, sp.Expr]]
 _OWN_STOP = (stop,) if stop not in PARAMETERS else ()
 _CONSTANTS = (flow.m, kappa, flow.push, flow.friction, basis.sigma, basis.K, *_OWN_STOP)
 OWN = tuple(map(str, _CONSTANTS))
-"""Names of a segment's constants that are read off its equations of motion."""
+"""Names of a segment's constants that follow directly from its equations of motion."""
 
 position, velocity, drift_change, advance = sp.symbols("position velocity drift_change advance")
 
 
 def segment_constants(index: int) -> Assignments:
-    """Constants of the segment of field `F{index}`, as read off its equations of motion."""
+    """Constants of the segment of field `F{index}`, from its equations of motion."""
     values = flow.constants(SEGMENTS[index - 1])
     return [(name, sp.factor(values[name])) for name in _CONSTANTS]
 
@@ -36,7 +36,7 @@ def flow_parameters() -> set[sp.Symbol]:
 
 
 def _flow_blocks() -> dict[str, Assignments]:
-    """The flow by x_r, the gap and v_r, each as exact as it is known."""
+    """Flow of x_r, the gap and v_r, each in its most exact form."""
     derived = flow.derive()
     keep_gap = {flow.spring: jets.with_gap(flow.SPRING)}
     long = derived.drift_long.subs(derived.velocity, velocity)
@@ -60,7 +60,7 @@ def _flow_blocks() -> dict[str, Assignments]:
 
 
 def blocks(jet_order: int) -> dict[str, Assignments]:
-    """What each block assigns, by its name."""
+    """Assignments of each block, by its name."""
     jet = jets.jet(jet_order)
     return {
         "oscillating": list(basis.OSCILLATING.items()),

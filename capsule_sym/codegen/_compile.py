@@ -1,4 +1,4 @@
-"""The compiled core of a scene of one's own, beside its generated code."""
+"""Compiled core of a user's scene, beside its generated code."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _SOURCES = Path(__file__).resolve().parents[1] / "_native"
 
 
 class NotCompiled(Exception):
-    """Raised if CMake is missing or fails; the text is what it printed."""
+    """Raised if CMake is missing or fails; the text is its output."""
 
 
 def compile_core(folder: Path) -> None:
-    """Compile the C library and Python's binding with the code in a folder, and put it there.
+    """Compile the C library and its Python binding with the code in a folder, into this folder.
 
     Needs CMake 3.26, a C compiler and Cython. Raises NotCompiled.
     """

@@ -1,4 +1,4 @@
-"""All that backends print, derived from the model that was chosen."""
+"""Input of all backends, derived from the chosen model."""
 
 from __future__ import annotations
 
@@ -38,29 +38,29 @@ Matrix = Sequence[Sequence[sp.Expr]]
 
 @dataclass(frozen=True)
 class Derived:
-    """What is printed in each language."""
+    """Expressions that are printed in each language."""
 
     header: str
-    """By what files are generated, and from what."""
+    """Header of generated files: the command and its inputs."""
     digest: str
     jet_order: int
     series_terms: int
     kernels: tuple[Kernel, ...]
     formulas: tuple[Kernel, ...]
     sizes: tuple[Kernel, ...]
-    """The sizes of those formulas that have one."""
+    """Sizes of those formulas that have one."""
     units: dict[str, int]
-    """By how many units of its size each formula is off."""
+    """Rounding error of each formula in units of its size."""
     interface: Interface
 
     @property
     def bounds(self) -> list[str]:
-        """The friction bounds."""
+        """Friction bounds."""
         return sorted({str(bound) for bound in declaration.chosen().bounds.values()})
 
 
 def derive(header: str, digest: str) -> Derived:
-    """What the inputs name, derived."""
+    """Derive the input of the backends."""
     config, interface = (
         tomllib.loads((INPUTS / f"{name}.toml").read_text(encoding="utf-8"))
         for name in ("kernels", "interface")
@@ -99,7 +99,7 @@ def _kernels(config: dict[str, Any]) -> Iterable[Kernel]:
 
 
 def lowered(formula: Formula) -> Kernel:
-    """The kernel of a formula."""
+    """Kernel of a formula."""
     return lower(
         formula.name,
         formula.doc,
@@ -114,7 +114,7 @@ def lowered(formula: Formula) -> Kernel:
 
 
 def _units(found: Iterable[Formula]) -> dict[str, int]:
-    """Names and numbers of the roundings of all formulas that have a size."""
+    """Names of all formulas with a size, and their rounding errors."""
     given = dict.fromkeys(("cos_theta", "sin_theta"), CIRCULAR_UNITS)
     for segment in SEGMENTS:
         for name, value in segment_constants(segment.index):
@@ -139,6 +139,6 @@ def matrices(segment: Segment) -> dict[str, Matrix]:
 
 
 def entries(matrix: Matrix) -> list[tuple[int, int, sp.Expr]]:
-    """The entries of a matrix that are not 0, by row and column."""
+    """Non-zero entries of a matrix, by row and column."""
     rows = enumerate(matrix)
     return [(i, j, sp.factor(a)) for i, row in rows for j, a in enumerate(row) if a != 0]

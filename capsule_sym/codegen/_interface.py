@@ -1,4 +1,4 @@
-"""The C library's counts, enumerations and records, which C, its binding and Python share."""
+"""Counts, enumerations and records of the C library, shared by C, its binding and Python."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Entry = dict[str, Any]
 
 
 class Interface:
-    """What `codegen/interface.toml` says, with the model's counts and parameters in it."""
+    """Content of `codegen/interface.toml`, with the model's counts and parameters in it."""
 
     def __init__(self, config: Entry) -> None:
         self.enums: list[Entry] = config["enum"]
@@ -38,7 +38,7 @@ class Interface:
                 entry[1] = entry[1].replace("@parameters", ", ".join(map(str, PARAMETERS)))
 
     def spelt(self, length: str) -> str:
-        """A length in counts, as C spells it."""
+        """Length in counts, as C spells it."""
 
         def constant(word: re.Match[str]) -> str:
             return f"CAPSULE_{word[0].upper()}_COUNT" if word[0] in self.counts else word[0]
@@ -50,7 +50,7 @@ class Interface:
         return re.sub(r"\[(.+?)\]", lambda found: f"[{self.spelt(found[1])}]", names)
 
     def number(self, length: str) -> int:
-        """A length in counts as a number."""
+        """Length in counts as a number."""
         numbers: dict[str, int] = {}
         for name, value in self.counts.items():
             numbers[name] = eval(value, {}, numbers)
@@ -58,7 +58,7 @@ class Interface:
 
 
 def flags() -> dict[str, int]:
-    """Whether the model has something, 1 or 0, and the planes of the drive's edges; all by name."""
+    """Properties of the model, as 1 or 0, and the planes of the drive's edges; by name."""
     planes = dict(zip(("RISE_PLANE", "FALL_PLANE"), edge_planes(), strict=False))
     return {"PULSED": int(PULSED), "REACTS": int(REACTS), **planes}
 

@@ -1,4 +1,4 @@
-"""From a block of expressions to the steps of a straight-line function."""
+"""Straight-line functions from blocks of expressions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from capsule_sym.codegen._blocks import Assignments
 
 @dataclass(frozen=True)
 class Kernel:
-    """A straight-line function ready to print: steps in order, results, and what they cost."""
+    """Straight-line function ready to print: steps in order, results, and number of operations."""
 
     name: str
     doc: str
@@ -22,13 +22,13 @@ class Kernel:
     results: tuple[sp.Expr, ...]
     operations: int
     array: bool = False
-    """Whether the results are entries of one array."""
+    """True if the results are entries of one array."""
     single: bool = False
-    """Whether its one result is returned alone, not in a tuple."""
+    """True if the single result is returned without a tuple."""
 
     @property
     def cost(self) -> str:
-        """The number of operations, in words."""
+        """Number of operations, as text."""
         return f"{self.operations} operation{'s' * (self.operations != 1)}"
 
 
@@ -44,7 +44,7 @@ def lower(
     single: bool = False,
     array: bool = False,
 ) -> Kernel:
-    """The kernel of a block: only what the results need, common subexpressions shared.
+    """Kernel of a block: only the steps that the results need, with shared common subexpressions.
 
     Results are steps of their names, or `inline` expressions. Raises ValueError for a symbol that
     is neither argument, constant nor assigned in the block.
@@ -89,7 +89,7 @@ def _needed(block: Assignments, returns: tuple[str, ...], given: set[str]) -> di
 
 
 def _in_order(steps: dict[str, sp.Expr]) -> list[tuple[str, sp.Expr]]:
-    """The steps so that each comes after those it uses, otherwise in their own order."""
+    """Steps with each after those it uses, otherwise in their own order."""
     ordered: dict[str, sp.Expr] = {}
 
     def place(name: str) -> None:

@@ -1,4 +1,4 @@
-"""What printers of several languages share."""
+"""Base class of the printers of several languages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def _product(base: str, exponent: int) -> str:
 
 
 class Products:
-    """Small integer powers as products, which neither libm nor NumPy spells faster."""
+    """Small integer powers as products, for which libm and NumPy have no faster form."""
 
     def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
         base, exponent = expr.as_base_exp()

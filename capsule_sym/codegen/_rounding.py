@@ -1,10 +1,10 @@
-"""How far the printed operations of a formula can be off: a bound that follows from its tree.
+"""Bound on the rounding error of the printed operations of a formula, from its expression tree.
 
-Each operation rounds its result by at most one unit of its magnitude; products with a power of
-two, changes of sign and sums of small whole numbers are exact. So a term that passes k operations
-on its way to the result, or has k roundings in it from the start, is off by k units of its
-magnitude, and a sum of terms by as many units of what their magnitudes add up to, its size. One
-unit is added for higher orders and for the rounding of the size itself.
+Each operation rounds its result by at most one unit of its magnitude; products with a power of two,
+changes of sign and sums of small integers are exact. So a term that passes k operations on its way
+to the result, or has k roundings from the start, has an error of k units of its magnitude. The
+error of a sum of terms is as many units of the sum of their magnitudes, its size. One unit is added
+for higher orders and for the rounding of the size itself.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from capsule_sym.codegen._lower import Kernel
 
 @dataclass(frozen=True)
 class Term:
-    """A product in an expanded sum: the arguments in it, its magnitude, its error in units."""
+    """Product in an expanded sum: its arguments, its magnitude, its error in units."""
 
     names: frozenset[str]
     size: sp.Expr
     units: int
 
     def times(self, other: Term) -> Term:
-        """The product with another, which is rounded unless it is exact."""
+        """Product with another term, which is rounded unless it is exact."""
         exact = any(_power_of_two(t.size) for t in (self, other))
         names, units = self.names | other.names, self.units + other.units
         return Term(names, self.size * other.size, units + (not exact))
 
 
 CIRCULAR_UNITS = 2
-"""Roundings in a cosine or sine, of 1: the library's own and libm's are off by less."""
+"""Bound on the roundings of a cosine or sine, in units of 1, for the library's own and libm's."""
 
 ONE = Term(frozenset(), sp.S.One, 0)
 
@@ -44,7 +44,7 @@ def _power_of_two(number: sp.Expr) -> bool:
 
 
 def terms_of(expression: sp.Expr, known: Mapping[str, list[Term]]) -> list[Term]:
-    """The terms that an expression adds up, each operation of it counted."""
+    """Terms that an expression sums, with each operation counted."""
     if expression.is_Symbol:
         return known[expression.name]
     if expression.is_Rational:
@@ -78,11 +78,11 @@ def _whole(size: sp.Expr) -> bool:
 
 
 WHOLE = (sp.Symbol("n", positive=True),)
-"""What stands for small whole numbers."""
+"""Symbols of small integers."""
 
 
 def _results(kernel: Kernel, given: Mapping[str, int]) -> list[list[Term]]:
-    """The terms of each result."""
+    """Terms of each result."""
     known = {}
     for name in (*kernel.arguments, *kernel.constants):
         symbol = sp.Symbol(name, positive=True)
@@ -99,14 +99,14 @@ def _results(kernel: Kernel, given: Mapping[str, int]) -> list[list[Term]]:
 
 
 def units(kernel: Kernel, given: Mapping[str, int], argument: str | None = None) -> int:
-    """By how many units of its size a kernel's results are off, all of it or an argument's terms.
+    """Rounding error of a kernel's results in units of its size, or that of an argument's terms.
 
-    `given` are the roundings that arguments and constants have in them, 0 if not named.
+    `given` are the rounding errors of arguments and constants, 0 if not named.
     """
     terms = (term for result in _results(kernel, given) for term in result)
     return 1 + max(t.units for t in terms if argument is None or argument in t.names)
 
 
 def sizes(kernel: Kernel) -> list[sp.Expr]:
-    """What the magnitudes of each result's terms add up to, as the rule counts them."""
+    """Sum of the magnitudes of each result's terms, as the rule counts them."""
     return [sp.expand(sp.Add(*(t.size for t in terms))) for terms in _results(kernel, {})]

@@ -1,1 +1,1 @@
-"""The model and what is derived from it: closed forms, geometry and switching."""
+"""The model and its derivations: closed forms, geometry and switching."""

@@ -70,7 +70,7 @@ IMAGES: Family = {
 """Laplace image of each response function: its definition."""
 
 FORCED = frozenset(name for name, image in IMAGES.items() if image.has(omega))
-"""Those of the forcing, which a drive that is constant in a segment does not have."""
+"""Responses to the forcing, which a drive that is constant in a segment does not have."""
 
 INITIAL = {name: sp.Integer(1 if name in (Gd, cosine) else 0) for name in IMAGES}
 """Value of each response function at h = 0 (the limit of s times its image)."""
@@ -148,7 +148,7 @@ RELATIONS = {
     versine2: (versine - h * sine / 2) / omega**2,
     lag2: (lag - sine2) / omega**2,
 }
-"""Response functions that are combinations of the others; evaluated apart where they cancel."""
+"""Response functions that combine others; evaluated separately where these cancel."""
 
 
 def derivative(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
@@ -165,7 +165,7 @@ def derivative(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
 
 
 def reduce(expression: sp.Expr) -> sp.Expr:
-    """The expression in the independent response functions G, Gd, B, Bd, G2, G2d, B2, B2d, ..."""
+    """Expression in the independent response functions G, Gd, B, Bd, G2, G2d, B2, B2d, ..."""
     for name in (Bdd, BI, H1, H2, H, lag2, versine2, versine, lag, sine2):
         expression = expression.subs(name, RELATIONS[name])
     return expression

@@ -1,4 +1,4 @@
-"""Checks of a declaration, with its lines: whether a model can be derived from it."""
+"""Consistency checks of a declaration, which name the line at fault."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ tau = sp.Symbol("tau", real=True)
 """Time."""
 
 force = sp.Symbol("u", real=True)
-"""Force of the drive, where it stands for itself."""
+"""Force of the drive, as a symbol of its own."""
 
 UNITS = {"friction_force": "N", "natural_frequency": "rad/s", "length_scale": "m"}
-"""What of a device is a unit of results, in SI units."""
+"""Units of results that a device defines, in SI units."""
 
 
 class Declared:
-    """What was declared, with the lines; `check` refuses what is wrong."""
+    """A declaration with the line of each word; `check` raises if it is inconsistent."""
 
     def __init__(self) -> None:
         self.parameters: list[Parameter] = []
@@ -51,17 +51,17 @@ class Declared:
         self._file = ""
 
     def refusal(self, word: str | int, said: str) -> BadDeclaration:
-        """The error that something is wrong with a word, or with a line."""
+        """Error about a word or a line of the declaration."""
         line = word if isinstance(word, int) else self._lines.get(word, 1)
         return BadDeclaration(f"{self._file}:{line}: {said}")
 
     def symbol(self, name: str) -> sp.Symbol:
-        """A parameter's symbol; raises KeyError if none has this name."""
+        """Symbol of a parameter; raises KeyError if none has this name."""
         return {one.name: one.symbol for one in self.parameters}[name]
 
     @property
     def bounds(self) -> Mapping[int, sp.Expr]:
-        """The friction that a drift of a way works against, which bounds the force at rest."""
+        """Friction bound by direction of drift; at rest the force lies between them."""
         return {mode.way: -mode.way * mode.friction for mode in self.modes if mode.way}
 
     @property
@@ -72,34 +72,34 @@ class Declared:
 
     @property
     def springs(self) -> tuple[sp.Symbol, ...]:
-        """The parameter that the stiffness of each stop is a multiple of."""
+        """For each stop the parameter to which its stiffness is proportional."""
         return tuple(self._spring(one) for _, one in self._beyond)
 
     @property
     def _beyond(self) -> tuple[tuple[int, Region], ...]:
-        """The side of each stop, 1 in front and -1 behind, and the region beyond it."""
+        """Side of each stop (1 in front, -1 behind) and the region beyond it."""
         return tuple(zip((1, -1), self.regions[1:], strict=False))
 
     @property
     def load(self) -> sp.Expr:
-        """The constant force on the mass beside drive and interaction."""
+        """Constant force on the mass in addition to drive and interaction."""
         return sp.expand(self.mass_force - self.drive_force + self.force)
 
     @property
     def drive_force(self) -> sp.Expr:
-        """The force of the drive on the mass, or what stands for pulses."""
+        """Force of the drive on the mass; for pulses the symbol of their level."""
         if self.drive and self.drive.pulsed:
             return force
         return self.symbol("alpha") * sp.cos(self.symbol("omega") * tau)
 
     @property
     def reacts(self) -> bool:
-        """Whether the drive pushes the capsule back."""
+        """True if the drive pushes the capsule back."""
         return bool(sp.expand(self.capsule_force - self.force) != 0)
 
     @property
     def driven(self) -> dict[str, tuple[str, str]]:
-        """Quantities to which one parameter alone is in proportion, it, and their units."""
+        """For quantities that determine a single parameter: that parameter, and their units."""
         known, found = self.relations() if self.quantities else {}, {}
         held = {one for unit in self.units for one in known[unit.letter].free_symbols}
         for one in self.quantities:
@@ -112,9 +112,9 @@ class Declared:
         return dict(sorted(found.items(), key=lambda one: order.index(one[1][0])))
 
     def relations(self) -> dict[str, sp.Expr]:
-        """The device's quantities, its units and all parameters, in the quantities.
+        """Quantities, units and all parameters of the device, in terms of the quantities.
 
-        Raises BadDeclaration for one that is none, or not of its unit.
+        Raises BadDeclaration for a relation that is not arithmetic or not of the declared unit.
         """
         known = {one.name: sp.Symbol(one.name, positive=True) for one in self.quantities}
         numbers = {known[one.name]: k for k, one in enumerate(self.quantities, start=2)}
@@ -133,13 +133,13 @@ class Declared:
         return known
 
     def in_quantities(self, relation: str) -> str:
-        """A relation in quantities and units alone: parameters in it stand for their relations."""
+        """Relation in quantities and units alone, with the relations of its parameters put in."""
         own = {one.name: f"({one.si})" for one in self.parameters}
         found = substituted(relation, own)
         return relation if found == relation else self.in_quantities(found)
 
     def check(self) -> None:
-        """Raises BadDeclaration, with the line at fault."""
+        """Raise BadDeclaration, with the line at fault, if the declaration is inconsistent."""
         for word in ("state", "interaction", "region", "rest", "drift", "mass", "capsule"):
             if word not in self._lines:
                 raise self.refusal(1, f"nothing is said of the {word}")
@@ -150,14 +150,14 @@ class Declared:
             self._check_device()
 
     def _check_room(self) -> None:
-        """By the defaults two stops lie apart."""
+        """Two stops do not overlap at the default values."""
         defaults = {one.symbol: one.default for one in self.parameters}
         if len(self.stops) == 2 and (self.stops[0] - self.stops[1]).subs(defaults) <= 0:
             said = f"by the defaults no room is between {self.stops[1]} and {self.stops[0]}"
             raise self.refusal("state", said)
 
     def _check_device(self) -> None:
-        """A device has all units, and each parameter its relation to it; none is in vain."""
+        """A device has all units, each parameter has a relation to it, each quantity is used."""
         own = {*self.state_labels, *(one.name for one in self.parameters)}
         for one in self.quantities:
             if one.name in own:
@@ -176,7 +176,7 @@ class Declared:
                 raise self.refusal(f"quantity {one.name}", f"{one.name} is in no relation")
 
     def _check_drive(self, line: int) -> None:
-        """A drive is made of parameters, whose names and ranges are those of their roles."""
+        """A drive consists of parameters with the names and ranges of their roles."""
         assert self.drive
         ranges = {one.symbol: (one.low, one.high) for one in self.parameters}
         drive = self.drive
@@ -241,7 +241,7 @@ class Declared:
             raise self.refusal("interaction", said)
 
     def _affine(self, function: sp.Expr) -> bool:
-        """Whether it is affine in the state, and a polynomial of the parameters."""
+        """True if affine in the state with polynomials of the parameters as coefficients."""
         symbols = (one.symbol for one in self.parameters)
         names = (*self.state, self.stiffness, self.stop, *symbols)
         try:
@@ -251,7 +251,7 @@ class Declared:
         return all(sum(power[: len(self.state)]) <= 1 for power in powers)
 
     def _check_stops(self) -> None:
-        """Between one or two stops no spring acts, and beyond each of them its own."""
+        """No spring acts between the stops, and a spring of its own beyond each."""
         first, *others = self.regions
         if len(others) not in (1, 2):
             said = "two regions beside one stop, x_r < delta first; three beside two stops"
@@ -274,7 +274,7 @@ class Declared:
                 raise self.refusal(one.line, said)
 
     def _check_spring(self, region: Region) -> None:
-        """The stiffness beyond a stop is a parameter times what is above 0."""
+        """The stiffness beyond a stop is a parameter times a positive factor."""
         stiffness = region.stiffness
         held_by = stiffness.free_symbols - {one.symbol for one in self.parameters}
         if held_by or not (self._affine(stiffness) and stiffness.is_nonnegative):
@@ -287,12 +287,12 @@ class Declared:
             raise self.refusal(region.line, said) from None
 
     def _spring(self, region: Region) -> sp.Symbol:
-        """The parameter that a stiffness is a multiple of; raises StopIteration without one."""
+        """Parameter to which a stiffness is proportional; raises StopIteration without one."""
         factors = (p.symbol for p in self.parameters if region.stiffness.has(p.symbol))
         return next(p for p in factors if sp.cancel(region.stiffness / p).is_positive)
 
     def _check_ways(self) -> None:
-        """Each guard that vanishes leads on: across it another mode begins."""
+        """Beyond each guard that vanishes another mode begins."""
         if [mode.way for mode in self.modes] != [1, 0, -1]:
             raise self.refusal("rest", "drift forward, rest and drift backward, in this order")
         ahead, rest, back = self.modes

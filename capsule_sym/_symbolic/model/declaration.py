@@ -1,10 +1,10 @@
-"""The words in which a model is declared.
+"""Vocabulary of a model's declaration.
 
-A declaration is a Python file that makes one `Model`, named `model`, and tells it a device in SI
-units if there is one, parameters, state, regions, forces, modes of friction and the equations of
-both bodies, in this order. Those that ship are in `_symbolic/scenes`, `capsule.py` is the paper's.
-All derivations read `MODEL`: the capsule, or what `choose` named before they were imported, so that
-one process knows one model.
+A declaration is a Python file that makes one `Model`, named `model`. It declares, in this order, a
+device in SI units if there is one, parameters, state, regions, forces, modes of friction and the
+equations of both bodies. The shipped ones are in `_symbolic/scenes`; `capsule.py` is the paper's.
+All derivations read `MODEL`: the capsule, or the one that `choose` named before they were imported,
+so a process has one model.
 """
 
 from __future__ import annotations
@@ -63,9 +63,9 @@ _NEEDED = {"region": "state", "interaction": "region"} | dict.fromkeys(
 
 
 class Model(Declared):
-    """A model as it is declared; each word notes its line, and `check` refuses what is wrong.
+    """A declared model; each method notes its line, and `check` raises if it is inconsistent.
 
-    `device` and `system` take their facts from parts of `vocabulary`; those of a later part count.
+    `device` and `system` take their facts from parts of `vocabulary`; later parts override earlier.
     """
 
     def __init__(self, *parts: Part) -> None:
@@ -76,7 +76,7 @@ class Model(Declared):
                 self._facts.setdefault(name, {}).update(facts)
 
     def device(self, **values: float) -> None:
-        """Quantities of the parts with their values, and the units that these have."""
+        """Quantities of the parts with their values, and the units of these parts."""
         for name, value in values.items():
             unit, facts = self._known(name, "measure")
             facts["default" if facts.pop("optional", False) else "example"] = value
@@ -88,7 +88,7 @@ class Model(Declared):
     def system(self, **defaults: float) -> tuple[sp.Symbol, ...]:
         """Parameters of the parts with their defaults, in this order.
 
-        Without a device their relations to it are documentation alone.
+        Without a device, relations to it are documentation only.
         """
         found = []
         for name, default in defaults.items():
@@ -99,7 +99,7 @@ class Model(Declared):
         return tuple(found)
 
     def _known(self, name: str, fact: str) -> tuple[Any, dict[str, Any]]:
-        """A fact of a name and its others; raises BadDeclaration if no part has it."""
+        """A fact of a name and its other facts; raises BadDeclaration if no part has it."""
         others = dict(self._facts.get(name, {}))
         if fact not in others:
             kind = {"measure": "quantity", "relation": "unit", "si": "parameter"}[fact]
@@ -159,7 +159,7 @@ class Model(Declared):
     ) -> sp.Symbol:
         """A parameter, positive if its range is, of either sign if its range begins below 0.
 
-        `si` is its relation to the device, and `definition` what documentation says of that.
+        `si` is its relation to the device, and `definition` the text of that in documentation.
         """
         line = self._note(f"parameter {name}")
         if between is None:
@@ -198,7 +198,7 @@ class Model(Declared):
         return self.state
 
     def harmonic(self, amplitude: sp.Symbol, frequency: sp.Symbol) -> sp.Expr:
-        """A drive of an amplitude and a frequency: a cosine, largest where a period begins."""
+        """Cosine drive of an amplitude and a frequency, largest at the begin of a period."""
         self._take(self._note("drive"), Drive(amplitude, frequency))
         return amplitude * sp.cos(frequency * tau)
 
@@ -219,9 +219,9 @@ class Model(Declared):
         self._check_drive(line)
 
     def region(self, name: str, *where: sp.Basic, stiffness: sp.Expr) -> None:
-        """The states where inequalities hold, and the stiffness of a stop's spring there.
+        """States that satisfy the inequalities, and the stiffness of a stop's spring there.
 
-        First the states between the stops, then those beyond the front one, and the back one.
+        Declare the states between the stops first, then those beyond the front and the back stop.
         """
         line = self._note("region")
         self._check_name(name, line, "mode")
@@ -229,9 +229,9 @@ class Model(Declared):
         self.regions.append(Region(name, relations, self._expression(stiffness), line))
 
     def interaction(self, force: sp.Expr) -> sp.Expr:
-        """The force of the mass on the capsule, with `stiffness` and `stop` for a stop's spring.
+        """Force of the mass on the capsule; `stiffness` and `stop` stand for the spring of a stop.
 
-        Where there is one stop, its place may stand for `stop`.
+        With one stop, its place may be written instead of `stop`.
         """
         self._note("interaction")
         self._check_stops()
@@ -242,35 +242,35 @@ class Model(Declared):
         return self.force
 
     def rest(self, name: str, *where: sp.Basic) -> None:
-        """Rest of the capsule, while the force that moves it obeys two inequalities."""
+        """Rest of the capsule, while the force that moves it satisfies two inequalities."""
         line = self._note("rest")
         self._check_name(name, line, "mode")
         self.modes.append(Mode(name, 0, tuple(map(self._inequality, where)), sp.S.Zero, line))
 
     def drift(self, name: str, where: sp.Basic, against: sp.Expr) -> None:
-        """Drift of the capsule against a friction, where an inequality for its velocity holds."""
+        """Drift of the capsule against a friction, where an inequality of its velocity holds."""
         line, relation = self._note("drift"), self._inequality(where)
         self._check_name(name, line, "mode")
         way = 1 if excess(relation).coeff(self.state[2]) == 1 else -1
         self.modes.append(Mode(name, way, (relation,), -way * self._expression(against), line))
 
     def mass(self, force: sp.Expr) -> None:
-        """The right side of v_r' + v_c', all forces on the mass."""
+        """Right-hand side of v_r' + v_c': the sum of the forces on the mass."""
         self._note("mass")
         self.mass_force = self._expression(force)
 
     def capsule(self, inertia: sp.Symbol, force: sp.Expr, weight: sp.Expr | int = 0) -> None:
-        """The left side's mass and the right side of gamma v_c', but for friction.
+        """Mass on the left of the capsule's equation and its force on the right, without friction.
 
-        Of the friction bounds `weight` is what pulls the capsule itself backward, on a slope: the
-        work against it is lift, and no loss.
+        `weight` is the part of the friction bounds that pulls the capsule itself backward on a
+        slope. The work against it is lift, not a loss.
         """
         self._note("capsule")
         given = force, inertia, weight
         self.capsule_force, self.inertia, self.weight = map(self._expression, given)
 
     def _note(self, word: str) -> int:
-        """The line of a word, after the word that it needs."""
+        """Line of a word, after a check that the word it needs came before."""
         frame = sys._getframe(2)
         while frame.f_back and frame.f_globals is globals():
             frame = frame.f_back
@@ -282,7 +282,7 @@ class Model(Declared):
         return self._line
 
     def _check_name(self, name: str, line: int, kind: str) -> None:
-        """Raises BadDeclaration unless C, Python and MATLAB can have the name, and it is new."""
+        """Raise BadDeclaration unless the name is new and valid in C, Python and MATLAB."""
         if said := problem(name, kind):
             raise self.refusal(line, said)
         taken = [one.name for one in self.regions] + [one.name for one in self.modes]
@@ -298,7 +298,7 @@ class Model(Declared):
         slider: Slider,
         texts: tuple[str, ...],
     ) -> None:
-        """Raises BadDeclaration unless numbers are finite, the value is in its range, texts are."""
+        """Raise BadDeclaration unless numbers are finite, values in range and texts not empty."""
         low, high = between
         if not all(map(math.isfinite, (value, *between, *slider))):
             raise self.refusal(line, f"{name} has a number that is not finite")
@@ -308,7 +308,7 @@ class Model(Declared):
             raise self.refusal(line, f"{name} = {value:.12g} is not in [{low:.12g}, {high:.12g}]")
 
     def _expression(self, value: object) -> sp.Expr:
-        """A value of this line as an exact expression in what is declared."""
+        """Value of this line as an exact expression in declared symbols."""
         found = sp.sympify(value)
         if not isinstance(found, sp.Expr):
             raise self.refusal(self._line, f"{value} is no expression")
@@ -320,7 +320,7 @@ class Model(Declared):
         return sp.nsimplify(found, rational=True) if found.has(sp.Float) else found
 
     def _inequality(self, value: object) -> sp.Basic:
-        """A value of this line as a strict inequality, affine in the state and the drive."""
+        """Value of this line as a strict inequality, affine in the state and the drive."""
         if not isinstance(value, sp.StrictGreaterThan | sp.StrictLessThan):
             raise self.refusal(self._line, f"{value} is no strict inequality")
         self._expression(excess(value))
@@ -334,7 +334,7 @@ class Model(Declared):
 
 
 def load(path: Path) -> Model:
-    """The model that a file declares; raises BadDeclaration."""
+    """Model declared by a file; raises BadDeclaration."""
     try:
         model = runpy.run_path(str(path)).get("model")
         if not isinstance(model, Model):
@@ -355,7 +355,7 @@ def load(path: Path) -> Model:
 
 
 def home(scene: str) -> Path:
-    """The file that declares a scene: one that ships, by its name, or any by its path."""
+    """File of a scene: a shipped one by its name, any other by its path."""
     return _SCENES / f"{scene}.py" if scene in SHIPPED else Path(scene)
 
 
@@ -364,16 +364,16 @@ _choice = [home(SHIPPED[0])]
 
 
 def choose(path: Path) -> None:
-    """Name the declaration of this process, before any derivation is imported."""
+    """Set the declaration of this process, before any derivation is imported."""
     _choice[:] = [path]
 
 
 def path() -> Path:
-    """The file that declares the model of this process."""
+    """File that declares the model of this process."""
     return _choice[0]
 
 
 @cache
 def chosen() -> Model:
-    """The model of this process; raises BadDeclaration."""
+    """Model of this process; raises BadDeclaration."""
     return load(_choice[0])

@@ -9,8 +9,8 @@ numbers; where the sign of a coefficient is not known, `Undecided` is raised.
 
 Every relation is homogeneous in the variables (the unit of force is free), so a bound of friction
 of 1 stands for all that are > 0. The force alpha cos(omega tau) takes any value in [-alpha, alpha];
-its rate of change is left unbounded, which only makes a system easier to satisfy: what is
-inconsistent here is so in the model.
+its rate of change is left unbounded. This makes a system easier to satisfy, so a system that is
+inconsistent here is inconsistent in the model.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ inverse_gamma = sp.Symbol("g", positive=True)
 _FORCES = LOAD.free_symbols | BACKWARD.free_symbols | FORWARD.free_symbols
 _OTHER_FORCES = tuple(p for p in PARAMETERS if p in _FORCES and p != FORWARD)
 GAPS = tuple(p for p in PARAMETERS if any(place.has(p) for place in MODEL.stops))
-"""The parameters that are distances of stops."""
+"""Parameters that are distances of stops."""
 VARIABLES = (depth, v_c, v_r, force_rate, force, alpha, *GAPS, *_OTHER_FORCES)
-"""The symbols in which constraints are linear; coefficients hold the others."""
+"""Symbols in which constraints are linear; coefficients hold the others."""
 
 _RATIOS = tuple(p for p in PARAMETERS if p not in (*VARIABLES, FORWARD, omega, gamma))
 MAY_VANISH = tuple(ratio for ratio in _RATIOS if not ratio.is_positive)
-"""The coefficients' parameters that may be 0, which is a case of its own."""
+"""Parameters of the coefficients that may be 0, which is treated as a separate case."""
 _RING = ring((*VARIABLES, FORWARD, *_RATIOS, omega, inverse_gamma), sp.QQ)[0]
 _GENERATOR = dict(zip(_RING.symbols, _RING.gens, strict=True))
 _POSITION = {symbol: position for position, symbol in enumerate(_RING.symbols)}
@@ -128,11 +128,11 @@ class Constraint:
         return frozenset(i for powers in self.polynomial for i, n in enumerate(powers) if n)
 
     def involves(self, symbol: sp.Symbol) -> bool:
-        """Whether a symbol occurs."""
+        """True if a symbol occurs."""
         return _POSITION[symbol] in self._support
 
     def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> Constraint:
-        """The constraint with numbers in place of some symbols."""
+        """Constraint with numbers in place of some symbols."""
         numbers = [(_POSITION[s], _rational(v)) for s, v in values.items() if self.involves(s)]
         if not numbers:
             return self
@@ -146,7 +146,7 @@ class Constraint:
         return Constraint(_RING.from_dict(terms), self.kind)
 
     def holds(self) -> bool:
-        """Whether a constraint without variables holds."""
+        """True if a constraint without variables holds."""
         if self._truth is None:
             raise Undecided(self.polynomial)
         return self._truth
@@ -160,7 +160,7 @@ class Constraint:
         return sign == 0 if self.kind == "==" else sign > 0 or (sign == 0 and self.kind == ">=")
 
     def opposites(self) -> list[Constraint]:
-        """The constraints of which exactly one holds where this one does not."""
+        """Constraints of which exactly one holds where this one does not."""
         negative = -self.polynomial
         if self.kind == "==":
             return [Constraint(negative, ">"), Constraint(self.polynomial, ">")]
@@ -168,7 +168,7 @@ class Constraint:
 
 
 def _rational(value: Fraction | int) -> Any:
-    """A number of the ring: not every type of SymPy's rationals is made from a Fraction."""
+    """Element of the number ring; not every rational type of SymPy accepts a Fraction."""
     return sp.QQ(value.numerator, value.denominator)
 
 
@@ -220,24 +220,24 @@ RANGES = (
         if p.is_nonnegative
     ),
 )
-"""What holds of the variables by themselves: alpha >= 0, gaps >= 0, and the force's range.
+"""Constraints on single variables: alpha >= 0, gaps >= 0, and the range of the force.
 
-The level of pulses, which stands for itself, may be any.
+The level of pulses, a symbol of its own, is unbounded.
 """
 
 
 def _pivot(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Constraint | None:
-    """An equation that can be solved for the symbol."""
+    """Equation that can be solved for the symbol."""
     for constraint in constraints:
         if constraint.kind == "==" and constraint.slope_sign(symbol):
             return constraint
     return None
 
 
-# The same two constraints meet in many systems, for what is known of a piece stands in all of its.
+# The same two constraints meet in many systems, since each system of a piece repeats its relations.
 @cache
 def _without_symbol(symbol: sp.Symbol, one: Constraint, other: Constraint) -> Constraint:
-    """What two constraints say without a symbol that is eliminated.
+    """Combination of two constraints in which a symbol is eliminated.
 
     The first is an equation, or its slope is positive and the other's is negative.
     """
@@ -250,7 +250,7 @@ def _without_symbol(symbol: sp.Symbol, one: Constraint, other: Constraint) -> Co
 
 
 def _eliminate(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> list[Constraint]:
-    """The constraints that remain for the other symbols, by exact elimination of one."""
+    """Constraints on the other symbols after exact elimination of one."""
     kept: list[Constraint] = []
     involved: list[Constraint] = []
     for constraint in constraints:
@@ -266,7 +266,7 @@ def _eliminate(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> list[Con
 
 
 def _order(constraints: list[Constraint], symbols: list[sp.Symbol]) -> sp.Symbol:
-    """The symbol to eliminate next: one that an equation gives, else the least involved."""
+    """Next symbol to eliminate: one that an equation determines, else the least involved."""
     costs: list[tuple[int, int]] = []
     for index, symbol in enumerate(symbols):
         involved = [constraint for constraint in constraints if constraint.involves(symbol)]
@@ -282,7 +282,7 @@ def _order(constraints: list[Constraint], symbols: list[sp.Symbol]) -> sp.Symbol
 
 
 def _opposed(one: Constraint, other: Constraint) -> bool:
-    """Whether two constraints have polynomials of opposite signs, though neither sign is known."""
+    """True if two constraints have opposite polynomials, even of unknown sign."""
     common = one.polynomial.gcd(other.polynomial)
     try:
         signs = {_sign(each.polynomial.exquo(common)) for each in (one, other)}
@@ -292,11 +292,11 @@ def _opposed(one: Constraint, other: Constraint) -> bool:
 
 
 class Contradiction(Exception):
-    """Constraints that no values of the variables satisfy."""
+    """Raised if no values of the variables satisfy the constraints."""
 
 
 def _settled(constraints: Iterable[Constraint]) -> list[Constraint]:
-    """The constraints without those that hold by themselves."""
+    """Constraints without those that hold for all values."""
     kept: list[Constraint] = []
     for constraint in dict.fromkeys(constraints):
         if constraint._truth is None:
@@ -309,9 +309,9 @@ def _settled(constraints: Iterable[Constraint]) -> list[Constraint]:
 def eliminations(
     constraints: list[Constraint], symbols: Iterable[sp.Symbol]
 ) -> Iterator[tuple[sp.Symbol, list[Constraint]]]:
-    """Each eliminated symbol with the constraints it was eliminated from; then what is left.
+    """Each eliminated symbol with the constraints it was eliminated from; then the remaining ones.
 
-    Raises Contradiction where nothing satisfies the constraints, and Undecided.
+    Raises Contradiction if nothing satisfies the constraints, and Undecided.
     """
     left = list(symbols)
     constraints = _settled(constraints)
@@ -327,5 +327,5 @@ def eliminations(
 
 
 def without(constraints: list[Constraint], symbols: Iterable[sp.Symbol]) -> list[Constraint]:
-    """The constraints that are left when the symbols are eliminated; raises as `eliminations`."""
+    """Constraints that remain after elimination of the symbols; raises as `eliminations`."""
     return list(eliminations(constraints, symbols))[-1][1]

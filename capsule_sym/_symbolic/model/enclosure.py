@@ -1,4 +1,4 @@
-"""Rigorous enclosures of trajectories: Taylor polynomials with a bound on what they neglect.
+"""Rigorous enclosures of trajectories: Taylor polynomials with a bound on the remainder.
 
 Everything is exact rational arithmetic, so that a comparison that succeeds is a proof. The state
 is followed together with the force alpha cos(omega tau) and its quadrature alpha sin(omega tau),
@@ -96,17 +96,17 @@ class Flow:
         return sensitivity * self._tail * time ** (self._degree + 1 - order) * growth
 
     def positive_until(self, function: sp.Expr, time: Fraction) -> bool:
-        """Whether a function is proved positive from just after the start until `time`."""
+        """True if a function is proved positive from just after the start until `time`."""
         series = self.series(function)
         order = first_order(series)
         return exceeds(series[order:], self.remainder(function, order, time), Fraction(0), time)
 
     def positive_within(self, function: sp.Expr, bracket: Bracket) -> bool:
-        """Whether a function is proved positive at all times of a bracket."""
+        """True if a function is proved positive at all times of a bracket."""
         return exceeds(self.series(function), self.remainder(function, 0, bracket[1]), *bracket)
 
     def negative_at(self, function: sp.Expr, time: Fraction) -> bool:
-        """Whether a function is proved negative at a time."""
+        """True if a function is proved negative at a time."""
         value = sum((c * time**k for k, c in enumerate(self.series(function))), Fraction(0))
         return value < -self.remainder(function, 0, time)
 
@@ -135,7 +135,7 @@ def _bernstein(polynomial: Polynomial, start: Fraction, end: Fraction) -> list[F
 def exceeds(
     polynomial: Polynomial, bound: Fraction, start: Fraction, end: Fraction, depth: int = 0
 ) -> bool:
-    """Whether a polynomial is proved larger than a bound on an interval (Bernstein form)."""
+    """True if a polynomial is proved larger than a bound on an interval (Bernstein form)."""
     coefficients = _bernstein(polynomial, start, end)
     if min(coefficients) > bound:
         return True

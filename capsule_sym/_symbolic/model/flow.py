@@ -60,9 +60,9 @@ margin = sp.Symbol("margin", real=True)  # pull on the capsule minus `friction` 
 
 
 def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
-    """The constants m, kappa, push, friction, sigma and K of a segment, read off its field.
+    """Constants m, kappa, push, friction, sigma and K of a segment, read off its field.
 
-    Where there are two stops, its own is one more.
+    With two stops, the place of the segment's stop is one more.
     """
     _, acceleration, capsule = segment.field
     unforced = sp.expand(acceleration).subs(FORCING, 0)

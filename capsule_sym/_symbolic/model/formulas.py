@@ -1,7 +1,7 @@
-"""The formulas that the certified step is made of, each derived from the model and its flow.
+"""Formulas of the certified step, each derived from the model and its flow.
 
-A formula may come with its size: what the magnitudes of its terms add up to, where each argument
-is the magnitude of one. A value that is added up from these terms is off by a few units of that.
+A formula may have a size: the sum of the magnitudes of its terms, with each argument as its own
+magnitude. A value summed from these terms has an error of a few units of its size.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ root_K, reach = sp.symbols("root_K reach", positive=True)
 
 @dataclass(frozen=True)
 class Formula:
-    """Named results in named arguments and a segment's constants; `sized` if it has a size."""
+    """Named results in named arguments and segment constants; `sized` if it has a size."""
 
     name: str
     doc: str
@@ -83,13 +83,13 @@ class Formula:
     results: tuple[tuple[str, sp.Expr], ...]
     sized: bool = False
     array: bool = False
-    """Whether the results are entries of one array."""
+    """True if the results are entries of one array."""
     carried: tuple[sp.Symbol, ...] = ()
-    """Arguments that have errors of their own in units of a size, as terms of a recurrence have."""
+    """Arguments with errors of their own in units of a size, such as terms of a recurrence."""
 
     @property
     def size(self) -> Formula:
-        """The same of the magnitudes of all terms."""
+        """Formula of the summed magnitudes of all terms."""
         ones = {cos_theta: sp.S.One, sin_theta: sp.S.One}
         signed = {friction: sp.Abs(friction), push: sp.Abs(push)}
         if STEADY != 0:  # the terms of push may cancel
@@ -122,7 +122,7 @@ def _forced() -> dict[str, sp.Expr]:
 def _next(operator: sp.Expr, driven: sp.Expr) -> sp.Expr:
     """Coefficient n + 2 of a power series in h/reach that solves operator(d/dh) y = driven.
 
-    That one's coefficient n comes in units of h^n; `last` and `before` are n + 1 and n.
+    Coefficient n of `driven` has the unit h^n; `last` and `before` are coefficients n + 1 and n.
     """
     known = {0: before, 1: last}
     total = -driven * reach**2
@@ -136,13 +136,13 @@ def _next(operator: sp.Expr, driven: sp.Expr) -> sp.Expr:
 
 
 def formulas() -> tuple[Formula, ...]:
-    """All of them, in the order in which they are printed."""
+    """All formulas, in the order in which they are printed."""
     found = (*_forces(), *_motion(), *_points(), *_gradients(), *_recurrences())
     return tuple(one for one in found if not (PULSED and one.name in _FORCED)) + _pulses()
 
 
 _FORCED = ("forcing_terms", "forced", "force_gain2", "forcing_next")
-"""Formulas of a forcing that changes within a segment."""
+"""Formulas of a forcing that varies within a segment."""
 
 
 def _formula(
@@ -156,7 +156,7 @@ _AT = (*_STATE, cos_theta)
 
 
 def _pulses() -> tuple[Formula, ...]:
-    """The level of pulses, and the share of a period for which it is the high one."""
+    """Level of pulses, and the share of a period at the high level."""
     if not PULSES:
         return ()
     return (
@@ -166,7 +166,7 @@ def _pulses() -> tuple[Formula, ...]:
 
 
 def _forces() -> tuple[Formula, ...]:
-    """The interaction force, the pull on the capsule, and friction."""
+    """Interaction force, pull on the capsule, and friction."""
     pulled = at_angle(with_gap(PULL))
     drifting = {a: b.subs(drift, way) for a, b in general_constants(stick=False).items()}
     return (
@@ -174,52 +174,52 @@ def _forces() -> tuple[Formula, ...]:
         _formula("pull", "The pull Q on the capsule.", _AT, True, pull=pulled),
         _formula(
             "margin_at",
-            "Q - friction, which drives the capsule.",
+            "Force that accelerates the capsule: Q - friction.",
             _AT,
             True,
             margin=pulled - friction,
         ),
         _formula(
             "friction_at",
-            "Friction in drift of a way (1, -1; 0 at rest), which is Q where that way begins.",
+            "Friction in drift in a direction (1, -1; 0 at rest): Q where that drift begins.",
             (way,),
             friction=drifting[friction],
         ),
         _formula(
             "loss_at",
-            "Friction in drift of a way, without the capsule's weight that the bounds hold.",
+            "Friction in drift in a direction, without the capsule's weight in the bounds.",
             (way,),
             friction=friction_of(way) - WEIGHT,
         ),
         _formula(
             "push_at",
-            "What friction accelerates the relative motion by, in drift of a way.",
+            "Acceleration of the relative motion by friction, in drift in a direction.",
             (way,),
             push=LOAD + SHARE * LEVEL + friction_of(way) / gamma,
         ),
         _formula(
             "friction_guard",
-            "How far Q is from its bound ahead (sign -1) or behind (sign 1), of a capsule at rest.",
+            "Distance of Q from its bound ahead (sign -1) or behind (sign 1), at rest.",
             (sign, pull),
             guard=bound_of(-sign) + sign * pull,
         ),
         _formula(
             "force_change",
-            "The change of P with x_r and v_r; of their rates, the rate of P.",
+            "Change of P by changes of x_r and v_r; for rates of these, the rate of P.",
             (x_change, v_change),
             True,
             change=_change(x_change, v_change),
         ),
         _formula(
             "pull_rate",
-            "The rate of Q, by those of x_r and v_r.",
+            "Rate of Q from those of x_r and v_r.",
             (x_change, v_change, sin_theta),
             True,
             rate=_change(x_change, v_change) - _rate_of(reaction(0)),
         ),
         _formula(
             "rest_force",
-            "What accelerates the relative motion where v_r and the forcing vanish.",
+            "Acceleration of the relative motion at v_r = 0 and zero forcing.",
             (x_r, gap),
             True,
             force=_rest_force(),
@@ -228,7 +228,7 @@ def _forces() -> tuple[Formula, ...]:
 
 
 def _motion() -> tuple[Formula, ...]:
-    """Rates, the forcing, and what bounds the forced and the free motion."""
+    """Rates, the forcing, and bounds of the forced and the free motion."""
     rate = _rest_force() - 2 * sigma * v_r + forcing(0)
     second = -K * v_r - 2 * sigma * v_rate + _rate_of(forcing(0))
     return (
@@ -248,13 +248,13 @@ def _motion() -> tuple[Formula, ...]:
         ),
         _formula(
             "force_gain2",
-            "The amplitude of Q over that of x_r in forced motion, squared.",
+            "Squared ratio of the amplitudes of Q and x_r in forced motion.",
             (),
             gain=(omega**2 / m) ** 2 if REACTS else STIFFNESS**2 + (DAMPER * omega) ** 2,
         ),
         _formula(
             "force_per_energy",
-            "|P| at most, where sqrt(v_r^2 + K x_r^2) is 1; root_K is the root of K.",
+            "Bound of |P| at sqrt(v_r^2 + K x_r^2) = 1; root_K is the root of K.",
             (root_K,),
             force=STIFFNESS / root_K + DAMPER,
         ),
@@ -262,7 +262,7 @@ def _motion() -> tuple[Formula, ...]:
 
 
 def _points() -> tuple[Formula, ...]:
-    """Positions and velocities at which the motion rests, or P has a value or turns."""
+    """Positions and velocities at rest, and where P has a given value or an extremum."""
     turning = sp.solve(_change(v_r, v_rate), v_r)[0]
     return (
         _formula(
@@ -273,23 +273,23 @@ def _points() -> tuple[Formula, ...]:
         ),
         _formula(
             "position_at",
-            "x_r at which P has a value.",
+            "x_r at which P has a given value.",
             (level, v_r),
             x_r=sp.together(sp.solve(P - level, x_r)[0]),
         ),
         _formula(
             "velocity_at",
-            "v_r at which P has a value on the impact surface.",
+            "v_r at which P has a given value on the impact surface.",
             (level,),
             v_r=sp.solve(P.subs(x_r, stop) - level, v_r)[0],
         ),
         _formula(
             "turning_velocity",
-            "v_r at which P turns, where v_r' is given.",
+            "v_r at an extremum of P, for a given v_r'.",
             (v_rate,),
             v_r=turning,
         ),
-        _formula("damper_power", "The power that the damper takes.", (v_r,), power=DAMPER * v_r**2),
+        _formula("damper_power", "Power dissipated by the damper.", (v_r,), power=DAMPER * v_r**2),
         _formula(
             "drive_power",
             "The power of the drive.",
@@ -298,14 +298,14 @@ def _points() -> tuple[Formula, ...]:
         ),
         _formula(
             "load_force",
-            "The constant force on the mass, beside drive and interaction.",
+            "Constant force on the mass besides drive and interaction.",
             (),
             force=LOAD,
         ),
-        _formula("lift_force", "The force that lifts both bodies.", (), force=WEIGHT - LOAD),
+        _formula("lift_force", "Force that lifts both bodies.", (), force=WEIGHT - LOAD),
         _formula(
             "rest_centre",
-            "x_r about which the mass moves at rest without contact.",
+            "Mean x_r of the motion at rest of the capsule without contact.",
             (),
             x_r=STEADY / segment(2).here(STIFFNESS),
         ),
@@ -313,7 +313,7 @@ def _points() -> tuple[Formula, ...]:
 
 
 def _gradients() -> tuple[Formula, ...]:
-    """Gradients of what guards and forces are made of."""
+    """Gradients of the terms of guards and forces."""
     edges: tuple[Formula, ...] = ()
     if PULSES:
         edges = (
@@ -334,21 +334,21 @@ def _gradients() -> tuple[Formula, ...]:
         ),
         _gradient("contact", "the force of the stop's spring", (gap,), P.coeff(kappa) * kappa),
         _gradient(
-            "loss", "the friction of drift of a way, less weight", (way,), friction_of(way) - WEIGHT
+            "loss", "the friction in a direction, less weight", (way,), friction_of(way) - WEIGHT
         ),
         _gradient("lift_force", "the force that lifts both bodies", (), WEIGHT - LOAD),
-        _gradient("limit", "Q less the friction of drift of a way", (way, gap, v_r, *angle), limit),
-        _gradient("slip", "v_c' in drift of a way", (way, *_STATE, *angle), limit / gamma),
+        _gradient("limit", "Q less the friction in a direction", (way, gap, v_r, *angle), limit),
+        _gradient("slip", "v_c' in drift in a direction", (way, *_STATE, *angle), limit / gamma),
         *edges,
     )
 
 
 def _recurrences() -> tuple[Formula, ...]:
-    """Coefficients of power series by those before."""
+    """Coefficients of power series from the preceding ones."""
     return (
         Formula(
             "response_next",
-            "Coefficient n + 2 of a response in h/reach, from the drive's and those before.",
+            "Coefficient n + 2 of a response in h/reach, from the drive's and the last two.",
             (index, reach, source, last, before),
             (("next", _next(Q, source)),),
             sized=True,
@@ -366,7 +366,7 @@ def _recurrences() -> tuple[Formula, ...]:
 
 
 def _change(x: sp.Expr, v: sp.Expr) -> sp.Expr:
-    """The change of P with changes of x_r and v_r."""
+    """Change of P with changes of x_r and v_r."""
     return STIFFNESS * x + DAMPER * v
 
 
@@ -375,13 +375,13 @@ def _rest_force() -> sp.Expr:
 
 
 DRIVEN = v_r if REACTS else v_r + v_c
-"""Velocity that the drive works along: that of the mass, relative to what it pushes back on."""
+"""Velocity along which the drive works: that of the mass, relative to the body it reacts on."""
 GRADIENT = (*STATE, theta, *PARAMETERS)
 """Columns of gradients: state and phase, parameters."""
 
 
 def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: sp.Expr) -> Formula:
-    """The gradient of a function of state and parameters, in an array."""
+    """Gradient of a function of state and parameters, as an array."""
     made = {kappa: STIFF} | ({stop: PLACE} if stop is not front else {})
     parts = {one: sp.Function(f"{one}_of")(*PARAMETERS) for one in made}
     whole = function.subs({one: contact * part for one, part in parts.items()})
@@ -399,12 +399,12 @@ def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: s
 
 
 def _rate_of(wave: sp.Expr) -> sp.Expr:
-    """The rate of what is in proportion to the drive."""
+    """Rate of a function proportional to the drive."""
     return omega * wave.subs(cos_theta, -sin_theta)
 
 
 def places() -> dict[tuple[int, int, int, int], str]:
-    """Surface, line or corner point by the signs of v_c, the gap, v_r, and by what Q exceeds.
+    """Surface, line or corner point by the signs of v_c, the gap and v_r, and by the excess of Q.
 
     Of two stops the gap's sign is -2 on the one behind, and -3 beyond it. The last number is 3 (-3)
     for Q beyond its bound, 2 (-2) for Q on it, else 0; the sign is Q's.
@@ -435,7 +435,7 @@ def places() -> dict[tuple[int, int, int, int], str]:
 
 
 def _in_force(relation: sp.Basic) -> bool:
-    """Whether a relation is about the pull on the other side."""
+    """True if a relation constrains the pull on the other side."""
     return len(relation.free_symbols & {x_r, v_r}) == 2
 
 
@@ -453,6 +453,6 @@ def impact_planes() -> dict[tuple[int, int, int], int]:
 
 
 def edge_planes() -> tuple[int, ...]:
-    """Numbers of the planes of the drive's edges: rise, fall; none without pulses."""
+    """Numbers of the planes of the drive's edges (rise, fall); empty without pulses."""
     last = max(impact_planes().values())
     return (last + 1, last + 2) if PULSED else ()

@@ -2,7 +2,7 @@
 
 A piece is a set of states given by linear relations. Surfaces, lines L1-L4 and L9 are those of
 Eqs. (13)-(14). The lines on P1 = 0, P2 = delta are given here by the sign of v_r and the value of
-P3, which is how the fields tell them apart; Eq. (14) gives them by bounds on v_r that hold for
+P3, by which the fields differ; Eq. (14) gives them by bounds on v_r that hold for
 zeta > 0 and delta < f_b only (see `errata`). That adds the line L10, present when delta > f_b,
 and the points O1, O2 (the corners) and O3 (where the line L9 crosses P1 = 0).
 """
@@ -57,7 +57,7 @@ class Piece:
         return rf"{self.name[0]}_{{{self.name[1:]}}}=\{{{listed}\}}"
 
     def contains(self, state: Iterable[sp.Expr], hypotheses: Iterable[Relation] = ()) -> bool:
-        """Whether a state (x_r, v_r, v_c) lies in the piece whenever the hypotheses hold."""
+        """True if a state (x_r, v_r, v_c) lies in the piece whenever the hypotheses hold."""
         place = dict(zip(STATE, state, strict=True))
         return all(implies(hypotheses, r.subs(place)) for r in self.relations)
 
@@ -71,17 +71,17 @@ def _closed(relation: Relation) -> Relation:
 
 
 def empty(piece: Piece, hypotheses: Iterable[Relation] = ()) -> bool:
-    """Whether the piece holds no state under the hypotheses."""
+    """True if the piece holds no state under the hypotheses."""
     return not consistent([*piece.relations, *hypotheses])
 
 
 def disjoint(first: Piece, second: Piece, hypotheses: Iterable[Relation] = ()) -> bool:
-    """Whether two pieces have no state in common under the hypotheses."""
+    """True if two pieces have no state in common under the hypotheses."""
     return not consistent([*first.relations, *second.relations, *hypotheses])
 
 
 def meets(piece: Piece, point: Piece, hypotheses: Iterable[Relation]) -> bool:
-    """Whether the closure of a piece holds the point (which must exist) under the hypotheses."""
+    """True if the closure of a piece holds the (existing) point under the hypotheses."""
     hypotheses = list(hypotheses)
     return not empty(piece, hypotheses) and all(
         implies([*point.relations, *hypotheses], relation) for relation in piece.closure.relations
@@ -116,7 +116,7 @@ def _numbered(letter: str, pieces: Iterable[tuple[Relation, ...]]) -> tuple[Piec
 
 
 def _surfaces() -> Iterator[tuple[Relation, ...]]:
-    """At rest by contact and force; then impacts of a moving capsule, four a stop."""
+    """Rest by contact and force; then impacts of a moving capsule, four for each stop."""
     for side, force in zip(_SIDES, _FORCES, strict=True):
         for levels in ((_ahead(force),), _within(force), (_behind(force),)):
             yield (_REST, *side, *levels)
@@ -125,10 +125,10 @@ def _surfaces() -> Iterator[tuple[Relation, ...]]:
 
 
 def _lines() -> Iterator[tuple[Relation, ...]]:
-    """Rest at a bound of friction by contact; then a resting capsule's impacts, six a stop.
+    """Rest at a friction bound by contact; then impacts at rest, six for each stop.
 
-    Behind, where all signs are the other way, they are those in front of it as in a mirror. A drive
-    that reacts can pull the capsule back while the mass moves in: a seventh.
+    Those behind mirror those in front, with all signs reversed. A drive that reacts can pull the
+    capsule back while the mass moves in, which adds a seventh.
     """
     for side, force in zip(_SIDES, _FORCES, strict=True):
         yield (_REST, *side, sp.Eq(force, FORWARD))
@@ -147,7 +147,7 @@ def _lines() -> Iterator[tuple[Relation, ...]]:
 
 
 def _points() -> Iterator[tuple[Relation, ...]]:
-    """Corner points of each stop, behind as in a mirror."""
+    """Corner points of each stop; those behind mirror those in front."""
     for plane, levels in zip(_PLANES, ((FORWARD, -BACKWARD), (-BACKWARD, FORWARD)), strict=False):
         yield from ((_REST, plane, sp.Eq(Q3, level)) for level in levels)
         yield _REST, plane, sp.Eq(v_r, 0)
@@ -161,7 +161,7 @@ SURFACES, LINES, POINTS = (tuple(piece.name for piece in pieces) for pieces in _
 
 
 def cell(index: int) -> Piece:
-    """The part of subspace Omega `index` off its boundary: where field F`index` alone acts."""
+    """Interior of subspace Omega `index`, where field F`index` alone acts."""
     field = segment(index)
     side = _SIDES[field.contact]
     if field.stick:

@@ -27,7 +27,7 @@ gap = sp.Symbol("gap", real=True)  # x_r - stop
 
 
 def with_gap(expression: sp.Expr) -> sp.Expr:
-    """The expression with x_r - stop, small and exact near the impact surface, as a variable."""
+    """Expression with x_r - stop, small and exact near the impact surface, as a variable."""
     return expression.subs(x_r - stop, gap)
 
 
@@ -56,17 +56,17 @@ def drive(order: int) -> sp.Expr:
 
 
 def forcing(order: int) -> sp.Expr:
-    """The derivative of this order of what the drive accelerates the relative motion by."""
+    """Derivative of this order of the drive's part in the relative acceleration."""
     return SHARE * drive(order)
 
 
 def reaction(order: int) -> sp.Expr:
-    """The derivative of this order of what the drive takes from the pull on the capsule."""
+    """Derivative of this order of the drive's part in the pull on the capsule."""
     return drive(order) if REACTS else sp.S.Zero
 
 
 def at_angle(expression: sp.Expr) -> sp.Expr:
-    """The expression with the drive at a forcing angle theta."""
+    """Expression with the drive at a forcing angle theta."""
     return expression.subs(DRIVE, drive(0) + LEVEL)
 
 

@@ -1,8 +1,8 @@
 """The linear segments of the declared model, Eqs. (7)-(12) of the capsule, built from its physics.
 
-A segment is a choice of two things: which stop the mass is in contact with, and what friction
-does (drives against forward drift, against backward drift, or holds the capsule). Newton's
-equations of the two bodies then give the field; nothing is typed six times.
+A segment is a choice of two things: the stop that the mass is in contact with, and the mode of
+friction (forward drift, backward drift, or rest). Newton's equations of the two bodies then give
+the field.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ P = MODEL.force
 DRIVE = MODEL.drive_force
 """Force of the drive on the mass."""
 REACTS = MODEL.reacts
-"""Whether the drive pushes the capsule back."""
+"""True if the drive pushes the capsule back."""
 PULL = MODEL.capsule_force
 """Pull Q on the capsule, which friction works against: P, less the drive where that reacts."""
 
@@ -48,26 +48,26 @@ Q3 = PULL.subs({kappa: MODEL.regions[0].stiffness, stop: MODEL.stops[0]})
 FORWARD, BACKWARD = MODEL.bounds[1], MODEL.bounds[-1]
 """Friction bounds: at rest -BACKWARD < Q < FORWARD."""
 LOAD = MODEL.load
-"""Constant force on the mass, beside drive and interaction."""
+"""Constant force on the mass besides drive and interaction."""
 WEIGHT = MODEL.weight
 """Constant force on the capsule backward, which the friction bounds hold."""
 
 high = sp.Symbol("high", nonnegative=True)  # 1 while pulses are at their high level, else 0
 LEVELS: tuple[sp.Expr, ...] = (PULSES.amplitude, PULSES.low) if PULSES else (sp.S.Zero,)
-"""Levels of pulses, the high one first; 0 where the drive is no constant part of a field."""
+"""Levels of pulses, the high one first; 0 if no part of the drive is constant in a field."""
 ANY = -1  # level
 FORCING = sp.S.Zero if PULSED else alpha * sp.cos(omega * tau)
-"""Drive that changes within a segment."""
+"""Drive that varies within a segment."""
 LEVEL = LEVELS[0] * high + LEVELS[1] * (1 - high) if PULSED else sp.S.Zero
-"""Level of pulses in a segment: each is multiplied with 0 or 1, which is exact."""
+"""Level of pulses in a segment: each is multiplied by 0 or 1, which is exact."""
 STEADY = LOAD + LEVEL
-"""Constant force on the mass in a segment, beside interaction: load, and level of pulses."""
+"""Constant force on the mass in a segment besides interaction: load, and level of pulses."""
 
 
 def friction_of(way: sp.Expr) -> sp.Expr:
-    """The friction that drift of a way works against: Q where it begins; 0 at rest, of way 0.
+    """Friction in drift in a direction: Q where that drift begins, and 0 at rest (direction 0).
 
-    Where the bounds differ each is multiplied with 0 or 1, which is exact.
+    If the bounds differ, each is multiplied by 0 or 1, which is exact.
     """
     if FORWARD == BACKWARD:
         return way * FORWARD
@@ -75,7 +75,7 @@ def friction_of(way: sp.Expr) -> sp.Expr:
 
 
 def bound_of(way: sp.Expr) -> sp.Expr:
-    """The friction bound of drift of a way (1, -1), likewise."""
+    """Friction bound of drift in a direction (1, -1), likewise."""
     if FORWARD == BACKWARD:
         return FORWARD
     return FORWARD * (1 + way) / 2 + BACKWARD * (1 - way) / 2
@@ -83,7 +83,7 @@ def bound_of(way: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Segment:
-    """One linear segment: which stop's spring acts, the direction of drift, and a level.
+    """One linear segment: the stop whose spring acts, the direction of drift, and a level.
 
     `drift` is +1 for forward drift, -1 for backward drift and 0 for stick.
     """
@@ -92,7 +92,7 @@ class Segment:
     region: Region
     way: Mode
     level: int = 0
-    """Number of the drive's level, from 0; ANY for `force`."""
+    """Number of the drive's level from 0; ANY for the symbol `force`."""
 
     @property
     def contact(self) -> int:
@@ -101,7 +101,7 @@ class Segment:
 
     @property
     def stop(self) -> sp.Expr:
-        """x_r where its spring acts; without contact where that in front does."""
+        """x_r where the segment's spring begins to act; without contact at the front stop."""
         return MODEL.stops[max(self.contact - 1, 0)]
 
     @property
@@ -122,7 +122,7 @@ class Segment:
 
     @property
     def stick(self) -> bool:
-        """Whether friction holds the capsule at rest."""
+        """True if friction holds the capsule at rest."""
         return self.drift == 0
 
     def here(self, expression: sp.Expr) -> sp.Expr:
@@ -165,7 +165,7 @@ SEGMENTS: tuple[Segment, ...] = tuple(
 )
 """The segments, F1 and so on; with pulses those of the high level, then of the low one."""
 ANY_LEVEL = tuple(Segment(index, *kind, ANY) for index, kind in enumerate(_KINDS, start=1))
-"""The segments of one level of the drive, whichever it is: signs of guards are derived for them."""
+"""Segments for any level of the drive, by which signs of guards are derived."""
 
 
 def segment(index: int) -> Segment:

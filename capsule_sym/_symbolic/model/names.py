@@ -1,4 +1,4 @@
-"""Names that a declaration may give, since generated code uses others."""
+"""Names that a declaration must not use, because generated code uses them."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ _NAMES_TEXT = """
     v_x values velocity velocity_at versine versine2 w way width x_c x_change x_r
 """
 _NAMES = frozenset(_NAMES_TEXT.split())
-"""What generated code and derivations name otherwise."""
+"""Names with another meaning in generated code and derivations."""
 _NUMBERED = re.compile(r"(t|x|p|P_|drive|abs_[xp])\d*|(abs|by|d\d)_\w+|\w+_(gradient|size)")
 _OF_DEVICES_TEXT = """
     acceleration dimensionless displacement energy force friction_force length_scale
     natural_frequency phase ratios scale sqrt tie time v_c v_r velocity x_c x_r
 """
 _OF_DEVICES = frozenset(_OF_DEVICES_TEXT.split())
-"""What a device has beside its quantities, and the start."""
+"""Names that a device has besides its quantities, and those of the start."""
 
 
 def problem(name: str, kind: str) -> str:
-    """What is wrong with the name of a "parameter", a "quantity" or another kind; "" if nothing."""
+    """Reason why a "parameter", "quantity" or another kind must not have this name, or ""."""
     if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) or name in _KEYWORDS:
         return f"{name!r} is no name in C, Python and MATLAB"
     taken = {

@@ -1,4 +1,4 @@
-"""What a declaration is made of: parameters, a device's quantities and units, regions and modes."""
+"""Parts of a declaration: parameters, quantities and units of a device, regions and modes."""
 
 from __future__ import annotations
 
@@ -13,48 +13,48 @@ Slider = tuple[float, float, float]
 
 
 class BadDeclaration(Exception):
-    """A declaration that says what cannot be derived from; its text begins with file and line."""
+    """Raised for a declaration from which no model can be derived; begins with file and line."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A dimensionless parameter, with all that is told of it anywhere."""
+    """A dimensionless parameter, with all its texts and bounds."""
 
     symbol: sp.Symbol
     default: float
     low: float
     high: float
     label: str
-    """A few words, as on an axis."""
+    """Short label, as on an axis."""
     definition: str
     """Its scaling, as in the documentation of `Parameters`."""
     about: str
-    """A sentence for who sees it for the first time."""
+    """Explanatory sentence for a first-time reader."""
     letter: str
     tex: str
     slider: Slider
     si: str
-    """Its relation to the quantities and units of a device; empty if no device is declared."""
+    """Relation to the quantities and units of a device; empty without one."""
 
     @property
     def name(self) -> str:
-        """The name in code."""
+        """Name in code."""
         return str(self.symbol)
 
     @property
     def positive(self) -> bool:
-        """Whether 0 is not allowed."""
+        """True if 0 is not allowed."""
         return self.low > 0
 
     @property
     def signed(self) -> bool:
-        """Whether values below 0 are allowed."""
+        """True if negative values are allowed."""
         return self.low < 0
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of a device in SI units; a value that is its default need not be given."""
+    """A quantity of a device in SI units; one with a default may be omitted."""
 
     name: str
     unit: str
@@ -70,10 +70,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of results that a device has, by its relation to the quantities."""
+    """A unit of results, by its relation to the quantities of a device."""
 
     name: str
-    """That of `PhysicalParameters`, such as friction_force."""
+    """Name in `PhysicalParameters`, such as friction_force."""
     letter: str
     relation: str
     about: str
@@ -91,7 +91,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Mode:
-    """Drift of a way (1, -1) against a friction, or rest (0), which takes what holds it."""
+    """Drift in a direction (1, -1) against friction, or rest (0), held by friction."""
 
     name: str
     way: int
@@ -102,7 +102,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class Drive:
-    """Force that drives the mass: amplitude times a cosine, or pulses between two levels.
+    """Force that drives the mass: an amplitude times a cosine, or pulses between two levels.
 
     Pulses are `amplitude` for a `share` of each period, from its begin on, and `low` for the rest.
     """
@@ -114,22 +114,22 @@ class Drive:
 
     @property
     def pulsed(self) -> bool:
-        """Whether it is constant between edges."""
+        """True if the drive is constant between edges."""
         return self.share is not None
 
 
 def excess(relation: sp.Basic) -> sp.Expr:
-    """The function that is positive where a strict inequality holds."""
+    """Function that is positive where a strict inequality holds."""
     return relation.gts - relation.lts
 
 
-# A relation of a device is text, since SymPy would order its factors anew: every language computes
-# it in the order in which it is written, and comes to the same bits.
+# A relation of a device is text, since SymPy would reorder its factors. Every language computes it
+# in the written order and gets the same bits.
 _NAME = re.compile(r"\b[A-Za-z_]\w*")
 
 
 def read(relation: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
-    """A relation in known names; raises ValueError unless it is one."""
+    """Relation in known names; raises ValueError if it is not one."""
     if unknown := [one for one in _NAME.findall(relation) if one not in {*known, "sqrt"}]:
         raise ValueError(f"unknown symbol {unknown[0]}")
     if not re.fullmatch(r"[\w.\s()+*/-]+", relation) or "**" in relation or "//" in relation:
@@ -141,17 +141,17 @@ def read(relation: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
 
 
 def spelled(relation: str, name: Callable[[str], str], root: str) -> str:
-    """A relation in a language that spells names and the square root so."""
+    """Relation in a language, given its spelling of names and of the square root."""
     return _NAME.sub(lambda one: root if one[0] == "sqrt" else name(one[0]), relation)
 
 
 def substituted(relation: str, texts: Mapping[str, str]) -> str:
-    """A relation with texts in the place of names."""
+    """Relation with texts substituted for names."""
     return _NAME.sub(lambda one: texts.get(one[0], one[0]), relation)
 
 
 def shown(relation: str) -> str:
-    """A relation for readers."""
+    """Relation as readers see it."""
     return relation.replace(" * ", " ")
 
 

@@ -56,7 +56,7 @@ def _cases(constraints: Iterable[Constraint]) -> Iterator[list[Constraint]]:
 
 
 def _satisfiable(constraints: list[Constraint]) -> bool:
-    """Whether some state and some positive parameters satisfy constraints."""
+    """True if some state and some positive parameters satisfy constraints."""
     try:
         unsettled = without(constraints, VARIABLES)
     except Contradiction:
@@ -88,7 +88,7 @@ def _with_numbers(constraints: list[Constraint]) -> Iterator[list[Constraint]]:
 
 
 def _trials(count: int) -> Iterator[tuple[Fraction, ...]]:
-    """Values at which a system may be seen to hold; that it does not there proves nothing."""
+    """Trial values of the parameters; a system that fails at all of them is not refuted."""
     return product((Fraction(1, 16), Fraction(1), Fraction(16)), repeat=count)
 
 
@@ -98,7 +98,7 @@ def _consistent(constraints: tuple[Constraint, ...]) -> bool:
 
 
 def consistent(relations: Iterable[Relation]) -> bool:
-    """Whether some state, force and admissible parameters satisfy all the relations.
+    """True if some state, force and admissible parameters satisfy all the relations.
 
     Raises `Undecided` when the elimination meets a coefficient of unknown sign.
     """
@@ -106,14 +106,14 @@ def consistent(relations: Iterable[Relation]) -> bool:
 
 
 def negations(relation: Relation) -> tuple[Relation, ...]:
-    """The relations of which exactly one holds where the given one does not."""
+    """Relations of which exactly one holds where the given one does not."""
     if isinstance(relation, sp.Eq):
         return sp.Gt(relation.lhs, relation.rhs), sp.Lt(relation.lhs, relation.rhs)
     return (sp.Not(relation),)
 
 
 def implies(hypotheses: Iterable[Relation], conclusion: Relation) -> bool:
-    """Whether the conclusion holds wherever all the hypotheses do."""
+    """True if the conclusion holds wherever all the hypotheses do."""
     hypotheses = list(hypotheses)
     return not any(consistent([*hypotheses, other]) for other in negations(conclusion))
 
@@ -131,7 +131,7 @@ def sign_under(expression: sp.Expr, hypotheses: Iterable[Relation]) -> Sign | No
 def always_solvable(
     hypotheses: Iterable[Relation], relations: Iterable[Relation], unknowns: Iterable[sp.Symbol]
 ) -> bool:
-    """Whether for ALL values that satisfy the hypotheses some unknowns satisfy the relations.
+    """True if for ALL values that satisfy the hypotheses some unknowns satisfy the relations.
 
     The unknowns are among x_r, v_r, v_c, the force and its rate.
     """
@@ -156,8 +156,8 @@ def always_solvable(
 def _simplest(low: Fraction | None, high: Fraction | None, closed: bool) -> Fraction:
     """A rational between the bounds (None for unbounded) with a small denominator.
 
-    `closed` says whether bounds that are equal may be taken themselves. Raises ValueError where
-    there is nothing between them.
+    `closed` allows a bound itself if both bounds are equal. Raises ValueError if no number lies
+    between them.
     """
     if low is None and high is None:
         return Fraction(0)

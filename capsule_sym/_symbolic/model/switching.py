@@ -1,15 +1,15 @@
 """Switching mechanisms on surfaces and lines, and the local maps they allow: Tables 1, 2 and 3.
 
-A trajectory of a field arrives at a boundary point from the field's cell, or departs into it,
-according to the first non-vanishing time derivative of each function that bounds the cell
+A trajectory of a field arrives at a boundary point from the field's cell, or leaves it into the
+cell, according to the first non-vanishing time derivative of each function that bounds the cell
 (velocity of the capsule, penetration, force against the friction bound). Those derivatives are
 the paper's inner products of normals and fields, Eqs. (16)-(23), and the next ones. Their signs
 are decided by `proof`; where a sign depends on state, time or parameters, the point is split into
-the three cases and each carries its condition.
+the three cases, and each part keeps its condition.
 
 Sources and targets of every surface and line follow, and from them the local maps
 P_{target, field, source}. A plane Sigma_1..Sigma_6 holds the points at which the capsule is at
-rest and the motion goes on with field F1..F6; Sigma_7..Sigma_10 hold the impacts of a moving
+rest and the motion continues with field F1..F6; Sigma_7..Sigma_10 hold the impacts of a moving
 capsule. The run-time switching table is emitted from here.
 """
 
@@ -52,7 +52,7 @@ _ORDERS_OF_FORCE = 2
 
 @dataclass(frozen=True)
 class Transition:
-    """On a surface, trajectories from subspace Omega_source go on in Omega_target (Table 1)."""
+    """On a surface, trajectories from subspace Omega_source continue in Omega_target (Table 1)."""
 
     source: int
     surface: str
@@ -122,7 +122,7 @@ def derivatives(expression: sp.Expr, index: int, orders: int) -> tuple[sp.Expr, 
 
 
 class _Split(Exception):
-    """A sign that is not the same all over the piece."""
+    """Raised for a sign that varies over the piece."""
 
     def __init__(self, expression: sp.Expr) -> None:
         self.expression = expression
@@ -141,9 +141,9 @@ def _first_sign(guard: sp.Expr, field: Segment, known: tuple[Relation, ...]) -> 
 
 
 def _passage(field: Segment, known: tuple[Relation, ...]) -> tuple[bool | None, bool | None]:
-    """Whether the field's trajectory through the point comes from, and goes into, its cell.
+    """True if the field's trajectory through the point comes from, and leaves into, its cell.
 
-    None where nothing excludes it and some guard vanishes with all its derivatives.
+    None if nothing excludes it and some guard vanishes with all its derivatives.
     """
     if field.stick and sign_under(v_c, known) != 0:
         return False, False
@@ -171,7 +171,7 @@ def _passage(field: Segment, known: tuple[Relation, ...]) -> tuple[bool | None, 
 
 
 def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
-    """A shorter expression that has the same sign where the equations among the known hold."""
+    """Shorter expression with the same sign where the known equations hold."""
     roots: list[tuple[sp.Expr, sp.Expr]] = []
     for relation in known:
         if isinstance(relation, sp.Eq):
@@ -189,7 +189,7 @@ def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
 
 
 def leaves(piece: Piece, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]:
-    """The parts of a piece on which every field's arrival and departure are decided."""
+    """Parts of a piece on which every field arrives, leaves or does neither."""
     known = (*piece.relations, *condition)
     passages: dict[int, tuple[bool | None, bool | None]] = {}
     try:
@@ -216,7 +216,7 @@ def leaves(piece: Piece, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]
 def leaves_of(name: str) -> tuple[Leaf, ...]:
     """The leaves of a piece by its name; L9 and O1 without the point O3, which has its own.
 
-    Of a second stop these are L17, O4 and O6.
+    With a second stop these are L17, O4 and O6.
     """
     stops, edges = range(len(MODEL.stops)), 2 * len(MODEL.regions)
     impacts = 6 + REACTS  # lines a stop
@@ -230,7 +230,7 @@ def leaves_of(name: str) -> tuple[Leaf, ...]:
 
 
 def surface_transitions() -> tuple[Transition, ...]:
-    """Table 1, derived: where trajectories come from and go to on each surface."""
+    """Table 1, derived: sources and targets of trajectories on each surface."""
     return tuple(
         Transition(source, name, target)
         for name in SURFACES
@@ -301,18 +301,18 @@ def end_planes() -> frozenset[tuple[int, str]]:
 
 
 def momentum(field: Segment) -> sp.Expr:
-    """Capsule's velocity in the sense of drift, less the damper's share (beta, delta: springs).
+    """Capsule's velocity in the direction of drift, without the damper's part.
 
-    Its rate along a drift field holds the springs and friction only: the damper's impulse
-    2 zeta (x_r - stop) / gamma is taken out.
+    Its rate along a drift field contains springs and friction only; the damper's impulse
+    2 zeta (x_r - stop) / gamma is subtracted.
     """
     return field.drift * (v_c - P.diff(v_r) * (x_r - field.stop) / gamma)
 
 
 def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
-    """Whether a drift that begins at an impact of the moving capsule cannot end at rest.
+    """True if a drift that begins at an impact of the moving capsule cannot end at rest.
 
-    So it is when `momentum` is positive at the impact, never decreases in the cell, and is not
+    That holds if `momentum` is positive at the impact, never decreases in the cell, and is not
     positive where the capsule is at rest.
     """
     *sides, speed = field.guards
@@ -329,7 +329,7 @@ def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
 
 
 def allowed_maps(hypotheses: Iterable[Relation]) -> frozenset[LocalMap]:
-    """The local maps that nothing excludes where the hypotheses on the parameters hold."""
+    """Local maps that nothing excludes under the hypotheses on the parameters."""
     hypotheses = list(hypotheses)
     possible = [e for e in _events() if consistent([*e.relations, *hypotheses])]
     barred = {
@@ -348,8 +348,8 @@ def allowed_maps(hypotheses: Iterable[Relation]) -> frozenset[LocalMap]:
 def local_maps() -> tuple[LocalMap, ...]:
     """Table 3, derived: the local maps that occur for some parameters, in the paper's order.
 
-    A map leads a field from a plane where it can begin to a plane where it can end. That each of
-    them does occur is shown by the witnesses of `reachability`.
+    A map takes a field from a plane where it can begin to a plane where it can end. Witnesses of
+    `reachability` show that each of them occurs.
     """
     maps = frozenset[LocalMap]().union(*(allowed_maps([r]) for r in SCENARIOS.values()))
     return tuple(sorted(maps, key=_table_order))

@@ -16,20 +16,20 @@ MODEL = declaration.chosen()
 tau = declaration.tau
 PULSES = MODEL.drive if MODEL.drive and MODEL.drive.pulsed else None
 PULSED = PULSES is not None
-"""Whether the drive is constant between edges."""
+"""True if the drive is constant between edges."""
 PARAMETERS = tuple(parameter.symbol for parameter in MODEL.parameters)
 
 alpha = MODEL.symbol("alpha")  # amplitude of the drive, and its frequency
 omega = MODEL.symbol("omega")
 gamma = MODEL.symbol("gamma")  # mass ratio
 
-# x_r at the stop in front; and where the spring of a field acts, which one stop has for all fields.
+# x_r at the stop in front, and where the spring of a field acts; with one stop the same for all.
 front = MODEL.stops[0]
 stop = front if len(MODEL.stops) == 1 else MODEL.stop
 
 
 def __getattr__(name: str) -> sp.Symbol:
-    """A parameter of the model by its name."""
+    """Parameter of the model by its name."""
     try:
         return MODEL.symbol(name)
     except KeyError:
@@ -41,7 +41,7 @@ STATE = MODEL.state
 x_r, v_r, v_c = STATE
 x_c = sp.Symbol("x_c", real=True)
 
-# Where the force of the excitation, which is bounded by alpha, stands for itself.
+# Force of the excitation as a symbol of its own, bounded by alpha.
 force = declaration.force  # alpha cos(omega tau), or the level of pulses
 force_rate = sp.Symbol("u1", real=True)  # its time derivative
 

@@ -1,9 +1,9 @@
 """Quantities, units and parameters that declarations share, by the parts of a capsule.
 
-Each has the facts that a word of `Model` takes: with a `measure` it is a quantity of the device in
-SI units, with a `relation` a unit of results, else a dimensionless parameter with its relation `si`
+Each has the facts of a method of `Model`: with a `measure` it is a quantity of the device in SI
+units, with a `relation` a unit of results, else a dimensionless parameter with its relation `si`
 to the device. A relation is text, computed in the order in which it is written. A scene chooses
-parts and gives values. A part of its own replaces single facts.
+parts and gives values; a part of its own replaces single facts.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ BODIES: Part = {
 
 
 def harmonic(acts: str = "that drives the inner mass") -> Part:
-    """A drive by a cosine; on what it acts, in words."""
+    """A cosine drive; `acts` describes the body that the force acts on."""
     return {
         "P_d": dict(
             measure="N", between=(0, 1e9), label="amplitude of the excitation",
@@ -106,7 +106,7 @@ FRICTION: Part = {
 
 
 def pulses(acts: str = "that drives the inner mass") -> Part:
-    """A drive of two levels; on what it acts, in words."""
+    """A drive of two levels; `acts` describes the body that the force acts on."""
     return {
         "P_d": dict(
             measure="N", between=(0, 1e9), label="force of the pulse",

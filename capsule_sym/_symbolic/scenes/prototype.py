@@ -2,8 +2,8 @@
 
 The mass is driven by u = alpha in the first part D of each period, and by alpha_low in the rest; it
 meets a stop in front and one behind. Gravity pulls both bodies down the slope, as in the scene
-`slope`. Friction alone holds the mean of the drive: where alpha D is above f_plus + s, the capsule
-is driven faster without end. The unit of force is the friction P_f on the slope, that of length
+`slope`. Friction alone limits the mean of the drive: where alpha D is above f_plus + s, the capsule
+accelerates without end. The unit of force is the friction P_f on the slope, that of length
 P_f / k1, and that of time sqrt(M_m / k1). The device's values are assumptions of the size of
 published prototypes.
 """

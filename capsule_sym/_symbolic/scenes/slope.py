@@ -1,7 +1,7 @@
 """The capsule of the paper on a slope: gravity pulls both bodies backward, down the slope.
 
-Forward is up the slope. On the mass gravity is the bias s; for the capsule it makes the friction
-bound f_plus of going up larger, and f_minus of going down smaller, which may have a friction
+Forward is up the slope. On the mass gravity is the bias s. For the capsule it increases the
+friction bound f_plus of going up and decreases f_minus of going down, which may have a friction
 coefficient of its own. The unit of force is the friction P_f on the slope, that of length
 P_f / k1, and that of time sqrt(M_m / k1).
 """

@@ -1,4 +1,4 @@
-"""Backends: for each language that is generated, how it is spelled and what is written in it."""
+"""Backends: for each generated language its spelling and its files."""
 
 from capsule_sym.codegen._backend import Backend
 from capsule_sym.codegen.backends.c import C

@@ -32,7 +32,7 @@ class C(Backend):
     }
 
     def function(self, kernel: Kernel) -> str:
-        """A kernel as a function that returns a struct of its own."""
+        """Kernel as a function that returns a struct of its own."""
         returned = f"{kernel.name}_results"
         doubles = "".join(f", double {name}" for name in kernel.arguments)
         results = ", ".join(map(self.expression, kernel.results))
@@ -45,12 +45,12 @@ class C(Backend):
         )
 
     def voided(self, kernel: Kernel) -> str:
-        """A line for what is given and not used, of which compilers warn."""
+        """Line that uses unused arguments, of which compilers warn."""
         names = [*(() if kernel.constants else ("c",)), *self.unused(kernel)]
         return f"    {', '.join(f'(void){name}' for name in names)};\n" if names else ""
 
     def laid_out(self, text: str) -> str:
-        """The text with long lines broken."""
+        """Text with long lines broken."""
         return wrapped(text)
 
     def texts(self) -> dict[str, str]:
@@ -79,7 +79,7 @@ class C(Backend):
     def cases(self, number: str, own: dict[sp.Symbol, sp.Symbol]) -> str:
         """Cases of a switch by a field's number, which assign its mode and its constants.
 
-        Whole numbers are written as `number`, parameters as their `own` symbols.
+        Integers are written as `number`, parameters as their `own` symbols.
         """
         text = ""
         for one in SEGMENTS:
@@ -102,7 +102,7 @@ class Real(C):
     assign = "const real {} = {};"
 
     def function(self, kernel: Kernel) -> str:
-        """A kernel as a function that returns its result, or writes its results."""
+        """Kernel as a function that returns its result, or writes its results."""
         given = [f"const {self.constants} *c", *(f"{self.kind} {a}" for a in kernel.arguments)]
         results = [self.expression(result) for result in kernel.results]
         returned = "void"
@@ -133,7 +133,7 @@ class Bound(Real):
 
 
 def _used_parameters() -> str:
-    """Parameters that constants are made from, as names of their own."""
+    """Parameters in the constants, as variables."""
     values = [value for segment in SEGMENTS for _, value in segment_constants(segment.index)]
     used = (set() if PULSED else {omega}).union(*(value.free_symbols for value in values))
     names = (p.name for p in PARAMETERS if p in used)

@@ -1,4 +1,4 @@
-"""The interface of the C library, in C."""
+"""Interface of the C library, in C."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _enum(enum: Entry) -> str:
 
 
 def _struct(struct: Entry, interface: Interface) -> str:
-    """A struct, and the offsets of its members."""
+    """Struct, and the offsets of its members."""
     name = f"capsule_{struct['name']}"
     rows = "".join(
         f"    {kind} {interface.spelt_all(names)};{f' /* {doc} */' if doc else ''}\n"

@@ -1,4 +1,4 @@
-"""Cython: what the binding knows of the C library."""
+"""Cython: declarations of the C library for the binding."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ _LIBRARY = Path(__file__).resolve().parents[3] / "_native" / "capsule.h"
 
 
 class Cython(Backend):
-    """Declarations, from the interface and from the headers in C."""
+    """Declarations from the interface and from the C headers."""
 
     comment = "#"
     files: ClassVar = {"c/capsule_interface.pxi": "interface.pxi.in"}

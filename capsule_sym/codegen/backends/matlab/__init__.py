@@ -28,7 +28,7 @@ class Matlab(Backend):
     }
 
     def function(self, kernel: Kernel) -> str:
-        """A kernel as a function."""
+        """Kernel as a function."""
         given, returned = ", ".join(("c", *kernel.arguments)), f"[{', '.join(kernel.returns)}]"
         # All at once: a result may have an argument's name.
         results = ", ".join(map(self.expression, kernel.results))
@@ -38,7 +38,7 @@ class Matlab(Backend):
         )
 
     def laid_out(self, text: str) -> str:
-        """The text with long lines continued."""
+        """Text with long lines continued."""
         return wrapped(text, " ...", self.comment)
 
     def texts(self) -> dict[str, str]:

@@ -21,7 +21,7 @@ from capsule_sym.codegen.backends.python.spelling import PythonSpelling
 
 
 class Python(PythonSpelling):
-    """What Python needs of the model beside the kernels."""
+    """Python code of the model besides the kernels."""
 
     files: ClassVar = {
         "__init__.py": "package.py.in",
@@ -52,7 +52,7 @@ class Python(PythonSpelling):
 
 
 def _table() -> dict[str, object]:
-    """The switching table, and what else follows from signs."""
+    """Switching table, and other tables by signs."""
     return {
         "TRANSITIONS": _transitions(),
         "LOCAL_MAPS": frozenset(_local_maps()),
@@ -81,7 +81,7 @@ def _fields() -> str:
 
 
 def _enum(enum: Entry) -> str:
-    """An enumeration, and its values in words."""
+    """Enumeration, and the names of its values."""
     rows = "".join(
         f"    {name.upper().replace('-', '_')} = {value}\n"
         for value, name in enumerate(enum["values"])
@@ -95,7 +95,7 @@ def _enum(enum: Entry) -> str:
 
 
 def _dtype(struct: Entry, interface: Interface) -> str:
-    """The dtype of a struct."""
+    """Dtype of a struct."""
     rows = "".join(
         f'        ("{name}", "{_DTYPES[kind]}"{shape}),\n'
         for name, kind, length in members(struct)
@@ -117,13 +117,13 @@ _ABOUT = {
 
 
 def _printed(matrix: Matrix) -> str:
-    """The entries of a matrix that are not 0."""
+    """Non-zero entries of a matrix."""
     found = [f"({i}, {j}, {pycode(value)})" for i, j, value in entries(matrix)]
     return f"({', '.join(found)},)" if found else "()"
 
 
 def _by(matrix: Matrix) -> str:
-    """The same of a matrix's derivatives, by the parameters that it depends on."""
+    """Non-zero entries of a matrix's derivatives, by the parameters that it depends on."""
     slopes = {p: [[sp.diff(value, p) for value in row] for row in matrix] for p in _VARIED}
     return ", ".join(f'"{p}": {_printed(m)}' for p, m in slopes.items() if entries(m))
 

@@ -42,25 +42,25 @@ _ABOUT = {
     "SCENE": "Name of the scene.",
     "PARAMETERS": "Parameters of the model, in their order.",
     "STATE": "Symbols of the state.",
-    "DEFAULTS": "Parameters that are not given.",
-    "RANGES": "Least and largest value that a run takes.",
+    "DEFAULTS": "Default values of the parameters.",
+    "RANGES": "Least and largest value in a run.",
     "POSITIVE": "Parameters, dimensionless and of a device, above 0.",
     "SIGNED": "Parameters of either sign; all others are at least 0.",
-    "LABELS": "Names of parameters and state in words.",
-    "TEX": "Their symbols in TeX.",
+    "LABELS": "Labels of parameters and state.",
+    "TEX": "Symbols of parameters and state in TeX.",
     "DEVICE": "Quantities of a device with their units, in their order.",
-    "DEVICE_LABELS": "Their names in words.",
-    "DEVICE_DEFAULTS": "Those that need not be given.",
-    "DRIVEN": "Quantities to which one parameter is in proportion, it, and their units.",
-    "BOUNDS": "The friction bounds, by the way of drift.",
-    "SYMMETRIC": "Whether a motion without contact has a mirror image, half a period later.",
+    "DEVICE_LABELS": "Labels of the quantities.",
+    "DEVICE_DEFAULTS": "Defaults of optional quantities.",
+    "DRIVEN": "Quantities proportional to one parameter: that parameter and the units.",
+    "BOUNDS": "Friction bounds, by the direction of drift.",
+    "SYMMETRIC": "True if a motion without contact has a mirror image, half a period later.",
     "STOPS": "Distances of the stops, in front and behind, and the stiffnesses of their springs.",
-    "FIELDS": "Fields by number: contact (1 in front, 2 behind, 0 none), drift's way (0 at rest).",
-    "FIELD_OF": "Number of the field by both; of that at a low level it is as many more.",
+    "FIELDS": "Fields by number: contact (1 in front, 2 behind, 0 none), drift (1, -1, 0 at rest).",
+    "FIELD_OF": "Number of the field by both, at the high level of the drive.",
     "LEVELS": "Level of the drive in each field: 0 is the high one of pulses, 1 the low one.",
-    "PULSED": "Whether the drive is constant but for a rise and a fall in each period.",
-    "REACTS": "Whether the drive pushes back on the capsule.",
-    "LIFTS": "Whether progression lifts the bodies against a constant force, as on a slope.",
+    "PULSED": "True if the drive is constant except for a rise and a fall in each period.",
+    "REACTS": "True if the drive pushes back on the capsule.",
+    "LIFTS": "True if progression lifts the bodies against a constant force, as on a slope.",
     "MODES": "Modes of operation of the fields in the paper's notation, in their order.",
 }
 
@@ -98,7 +98,7 @@ def values() -> dict[str, Any]:
 
 
 def _relations() -> str:
-    """The device's units as properties, and the method `ratios`, of which each is a relation."""
+    """Units of a device as properties, and the method `ratios`, each from a relation."""
     own = {unit.letter: unit.name for unit in MODEL.units}
 
     def written(relation: str) -> str:

@@ -1,4 +1,4 @@
-"""Functions in Python, for any numbers that have its operators, and what its kernels share."""
+"""Functions in Python, for any numbers with its operators, and the base of its kernels."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ _VALUE = re.compile(r"(\s*(?:\w+ =|return) )(.*)")
 
 
 class PythonSpelling(Backend):
-    """How all that is Python spells functions."""
+    """Spelling of functions in all Python code."""
 
     printer = _Printer()
     comment = "#"
 
     def function(self, kernel: Kernel, kind: str = "") -> str:
-        """A kernel as a function, whose numbers are annotated as a kind if there is one.
+        """Kernel as a function, whose numbers are annotated as a kind if there is one.
 
-        What another model needs of it may be left out: last arguments that it does not use.
+        Last arguments that only other models use may be omitted.
         """
         names, unused = ["c", *kernel.arguments], self.unused(kernel)
         given = [f"{name}: {kind}" if kind else name for name in names]
@@ -62,7 +62,7 @@ class PythonSpelling(Backend):
         )
 
     def laid_out(self, text: str) -> str:
-        """The text with long lines broken, which Python allows within brackets."""
+        """Text with long lines broken, which Python allows within brackets."""
         lines = text.splitlines()
         for i, line in enumerate(lines):
             if len(line) > WIDTH and (found := _VALUE.fullmatch(line)):
@@ -72,7 +72,7 @@ class PythonSpelling(Backend):
 
 
 def _is_in_brackets(text: str) -> bool:
-    """Whether the bracket that a text begins with is closed by its last character."""
+    """True if the first bracket of a text is closed by its last character."""
     depth = 0
     for i, letter in enumerate(text):
         depth += (letter in "([{") - (letter in ")]}")

@@ -1,4 +1,4 @@
-"""TypeScript: what the explorer's page knows of the model and of the C library's records."""
+"""TypeScript: facts of the model and of the C library's records, for the explorer's page."""
 
 import ast
 import json
@@ -39,7 +39,7 @@ class TypeScript(Backend):
             for index, (contact, drift) in known["FIELDS"].items()
         }
         pulses = (PULSES.amplitude, PULSES.low, PULSES.share) if PULSES else ()
-        # What events are named by: lines and corner points, not surfaces.
+        # Names of events: lines and corner points, not surfaces.
         named = {",".join(map(str, at)): name for at, name in places().items() if name[0] != "S"}
         scales = (f"  const {u.letter} = {_relation(u.relation)};" for u in MODEL.units)
         ratios = (f"      {p.name}: {_relation(p.si)}," for p in MODEL.parameters if p.si)
@@ -71,13 +71,13 @@ class TypeScript(Backend):
 
 
 def _about() -> str:
-    """The first sentence of the declaration."""
+    """First sentence of the declaration."""
     text = ast.get_docstring(ast.parse(declaration.path().read_text(encoding="utf-8"))) or ""
     return " ".join(text.partition("\n\n")[0].split())
 
 
 def _record(struct: Entry, interface: Interface) -> str:
-    """A reader of a record, and its size; each member lies at a multiple of its own."""
+    """Reader of a record, and its size; each member is aligned to its own size."""
     offset, rows = 0, ""
     for name, kind, length in members(struct):
         size = SIZES[kind]
@@ -101,7 +101,7 @@ def _relation(relation: str) -> str:
 
 
 def _field(one: Any, value: float, **more: str) -> dict[str, object]:
-    """A field of the page from a parameter or a quantity."""
+    """Field of the page from a parameter or a quantity."""
     return {
         **{"kind": "number", "symbol": one.letter, "name": one.label},
         **{"low": one.low, "high": one.high, "value": value},
