@@ -33,7 +33,7 @@ LIBRARY = (
     *("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c", "linear.c", "equations.c"),
     *("blocks.c", "shooting.c", "sensitivities.c", "orbit.c", "metrics.c", "extrema.c"),
 )
-"""What of the C library the page needs: no lanes, no fused multiply-adds."""
+"""Parts of the C library that the page needs: no lanes, no fused multiply-adds."""
 FLAGS = (
     *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-O3", "-ffp-contract=off"),
     *("-Wall", "-Wextra", "-Werror", "-Wno-bitwise-instead-of-logical"),
@@ -62,7 +62,7 @@ def digest() -> str:
 
 
 def stale() -> str:
-    """Why the page is not that of the sources; empty if it is."""
+    """Reason why the page is out of date; empty if it is not."""
     try:
         page = PAGE.read_text(encoding="utf-8")
     except OSError as error:
@@ -70,7 +70,7 @@ def stale() -> str:
     found = re.search(r'name="capsule-sym-digest" content="(\w+)"', page)
     if found and found[1] == digest():
         return ""
-    return f"{PAGE.name} was built from other sources; build it anew: make explorer"
+    return f"{PAGE.name} was built from other sources; build it again: make explorer"
 
 
 def build() -> None:

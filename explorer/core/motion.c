@@ -36,7 +36,7 @@ static int nearly(void)
     return 0;
 }
 
-/* Whether deviations die away: all roots of z^3 - trace z^2 + minors z - determinant are within the unit
+/* True if deviations decay: all roots of z^3 - trace z^2 + minors z - determinant are within the unit
    circle (Jury's conditions). */
 static int contracts(const double m[CAPSULE_STATE_COUNT * CAPSULE_STATE_COUNT])
 {
@@ -105,7 +105,7 @@ static int repeats(void)
 }
 
 /* The motion that the run comes to from where `start` put it: after so many periods, or early, as soon as it
-   is steady. What repeats to the last bit is not run again, if not early: only the rest that a whole number
+   is steady. A motion that repeats to the last bit is not run again, if not early: only the rest that a whole number
    of repetitions leaves. */
 EXPORT(attain) capsule_stop attain(double periods, int early)
 {

@@ -43,8 +43,8 @@ EXPORT(take) int take(int first)
 
 /* Solves the orbit's equations at the given parameters; or, where `held` is not below 0, with this unknown
    held and the parameter `free` in its place: 0 to 2 the state, 3 the angle, then the durations. So a branch
-   is followed through its folds, where no parameter could be held, and a segment held at 0 is a bifurcation.
-   What is found: the monodromy matrix, x_c's advance, residual, the parameter `free`; of the held segment
+   is followed through its folds, where no fixed parameter would do, and a fixed segment of duration 0 is a bifurcation.
+   Results: the monodromy matrix, x_c's advance, residual, the parameter `free`; of the held segment
    also the state at its start, P, and the fields about it. It takes the orbit's place if it is to be kept.
    0, and the orbit as it was, where Newton's method fails, or a duration is below 0. */
 EXPORT(solve) int solve(int held, double at, int free, int keep)

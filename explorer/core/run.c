@@ -39,7 +39,7 @@ EXPORT(start) void start(double x_r, double v_r, double v_c, double phase)
     count = 0;
 }
 
-/* Goes on for so many periods, which are counted; what is recorded begins at period 0. */
+/* Continues for so many periods, which are counted; what is recorded begins at period 0. */
 static capsule_stop go_on(double periods, const capsule_request *request)
 {
     const capsule_stop stop = capsule_run(&map, &run.state, (int64_t)periods, request, &count, &left_open);
@@ -48,7 +48,7 @@ static capsule_stop go_on(double periods, const capsule_request *request)
     return stop;
 }
 
-/* Goes on for so many periods; the last STROBES states at their ends are kept. */
+/* Continues for so many periods; the last STROBES states at their ends are kept. */
 EXPORT(settle) capsule_stop settle(double periods)
 {
     const double last = fmin(periods, STROBES), first = floor(periods - last);

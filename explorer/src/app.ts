@@ -1,4 +1,4 @@
-// The page's state, and who is told of its changes.
+// State of the page, and notification of its changes.
 import { themeOf } from "./draw/colours.ts";
 import type { Theme } from "./draw/colours.ts";
 import type { Core } from "./core.ts";
@@ -12,9 +12,9 @@ type Listener = (state: State, before: State) => void;
 export class App {
   state: State;
   theme: Theme;
-  /** Why the address was refused, if it was. */
+  /** Reason why the address was refused, if it was. */
   refused: string;
-  /** Why a worker gave up, if one did. */
+  /** Reason why a worker failed, if one did. */
   failed = "";
   private readonly listeners: Listener[] = [];
   private writing = 0;
@@ -57,7 +57,7 @@ export class App {
     this.listeners.push(listener);
   }
 
-  /** Changes the state if that is allowed; says what is wrong otherwise. */
+  /** Changes the state if that is allowed; otherwise returns the message. */
   change(change: Partial<State>): string {
     const next = { ...this.state, ...change };
     // The motion starts where it did, in the other units.
@@ -110,7 +110,7 @@ export class App {
     clearTimeout(this.writing);
     this.gesture++;
     if (sceneOf(fragment) !== SCENE) {
-      // A page is of one scene. What is no part of the address goes on with its entry in the history.
+      // A page is of one scene. Data that are not in the address stay with their entry in the history.
       history.replaceState({ dark: this.theme.dark }, "");
       location.reload();
       return;

@@ -18,20 +18,20 @@ export interface Region {
   periodNumber: number;
   /** The motion of the first cell that was found in it. */
   cell: Cell;
-  /** Whether it is one attractor, and not all motions of its itinerary. */
+  /** True for one attractor, and not all motions of its itinerary. */
   alone: boolean;
 }
 
-/** What gives jobs to workers. */
+/** Source of the workers' jobs. */
 export type Giver = Pick<Pool, "give" | "cancel">;
 
 export class Chart {
   size = 0;
   regions: Region[] = [];
-  /** By cell: the region's number, -1 unknown, -2 not periodic, -3 left open. */
+  /** By cell: the region's number, -1 unknown, -2 not periodic, -3 undecided. */
   of = new Int32Array(0);
   progressions = new Float64Array(0);
-  /** What is said beside its axes: of a device, too, they have no units. */
+  /** Text beside its axes, which have no units even for a device. */
   plainly = "";
   x: Axis = "alpha";
   y: Axis = "gamma";
@@ -242,7 +242,7 @@ export class Chart {
   }
 }
 
-/** Whether two motions of one system are one: of equal itinerary, period number and mean state at phase 0. */
+/** True if two motions of one system agree: equal itinerary, period number and mean state at phase 0. */
 function near(one: Cell | undefined, other: Cell): boolean {
   return one?.periodNumber === other.periodNumber
     && one.mean.every((value, k) => Math.abs(value - (other.mean[k] ?? NaN)) <= SAME * (1 + Math.abs(value)));

@@ -47,12 +47,12 @@ export interface Steady {
   switches: number;
   /** The field at the end of the run, if it is proved never to be left. */
   never: number;
-  /** Whether Newton's method led to it, from a run that settles slowly. */
+  /** True if found by Newton's method, from a run that settles slowly. */
   byNewton: boolean;
 }
 
 export interface Closed {
-  /** Whether Newton's method closed the orbit. */
+  /** True if Newton's method converged. */
   converged: boolean;
   matrix: Matrix;
   advance: number;
@@ -209,7 +209,7 @@ export class Core {
     return Float64Array.from(rows);
   }
 
-  /** Where the first whole cycle of the motion starts among the recorded segments; -1 if none does. */
+  /** Start of the first whole cycle of the motion among the recorded segments; -1 if none does. */
   private cycleStart(segments: readonly Segment[]): number {
     const first = segments.findIndex((_, i) => (segments[i - 1]?.target ?? 0) > 0);
     return first + this.motion().switches <= segments.length ? first : -1;
@@ -249,7 +249,7 @@ export class Core {
     return { value: this.numbers[MATRIX + 2] ?? NaN, matrix: this.matrix };
   }
 
-  /** Where the orbit starts: x_r, v_r, v_c and the forcing angle. */
+  /** Start of the orbit: x_r, v_r, v_c and the forcing angle. */
   orbitStart(): number[] {
     return [...this.unknowns.subarray(0, DURATION)];
   }
@@ -319,7 +319,7 @@ export class Core {
     if (recorded !== "done" && recorded !== "full") return { ...open, stop: recorded };
     const segments = this.segments();
     const first = m ? this.cycleStart(segments) : 1;
-    if (first < 0 && switches) return { ...open, stop: "full" as const }; // longer than what is recorded: not told from others
+    if (first < 0 && switches) return { ...open, stop: "full" as const }; // longer than the record: not distinguished
     const cycle = first < 0 ? [] : segments.slice(first, m ? first + switches : segments.length);
     if (early || !cycle.length) return { ...motion, cycle };
     this.c.energies(first, first + cycle.length);

@@ -41,7 +41,7 @@ export const withUnit = (name: string, unit: Unit): string => (unit.name ? `${na
 
 export const dimensionless = (d: Device): Record<Parameter, number> => ({ ...DEFAULTS, ...MODEL.related(d).ratios });
 
-/** Whether the device's scales can be represented; "" or what is wrong. */
+/** Message if the device's scales cannot be represented, else "". */
 export function problem(d: Device): string {
   const { force, time, length } = scales(d);
   const fine = [force, time, length].every((value) => Number.isFinite(value) && value > 0);

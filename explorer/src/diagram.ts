@@ -33,7 +33,7 @@ export class Diagram {
   x: Parameter = "alpha";
   range: readonly [number, number] = [0, 1];
   omega = 1;
-  /** What is said beside its axes: of a device, too, they have no units. */
+  /** Text beside its axes, which have no units even for a device. */
   plainly = "";
   started = 0;
   /** Milliseconds from the start to the last column; 0 while it is under way. */
@@ -134,7 +134,7 @@ export class Diagram {
       const known = this.marks[same];
       if (!known) this.marks.push(mark);
       else {
-        // Found from both sides: of two motions each has told one.
+        // Found from both sides: each gave one of two motions.
         const better = mark.doubt < known.doubt ? mark : known;
         this.marks[same] = { ...better, before: known.before || mark.before, after: known.after || mark.after };
       }
@@ -165,7 +165,7 @@ export class Diagram {
     return { value: values[index] ?? NaN, column: columns[index] };
   }
 
-  /** What of a column is drawn for a quantity. */
+  /** Values of a column drawn for a quantity. */
   values(column: Column, x: number, quantity: Quantity): number[] {
     if (column.stop !== "done") return [];
     switch (quantity) {

@@ -53,7 +53,7 @@ export const STARTS = ["x_r", "v_r", "v_c"] as const;
 /** Of each parameter its default. */
 export const DEFAULTS = ofParameters((field) => field.value);
 
-// Where the paper looks; elsewhere about the default.
+// Ranges of the paper; otherwise about the default.
 const LOOKED: Record<string, readonly [number, number]> = {
   alpha: [0.005, 2], omega: [0.3, 1.6], delta: [0, 0.5], zeta: [0.01, 0.5], beta: [0, 10], gamma: [1, 5], f_b: [0.5, 1.5],
 };

@@ -16,7 +16,7 @@ const surface = (of: number): string => SURFACES[DRIFTS.indexOf(of)] ?? "";
 
 const SIDES = MODEL.SPRINGS.length > 1 ? ["no contact", "contact in front", "contact behind"] : ["no contact", "contact"];
 
-/** A field in words. */
+/** Description of a field. */
 export const meaning = (field: number): string =>
   `${SIDES[contact(field)] ?? ""}, the capsule ${sticks(field) ? "sticks" : `drifts ${surface(drift(field))}`}${PULSES.length ? `, the drive is ${level(field) ? "low" : "high"}` : ""}`;
 
@@ -36,7 +36,7 @@ export function cyclicStart(fields: readonly number[]): number {
   return best;
 }
 
-/** Whether ranks[i:] + ranks[:i] is less than ranks[j:] + ranks[:j]. */
+/** True if ranks[i:] + ranks[:i] is less than ranks[j:] + ranks[:j]. */
 function before(ranks: readonly number[], i: number, j: number): boolean {
   const n = ranks.length;
   for (let k = 0; k < n; k++) {
@@ -50,7 +50,7 @@ export function rotated<T>(items: readonly T[], by: number): T[] {
   return [...items.slice(by), ...items.slice(0, by)];
 }
 
-/** How the segment of a field ends at an edge of the drive, before that of another; "" where it ends at no edge. */
+/** Description of the edge of the drive that ends a field's segment before another's; "" for no edge. */
 export const edgeOf = (field: number, next: number): string =>
   level(field) === level(next) ? "" : `${level(next) ? "fall" : "rise"} of the drive`;
 
@@ -80,7 +80,7 @@ export const digits = (fields: readonly number[]): string => written(rotated(fie
 
 export const spelled = (itinerary: string): string => numbers(itinerary).map((number) => `F${number}`).join(" ");
 
-/** Whether one itinerary is the other one twice. */
+/** True if one itinerary is the other one twice. */
 export const doubled = (long: string, short: string): boolean =>
   short !== "" && long === short + BETWEEN + short;
 

@@ -1,8 +1,8 @@
-// What the page asks of its workers, and what they answer.
+// Jobs of the page for its workers, and their results.
 import type { Axis, Parameter } from "./fields.ts";
 import type { Cell, Column, Parameters, Triple } from "./core.ts";
 
-/** Where runs begin: a state, and the time within the excitation period. */
+/** Start of runs: a state, and the time within the excitation period. */
 export interface Start {
   state: Triple;
   phase: number;
@@ -16,7 +16,7 @@ export interface SweepJob {
   values: number[];
   periods: number;
   start: Start;
-  /** Whether a column begins where the one before it ended. */
+  /** True if a column begins at the end of the last one. */
   onward: boolean;
 }
 

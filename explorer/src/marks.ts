@@ -16,16 +16,16 @@ const EARLY = 0.25; // of the first interval: how far beside a smooth bifurcatio
 const SETTLED = 1e-3; // of the first interval: no wider than that, what is between the sides is one event
 const LONG = 50; // times the periods of a column: after so many a motion is no transient any more
 
-/** What the search asks of the library. */
+/** Functions of the library that the search uses. */
 export type Runner = Pick<Core, "prepare" | "start" | "column" | "settle" | "steady" | "record" | "closed" | "follow" | "along" | "orbitStart" | "orbitWithin" | "segments" | "durations" | "bifurcation">;
 
-/** A run that was not finished says nothing of the motion. */
+/** An unfinished run gives no information on the motion. */
 class Unfinished extends Error {}
 
 export function marksBetween(core: Runner, job: MarkJob): Mark[] {
   const marks: Mark[] = [];
   const open = (why: string): Mark => {
-    // The search goes upwards: what it has told of counts, the rest of the interval is open.
+    // The search goes upwards: results so far count, the rest of the interval is open.
     const high = Math.max(job.from, job.to);
     const low = Math.max(Math.min(job.from, job.to), ...marks.map((mark) => mark.value));
     return { name: `left open: ${why}`, exact: false, before: "", after: "", start: job.start, value: (low + high) / 2, doubt: (high - low) / 2 };
@@ -87,7 +87,7 @@ function split(core: Runner, job: MarkJob, low: Side, high: Side, marks: Mark[],
   split(core, job, between, high, marks, depth + 1);
 }
 
-/** Where one motion ends and another begins, what lies between may be a long way from one to the other. */
+/** Between the end of one motion and the start of another there may be a long way. */
 function joined(core: Runner, job: MarkJob, marks: Mark[]): Mark[] {
   const kept = [...marks].sort((a, b) => a.value - b.value);
   for (let i = 0; i + 1 < kept.length; i++) {

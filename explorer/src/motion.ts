@@ -16,7 +16,7 @@ export interface Motion {
   units: Units;
   period: number; // of the excitation
   stop: Stop;
-  /** What stayed open, where the run ended early. */
+  /** Outcome that was undecided, if the run ended early. */
   why: string;
   /** Excitation periods of the motion; 0 where it has not become periodic. */
   periodNumber: number;
@@ -29,7 +29,7 @@ export interface Motion {
   /** One period of the motion as the paper begins it, or the last periods of the run. */
   cycle: Segment[];
   globalMap: string;
-  /** What is drawn: `turns` excitation periods from phase 0 on. */
+  /** Drawn part: `turns` excitation periods from phase 0 on. */
   turns: number;
   segments: Segment[];
   points: Float64Array; // POINT numbers each
@@ -67,7 +67,7 @@ function taken(core: Core, p: Parameters, units: Units, ended: Stop, periodNumbe
   const closed = periodNumber && stop === "done" ? core.closed() : null;
   const all = core.segments();
   const cycle = closed ? rotated(closed.cycle, cyclicStart(closed.cycle.map((s) => s.field))) : all;
-  const drawn = turns ? core.record(turns) : "done"; // goes on: the same motion, from phase 0
+  const drawn = turns ? core.record(turns) : "done"; // continues: the same motion, from phase 0
   const segments = core.segments();
   const points = core.points(period / PER_PERIOD);
   shift(points, segments);

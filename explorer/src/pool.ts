@@ -14,7 +14,7 @@ export class Pool {
   private readonly listeners = new Map<number, Listener>();
   private next = 1;
 
-  /** `failed` is told why a worker gave a job up; the job is then done. */
+  /** `failed` gets the reason why a worker gave a job up; the job is then done. */
   constructor(
     script: string,
     code: WebAssembly.Module,
@@ -81,7 +81,7 @@ export class Pool {
     listener?.({ job, done: true });
   }
 
-  /** A worker that died leaves its jobs undone: they end here, and the page says why. */
+  /** A worker that died leaves its jobs undone: they end here, and the page shows the reason. */
   private lose(member: Member, why: string): void {
     const at = this.members.indexOf(member);
     if (at >= 0) this.members.splice(at, 1);

@@ -1,4 +1,4 @@
-// The scene that is shown: the address names it, and a page, with its workers, is of one scene until it is loaded anew.
+// The scene that is shown: the address names it, and a page, with its workers, is of one scene until it is loaded again.
 import * as capsule from "../../generated/capsule/page/model.ts";
 import * as prototype from "../../generated/prototype/page/model.ts";
 import * as reaction from "../../generated/reaction/page/model.ts";
@@ -23,7 +23,7 @@ export interface OwnField {
   unit?: string;
 }
 
-/** What the generated facts of a scene say. */
+/** Generated facts of a scene. */
 interface Model extends Pick<typeof capsule, "STOPS" | "OUTCOMES" | "STATE_SIZE" | "SEGMENT_SIZE" | "stateAt" | "segmentAt" | "motionAt"> {
   ABOUT: string;
   FIELDS: Record<number, { contact: number; drift: number; level: number }>;
@@ -44,7 +44,7 @@ interface Model extends Pick<typeof capsule, "STOPS" | "OUTCOMES" | "STATE_SIZE"
 
 const MODELS = { capsule, slope, prototype, reaction, reaction_pulse } as unknown as Record<string, Model>;
 export const SCENES = Object.keys(MODELS);
-/** What the scenes are, each in a sentence. */
+/** Descriptions of the scenes, each in a sentence. */
 export const ABOUT = (scene: string): string => MODELS[scene]?.ABOUT ?? "";
 
 /** The scene that an address names, the first one where it names none that is there. */
@@ -65,7 +65,7 @@ export const stops = (p: Record<Parameter, number>): { gap: number; stiffness: n
     gap: p[gap], stiffness: p[stiffness], side: i ? -1 : 1, symbol: `${i ? "−" : ""}${MODEL.PARAMETER_FIELDS[gap].symbol}`,
   }));
 
-/** What friction holds at most against drift of a way, 1 or -1. */
+/** Largest friction against drift in a direction, 1 or -1. */
 export const bound = (p: Record<Parameter, number>, way: number): number => p[MODEL.BOUNDS[String(way)] ?? "alpha"];
 
 /** The drive at a share of its period. */
@@ -74,7 +74,7 @@ export function driveAt(p: Record<Parameter, number>, share: number): number {
   return high && low && part ? p[share < p[part] ? high : low] : p.alpha * Math.cos(2 * Math.PI * share);
 }
 
-/** Which way drive and load drag the device without end, so that nothing is periodic; 0 where friction holds their mean. */
+/** Direction in which drive and load drag the device without end, so that nothing is periodic; 0 if friction holds their mean. */
 export function dragged(p: Record<Parameter, number>): number {
   const [high, low, part] = PULSES;
   const mean = high && low && part ? p[part] * p[high] + (1 - p[part]) * p[low] : 0;
@@ -85,7 +85,7 @@ export function dragged(p: Record<Parameter, number>): number {
 /** The drive's largest size. */
 export const highest = (p: Record<Parameter, number>): number => Math.max(...[PULSES[0] ?? "alpha", PULSES[1] ?? "alpha"].map((name) => Math.abs(p[name as Parameter])));
 
-/** Where in a period the drive jumps: at its rise, and at its fall. */
+/** Phases at which the drive jumps: its rise and its fall. */
 export const edges = (p: Record<Parameter, number>): number[] => (PULSES[2] ? [0, p[PULSES[2]]] : []);
 
 /** Largest of the gaps that a device of this kind has: motions are so wide. */

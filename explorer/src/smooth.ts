@@ -32,14 +32,14 @@ export function smooth(
       const pair = twoPlaces(core, job, from, away * reach * Math.abs(job.to - job.from));
       const found = pair && root(core, job, pair, test.at);
       if (!found || found.value < low || found.value > high || !passes(core, job, from, found.value)) continue;
-      // Where a doubled orbit is born, the parameter has its extremum along it: known to half the digits only.
+      // At a period doubling the parameter has an extremum along the doubled orbit: known to half the digits only.
       if (test.name === "fold" && halved(core.durations())) return { value: found.value, doubt: found.doubt + BIRTH, name: "period doubling" };
       return { ...found, name: test.name };
     }
   return null;
 }
 
-/** Whether the map itself goes through the orbit's segments there, and through no others. */
+/** True if the map itself passes exactly the orbit's segments there. */
 function passes(core: Runner, job: MarkJob, from: Side, value: number): boolean {
   const p = { ...job.base, [job.x]: value };
   const [x = 0, v = 0, w = 0, angle = 0] = core.orbitWithin();
@@ -52,7 +52,7 @@ function passes(core: Runner, job: MarkJob, from: Side, value: number): boolean 
   return (stop === "done" || stop === "full") && run.length === n && digits(run) === from.itinerary;
 }
 
-/** Whether an orbit is another one twice: where a doubled one is born. */
+/** True if an orbit is another one twice: the start of a doubled branch. */
 function halved(durations: readonly number[]): boolean {
   const half = durations.length / 2;
   return Number.isInteger(half) && durations.every((one, i) => Math.abs(one - (durations[(i + half) % (2 * half)] ?? NaN)) < 1e-3 * (1 + one));
@@ -97,7 +97,7 @@ function root(core: Runner, job: MarkJob, { pin, places }: { pin: number; places
   return null;
 }
 
-/** How far the parameter moves along the branch by the last step, and by rounding. */
+/** Change of the parameter along the branch by the last step, and by rounding. */
 function doubtOf(before: Place, now: Place, step: number): number {
   const slope = Math.abs((now.value - before.value) / (now.at - before.at)) || 0;
   return 8 * 2 ** -53 * Math.abs(now.value) + 4 * slope * Math.abs(step);

@@ -20,7 +20,7 @@ export function defaults(): State {
 const show = (value: number): string =>
   Math.abs(value) >= 1e5 || (value !== 0 && Math.abs(value) < 1e-3) ? value.toExponential() : String(value);
 
-/** What is wrong with a value of a field, or "" where it is allowed. */
+/** Message about a value of a field, or "" if it is allowed. */
 export function refusal(name: NumberName, value: number): string {
   const { low, high, whole, symbol } = field(name);
   if (Number.isFinite(value) && value >= low && value <= high && (!whole || Number.isInteger(value))) return "";
@@ -59,7 +59,7 @@ export function converted(state: State, other: State): Record<Origin, number> {
   return Object.fromEntries(ORIGIN.map((name) => [name, start[name] * scale[name]])) as Record<Origin, number>;
 }
 
-/** What is wrong between the fields, or "". */
+/** Message about a contradiction between the fields, or "". */
 export function conflict(state: State): string {
   if (state.units === "device") {
     const wrong = problem(state);
@@ -93,7 +93,7 @@ export function conflict(state: State): string {
   return "";
 }
 
-/** Whether the chart is of starts at one system: only there motions that coexist can be told apart. */
+/** True if the chart is of starts of one system: only there coexisting motions can be distinguished. */
 export const ofStarts = (state: State): boolean => includes(ORIGIN, state.c_x) && includes(ORIGIN, state.c_y);
 
 /** The part of a URL after "#": what differs from the defaults. */
@@ -114,7 +114,7 @@ const includes = (names: readonly string[], name: string): boolean => names.incl
 
 export interface Parsed {
   state: State;
-  /** Why the text was refused; the state is then the default. */
+  /** Reason why the text was refused; the state is then the default. */
   refused: string;
 }
 

@@ -22,7 +22,7 @@ export function valuesAt(area: Frame, px: number, py: number, xs: Range, ys: Ran
   ];
 }
 
-/** How much larger than at 16 px the page's type is; text on canvases follows it. */
+/** Ratio of the page's font size to 16 px; text on canvases follows it. */
 export let UNIT = 1;
 export let FONT = "";
 export let MATHS = "";

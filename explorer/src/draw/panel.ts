@@ -1,4 +1,4 @@
-// A canvas that follows its box, drawn when asked; what is on it goes out as PNG or SVG.
+// A canvas that follows its box, drawn on request and exported as PNG or SVG.
 import { SvgPen } from "./svg.ts";
 import type { Pen } from "./svg.ts";
 import type { Theme } from "./colours.ts";

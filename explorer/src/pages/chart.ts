@@ -108,7 +108,7 @@ export class ChartPage {
     byId("regions").replaceChildren(...this.legend(n));
   }
 
-  /** What the colours mean, with the share of the cells. */
+  /** Key of the colours, with the share of the cells. */
   private legend(n: number): HTMLElement[] {
     const { chart, app } = this;
     const { c_by } = app.state;

@@ -105,7 +105,7 @@ export class DiagramPage {
       : diagram.took ? `${counted}. Points in ${(diagram.took / 1000).toFixed(2)} s on ${this.app.pool.size} workers.` : "Stopped.";
   }
 
-  /** The table of bifurcations, written anew when they have changed: what is open in it stays open. */
+  /** Table of bifurcations, updated when they change; expanded rows stay expanded. */
   private list(): void {
     const { diagram } = this;
     const { marks } = diagram;
@@ -140,7 +140,7 @@ export class DiagramPage {
     );
   }
 
-  /** Shows the motion at a value, going on from a state at phase 0, or from the start where there is none. */
+  /** Shows the motion at a value, continued from a state at phase 0, or from the start without one. */
   private open(value: number, from: Triple | null): void {
     // The parameters of a device become those of its dimensionless model.
     const { state } = this.app;

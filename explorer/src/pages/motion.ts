@@ -59,7 +59,7 @@ export class MotionPage {
     return { around: (around * Math.PI) / 180, above: (above * Math.PI) / 180 };
   }
 
-  /** Draws before the next frame, however often it is asked to until then. */
+  /** Draws before the next frame, however often it is called until then. */
   private schedule(): void {
     if (this.asked) return;
     this.asked = requestAnimationFrame(() => {
@@ -94,7 +94,7 @@ export class MotionPage {
     const text = printedAt(state, motion);
     printed.hidden = text === "";
     printed.textContent = text;
-    // Screen readers are told once a slider has come to rest.
+    // Screen readers get the text once a slider stops.
     clearTimeout(this.told);
     const say = verdict(motion);
     if (byId("verdict").textContent === "") byId("verdict").textContent = say;

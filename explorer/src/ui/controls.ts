@@ -14,7 +14,7 @@ export interface Control {
 
 const plain = (value: number): string => String(value);
 
-/** `change` takes a new value and says what is wrong with it between the fields, or "". */
+/** `change` takes a new value and returns a message if it contradicts other fields, or "". */
 export function numberControl(name: NumberName, change: Change): Control {
   const { symbol: sign, name: label, about, unit, si, slider, whole } = field(name);
   const id = `field-${name}`;
@@ -93,7 +93,7 @@ export interface Choice {
   show(value: string): void;
 }
 
-/** A choice as a labelled list. What is refused is said there, and the list shows what holds. */
+/** A choice as a labelled list. A refusal is shown there, and the list keeps the valid choice. */
 export function choiceControl(id: string, label: string, options: readonly (readonly [string, string])[], chosen: (value: string) => string): Choice {
   const error = make("p", { class: "error", id: `${id}-error`, role: "alert", hidden: true });
   const select = make("select", { id, "aria-describedby": `${id}-error` }, ...options.map(([value, text]) => make("option", { value }, text)));

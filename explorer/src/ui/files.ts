@@ -10,7 +10,7 @@ import type { State } from "../state.ts";
 
 const LARGEST = 100_000; // characters
 
-/** What a file's text sets, as strictly as the package reads it; or why it is refused. */
+/** State from a file's text, read as strictly as by the package; or the reason why it is refused. */
 export function fromFile(text: string): Partial<State> | string {
   if (text.length > LARGEST) return `the file is longer than ${LARGEST} characters`;
   let table: Record<string, unknown>;

@@ -33,7 +33,7 @@ const event = (one: (typeof data.bifurcations)[number]): Preset => ({
   },
 });
 
-/** Whether the paper is about this scene. */
+/** True if the paper is about this scene. */
 const PRINTED = data.scene === SCENE;
 
 export const PRESETS: readonly Preset[] = [
@@ -67,13 +67,13 @@ export function fill(select: HTMLSelectElement, choose: (state: State) => void):
   });
 }
 
-/** Whether the parameters other than α and γ are those of the case study. */
+/** True if the parameters other than α and γ are those of the case study. */
 function caseStudy(state: State): boolean {
   const [p, plain] = [parameters(state), defaults()];
   return PRINTED && PARAMETERS.every((name) => name === "alpha" || name === "gamma" || p[name] === plain[name]);
 }
 
-/** Whether the paper prints this case, and whether its global map is the exact one. */
+/** Match with the paper: is this case printed, and is its global map the exact one? */
 export function printedAt(state: State, motion: Motion): string {
   const p = parameters(state);
   const one = data.panels.find(({ alpha }) => alpha === p.alpha);
@@ -87,7 +87,7 @@ export function printedAt(state: State, motion: Motion): string {
 type Known = (typeof data.bifurcations)[number];
 const NEAR = 1e-9;
 
-/** What the paper prints for a bifurcation of the diagram, and by how much it is off; "" where it prints none. */
+/** Printed value of a bifurcation of the diagram, with its error; "" if none is printed. */
 export function printedBifurcation(state: State, mark: Pick<Mark, "value" | "name">): string {
   if (state.d_x !== "alpha" || !caseStudy(state)) return "";
   const gamma = parameters(state).gamma;

@@ -1,4 +1,4 @@
-// The motion in words and numbers: itinerary, global map, quantities, table of segments, for all readers.
+// Description of the motion: itinerary, global map, quantities, table of segments, for all readers.
 import { withUnit } from "../device.ts";
 import { byId, make, mapText, pretty } from "../dom.ts";
 import { fieldColour } from "../draw/colours.ts";
@@ -20,7 +20,7 @@ const REASONS: Record<string, string> = {
   done: "",
 };
 
-/** What kind of motion it is, in one sentence. */
+/** Kind of the motion, in one sentence. */
 export function verdict(motion: Motion): string {
   if (motion.stop !== "done") return `${REASONS[motion.stop] ?? motion.stop}${motion.why ? ` (${motion.why})` : ""}: what is shown ends there.`;
   const way = motion.periodNumber ? 0 : dragged(motion.parameters);

@@ -1,4 +1,4 @@
-// What can be taken along: the state as Python, as a command line, as a device's file; a motion as CSV.
+// Exports: the state as Python, as a command line, as a device's file; a motion as CSV.
 import { withUnit } from "../device.ts";
 import type { Unit } from "../device.ts";
 import { DEVICE, ORIGIN, PARAMETERS } from "../fields.ts";
@@ -56,7 +56,7 @@ export function asCommand(state: State): string {
   return `capsule-sym run ${flags.join(" ")}\n`;
 }
 
-/** What the file is. */
+/** Description of the file. */
 export const fileTitle = (state: State): string =>
   state.view !== "motion" ? "File of the sweep, sweep.toml: every value run from the start"
   : state.units === "device" ? "File of the device, device.toml" : "File of the parameters, for --params";

@@ -99,7 +99,7 @@ function chartCsv(chart: Chart): string {
     for (let i = 0; i < chart.size; i++) {
       const k = j * chart.size + i;
       const region = chart.regions[chart.of[k] ?? -1];
-      // Whether the cell was run itself, or lies between equal ones.
+      // True if the cell was run itself, not filled in between equal ones.
       rows.push([...chart.place(i, j), region?.itinerary ?? "", region?.periodNumber ?? "", chart.progressions[k], chart.known[k] === 1].join(","));
     }
   return `${rows.join("\n")}\n`;

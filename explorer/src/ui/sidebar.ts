@@ -7,12 +7,12 @@ import { defaults } from "../state.ts";
 import { choiceControl, numberControl } from "./controls.ts";
 import { fileControl } from "./files.ts";
 
-/** What any picture depends on. */
+/** Inputs of every picture. */
 export const PARTS = ["units", ...PARAMETERS, ...DEVICE, ...ORIGIN] as const;
 
 export function sidebar(app: App): void {
   const change = app.change.bind(app);
-  // Another scene is the page anew, at the same view.
+  // Another scene loads the page again, at the same view.
   const scene = choiceControl("scene", "Scene", SCENES.map((name) => [name, name.replaceAll("_", " ")]), (value) => {
     location.hash = [["scene", value, SCENES[0]], ["view", app.state.view, "motion"]].flatMap(([name, one, plain]) => (one === plain ? [] : [`${name}=${one}`])).join("&");
     return "";

@@ -1,4 +1,4 @@
-// What the page's terms mean: a "?" beside each, and its explanation.
+// Explanations of the page's terms: a "?" beside each.
 import { make } from "../dom.ts";
 import { MODEL, MODES, PULSES, REACTS } from "../scene.ts";
 
@@ -23,8 +23,8 @@ export const TERMS = {
   multipliers: "Floquet multipliers: by how much a small deviation grows in one period of the motion. All below 1: stable. One is 0 where the capsule sticks.",
   work: "Work of the driving force in one excitation period; damper and friction take it up.",
   losses: "What the damper and the friction take up in one excitation period.",
-  switches: "Segments in one period of the motion, and how many of their ends double precision left open and 106 bits decided.",
-  diagram: "One parameter varies. At every value the motion is run until it has settled, and then drawn: one point for each period of the excitation after which it repeats. “Up” and “down” go on from value to value from the state before, so that motions that coexist are found; further starts find more.",
+  switches: "Segments in one period of the motion, and the number of their ends that 106 bits decided because double precision could not.",
+  diagram: "One parameter varies. At every value the motion is run until it has settled, and then drawn: one point for each period of the excitation after which it repeats. “Up” and “down” start at each value from the last state, so that motions that coexist are found; further starts find more.",
   marks: "Where the itinerary changes. It is bracketed by bisection; then the event's own equation is solved along the periodic orbit, to rounding. Where no equation was solved, the value has its uncertainty, and its line is dashed.",
   chart: "At every point of the plane a motion is run until it has settled, and coloured. Squares with equal corners are filled, all others refined, and in the end every cell beside another colour is run itself.",
 } as const;

@@ -1,4 +1,4 @@
-// A tour of two minutes: a few cards, each beside what it tells of.
+// A tour of two minutes: a few cards, each beside its subject.
 import { byId, make } from "../dom.ts";
 import { MODES } from "../scene.ts";
 
@@ -10,7 +10,7 @@ interface Stop {
 
 const STOPS: readonly Stop[] = [
   { at: "capsule-box", title: "A capsule that moves itself", text: "Inside the capsule a mass swings on a spring, driven by a periodic force. After a gap it meets a stop. Below, dry friction holds the capsule or lets it slide: so it creeps forward, or backward." },
-  { at: "parameters", title: "Parameters", text: "The motion depends on a few numbers without units, or on a device in SI units. The scene above them is the kind of capsule: another drive, two stops, a slope. Move a slider: the motion is computed anew at once. The ? beside a name explains it." },
+  { at: "parameters", title: "Parameters", text: "The motion depends on a few numbers without units, or on a device in SI units. The scene above them is the kind of capsule: another drive, two stops, a slope. Move a slider: the motion is computed at once. The ? beside a name explains it." },
   { at: "itinerary-box", title: "Exact, segment by segment", text: `Between switches the equations are linear, and their solutions are known in closed form. The fields F1 to F${MODES.length} follow each other; the list is the itinerary, and each switch is proved to be the first.` },
   { at: "map-box", title: "The global map", text: "The same in the paper's notation: local maps from one switching plane to the next, composed from right to left." },
   { at: "phase", title: "Portraits", text: "One period of the motion in its phase plane and in its state space, each segment in its field's colour. The state space turns by dragging, or by the arrow keys." },
@@ -21,14 +21,14 @@ const STOPS: readonly Stop[] = [
 
 const CORNERS = ["", "left", "above", "above left"];
 
-/** What two boxes have in common, in square pixels. */
+/** Common area of two boxes, in square pixels. */
 function overlap(one: DOMRect, other: DOMRect): number {
   const wide = Math.min(one.right, other.right) - Math.max(one.left, other.left);
   const high = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
   return Math.max(0, wide) * Math.max(0, high);
 }
 
-/** `before` brings up the view that is told of. */
+/** `before` opens the view of the card. */
 export function tour(before: () => void): void {
   const dialog = byId<HTMLDialogElement>("tour");
   if (dialog.open) return;
@@ -45,7 +45,7 @@ export function tour(before: () => void): void {
     target?.classList.toggle("toured", on);
     if (!on || !target) return;
     target.scrollIntoView({ block: "nearest", behavior: "instant" });
-    // The card stands in the corner where it covers least of what it tells of.
+    // The card stands in the corner where it covers least of its subject.
     const covered = (corner: string): number => {
       dialog.className = corner;
       return overlap(dialog.getBoundingClientRect(), target.getBoundingClientRect());

@@ -60,7 +60,7 @@ function painter(chart: Chart, by: string, theme: Theme): (k: number, i: number,
 export const periodColour = (periodNumber: number): string => graded(Math.log2(periodNumber) / Math.log2(LARGEST));
 /** Colour of a region, by its rank. */
 export const itineraryColour = (rank: number, theme: Theme): string => theme.itineraries[rank % theme.itineraries.length] ?? theme.soft;
-/** Whether it is drawn in stripes, as its colour stands for another one already. */
+/** True if drawn in stripes, because its colour is already in use. */
 export const striped = (rank: number, theme: Theme): boolean => Math.floor(rank / theme.itineraries.length) % 2 === 1;
 
 /** Cells as runs of one colour along rows. */

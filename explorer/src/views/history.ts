@@ -56,7 +56,7 @@ export class History {
     }).observe(box);
   }
 
-  /** Makes the plot, and anew where its look or its units are others. */
+  /** Makes the plot, and makes it again after a change of its look or its units. */
   private prepare(): void {
     const si = this.motion !== null && axesOf(this.motion).si;
     if (this.box.clientWidth && (this.look !== this.theme() || si !== this.si)) this.make();
