@@ -24,7 +24,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 MERGE = 1e-9
-"""Switches closer than this are one: only the field after the last of them is judged."""
+"""Switches closer than this are one: only the field after the last of them is compared."""
 MOST = 60
 """Switches after which a run counts as locked up."""
 
