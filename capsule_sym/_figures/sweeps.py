@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
@@ -156,6 +157,10 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
         label="Pareto front",
     )  # fmt: skip
     axes.set_xscale("log")
+    axes.xaxis.set_minor_formatter(NullFormatter())  # within two decades its labels would collide
+    if cost.max() < 100 * cost.min():
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.xaxis.set_major_formatter("{x:g}")
     bounds = (scene_in(results.attrs) or CAPSULE).facts.BOUNDS
     bound = "f_b" if len({*bounds.values()}) == 1 else r"f_\pm"
     axes.set_xlabel(rf"cost of transport $W/({bound}\,|\Delta x_c|)$")
