@@ -221,6 +221,13 @@ _MADE: dict[str, Callable[[Study], Figure]] = {
     "work-precision": _work_precision,
 }
 _RECORDS = tomllib.loads((files(__package__) / "figures.toml").read_text(encoding="utf-8"))
+for _figure in ("fig8", "fig9"):
+    _like = _RECORDS[_figure]
+    _more = "The solid orbit is the one that Newton's method finds on the line."
+    _RECORDS[f"{_figure}-exact"] = _like | {
+        "title": f"Fig. {_figure[3:]} around the exact values",
+        "caption": f"{_like['caption']} {_more}",
+    }
 _GENERAL = {"motion", "bifurcations", "itineraries", "energies", "margins"}
 FIGURES = {
     name: Entry(make, **_RECORDS[name], general=name in _GENERAL) for name, make in _MADE.items()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import re
 import subprocess
 import sys
@@ -91,6 +92,18 @@ def test_a_figure_is_written_and_pyplot_stays_out(tmp_path: Path) -> None:
     assert done.stderr == "wrote new/x.svg\n"
     assert done.stdout == "LOADED False False\n"
     assert (tmp_path / "new/x.svg").read_text().startswith("<?xml")
+
+
+def test_the_data_are_written_beside_the_figure(tmp_path: Path) -> None:
+    line = ("figure", "fig3", "--out", "x.svg", "--data", "--json")
+    done = run_here(*line, cwd=tmp_path)
+    sizes = {name: (tmp_path / name).stat().st_size for name in ("x.svg", "x.csv")}
+    files = [{"path": name, "bytes": size} for name, size in sizes.items()]
+    assert json.loads(done.stdout) == {"figure": "fig3", "files": files}
+    assert (tmp_path / "x.csv").read_text().startswith("panel,x_label,y_label,series,x,y,z\n1,")
+    moving = run_here("figure", "motion", "--out", "x.gif", "--data", cwd=tmp_path)
+    assert (moving.returncode, moving.stderr.count("\n")) == (2, 1)
+    assert "--data is for pictures" in moving.stderr
 
 
 def test_nothing_but_the_figure_is_written_where_one_is(tmp_path: Path) -> None:
