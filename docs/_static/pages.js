@@ -23,7 +23,7 @@ addEventListener("DOMContentLoaded", () => {
         text.data = text.data.replace(/\b(N?C)-(?=(FD|BD|S)\b)/g, "$1\u2011");
   // A drawing that is small on a phone opens by itself, to be enlarged.
   for (const image of document.querySelectorAll("article img")) {
-    if (image.closest("a")) continue;
+    if (image.closest("a") || !image.offsetParent) continue; // of two forms of a picture one is shown
     const link = document.createElement("a");
     link.href = image.src;
     image.replaceWith(link);
