@@ -61,7 +61,8 @@ def _hidden(text: str) -> str:
 def prose(text: str, suffix: str, *, strings: bool = True) -> str:
     """Prose of a file, line by line; without `strings` of one line, as for tests."""
     if suffix == ".md":
-        return _PAGE.sub(lambda found: _hidden(found[0]), text)
+        # The mark of a heading stays, as a bar: its words are no sentence's.
+        return _PAGE.sub(lambda found: "| " if found[0][0] == "#" else _hidden(found[0]), text)
     kept, last = [], 0
     for found in KINDS[suffix].finditer(text):
         piece = found[0]
@@ -82,16 +83,13 @@ def faults(text: str) -> list[tuple[int, CheckResult]]:
 
 
 def files(begins: tuple[str, ...] = ()) -> Iterator[Path]:
-    """Files by the beginning of their path, or all but those of rooms that are not clean yet."""
-    unread = (*style()["unread"], *(() if begins else style()["later"]))
+    """Files to read, by the beginning of their path if any is given."""
+    unread = tuple(style()["unread"])
     for name in style()["read"]:
         for path in sorted(ROOT.glob(name)):
             place = path.relative_to(ROOT).as_posix()
-            if (
-                path.suffix in {".md", *KINDS}
-                and place.startswith(begins or "")
-                and not place.startswith(unread)
-            ):
+            wanted = place.startswith(begins or "") and not place.startswith(unread)
+            if wanted and path.suffix in {".md", *KINDS}:
                 yield path
 
 

@@ -26,7 +26,7 @@ def _bars(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Have help texts taken as they are meant, and the reference made anew with every build."""
+    """Keep the line breaks of help texts, and rebuild the reference with every build."""
     app.connect("env-get-outdated", lambda *_: ["cli"])
     app.connect("sphinx-click-process-description", _escape)
     app.connect("sphinx-click-process-options", _bars)

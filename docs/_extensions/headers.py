@@ -11,7 +11,7 @@ from sphinx.util.docutils import SphinxDirective
 
 
 class Declared(NamedTuple):
-    """Functions that one comment tells of, or a type with its fields."""
+    """Functions under one comment, or a type with its fields."""
 
     names: tuple[str, ...]
     comment: str
@@ -29,7 +29,7 @@ _DECLARED = re.compile(
 
 
 def declared(header: str) -> Iterator[Declared]:
-    """What a header declares for others, in its order."""
+    """Public declarations of a header, in its order."""
     for found in _DECLARED.finditer(header):
         comment = re.sub(r"\s*\n\s*", " ", found["comment"].strip())
         if found["type"]:

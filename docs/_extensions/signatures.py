@@ -34,7 +34,7 @@ def _process(
 def _untold(
     _app: Sphinx, _what: str, _name: str, _object: Any, _options: Any, lines: list[str]
 ) -> None:
-    """Without what Python says of each field of a named tuple."""
+    """Text without Python's own docstrings of a named tuple's fields."""
     lines[:] = [line for line in lines if not line.startswith("Alias for field number ")]
 
 

@@ -1,4 +1,4 @@
-"""How-tos and tutorials show a picture on their first screen, and do not scroll sideways."""
+"""Pictures of how-tos and tutorials: one on the first screen, and no scrolling sideways."""
 
 import pytest
 
