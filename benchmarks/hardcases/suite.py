@@ -1,7 +1,7 @@
 """Generator of the neutral suite of hard events: benchmarks/events/events.json.
 
 Times are those of the map with 50 digits. A proof in ball arithmetic encloses them: every switch is
-there, it is the first event, and there is no other up to the end. Cases without a proof state it.
+there, is the first event, and no other follows up to the end. `proved` is false without a proof.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ def _enclosed(start: Start, segments: list[Segment], count: int, end: float) -> 
 
 
 def _known(start: Start) -> Known:
-    """Functions that vanish exactly at the start, by rational numbers."""
+    """Guards and derivatives that vanish exactly at the start, by rational numbers."""
     p = {name: Fraction(value) for name, value in start.parameters.to_dict().items()}
     beyond: Fraction = max(Fraction(0), Fraction(start.state[0]) - p["delta"])
     x_r, v_r, v_c = map(Fraction, start.state)

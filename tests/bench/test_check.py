@@ -163,8 +163,16 @@ def test_nothing_is_judged_where_no_double_can_follow():
     assert beside.differences[0].cause == "growth of errors"
 
 
-@pytest.mark.parametrize("name", ["capsule", "slope", "prototype", "reaction", "reaction_pulse"])
-@pytest.mark.parametrize("by", ["entered", "left", "guard"])
+@pytest.mark.parametrize(
+    ("name", "by"),
+    [
+        pytest.param(
+            name, by, marks=() if (name, by) == ("prototype", "guard") else pytest.mark.long
+        )
+        for name in scenes.SHIPPED
+        for by in ("entered", "left", "guard")
+    ],
+)
 def test_switches_are_named_in_any_way_in_every_scene(name, by):
     parameters = scenes.load(name).Parameters()
     run = simulate(parameters, periods=2)
@@ -235,7 +243,10 @@ def test_a_bad_file_is_one_line(text, said, tmp_path):
     assert said in str(done.exception)
 
 
-@pytest.mark.parametrize(("tolerance", "missed", "code"), [("1e-3", 2, 1), ("1e-9", 0, 0)])
+@pytest.mark.parametrize(
+    ("tolerance", "missed", "code"),
+    [("1e-3", 2, 1), pytest.param("1e-9", 0, 0, marks=pytest.mark.long)],
+)
 def test_scipys_example_is_checked(tolerance, missed, code, tmp_path, monkeypatch):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
