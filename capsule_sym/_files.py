@@ -17,7 +17,7 @@ from capsule_sym._errors import InvalidInput
 def whole(path: str | os.PathLike[str], field: str = "out") -> Iterator[Path]:
     """Path to write a file at, beside its place, to which it is moved once it is whole.
 
-    Where writing fails or is interrupted, what was there stays. A link is followed, the mode of a
+    If writing fails or is interrupted, the old file stays. A link is followed, the mode of a
     file is kept, folders are made; a device or a pipe is written directly. Raises InvalidInput,
     which names `field`, where the file cannot be written, as on a full disk.
     """
@@ -49,7 +49,7 @@ def write_whole(path: str | os.PathLike[str], data: str | bytes, field: str = "o
 
 
 def mode_of(path: str | os.PathLike[str]) -> int | None:
-    """The mode of what is at a path, None where nothing is; raises OSError where nothing can be."""
+    """Mode of the file at a path, None if there is none; raises OSError if none can be."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):

@@ -1,7 +1,7 @@
-"""Certificates: what was proved of an orbit or a bifurcation, for `checker` to accept or reject.
+"""Certificates of orbits, bifurcations and runs, for `checker` to accept or reject.
 
-Every number is written with so many digits that it is right within 0.2 units of the last one; the
-checker lets it stand for all within 0.3 units. So each digit counts.
+Every number is written with as many digits as are correct within 0.2 units of the last one. The
+checker reads it as all numbers within 0.3 units, so each digit counts.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def _written(tube: Tube, parameters: Mapping[str, str], stable: bool) -> dict[st
 
 
 def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[str, str]:
-    """The parameters by name: those in `exact`, or the decimals that the doubles print as."""
+    """Parameters by name: those in `exact`, or the decimals as which the doubles print."""
     given = zip(PARAMETERS, values, strict=True)
     return {name: (exact or {}).get(name, exactly(value)) for name, value in given}
 
@@ -58,7 +58,7 @@ def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[
 def certify_orbit(
     orbit: Orbit, exact: Mapping[str, str] | None = None, *, max_seconds: float = math.inf
 ) -> dict[str, Any]:
-    """A certificate of an orbit: existence, uniqueness, itinerary, and stability if it is stable.
+    """Certificate of an orbit: existence, uniqueness, itinerary, and stability if it is stable.
 
     The parameters are the decimals that its doubles print as, or those in `exact`. Raises Unproved
     with the step that failed, and after `max_seconds`.
@@ -82,9 +82,9 @@ def certify_bifurcation(
     *,
     max_seconds: float = math.inf,
 ) -> tuple[dict[str, Any], Event]:
-    """A certificate of a bifurcation at which a segment has the duration 0, and what was proved.
+    """Certificate of a bifurcation with a segment of duration 0, and the proved event.
 
-    Of a point of a curve alpha is solved for, the other parameters are those of the point. Raises
+    Alpha is solved for; for a point of a curve the other parameters are those of the point. Raises
     Unproved with the step that failed, for a smooth bifurcation, and after `max_seconds`.
     """
     if found.segment is None:
@@ -124,10 +124,10 @@ def certify_run(
     *,
     max_seconds: float = math.inf,
 ) -> dict[str, Any]:
-    """A certificate of a run to the end of a period: itinerary, switches, and where it ends.
+    """Certificate of a run to the end of a period: itinerary, switches, and final state.
 
     Start and parameters are the decimals that its doubles print as, or those in `exact` by name.
-    Raises Unproved with the segment that is not what comes next, and after `max_seconds`.
+    Raises Unproved with the segment that is not the next one, and after `max_seconds`.
     """
     with Watch(checked_seconds(max_seconds)):
         return _certified_run(trajectory, exact)
@@ -164,7 +164,7 @@ def _told(state: Matrix) -> list[str]:
 
 
 def _decimal_of(value: Fraction) -> str:
-    """A fraction that is a decimal, as one."""
+    """Fraction as a decimal, if it is one."""
     places = next(k for k in range(2000) if 10**k % value.denominator == 0)
     return format(Decimal(value.numerator * 10**places // value.denominator).scaleb(-places), "f")
 
@@ -185,7 +185,7 @@ def _named(one: Certified) -> str:
 def certificates(
     found: Iterable[Certified], limit: Watch, exact: Mapping[str, str] | None = None
 ) -> tuple[list[dict[str, Any]], list[str]]:
-    """Certificates of orbits, bifurcations and runs, and why any of them is missing.
+    """Certificates of orbits, bifurcations and runs, and the reason for each missing one.
 
     Parameters are the decimals in `exact` by name, or those that doubles print as.
     """

@@ -1,8 +1,8 @@
-"""Every guard proved positive along a segment.
+"""Proof that every guard is positive along a segment.
 
-On a piece of a segment a guard is its Taylor polynomial in time with a bound on the remainder; it
-is positive where the coefficients of the polynomial in Bernstein's basis are. Where a guard
-vanishes at an end of its segment by what is known exactly there, that root is divided out.
+On a piece of a segment a guard is its Taylor polynomial in time with a bound on the remainder. It
+is positive if the polynomial's coefficients in Bernstein's basis are. If exact facts make a guard
+vanish at an end of its segment, that root is divided out.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from capsule_sym._enclosures.passage.switches import Orders
 from capsule_sym._native import check_time
 
 _ORDER = 16
-_STEP_BITS = 128  # of the flow over a piece: a guard that is positive is so by more
+_STEP_BITS = 128  # bits of the flow over a piece, enough for the guards' margins
 _LONGEST = 0.8  # a piece, in units of time
 _DEEPEST = 30  # halvings of a piece
 _ANEW = 32  # pieces after which the state is computed from the segment's end: errors of steps grow
@@ -82,7 +82,7 @@ class Line:
     ) -> tuple[Matrix, Ball]:
         """A guard over time^order on a piece, in Bernstein's basis (many, columns of the state).
 
-        Beside it a bound on what is neglected. With `derivative` its derivative by time.
+        Returns it with a bound on neglected terms. With `derivative` it is its derivative by time.
         """
         found = (self._coefficients[guard] * state).tolist()[order:]
         if derivative:
@@ -128,7 +128,7 @@ class Line:
 
 
 class Watch:
-    """The guards of all fields of a tube, with what is computed once for each field."""
+    """Guards of all fields of a tube, with the data computed once for each field."""
 
     def __init__(self) -> None:
         self._lines: dict[tuple[int, int], tuple[Field, Line]] = {}
@@ -225,7 +225,7 @@ class Watch:
 
 
 def _dyadic(length: float) -> float:
-    """A slightly longer length with few digits, so that what is computed for it serves again."""
+    """A slightly longer length with few digits, so that results for it can be reused."""
     fraction, power = frexp(length)
     return ldexp(ceil(fraction * 64) / 64, power)
 

@@ -115,7 +115,7 @@ def _alike(result: Result) -> tuple[str, ...]:
 
 
 def _beside(results: Sequence[Result], number: int) -> Iterator[str]:
-    """Printed statements that are alike, with what is derived, the proof, and the witnesses."""
+    """Printed statements that are alike, with the derivation, the proof, and the witnesses."""
     item, last = results[0].item, number + len(results) - 1
     numbers = f"{number}" if len(results) == 1 else f"{number}–{last}"
     yield f"### {numbers}. {item.equation}: {results[0].status}\n"

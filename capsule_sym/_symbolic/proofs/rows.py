@@ -5,7 +5,7 @@ about the paper names the entry of the transcription. Texts are templates: `{e[v
 of the entry, other names are those of `each` and of `FACTS`, and names after a colon are those of
 `FILTERS`. A template that is one field alone stands for the value itself. `{{` is a brace.
 
-With a `correction` the row is refuted: the check holds with it, and fails for what is printed.
+With a `correction` the row is refuted: the check holds with it, and fails for the printed text.
 """
 
 from __future__ import annotations
