@@ -6,7 +6,7 @@ deficiencies at their strongest, simulated as Machado, Oliveira and Fernandes (2
 
 from __future__ import annotations
 
-import re
+import json
 from functools import cache
 from itertools import combinations
 from pathlib import Path
@@ -79,9 +79,12 @@ def test_curves_are_seen_on_their_rims() -> None:
 
 def test_the_explorer_has_the_same_colours() -> None:
     light = EXPLORER.read_text(encoding="utf-8").split("dark: true")[0]
-    for name, ours in (("fields", COMPARED["fields"]), ("itineraries", style.REGIONS)):
-        theirs = re.search(rf"^ +{name}: \[([^\]]+)\]", light, re.M)[1]
-        assert re.findall(r"#\w{6}", theirs.lower()) == [colour.lower() for colour in ours]
+    assert 'import COLOURS from "../../../capsule_sym/_figures/colours.json"' in light
+    for line in ("fields: COLOURS.fields,", "itineraries: COLOURS.regions,"):
+        assert line in light
+    held = json.loads((Path(style.__file__).parent / "colours.json").read_text(encoding="utf-8"))
+    for name, ours in (("fields", COMPARED["fields"]), ("regions", style.REGIONS)):
+        assert [one.lower() for one in held[name]] == [colour.lower() for colour in ours]
 
 
 @pytest.mark.parametrize("colour", [*style.AREAS, *COMPARED["fields"]])
