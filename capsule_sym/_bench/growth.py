@@ -18,6 +18,7 @@ from capsule_sym._orbits.shooting.stability import field, flows, landing
 
 _STATES = 3
 _FAR = 1e30  # growth beyond which nothing is left of a start in any double
+_BLOCK, _NEGLIGIBLE = 64, 1e-12  # segments after which errors that decayed to this are dropped
 
 
 def growth_of_errors(run: Trajectory) -> NDArray[np.float64]:
@@ -35,6 +36,8 @@ def growth_of_errors(run: Trajectory) -> NDArray[np.float64]:
         forms = ClosedForms(numbers, list(parameters.to_dict().values()))
         for place, (segment, following) in enumerate(pairwise(segments)):
             begun = np.eye(_STATES)
+            if place % _BLOCK == 0:
+                carried = _large(carried)
             if not drift(segment.field, run.scene):
                 begun[2, 2] = 0.0  # a capsule at rest stays at rest
             carried = np.hstack([carried, begun])
@@ -49,6 +52,13 @@ def growth_of_errors(run: Trajectory) -> NDArray[np.float64]:
             if (saltation := landing(forms, segment, following)) is not None:
                 carried = saltation @ carried
     return found
+
+
+def _large(carried: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Blocks (3, 3) of a row of them, but for those that the motion has made negligible."""
+    blocks = carried.reshape(_STATES, -1, _STATES)
+    kept = np.linalg.norm(blocks, axis=(0, 2)) > _NEGLIGIBLE
+    return blocks[:, kept].reshape(_STATES, -1)
 
 
 def _time_by_state(forms: ClosedForms, segment: Segment, following: Segment) -> NDArray[np.float64]:
