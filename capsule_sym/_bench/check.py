@@ -15,16 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._bench.growth import growth_of_errors
 from capsule_sym._bench.matching import Pair, matched
-from capsule_sym._design.sensitivities import ending_guard
+from capsule_sym._bench.naming import COLUMNS, event_between, named
 from capsule_sym._errors import InvalidInput, check_one_of
-from capsule_sym._map import Segment, Trajectory, evaluation, simulate
+from capsule_sym._map import Trajectory, evaluation, simulate
 from capsule_sym._map.backend import backend
-from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.itinerary import level
-from capsule_sym._parameters import Scene, SceneParameters
-
-COLUMNS = ("entered", "left", "guard")
-"""Ways to say what happens at a switch: the field entered, the field left, or the guard."""
+from capsule_sym._parameters import SceneParameters
 
 _MOST = 10_000  # switches
 _SLACK = 0.125  # of a period of the drive or of the spring: times that are closer may be one
@@ -209,7 +204,7 @@ def check_switches(
     if tolerance is not None and not (math.isfinite(tolerance) and tolerance > 0):
         raise InvalidInput("tolerance", tolerance, "finite and > 0")
     scene = parameters.scene
-    names = [_name(scene, by, event, row) for row, event in enumerate(events, 1)]
+    names = [named(scene, by, event, row) for row, event in enumerate(events, 1)]
     if len(names) != len(found):
         raise InvalidInput("events", len(names), f"as many as there are times, {len(found)}")
     last = float(found[-1]) if end is None and len(found) else float(phase if end is None else end)
@@ -220,7 +215,8 @@ def check_switches(
     truth, growth, horizon = _truth((parameters, state, phase), last + slack, slack, settings)
     ends = _times(truth)
     exact = tuple(
-        Event(float(t), _event(by, *pair)) for t, pair in zip(ends, _pairs(truth), strict=True)
+        Event(float(t), event_between(by, *pair))
+        for t, pair in zip(ends, pairwise(truth.segments), strict=True)
     )
     judged = sum(event.time < min(horizon, last + slack) for event in exact)
     exact, growth, ends = exact[:judged], growth[:judged], ends[:judged]
@@ -249,24 +245,6 @@ def _check_times(times: NDArray[np.float64], phase: float, resolution: float) ->
         raise InvalidInput("resolution", resolution, "finite and >= 0")
 
 
-def _name(scene: Scene, by: str, event: object, row: int) -> str:
-    """The name of what happens at a switch, as this module writes it."""
-    text = str(event).strip()
-    if by == "guard":
-        if text.lower() in (allowed := [guard.value for guard in Guard]):
-            return text.lower()
-    else:
-        modes = list(map(str, scene.facts.MODES))
-        allowed = [f"F{k}" for k in scene.facts.FIELDS]
-        number = text.upper().removeprefix("F")
-        if f"F{number}" in allowed:
-            return f"F{number}"
-        if text.upper() in modes:
-            return f"F{modes.index(text.upper()) + 1}"
-        allowed = [f"{field} or {mode}" for field, mode in zip(allowed, modes, strict=True)]
-    raise InvalidInput(f"{by} in row {row}", event, f"one of {', '.join(allowed)}")
-
-
 def _truth(
     start: tuple[SceneParameters, Sequence[float], float],
     end: float,
@@ -285,27 +263,12 @@ def _truth(
     return truth, growth_of_errors(truth), horizon if truth.success else truth.span[1]
 
 
-def _pairs(run: Trajectory) -> list[tuple[Segment, Segment]]:
-    return list(pairwise(run.segments))
-
-
 def _times(run: Trajectory) -> NDArray[np.object_]:
     """Times of the switches of a run, (m,), with all its digits."""
     with backend("numpy" if run.backend == "c" else run.backend, run.scene) as numbers:
         period = numbers.full_turn / numbers.number(run.parameters.omega)
-        ends = [one.end.period * period + one.end.phase for one, _ in _pairs(run)]
+        ends = [one.end.period * period + one.end.phase for one, _ in pairwise(run.segments)]
     return np.array(ends, dtype=object)
-
-
-def _event(by: str, segment: Segment, following: Segment) -> str:
-    """Name of the event between two segments."""
-    if by == "guard":
-        scene = segment.scene
-        if level(segment.field, scene) != level(following.field, scene):
-            return Guard.EDGE.value
-        guard = ending_guard(segment.field, following.field, scene)
-        return guard.value if guard else ""
-    return following.name if by == "entered" else segment.name
 
 
 def _columns(events: Sequence[Event]) -> tuple[NDArray[np.float64], list[str]]:

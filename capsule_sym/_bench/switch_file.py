@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from capsule_sym._bench.check import COLUMNS
+from capsule_sym._bench.naming import COLUMNS
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._parameters import CAPSULE, Scene
 
