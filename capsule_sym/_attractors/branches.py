@@ -71,7 +71,7 @@ class AttractorBranch:
     death: Change | None
 
     def orbit(self, i: int) -> Orbit:
-        """Closed orbit at value i; raises InvalidInput if its equations are not solved."""
+        """Periodic orbit at value i; raises InvalidInput if Newton's method finds none there."""
         found = closed_orbit(placed_at(self.path, self.base, self.values[i]), self.cycles[i])
         if found is None:
             raise InvalidInput("i", i, "a value at which the orbit's equations are solved")

@@ -60,10 +60,10 @@ class Cycle(NamedTuple):
 
 
 class Arrivals(NamedTuple):
-    """The attractors at which n runs arrived."""
+    """Attractors reached by n runs, with their final states; each array has one row a run."""
 
     numbers: NDArray[np.int16]
-    """Attractor number of each run, NONE for another attractor or for none."""
+    """Number of the attractor, NONE if it is an unknown one or none is reached."""
     repeats: NDArray[np.bool_]
     """True for a run that repeats itself on an unknown attractor."""
     states: Vector

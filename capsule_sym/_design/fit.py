@@ -141,7 +141,7 @@ class Fit(Result):
 
     @property
     def least(self) -> float:
-        """Sum of the residuals' squares, transformed by the loss."""
+        """Least sum of the squared residuals, each transformed by the loss."""
         return 2.0 * self.found.cost
 
     def __repr__(self) -> str:

@@ -23,11 +23,12 @@ Matrix = NDArray[np.float64]
 
 
 class MetricSpread(NamedTuple):
-    """Spread of one metric, in SI units if the system is a device.
+    """Spread of one metric over the samples, in SI units if the system is a device.
 
-    `quantiles` are those of `QUANTILES`. `first` and `total`, (k,), are Sobol's indices by the k
-    parameters, with their 95 % intervals (k, 2). `numbers` is the share of samples with a finite
-    value; samples without a periodic motion have none.
+    `deviation` is the standard deviation; `quantiles` are those at `QUANTILES`. `first` and
+    `total`, (k,), are Sobol's indices of the k parameters, with their 95 % intervals (k, 2).
+    `numbers` is the share of samples with a finite value; samples without a periodic motion have
+    none.
     """
 
     metric: str

@@ -234,12 +234,12 @@ def plot_energies(
     axes: Sequence[Axes] | None = None,
     device: SceneDevice | None = None,
 ) -> Figure:
-    """Energy per excitation period along a branch: what damper and friction take of the work.
+    """Energy per excitation period along a branch: work of the drive, and losses.
 
-    The two losses are stacked bars, the drive's work a line; they meet but for rounding. On a slope
-    the work of lifting the bodies is a bar too: above those where they rise, and where they sink
-    below zero, as what is had beside the drive's work. Below stands the share of the work that
-    friction takes, which is what moves the capsule against it.
+    The losses in damper and friction are stacked bars, the drive's work is a line. On level ground
+    the line is at the top of the bars, up to rounding. On a slope the work of lifting the bodies is
+    a bar too: on top of the losses where they rise, and below zero where they sink, since gravity
+    then adds to the drive's work. The lower panel has the share of the work that friction takes.
     Drawn into two `axes`, without the names, if they are given; in SI units with a `device`, as by
     `plot_bifurcations`.
     """

@@ -296,7 +296,7 @@ def plot_fig7(
     width: float = PAGE,
     figure: Figure | SubFigure | None = None,
 ) -> Figure:
-    """Displacements of mass and capsule, and phase portraits, one panel a motion (Fig. 7).
+    """Displacements of mass and capsule, and the phase portrait, of each motion (Fig. 7).
 
     Drawn into `figure`, a figure or a part of one, if it is given.
     """

@@ -106,10 +106,11 @@ def simulate_many(
     `parameters` are n `Parameters` of one scene, or rows (n, 7) of those of `scene` (its name or
     folder; by default the paper's). States are (n, 3) or (3,), phases (n,) or one number. `keep` is
     as in `simulate`; times are the same for all runs. Final and stroboscopic states are computed in
-    vector lanes, and agree with those of single runs up to rounding. `max_segments` limits each
-    other run, `max_seconds` all runs together. Kept data take at most 4 GiB, of which each run has
-    an equal part: a run that uses up its part ends with the status memory-limit, and counts that
-    certainly take more are refused. All quantities are dimensionless.
+    vector lanes unless `max_segments` is set, and agree with those of single runs up to rounding.
+    `max_segments` limits each run, `max_seconds` all runs together. Kept data take at most 4 GiB,
+    of which each run has an equal part. A run that uses up its part ends with the status
+    memory-limit; counts of runs, periods or times that certainly need more are refused. All
+    quantities are dimensionless.
 
     Raises InvalidInput for a value that is not allowed.
     """

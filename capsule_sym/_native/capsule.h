@@ -1,6 +1,6 @@
-/* The exact map of the capsule system in C99: segments chained switch by switch, each switch certified to
-   be the first. No allocation, no global state, nothing but libm; every function is safe to call from
-   several threads on data of their own.
+/* The exact map of the capsule system in C99: segments chained from switch to switch, each switch proved
+   to be the first event of its segment. No allocation, no global state, no dependency but libm. Every
+   function may be called from several threads on separate data.
 
    All quantities are dimensionless, named as in the paper (Guo & Liu, Physica D, 2019, doi
    10.1016/j.physd.2019.04.008). A time is a number of whole excitation periods and a forcing angle in [0, 2
@@ -26,8 +26,8 @@
 
 #define CAPSULE_TERMS 14 /* coefficients from which a state is evaluated */
 #define CAPSULE_DEGREE 8 /* of the polynomials that bound a guard from below and above */
-#define CAPSULE_REACH 1.4 /* length of an expansion, over the fastest rate of the segment */
-#define CAPSULE_GROWTH 1.6 /* and at most, over the rate at which its terms grow without signs */
+#define CAPSULE_REACH 1.4 /* length of an expansion is at most this over the fastest rate of its flow, */
+#define CAPSULE_GROWTH 1.6 /* and at most this over the growth rate of its terms in absolute value */
 
 #define CAPSULE_LIMITS 8
 #define CAPSULE_LEVELS 4 /* lengths of expansions side by side, each half of the one before */
@@ -76,7 +76,7 @@ typedef struct {
 
 /* Stops long work, at a limit of work (which is independent of clocks) or on request of `ask`. Both are
    checked after about every CAPSULE_WORK expansions, which take milliseconds. `ask` (may be null) is called
-   in the working thread; 0 continues, and once it has stopped work it must do so again. To resume after the
+   in the working thread and returns 0 to continue. After another number it must never return 0 again. To resume after the
    limit, raise it by more than one segment takes, since a stopped segment starts again. A segment that
    rests forever counts 1 for each row of `strobe`. Each thread has its own watch, whose `done` and `work`
    are 0 at first. */
@@ -110,8 +110,8 @@ static inline int capsule_asked(capsule_watch *watch, int64_t work)
 /* Results of a run besides the final state; null pointers are skipped, at no cost. */
 typedef struct {
     double (*strobe)[3]; /* the state at the end of period k in row k, k = 1 .. periods */
-    int64_t rows;        /* of strobe, if they are too few for that, else 0: row k % rows then;
-                            at least 8192, and the run pauses when half of them are new */
+    int64_t rows;        /* 0 if strobe has periods + 1 rows. Else its number of rows, at least 8192:
+                            row k % rows has period k, and the run pauses when half of them are new */
     capsule_segment *segments;
     capsule_event *events;
     size_t room;   /* of segments or events; the run pauses when it is used up */
@@ -124,14 +124,14 @@ typedef struct {
 
 /* Makes the map at a parameter set. All parameters are finite, those of CAPSULE_POSITIVE_PARAMETERS > 0,
    those of CAPSULE_NOT_NEGATIVE_PARAMETERS >= 0, those of CAPSULE_SHARE_PARAMETERS < 1, and two stops do
-   not touch. Otherwise it returns CAPSULE_REFUSED, and so do runs on it. A map made before, or zeroed
-   memory, may be made again; unchanged parts are kept. A share so near to 0 or 1 that a pulse or a pause is
+   not touch. Otherwise it returns CAPSULE_REFUSED, and so do runs on the map. `capsule_map_remake` takes
+   a map made before, or zeroed memory, and keeps the parts that do not change. A share so near to 0 or 1 that a pulse or a pause is
    shorter than the rounding of an angle (1e-300, say) is accepted, but runs that begin to slip there return
    CAPSULE_OPEN. */
 capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 
-/* Makes only the parts of a map that `capsule_state_at` needs; runs on it are not allowed. */
+/* Makes only the parts of a map that `capsule_state_at` needs. Such a map allows no runs. */
 capsule_stop capsule_map_constants(const capsule_parameters *parameters, capsule_map *map);
 
 /* State at a time in [0, 2 pi/omega), on exactly those surfaces that its numbers satisfy. Without a map its
@@ -139,8 +139,8 @@ capsule_stop capsule_map_constants(const capsule_parameters *parameters, capsule
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase);
 
-/* Number of runs that this processor takes side by side: 8 (AVX-512), 4 (AVX2) or 1. Their last bits
-   differ. */
+/* Number of runs that this processor takes side by side: 8 (AVX-512), 4 (AVX2) or 1. The last bits of
+   results differ between these numbers. */
 int capsule_lanes(void);
 
 /* Most runs side by side that may be requested: a larger number only in builds for tests of all widths. */
@@ -205,9 +205,10 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
                             capsule_motion *motion, capsule_outcome *open);
 
 /* Evaluates the states (x_r, v_r, v_c, x_c) of a run at times, from its segments in their order. Times are
-   absolute, 2 pi/omega for each period plus the angle over omega; a time before the preceding one costs a
-   step for each segment between them. Before the first segment and after the last the state is that of its
-   start or end. With `more` segments to follow, evaluation ends at the first time after the last one's end.
+   absolute, 2 pi/omega for each period plus the angle over omega; ascending
+   times are fastest, since a step back passes each segment between. Before the first segment the state is
+   its start, after the last its end. If `more` segments follow in another call, evaluation ends at the first
+   time at or after the last one's end.
    Returns the number of times evaluated: less than n also if `watch` (may be null) stops it, or at an
    invalid field; 0 if refused. */
 size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
@@ -237,16 +238,16 @@ size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segm
 
 /* Requested results of an orbit besides its state, monodromy matrix and progression. */
 typedef struct {
-    capsule_segment *segments; /* receives those of one period of the motion, from angle 0 on */
-    size_t room;               /* of them */
+    capsule_segment *segments; /* receives the segments of one period, from angle 0 on */
+    size_t room;               /* largest number of segments */
     int energies, forces, gradients; /* 1 if requested */
     capsule_watch *watch;            /* or null */
 } capsule_orbit_request;
 
 /* Solves for the periodic motion of so many excitation periods near a state (x_r, v_r, v_c) at forcing
    angle 0 by Newton's method, and computes its metrics. Returns CAPSULE_DONE with the outcome in
-   `orbit->status`, or the result of its run; also CAPSULE_OPEN at a segment so slow compared with its flow
-   that its integrals or peaks would take too long. */
+   `orbit->status`, or the reason for which its run ended early. CAPSULE_OPEN also means a segment so slow,
+   compared with its flow, that its integrals or peaks would take too long. */
 capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
                                  const capsule_orbit_request *request, capsule_orbit *orbit);
 
@@ -257,8 +258,8 @@ capsule_stop capsule_add_energies(const capsule_map *map, const capsule_segment 
 /* Itinerary of a periodic motion: fields, from 1 on, of its segments in cyclic order, over so many excitation
    periods. A single guard, or an edge of the drive, ends each segment; an edge may also end rest. Without
    pulses a single field is a sticking one. If `mirrored`, it is the itinerary of the first half of a motion
-   that is its own mirror image, over an odd number of periods, and with one stop without contact: the images
-   of the segments follow. */
+   that is its own mirror image, over an odd number of periods. The images of these segments are its
+   second half. With one stop such a motion has no contact. */
 typedef struct {
     const int32_t *fields;
     int count, periods, mirrored;
@@ -310,7 +311,7 @@ capsule_stop capsule_monodromy(const capsule_parameters *parameters, const capsu
 /* Options for the solution of an itinerary's equations. */
 typedef struct {
     double *workspace;       /* of CAPSULE_ITINERARY_ROOM(count) */
-    const double *direction; /* or null: direction of the parameters, which replaces the fixed unknown */
+    const double *direction; /* or null: direction in which the parameters move, while an unknown is held */
     int held;                /* index of that unknown, from 0 */
     capsule_watch *watch;    /* or null */
 } capsule_itinerary_request;
@@ -332,9 +333,9 @@ typedef struct {
 } capsule_extremum;
 
 /* Finds all interior extrema of a quantity in a segment of a duration, in the order of time: the rate is
-   proved to keep its sign between two of them. The first `zeros` derivatives of the rate, itself included,
-   vanish at the start: 0, or 1 for the speed where a slip begins. Returns their number, or -1 if double
-   precision cannot decide, if there are more than `room`, if it takes long, or if it is refused. */
+   proved to keep its sign between two of them. `zeros` is 1 if the rate vanishes at the start, as that of the
+   speed does where a slip begins, else 0. Returns their number, or -1 if double
+   precision cannot decide, if there are more than `room`, if it takes long, or if arguments are refused. */
 int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                        capsule_quantity quantity, int zeros, double duration,
                        capsule_extremum *extrema, int room);

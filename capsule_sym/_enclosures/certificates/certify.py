@@ -84,8 +84,9 @@ def certify_bifurcation(
 ) -> tuple[dict[str, Any], Event]:
     """Certificate of a bifurcation with a segment of duration 0, and the proved event.
 
-    Alpha is solved for; for a point of a curve the other parameters are those of the point. Raises
-    Unproved with the step that failed, for a smooth bifurcation, and after `max_seconds`.
+    Alpha is solved for. The other parameters are those of the bifurcation or of the curve's point,
+    as in `certify_orbit`. Raises Unproved with the step that failed, for a smooth bifurcation, for
+    a branch in another parameter, and after `max_seconds`.
     """
     if found.segment is None:
         raise Unproved("type", f"{_named(found)} has no segment of duration 0")

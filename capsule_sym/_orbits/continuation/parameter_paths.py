@@ -119,7 +119,10 @@ class ParameterPath:
         return placed
 
     def along(self, by_p: Matrix, value: Number) -> Vector:
-        """Derivative by the varied parameter, from those by all parameters, (many, parameters)."""
+        """Total derivative by the varied parameter at `value`, (n,), by the chain rule.
+
+        `by_p` has the derivatives by all parameters, (n, parameters).
+        """
         result = 0 * by_p[:, 0]
         if self.name in self.names:
             result = result + by_p[:, self.names.index(self.name)]
@@ -138,7 +141,7 @@ class ParameterPath:
         return self
 
     def by(self, by_p: Matrix, values: Sequence[Number]) -> Vector:
-        """Derivative by the varied parameter at parameters on the path, as `along`."""
+        """Derivative along the path, as `along`, at the values of all parameters."""
         return self.along(by_p, self.value(values))
 
     def _affine(self) -> tuple[str, Function]:

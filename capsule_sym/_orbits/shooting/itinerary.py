@@ -216,7 +216,7 @@ class Itinerary:
         return self.image(before).guard if self.mirrored and index == 0 else before.guard
 
     def turns(self, index: int) -> int:
-        """Rises of the drive before a segment; each begins a turn of the forcing angle."""
+        """Number of rises of a pulsed drive before a segment; each begins an excitation period."""
         before = (one for one in self.segments[:index] if one.guard is Guard.EDGE)
         return sum(level(one.field, self.scene) for one in before)
 

@@ -167,7 +167,7 @@ class Orbit(Labelled):
     def motion(self) -> SteadyMotion:
         """Orbit as a steady motion of the map: segments, global map, progression.
 
-        Values that are exact at a switch are exact here: x_r at the stop, v_c = 0.
+        Quantities known at a switch have their exact values: x_r at the stop, v_c = 0.
         """
         with backend(self.backend, self.scene) as numbers:
             return SteadyMotion(

@@ -46,10 +46,10 @@ def solve_orbit(
     """Stable orbit on which the simulated motion settles within a number of excitation periods.
 
     The start state at phase `phase` is dimensionless. The motion need not have settled to the last
-    digit: a nearby orbit of a repeated itinerary is accepted if it is stable and admissible, and if
-    the motion approaches it. Itineraries over 1 to 16 excitation periods are tried. If there is no
-    orbit, the message names the itineraries at the end of the run and the reason against each. The
-    search ends after `max_seconds`. Raises InvalidInput as `simulate` does.
+    digit: when the itinerary repeats, the nearby orbit is accepted if it is stable and admissible,
+    and if the motion approaches it. Itineraries over 1 to 16 excitation periods are tried. If there
+    is no orbit, the message names the itineraries at the end of the run and the reason against
+    each. The search ends after `max_seconds`. Raises InvalidInput as `simulate` does.
     """
     length, refused = 0, list[_Refused]()
 

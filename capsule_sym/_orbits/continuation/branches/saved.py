@@ -45,7 +45,7 @@ def labelled_point(
 ) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
     """Path of a saved branch (`branch --out`), and its point with this label.
 
-    A point of a branch that leaves it has the label "PD1/AS2": the origin and its own label.
+    On a branch that was switched to at PD1, the label of point AS2 is "PD1/AS2".
     `parameter` and `ties`, if given, replace those of the file. Raises InvalidInput for a file that
     cannot be read, is not a branch of this format, or has no such label. A file cannot hold ties by
     Python functions: they have to be given again.

@@ -186,7 +186,7 @@ class CodimensionTwoPoint(SolvedPoint):
     segments: tuple[int, ...] = ()
 
     def at(self, values: tuple[float, float]) -> bool:
-        """True if these are the point's parameters, up to the error of a point found twice."""
+        """True if these are the point's parameter values, within the absolute tolerance 1e-9."""
         return all(
             abs(one - other) <= _SAME for one, other in zip(self.values, values, strict=True)
         )
