@@ -68,6 +68,19 @@ class Motion:
             self._orbit = orbit_at(self.parameters, self.state.tolist(), self.period_number)
         return self._orbit
 
+    @property
+    def at_phase_zero(self) -> Vector:
+        """A state at forcing angle 0 that leads to it; that of its orbit's start if none does."""
+        if self.found is not None:
+            return self.state
+        assert self._orbit is not None
+        *state, angle = (float(value) for value in self._orbit.z[:4])
+        phase = (angle % math.tau) / self.parameters.omega
+        found = settle(
+            self.parameters, state, min(phase, math.nextafter(self.parameters.period, 0))
+        )
+        return np.array(state) if found is None or found.found is None else found.state
+
     @cached_property
     def metrics(self) -> dict[str, Slope]:
         """Metrics in the order of `METRICS`; raises numpy.linalg.LinAlgError at a fold."""

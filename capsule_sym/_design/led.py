@@ -1,85 +1,312 @@
-"""Search of places on which the scenarios' starts settle, where these bound the best.
+"""The best places that the scenarios' starts lead to, near others, where no gradient shows the way.
 
-Beyond a basin boundary a start leads to another motion, and the objective jumps. The distance of
-the boundary has no derivatives: batches of places are drawn around the best one, in boxes that
-shrink if none is better. Then lines uphill are bisected to the boundary, and parabolas through
-these places predict the best place along it.
+Beyond a basin boundary a start leads to another motion, and the objective jumps. Searches by
+covariance matrix adaptation (Hansen, arXiv:1604.00772) go side by side in batches of places; along
+a smooth boundary the last digits come from parabolas through places where lines uphill meet it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.program import KEPT, Place, Program
+from capsule_sym._design.evaluation import agrees
+from capsule_sym._design.program import KEPT, STABLE, Place, Program
+from capsule_sym._design.quantities import dimensionless
 from capsule_sym._design.survey import overview
 from capsule_sym._map.labelled import package
-from capsule_sym._native import check_time
+from capsule_sym._map.many import simulate_many
+from capsule_sym._native import check_time, core_of
 
+_GENERATIONS = 120  # of a search at most
+_LOOK = 8  # generations after which searches that promise nothing end
+_PROMISED = 4.0  # times what a search gained in these it may gain later
+_MERGED = 1e-3  # of the bounds, between two searches that are one
+LAST, FINEST = 1e-4, 1e-11  # of the bounds: steps of a search that decides a result
+LONGER = 2  # times, that runs may take where a result is decided
+_REFUSED = 1e6  # units of the objective, beyond a limit
+_RADII = (0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6)  # of the bounds, around a result
+_CELLS = 128  # in each of these boxes
+_WIDTH = 3e-4  # of the bounds: of a stretch of a boundary
+_PARTS = 8  # of a line
+_SHORTEST, _PRECISE = 1e-12, 1e-8  # of the bounds and of a stretch: the last part
+_STEPS = 10  # along a boundary
+_SHRINK = 4.0  # of a stretch along which nothing is better
+_FARTHEST = 4.0  # of the distance of two lines: a step along a boundary
+_AROUND = 64  # places close around one
+_JUMP = 3.0  # times what the gradient explains
+_BETTER = 1e-12  # units of the objective
+_ROUNDING = 1e-9  # the same, of one motion reached by two runs
+_BACK = (1e-8, 1e-7, 1e-6)  # of the bounds, off a boundary
+_LOST = 1e-4  # units of the objective, that a step off a boundary loses at most
+_PAIRS, _BOX, _APART = 256, 0.01, 1e-7  # neighbours, their distance from a place and each other
+_LEAP = 1e-3  # units of the objective, between neighbours on different motions
+_LONG, _STAYS = 2048, 1e-6  # excitation periods of a run, and how near to its motion it ends
+_BESIDE = (1e-6, 1e-5, 1e-4, 1e-3)  # of the bounds, uphill, where a basin boundary is looked for
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-_DRAWN = 40  # places per box and variable
-_ROUNDS = 30  # largest number of boxes
-_SHRINK = 4.0  # factor of a box without a better place
-_LEAST = 3e-4  # size of the last box, in the bounds
-_DECADES = 3.0  # range of sizes of steps uphill in one box, in decades
-_PARTS = 24  # parts of a line
-_FINEST = 1e-12  # size of the last part, in the bounds
-_STEPS = 6  # largest number of steps along a boundary
-_FARTHEST = 4.0  # largest step along a boundary, in distances of two lines
-_JUMP = 3.0  # factor over the change that the gradient explains
-_BETTER = 1e-12  # units of the objective
-_ROUNDING = 1e-9  # the same, for one motion reached by two runs
 
 
-def best_led(program: Program, place: Place, reach: float) -> Place:
-    """Best place on which the starts settle near one, at first within `reach` of the bounds."""
-    draw, size, best = np.random.default_rng(0), reach, place
-    for _ in range(_ROUNDS):
-        check_time()
-        found = next_led(program, best, size, draw)
-        best, size = found or best, size if found else size / _SHRINK
-        if size < min(_LEAST, reach / _SHRINK):
-            break
-    return _Boundary(program, best).best
+class Spot(NamedTuple):
+    """Variables, the worst objective of the motions that count there, and a place near to it."""
+
+    worst: float
+    u: Vector
+    near: Place
+
+    def place(self, program: Program) -> Place | None:
+        """The place with these motions."""
+        if program.among == STABLE:
+            return program.beside(self.near, self.u)
+        return program.begin(self.u)
 
 
-def next_led(program: Program, best: Place, size: float, draw: np.random.Generator) -> Place | None:
-    """Best of many places in a box around one, if it is better; else None.
+def worst_at(
+    program: Program, points: Matrix, near: Sequence[Place] = (), longer: int = 1
+) -> Vector:
+    """The worst objective at points (n,), infinite where there is no motion.
 
-    Beside a boundary there is less room uphill than along it: half of the steps have a smaller part
-    uphill.
+    Beyond limits it is greater than any within them. Where all stable motions count, runs begin on
+    those of places `near`, one for each of the points or for all of them.
     """
-    count = _DRAWN * len(best.u)
-    steps = draw.uniform(-size, size, (count, len(best.u)))
-    if (uphill := _uphill(program, best)) is not None:
-        less = 1.0 - 10.0 ** -draw.uniform(0.0, _DECADES, count // 2)
-        steps[: count // 2] -= np.outer(less * (steps[: count // 2] @ uphill), uphill)
-    points = np.clip(best.u + steps, 0.0, 1.0)
-    worst = _worst(program, points)
-    for i in np.argsort(worst)[:3].tolist():
-        if not worst[i] < best.worst:
+    states = None
+    if program.among == STABLE:
+        states = np.array([place.motions[0].at_phase_zero for place in near])
+        states = np.repeat(states, len(points) // len(near), axis=0)
+    found = overview(program, points, program.scenarios, states, longer)
+    beyond = found.beyond(program)
+    worst = found.worst / program.unit
+    worst = np.where(beyond > KEPT, _REFUSED + beyond, worst)
+    return np.where(np.isfinite(worst), worst, np.inf)
+
+
+def refined(
+    program: Program,
+    places: Sequence[Place],
+    level: float,
+    size: float,
+    finest: float,
+    longer: int = 1,
+) -> list[Spot]:
+    """The best places near some, the best first; `size` and `finest` are steps, of the bounds.
+
+    Searches end where they come near a better one, or will hardly reach the level or the best.
+    """
+    if core_of(program.system.scene) is None:
+        return sorted((Spot(one.worst, one.u, one) for one in places), key=lambda one: one.worst)
+    search = _Searches(program, places, size, longer)
+    for generation in range(_GENERATIONS):
+        check_time()
+        if not search.left.any():
             break
-        place = program.begin(points[i])
-        if place is not None and place.rank < best.rank:
-            return place
-    return None
+        search.step()
+        search.left &= search.reach > finest
+        if generation % _LOOK == _LOOK - 1:
+            search.drop(level)
+    found = zip(search.worst.tolist(), search.u, places, strict=True)
+    spots = [Spot(*one) for one in found]
+    return sorted(spots, key=lambda one: one.worst)
+
+
+class _Searches:
+    """Searches by covariance matrix adaptation, side by side, each with its best place."""
+
+    def __init__(self, program: Program, places: Sequence[Place], size: float, longer: int) -> None:
+        self.program, self.places, self.longer = program, places, longer
+        self.u = np.array([place.u for place in places])
+        self.worst = worst_at(program, self.u, places, longer)
+        self.before = self.worst + np.inf
+        n, d = self.u.shape
+        self.left = np.ones(n, bool)
+        self.mean, self.size = self.u.copy(), np.full(n, size)
+        self.shape = np.tile(np.eye(d), (n, 1, 1))
+        self.path, self.path_of_size = np.zeros((n, d)), np.zeros((n, d))
+        self.reach = np.full(n, size)
+        """The longest half-axis of the places that are tried."""
+        self.count, self.draw = 6 + 2 * d, np.random.default_rng(0)
+        weights = np.log(self.count / 2 + 0.5) - np.log(np.arange(1, self.count // 2 + 1))
+        self.weights = weights / weights.sum()
+
+    def step(self) -> None:
+        """One generation of all searches that are left."""
+        some, d, count = np.flatnonzero(self.left), self.u.shape[1], self.count
+        scales, axes = np.linalg.eigh(self.shape[some])
+        scales = np.sqrt(np.maximum(scales, 1e-300))
+        drawn = self.draw.normal(size=(len(some), count, d)) * scales[:, None]
+        moves = np.einsum("nij,ncj->nci", axes, drawn) * self.size[some, None, None]
+        tried = np.clip(self.mean[some, None] + moves, 0.0, 1.0)
+        near = [self.places[i] for i in some.tolist()]
+        values = worst_at(self.program, tried.reshape(-1, d), near, self.longer)
+        values = values.reshape(len(some), count)
+        order = np.argsort(values, axis=1, kind="stable")
+        rows = np.arange(len(some))
+        first = values[rows, order[:, 0]]
+        better = first < self.worst[some]
+        self.worst[some[better]] = first[better]
+        self.u[some[better]] = tried[rows, order[:, 0]][better]
+        alive = np.isfinite(first)
+        self.size[some[~alive]] /= 2
+        taken = (tried - self.mean[some, None]) / self.size[some, None, None]
+        taken = np.take_along_axis(taken, order[:, : len(self.weights), None], axis=1)
+        usable = np.isfinite(np.take_along_axis(values, order[:, : len(self.weights)], axis=1))
+        weights = self.weights * usable
+        weights /= np.maximum(weights.sum(axis=1), 1e-300)[:, None]
+        self._adapt(some[alive], weights[alive], taken[alive], scales[alive], axes[alive])
+        self.reach[some] = self.size[some] * scales.max(axis=1)
+
+    def _adapt(
+        self, some: NDArray[np.intp], weights: Matrix, taken: Vector, scales: Matrix, axes: Vector
+    ) -> None:
+        """Means, shapes and sizes after a generation, with the constants of the paper's table 1."""
+        d, mass = self.u.shape[1], 1 / (self.weights**2).sum()
+        c_size = (mass + 2) / (d + mass + 5)
+        damping = 1 + 2 * max(0.0, np.sqrt((mass - 1) / (d + 1)) - 1) + c_size
+        c_path = (4 + mass / d) / (d + 4 + 2 * mass / d)
+        c_one = 2 / ((d + 1.3) ** 2 + mass)
+        c_most = min(1 - c_one, 2 * (mass - 2 + 1 / mass) / ((d + 2) ** 2 + mass))
+        normal = np.sqrt(d) * (1 - 1 / (4 * d) + 1 / (21 * d**2))
+        move = np.einsum("nc,nci->ni", weights, taken)
+        self.mean[some] += self.size[some, None] * move
+        white = np.einsum("nij,nj->ni", axes, np.einsum("nji,nj->ni", axes, move) / scales)
+        self.path_of_size[some] *= 1 - c_size
+        self.path_of_size[some] += np.sqrt(c_size * (2 - c_size) * mass) * white
+        far = np.linalg.norm(self.path_of_size[some], axis=1)
+        self.path[some] *= 1 - c_path
+        short = (far < (1.4 + 2 / (d + 1)) * normal)[:, None]
+        self.path[some] += np.sqrt(c_path * (2 - c_path) * mass) * move * short
+        path = self.path[some]
+        self.shape[some] *= 1 - c_one - c_most
+        self.shape[some] += c_one * path[:, :, None] * path[:, None, :]
+        self.shape[some] += c_most * np.einsum("nc,nci,ncj->nij", weights, taken, taken)
+        self.size[some] *= np.exp(np.minimum(1.0, (c_size / damping) * (far / normal - 1)))
+
+    def drop(self, level: float) -> None:
+        """End searches that come near a better one, or will hardly reach the best."""
+        best = min(level, float(self.worst.min()))
+        with np.errstate(invalid="ignore"):
+            gain = self.before - self.worst
+            self.left &= ~(self.worst - _PROMISED * gain > best)
+        self.before = self.worst.copy()
+        order = np.argsort(self.worst, kind="stable").tolist()
+        for k, i in enumerate(order):
+            near = abs(self.u[order[:k]] - self.u[i]).max(axis=1, initial=0.0)
+            if k and near.min() < _MERGED:
+                self.left[i] = False
+
+
+def around(program: Program, place: Place, seed: int) -> list[Spot]:
+    """Better places in boxes around one, of each size at most one, the best first."""
+    if core_of(program.system.scene) is None:
+        return []
+    draw, radii = np.random.default_rng(seed), np.repeat(_RADII, _CELLS)[:, None]
+    points = place.u + radii * draw.uniform(-1, 1, (len(radii), len(place.u)))
+    points = np.clip(points, 0.0, 1.0)
+    worst = worst_at(program, points, [place]).reshape(len(_RADII), _CELLS)
+    points = points.reshape(len(_RADII), _CELLS, -1)
+    chosen = enumerate(worst.argmin(axis=1))
+    best = [Spot(float(worst[k, i]), points[k, i], place) for k, i in chosen]
+    return sorted((one for one in best if one.worst < place.worst), key=lambda one: one.worst)
+
+
+def scattered(program: Program, place: Place) -> float:
+    """Share of neighbours near to a place of which one start leads to another motion.
+
+    Next to a smooth boundary it is nearly 0, as they are so close; where basins are riddled it is
+    not.
+    """
+    draw, shape = np.random.default_rng(0), (_PAIRS, len(place.u))
+    points = np.clip(place.u + _BOX * draw.uniform(-1, 1, shape), 0.0, 1.0)
+    beside = np.clip(points + _APART * draw.choice((-1.0, 1.0), shape), 0.0, 1.0)
+    values = worst_at(program, np.vstack([points, beside]), [place])
+    one, other = np.where(np.isfinite(values), values, _REFUSED).reshape(2, -1)
+    return float(np.mean(abs(one - other) > _LEAP))
+
+
+def led_to(program: Program, place: Place) -> bool:
+    """Whether the starts do lead to the motions of a place, where that is asked for."""
+    if program.among == STABLE:
+        return all(motion.multiplier < 1 for motion in place.motions)
+    settled = program.settled(place.u)
+    return settled is not None and all(map(agrees, place.motions, settled))
+
+
+def ends_uphill(program: Program, place: Place, lost: bool = False) -> bool:
+    """Whether beside a place its motions are better, and the starts do not lead to them.
+
+    With `lost` also whether they are lost there, so that the objective jumps.
+    """
+    uphill = _uphill(program, place)
+    if uphill is None:
+        return False
+    steep = float(np.linalg.norm(program.by_u(place.objective_by), axis=1).max())
+    for far in _BESIDE:
+        side = program.beside(place, np.clip(place.u + far * uphill, 0.0, 1.0))
+        if side is None or side.worst > place.worst + _JUMP * steep * far + _ROUNDING:
+            if lost:
+                return True
+        elif not side.beyond and side.worst < place.worst and not led_to(program, side):
+            return True
+    return False
+
+
+def jumps_beside(program: Program, place: Place) -> bool:
+    """Whether the starts lead elsewhere from places close around one."""
+    draw, (far, *_) = np.random.default_rng(0), _BESIDE
+    points = place.u + far * draw.uniform(-1, 1, (_AROUND, len(place.u)))
+    worst = worst_at(program, np.clip(points, 0.0, 1.0), [place], LONGER)
+    steep = float(np.linalg.norm(program.by_u(place.objective_by), axis=1).max())
+    most = place.worst + _JUMP * steep * far * np.sqrt(len(place.u)) + _ROUNDING
+    return bool(np.any((worst > most) & (worst < _REFUSED)) or np.any(np.isinf(worst)))
 
 
 def _uphill(program: Program, place: Place) -> Vector | None:
-    """Direction of steepest descent of the worst objective, within the bounds."""
-    free = (place.u > 0.0) & (place.u < 1.0)
-    found: Vector = -program.by_u(place.objective_by)[int(np.argmax(place.objective))] * free
+    """The direction in which the worst objective gets better fastest, between the bounds."""
+    slope = program.by_u(place.objective_by)[int(np.argmax(place.objective))]
+    held = ((place.u <= 0) & (slope > 0)) | ((place.u >= 1) & (slope < 0))
+    found: Vector = -np.where(held, 0.0, slope)
     size = np.linalg.norm(found)
     return found / size if size > 0 else None
 
 
-def _worst(program: Program, points: Matrix) -> Vector:
-    """Worst objective at points (n,); infinite if a limit fails or there is no motion."""
-    found = overview(program, points, program.scenarios)
-    sizes = program.sizes[: found.slacks.shape[1]]
-    within = (found.slacks / sizes).min(axis=1, initial=np.inf) >= -KEPT
-    return np.where(within & np.isfinite(found.worst), found.worst / program.unit, np.inf)
+def stepped_back(program: Program, place: Place) -> Place:
+    """The place a little off a boundary uphill, at which a long run from each start stays."""
+    if (uphill := _uphill(program, place)) is None:
+        return place
+    for far in _BACK:
+        spot = Spot(place.worst, np.clip(place.u - far * uphill, 0.0, 1.0), place)
+        back = spot.place(program)
+        if back is not None and abs(back.worst - place.worst) < _LOST and _stays(program, back):
+            return back
+    return place
+
+
+def _stays(program: Program, place: Place) -> bool:
+    """Whether long runs from the starts end on the motions of a place."""
+    if program.among == STABLE:
+        return True
+    systems = program.systems_at(place.u)
+    for scenario, system, motion in zip(program.scenarios, systems, place.motions, strict=True):
+        own = dimensionless(system)
+        row = np.array([[*own.to_dict().values()]])
+        length = _LONG // motion.period_number * motion.period_number
+        run = simulate_many(row, scenario.state, 0.0, length, scene=own.scene)
+        off = abs(run.states[0] - motion.state).max() if run.success[0] else np.inf
+        if not off < _STAYS * (1 + abs(motion.state).max()):
+            return False
+    return True
+
+
+def along_boundary(program: Program, place: Place) -> Place:
+    """The best place along a boundary beside a place, which lines uphill meet."""
+    along = _Boundary(program, place)
+    if along.smooth:
+        return along.best
+    place = along.best
+    spot = refined(program, [place], np.inf, LAST, FINEST, LONGER)[0]
+    return spot.place(program) or place
 
 
 class _Boundary:
@@ -87,18 +314,22 @@ class _Boundary:
 
     def __init__(self, program: Program, place: Place) -> None:
         self.program, self.best = program, place
-        width = _LEAST
+        self.smooth = False
+        """Whether it has a tangent there, along which nothing is better."""
+        width = _WIDTH
         for _ in range(_STEPS):
-            before, uphill = self.best, _uphill(program, self.best)
-            if uphill is None:
+            before, uphill, narrow = self.best, _uphill(program, self.best), width / _SHRINK
+            if uphill is None or width < 10 * _SHORTEST:
                 break
             free = np.eye(len(place.u))[(self.best.u > 0.0) & (self.best.u < 1.0)]
+            if not len(free):
+                break
             along = free.T @ package("scipy.linalg", "design").null_space((free @ uphill)[None])
             offsets = np.vstack([np.zeros((1, len(place.u))), width * along.T, -width * along.T])
             points, values = self.met(offsets, uphill, width)
             self.take(points, values)
             if not along.size or not np.all(np.isfinite(values)):
-                width /= _SHRINK
+                width = narrow
                 if not along.size and before is self.best:
                     break
                 continue
@@ -111,15 +342,19 @@ class _Boundary:
             step = np.clip(step, -_FARTHEST, _FARTHEST)
             points, values = self.met((width * along @ step)[None], uphill, width)
             self.take(points, values)
+            width *= float(np.clip(abs(step).max(), 1 / _SHRINK, _SHRINK))
             if before.worst - self.best.worst < _BETTER:
-                break
-            width = width * float(np.clip(abs(step).max(), 1 / _SHRINK, _SHRINK))
+                width = min(width, narrow)
+                bent = bool(np.all(curve > 0)) and abs(step).max() < 1
+                self.smooth = bent and narrow < _WIDTH / 10 and values[0] < before.worst + _ROUNDING
+                if self.smooth:
+                    break
 
     def take(self, points: Matrix, values: Vector) -> None:
         """Keep the best of some points, if it is better."""
         i = int(np.argmin(values))
         if values[i] < self.best.worst:
-            place = self.program.begin(points[i])
+            place = Spot(float(values[i]), points[i], self.best).place(self.program)
             if place is not None and place.rank < self.best.rank:
                 self.best = place
 
@@ -128,22 +363,25 @@ class _Boundary:
 
         Infinite if a line does not leave it near to the place.
         """
-        check_time()
         here, count = self.best, len(offsets)
         steep = float(abs(self.program.by_u(here.objective_by) @ uphill).max())
         low, high = np.full(count, -2 * width), np.full(count, 2 * width)
-        values, shares = np.full(count, np.inf), np.linspace(0.0, 1.0, _PARTS + 1)
-        while (high - low).max() > _FINEST:
+        values, rows = np.full(count, np.inf), np.arange(count)
+        finest, shares = max(_SHORTEST, _PRECISE * width), np.linspace(0.0, 1.0, _PARTS + 1)
+        while (high - low).max() > finest:
             check_time()
             steps = low[:, None] + (high - low)[:, None] * shares
             points = (here.u + offsets)[:, None] + steps[:, :, None] * uphill
-            worst = _worst(self.program, np.clip(points, 0.0, 1.0).reshape(-1, len(here.u)))
-            worst = worst.reshape(count, -1)
+            points = np.clip(points, 0.0, 1.0).reshape(-1, len(here.u))
+            worst = worst_at(self.program, points, [here], LONGER).reshape(count, -1)
             far = abs(steps) + np.linalg.norm(offsets, axis=1)[:, None]
             led = abs(worst - here.worst) <= _JUMP * steep * far + _ROUNDING
-            last = len(shares) - 1 - np.argmax(led[:, ::-1], axis=1)
-            last = np.where(led.any(axis=1), np.minimum(last, len(shares) - 2), 0)
-            rows = np.arange(count)
-            values = np.where(led.any(axis=1), worst[rows, last], values)
-            low, high = steps[rows, last], steps[rows, last + 1]
+            last = led.shape[1] - 1 - np.argmax(led[:, ::-1], axis=1)
+            found = led.any(axis=1)
+            values = np.where(found, worst[rows, last], values)
+            # The ends are known after the first time.
+            ends = np.column_stack([steps, high])
+            after = ends[rows, np.where(found, last + 1, 0)]
+            low, high = np.where(found, steps[rows, last], low), after
+            shares = np.linspace(0.0, 1.0, _PARTS + 1)[1:-1]
         return np.clip(here.u + offsets + low[:, None] * uphill, 0.0, 1.0), values

@@ -53,7 +53,7 @@ def optimise(
     among: str = STARTS,
     samples: int = 2048,
     seed: int = 0,
-    follow: int = 6,
+    follow: int = 12,
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Optimum:

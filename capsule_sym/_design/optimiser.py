@@ -8,24 +8,48 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.evaluation import agrees
-from capsule_sym._design.led import best_led, next_led
+from capsule_sym._design.led import (
+    FINEST,
+    LAST,
+    LONGER,
+    along_boundary,
+    around,
+    ends_uphill,
+    jumps_beside,
+    led_to,
+    refined,
+    scattered,
+    stepped_back,
+)
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
-from capsule_sym._design.polish import BASIN, KINK, NOT_LED, Rest, polish
-from capsule_sym._design.program import STABLE, Place, Program
+from capsule_sym._design.polish import (
+    BASIN,
+    EFFORT,
+    KINK,
+    MARGIN,
+    NOT_LED,
+    Rest,
+    bifurcation_of,
+    polish,
+    with_limit,
+)
+from capsule_sym._design.program import Place, Program
 from capsule_sym._design.stationary import rough
 from capsule_sym._design.survey import Survey, Surveyor
 from capsule_sym._map.dragging import mean_force
 from capsule_sym._native import check_time
 from capsule_sym._parameters import SceneDevice
 
-_HOPEFUL = 0.05  # units of the objective that a polish may gain, unless one has gained more
-_SAME = 1e-6  # of the bounds: distance of equal places
-_REACH = 0.05  # of the bounds: first box of places on which the starts settle
-_NEAR = 1e-4  # the same, if no border of these places is known
-_BOXES = (1e-2, 1e-4, 1e-6)  # of the bounds, around a result
+_FIRST, _AGAIN, _NEAR = 0.02, 1e-3, 0.01  # of the bounds: first steps of searches
+_FINE = 1e-6  # of the bounds: the last steps, before conditions are solved
+_EFFORT = 200  # orbits that are solved for until a better place is looked for
+_TURNS = 3  # of looks around the best, each after searches near to what is better
+_FOLLOWED = 3  # of these, of which conditions are solved
+_BOUNDED = 2  # places where they cannot be solved, that are looked at to the end
 _BETTER = 1e-8  # units of the objective
+_RIDDLED = 0.02  # of neighbours on different motions
+_SCATTERED = "near to it {:.0%} of neighbours lead elsewhere: better places may lie between"
 _BESIDE = 0.99  # of friction: a mean force that nearly drags the device
 Vector = NDArray[np.float64]
 
@@ -37,9 +61,12 @@ class Optimiser:
         self.program, self.surveyor = program, Surveyor(program)
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
-        """Best place so far."""
-        self.edge: Place | None = None
-        """Best place on which the starts settle, if it was searched."""
+        """The best place that was passed."""
+        self.rests: list[Rest] = []
+        self.seen: Place | None = None
+        """The best place, around which it was looked for better ones."""
+        self.open: list[Place] = []
+        """Places that the starts lead to, without conditions that could be solved."""
         self.found: Optimum | None = None
 
     @property
@@ -61,80 +88,134 @@ class Optimiser:
         places = [self.program.place(one.u, one.motions) for one in candidates]
         runs = [[place] for place in places if place is not None]
         self.best = min((place for (place,) in runs), key=lambda place: place.rank, default=None)
-        self.found = self.of(runs) if runs else self.nowhere(moving)
+        self.found = self.of(runs, survey) if runs else self.nowhere(moving)
 
-    def of(self, runs: list[list[Place]]) -> Optimum:
-        """Best optimum of the ends of searches."""
+    def of(self, runs: list[list[Place]], survey: Survey) -> Optimum:
+        """The best optimum near to where searches came to rest."""
         if all(places[0].beyond for places in runs):
             runs = self.made_feasible(runs) or runs
             if runs[0][0].beyond:
                 return self.infeasible(runs[0][0])
-        runs = [places for places in runs if not places[0].beyond]
-        rests, hope = list[Rest](), _HOPEFUL
-        for places in sorted(runs, key=lambda places: places[0].worst):
-            check_time()
-            self.program.tell(f"search {len(rests) + 1}")
-            if all(promising(places[0], rest, hope) for rest in rests):
-                self.followed += 1
-                rests.append(self.checked(self.polished(places)))
-                hope = max(hope, 2 * (places[0].worst - rests[-1].found.place.worst))
-        best = min(rests, key=lambda rest: (not rest.whole, rest.found.place.worst))
-        bound = min(rests, key=lambda rest: np.fmin(rest.limit, rest.found.place.worst))
-        if bound.limit < best.found.place.worst:  # the best is elsewhere, and not reached
+        inside = (places[0] for places in runs if not places[0].beyond)
+        begin = sorted(inside, key=_worst)
+        self.look(begin[0])
+        self.search(begin)
+        if more := self.surveyor.more(survey):
+            self.search(more)
+        for place in sorted(self.open, key=_worst)[:_BOUNDED]:
+            if not self.rests or place.worst < self.level_at_rest - _BETTER:
+                self.rests.append(self.bounded(place))
+        best = self.best_rest
+        bound = min(self.rests, key=lambda rest: np.fmin(rest.limit, rest.found.place.worst))
+        if bound.limit < best.found.place.worst:  # what is best is elsewhere, and not reached
             best = replace(best, bifurcation=bound.bifurcation, limit=bound.limit)
         return self.optimum(best)
+
+    @property
+    def best_rest(self) -> Rest:
+        """The best place at rest."""
+        return min(self.rests, key=lambda rest: (not rest.whole, rest.found.place.worst))
+
+    def search(self, begin: list[Place]) -> None:
+        """Look near to places, and then around the best, for what is better."""
+        size = _FIRST
+        for _ in range(_TURNS):
+            for spot in refined(self.program, begin, self.level, size, _FINE)[:_FOLLOWED]:
+                if spot.worst < self.level - _BETTER and (place := spot.place(self.program)):
+                    self.look(place)
+            near = min(self.open + [rest.found.place for rest in self.rests], key=_worst)
+            if near is self.seen:
+                break
+            self.seen = near
+            spots = around(self.program, near, 0)
+            better = [one for one in spots if one.worst < self.level - _BETTER][:_FOLLOWED]
+            begin = [place for one in better if (place := one.place(self.program))]
+            if not begin:
+                break
+            size = _AGAIN
+
+    @property
+    def level_at_rest(self) -> float:
+        """What is approached by the best place at rest."""
+        values = [np.fmin(rest.limit, rest.found.place.worst) for rest in self.rests]
+        return float(min(values, default=np.inf))
+
+    @property
+    def level(self) -> float:
+        """What is to be bettered."""
+        return min([self.level_at_rest, *map(_worst, self.open)])
+
+    def look(self, place: Place) -> None:
+        """Solve for the optimum next to a place; what has none is left open."""
+        check_time()
+        self.followed += 1
+        self.program.tell(f"search {self.followed}")
+        rest = self.solved(place)
+        if rest is None:
+            self.open.append(place)
+        else:
+            self.rests.append(rest)
 
     def optimum(self, rest: Rest) -> Optimum:
         """Result of a place, with a hint if needed."""
         found = optimum_of(rest)
         hint = "" if found.status is OptimumStatus.OPTIMAL else _beside_dragging(found)
+        if found.bifurcation in (BASIN, KINK):
+            share = scattered(self.program, rest.found.place)
+            hint += f"; {_SCATTERED.format(share)}" if share > _RIDDLED else ""
         return replace(found, message=found.message + hint)
 
-    def checked(self, rest: Rest) -> Rest:
-        """Check by boxes of places around the optimum; returns a better one if found."""
-        draw = np.random.default_rng(0)
-        for size in _BOXES:
-            place = rest.found.place
-            better = next_led(self.program, place, size, draw)
-            if better is not None and better.worst < np.fmin(rest.limit, place.worst) - _BETTER:
-                other = self.polished([better, place])
-                if other.found.place.worst < place.worst:
-                    rest = other
-        return rest
+    def solved(self, place: Place, effort: int = _EFFORT) -> Rest | None:
+        """The optimum next to a place, if the starts lead to it; None if none is found."""
+        if ends_uphill(self.program, place):
+            return None
+        rest = polish(self.program, place, effort)
+        if rest is None or not rest.whole or not led_to(self.program, rest.found.place):
+            return None
+        return with_limit(rest)
 
-    def polished(self, places: Sequence[Place]) -> Rest:
-        """Optimum next to the first of some places, over motions on which the starts settle."""
-        rest = polish(self.program, places[0])
-        if rest is not None and rest.whole and self.confirmed(rest.found.place):
+    def bounded(self, place: Place) -> Rest:
+        """What a basin boundary, or borders that meet, leave of the best next to a place."""
+        if ends_uphill(self.program, place, lost=True):
+            return self.at_boundary(place)
+        if rest := self.solved(place, EFFORT):
             return rest
-        known = places[0]
-        if rest is not None:  # in terms of this program; one with its own margin has more slacks
-            last = rest.found.place
-            known = self.program.place(last.u, last.motions) or known
-        if not self.confirmed(known) or known.beyond:
-            led = (place for place in places if not place.beyond and self.confirmed(place))
-            near = next(led, None)
-            if near is None:
-                return Rest(self.program, rough(self.program, places[0]), bifurcation=NOT_LED)
-            known, bounded = near, BASIN
-        else:
-            bounded = KINK
-        if self.edge is not None and self.edge.worst <= known.worst:
-            place = self.edge  # of those from a better place
-        else:
-            place = best_led(self.program, known, _REACH if bounded == BASIN else _NEAR)
-            self.edge = place if bounded == BASIN else None
-        rest = polish(self.program, place)
-        if rest is not None and rest.whole and self.confirmed(rest.found.place):
-            return rest
+        program, kind, limit = self.program, KINK, place.worst
+        motion = max(place.motions, key=lambda motion: motion.multiplier)
+        if program.margin is None and motion.multiplier > 1 - MARGIN:
+            program, kind = replace(program, margin=MARGIN), bifurcation_of(motion)
+        elif jumps_beside(program, place):
+            return self.at_boundary(place)
+        size = LAST if kind == KINK else _NEAR
+        spot = refined(program, [place], np.inf, size, FINEST, LONGER)[0]
+        place = spot.place(program) or place
+        limit = place.worst if kind == KINK else limit
+        found = rough(program, place)
+        return Rest(program, found, whole=True, bifurcation=kind, limit=limit)
+
+    def at_boundary(self, place: Place) -> Rest:
+        """The best place of a basin boundary next to one, that is smooth; else itself."""
+        if scattered(self.program, place) <= _RIDDLED:
+            place = along_boundary(self.program, place)
+        place = stepped_back(self.program, place)
         found = rough(self.program, place)
-        return Rest(self.program, found, whole=True, bifurcation=bounded, limit=place.worst)
+        return Rest(self.program, found, whole=True, bifurcation=BASIN, limit=place.worst)
 
     def from_place(self, u: Vector) -> Optimum | None:
         """Optimum next to a place; None if none is within the limits."""
         inside = [place for place in self.go(self.program, u) if not place.beyond]
-        self.found = self.optimum(self.polished(inside)) if inside else None
-        return self.found and self.result
+        if not inside:
+            return None
+        rest = self.solved(inside[0])
+        if rest is None:
+            led = next((place for place in inside if led_to(self.program, place)), None)
+            if led is None:
+                rest = Rest(self.program, rough(self.program, inside[0]), bifurcation=NOT_LED)
+            else:
+                near = refined(self.program, [led], np.inf, _NEAR, _FINE)[0].place(self.program)
+                rest = self.solved(near or led) or self.bounded(near or led)
+        self.found = self.optimum(rest)
+        return self.result
 
     def nowhere(self, moving: bool) -> Optimum:
         """Result if no start leads to a motion, or to one on which all limits are defined."""
@@ -200,18 +281,9 @@ class Optimiser:
         again = [self.go(self.program, places[0].u) for places in ends[:2]]
         return sorted((places for places in again if places), key=lambda places: places[0].beyond)
 
-    def confirmed(self, place: Place) -> bool:
-        """True if the starts settle on these motions, or if all stable motions are considered."""
-        if self.program.among == STABLE:
-            return all(motion.multiplier < 1 for motion in place.motions)
-        settled = self.program.settled(place.u)
-        return settled is not None and all(map(agrees, place.motions, settled))
 
-
-def promising(place: Place, rest: Rest, hope: float) -> bool:
-    """True if a place may lead to a better optimum than a known one, by a gain of `hope`."""
-    found = rest.found.place
-    return place.worst < found.worst + hope and abs(place.u - found.u).max() > _SAME
+def _worst(place: Place) -> float:
+    return place.worst
 
 
 def _beside_dragging(found: Optimum) -> str:

@@ -8,6 +8,7 @@ continues in a better piece; if there is none, the place is an optimum at the bo
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.local import Search
 from capsule_sym._design.pieces import Piece
-from capsule_sym._design.program import Place, Program
+from capsule_sym._design.program import Budget, Exhausted, Place, Program
 from capsule_sym._design.stationary import Stationary, balanced, stationary
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
@@ -43,15 +44,16 @@ KINK = "kink"
 NOT_LED = "not led to"
 """Mark of a place on whose motion no start settles."""
 MARGIN = 1e-2
-"""Margin of the largest multiplier, if stability bounds the best and no margin is given."""
-_MARGINS = (0.5, 0.25, 0.125)  # factors of the margin, from which the limit is extrapolated
-_REAL = 1e-6  # imaginary over absolute part of a real multiplier
-_REACH = 0.05  # of the bounds: range of a search on one piece
-_ROUNDS = 4  # largest number of searches on one piece
-_HOPS = 12  # largest number of pieces passed
-_BESIDE = 1e-6  # of the bounds: distance at which the pieces beyond a border are examined
-_INSIDE = 1e-12  # of the bounds: distance of a result inside a border that holds it
-_JUMP = 100  # factor over the change that the gradient explains
+"""Of the largest multiplier, where stability bounds the best and no margin is asked for."""
+_MARGINS = (0.5, 0.25, 0.125)  # of it, from which the limit is extrapolated
+_REAL = 1e-6  # imaginary over absolute part
+_REACH = 0.05  # of the bounds, of a search on one piece
+_ROUNDS = 4  # searches on one piece
+_HOPS = 12  # from piece to piece
+EFFORT = 1000  # orbits that are solved for
+_BESIDE = 1e-6  # of the bounds: where the pieces beyond a border are looked at
+_INSIDE = 1e-12  # of the bounds: where a result is, within a border that holds it
+_JUMP = 100  # times what the gradient explains
 _HELD = 1e-9  # least multiplier of a border that holds an optimum
 _AT = 1e-9  # of the bounds: at a border
 _MOST = 3  # largest number of borders for which all pieces are examined
@@ -127,20 +129,35 @@ class Rest:
         return bool(np.any(forces > _HELD))
 
 
-def polish(program: Program, place: Place) -> Rest | None:
-    """Best place next to a place; None if no piece has it."""
-    rest = _over_pieces(program, place)
-    near = 0.0 if rest is not None and rest.whole else MARGIN
-    if rest is not None and program.margin is None and rest.critical.multiplier > 1 - near:
-        rest = _over_pieces(replace(program, margin=MARGIN), place)
-    return _with_limit(rest) if rest is not None and rest.whole and rest.at_margin else rest
+def polish(program: Program, place: Place, effort: int = EFFORT) -> Rest | None:
+    """Where the best next to a place is; None where no piece has it, or it takes too long.
+
+    The effort is the number of orbits that may be solved for.
+    """
+    program = replace(program, budget=Budget(effort))
+    with suppress(Exhausted):
+        rest = _over_pieces(program, place)
+        near = 0.0 if rest is not None and rest.whole else MARGIN
+        if rest is not None and program.margin is None and rest.critical.multiplier > 1 - near:
+            rest = _over_pieces(replace(program, margin=MARGIN), place)
+        return rest
+    return None
 
 
-def _with_limit(rest: Rest) -> Rest:
-    """The same with the limit as the margin of stability goes to 0, and the bifurcation there.
+def with_limit(rest: Rest) -> Rest:
+    """The same with what is approached as the margin of stability goes to 0, and what is there.
 
     Along the optima the objective is a smooth function of the margin, also at a fold.
     """
+    if not rest.at_margin:
+        return rest
+    with suppress(Exhausted):
+        return _with_limit(replace(rest, program=replace(rest.program, budget=Budget(EFFORT))))
+    return replace(rest, bifurcation=bifurcation_of(rest.critical), limit=rest.found.place.worst)
+
+
+def _with_limit(rest: Rest) -> Rest:
+    """The same."""
     found, program = rest.found, rest.program
     margins, values = [], []
     assert program.margin is not None
@@ -153,15 +170,15 @@ def _with_limit(rest: Rest) -> Rest:
             return rest
         margins.append(margin)
         values.append(narrow.found.place.worst)
-        found, rest = narrow.found, replace(rest, bifurcation=_kind(narrow.critical))
+        found, rest = narrow.found, replace(rest, bifurcation=bifurcation_of(narrow.critical))
     if not values:
         return rest
     fitted = np.polynomial.Polynomial.fit(margins, values, len(values) - 1)
     return replace(rest, limit=float(fitted(0.0)))
 
 
-def _kind(motion: Motion) -> str:
-    """Nearby bifurcation, from the largest multiplier."""
+def bifurcation_of(motion: Motion) -> str:
+    """The bifurcation that is near, by the largest multiplier."""
     assert motion.orbit is not None
     largest = complex(floquet_multipliers(motion.orbit)[0])
     if abs(largest.imag) > _REAL * abs(largest):

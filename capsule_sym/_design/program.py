@@ -112,6 +112,23 @@ class Place:
         return self.beyond, self.worst
 
 
+class Exhausted(Exception):
+    """A search has used up its evaluations."""
+
+
+@dataclass
+class Budget:
+    """Evaluations that are left to a search on orbits' equations."""
+
+    left: int
+
+    def spend(self) -> None:
+        """Count one; raises Exhausted where none is left."""
+        self.left -= 1
+        if self.left < 0:
+            raise Exhausted
+
+
 @dataclass(frozen=True)
 class Program:
     """Minimise `sign` times a function of the metrics over variables between bounds."""
@@ -134,7 +151,9 @@ class Program:
     among: str = STARTS
     """Motions to consider: those from the "starts", or all "stable" ones."""
     progress: Callable[[str], object] | None = None
-    """Called with a text."""
+    """Called with what is done, in words."""
+    budget: Budget | None = None
+    """What a search may spend; None for as much as it needs."""
     seeds: tuple[tuple[float, float, float], ...] = ()
     """Starts of some of the searched motions, if all stable ones are considered."""
 
@@ -191,7 +210,9 @@ class Program:
         return self._moved(evaluation.continue_motion, motions, u)
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
-        """Orbits of the same itineraries at other variables, admissible or not."""
+        """The orbits of the same itineraries at other variables, admissible or not."""
+        if self.budget is not None:
+            self.budget.spend()
         return self._moved(evaluation.same_itinerary_at, motions, u)
 
     def begin(self, u: Vector) -> Place | None:

@@ -56,14 +56,14 @@ def settle_many(
     phases: ArrayLike = 0.0,
     *,
     first: int,
-    most: int,
+    most: ArrayLike,
     gradients: bool = False,
     scene: Scene,
 ) -> Settled:
     """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
 
-    Each run is tested after `first` excitation periods; runs that have not settled continue for
-    twice as long, and so on, for stretches of at most `most`.
+    Each run is looked at after `first` excitation periods; what has not settled goes on for twice
+    as long, and so on for stretches of at most `most`, one number or one for each row.
     """
     count = len(rows)
     stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
@@ -71,7 +71,8 @@ def settle_many(
     left, length = np.arange(count), first
     begin = np.broadcast_to(np.asarray(states, dtype=float), (count, 3))
     at = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
-    while len(left) and length <= most and not present().over:
+    most = np.broadcast_to(np.asarray(most), (count,))
+    while len(left) and not present().over:
         run = simulate_many(
             rows[left],
             begin,
@@ -90,6 +91,8 @@ def settle_many(
         numbers[here] = number[number > 0]
         begin, at = marks[number == 0, -1], np.zeros(int((number == 0).sum()))
         left, length = left[number == 0], 2 * length
+        on = most[left] >= length
+        left, begin, at = left[on], begin[on], at[on]
     return Settled(Performances(records, stops, fields, scene), numbers)
 
 

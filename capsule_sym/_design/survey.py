@@ -7,6 +7,7 @@ side. If the starts do not settle on the motions found, the path back to the cel
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
@@ -19,7 +20,7 @@ from capsule_sym._design import evaluation
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.climb import Places, climb, moved, places_of
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.program import STABLE, Program, Scenario
+from capsule_sym._design.program import STABLE, Place, Program, Scenario
 from capsule_sym._design.quantities import dimensionless, of, valued
 from capsule_sym._design.settled import Settled, joined, settle_many
 from capsule_sym._errors import InvalidInput
@@ -28,20 +29,24 @@ from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._parameters import SceneParameters
 
 _CELLS = 1024  # in memory at once
-_FIRST, _MOST = 32, 128  # excitation periods of the first, and of the longest stretch of a run
-_SEEN = 256  # the same in the test of the motions on which starts settle
-_CLIMBERS = 32  # number of searches side by side
-_STEPS = 30  # steps of each search
+_FIRST, _LEAST, _MOST = 32, 64, 128  # excitation periods of the stretches of a run: the first one,
+# the longest one at least, and where nothing is known of damping
+_FOLDINGS, _LONGEST = 25.0, 8  # of transients by damping alone, and times the first at most
+_SEEN = 256  # the same where it is seen if starts lead to a motion
+_CLIMBERS = 32  # searches side by side
+_STEPS = 30  # of each
+_PARENTS, _CHILDREN = 64, 0.5  # cells with more around them, and how many for each that was run
+_REACHES = (1.0, 0.25)  # of the distance of cells, to those around the best of them
 _PENALTY = 10.0  # units of the objective for a limit exceeded by its own unit
-_ON_FACES = 1.5  # factor that spreads every third cell, clipped at the bounds
-_WITHOUT_CORE = 8  # reduction of the number of cells without a core
-_DRAWN = 2  # states at each cell, besides the starts, if all stable motions are considered
-_SAME = 1e-6  # distance of two equal states
-_HOPEFUL = 0.05  # units of the objective that a polish may gain
-_APART = 1e-3  # of the bounds, between two starts of searches
-_PARTS, _CUTS = 8, 3  # parts of a path, and repetitions of its refinement
-_SLIDING = 4  # places from which polls start
-_POLL, _POLLS = 0.02, 30  # of the bounds: first size of a poll, and number of polls
+_ON_FACES = 1.5  # by which every third cell is spread, and cut off at the bounds
+_WITHOUT_CORE = 8  # times fewer cells where there is no core
+_DRAWN = 2  # states at each cell, besides the starts, where all stable motions count
+_SAME = 1e-6  # distance of two states that are one
+_HOPEFUL = 0.2  # units of the objective that a search may gain
+_APART = 1e-3  # of the bounds, between two places at which searches begin
+_PARTS, _CUTS = 8, 3  # of a way, of which the last to a place that starts lead to is cut again
+_SLIDING = 4  # places from which it is polled where starts lead
+_POLL, _POLLS = 0.02, 30  # of the bounds, how far at first, and how often
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
@@ -60,6 +65,28 @@ class Overview(NamedTuple):
     """True if the spring has a stiffness at some point."""
     motions: tuple[Settled, ...] = ()
     """Motions of each scenario; none without the core."""
+
+    def with_more(self, other: Overview) -> Overview:
+        """These and other cells."""
+        pairs = zip(self.motions, other.motions, strict=True)
+        return Overview(
+            np.append(self.worst, other.worst),
+            np.vstack([self.slacks, other.slacks]),
+            self.in_contact or other.in_contact,
+            self.stiff or other.stiff,
+            tuple(joined(pair) for pair in pairs),
+        )
+
+    def beyond(self, program: Program) -> Vector:
+        """How far a limit or the margin of stability is exceeded (n,), in units of the limits."""
+        sizes = program.sizes[: self.slacks.shape[1]]
+        found: Vector = np.maximum(0.0, -(self.slacks / sizes).min(axis=1, initial=np.inf))
+        if program.margin is not None:
+            for one in self.motions:  # fewer where the time is over
+                over = abs(one.found.multipliers[:, 0]) - 1 + program.margin
+                over = np.where(one.period_numbers > 0, over, 0.0)
+                found[: len(over)] = np.maximum(found[: len(over)], over)
+        return found
 
     def flat(self, program: Program) -> str:
         """Reason why no drift is possible if the metric is constant; else empty."""
@@ -104,11 +131,13 @@ def overview(
     points: Matrix,
     scenarios: Sequence[Scenario],
     states: Matrix | None = None,
+    longer: int = 1,
 ) -> Overview:
     """Objective and slacks of some scenarios at points (n, k), without units.
 
-    After the time limit a point has no motion. With `states` (n, 3) runs of the first scenario
-    start there, and those of the others on the resulting motions.
+    A point for which there is no time has no motion. With `states` (n, 3) runs of the first
+    scenario begin there, and those of the others on the motions that these lead to. The last
+    stretch of a run is `longer` by a power of two.
     """
     worst = np.full(len(points), -np.inf)
     least = np.full((len(points), len(program.limits)), np.inf)
@@ -132,7 +161,7 @@ def overview(
         begin: Any = one.state
         if states is not None:
             begin = kept[0][-1].found.states if k else states[block]
-        found = settled(grid, begin, _MOST)
+        found = settled(grid, begin, _lasting(grid) * longer)
         kept[k].append(found)
         values, moving = grid.of(found.found), found.period_numbers > 0
         contact = max(contact, found.found["peak_contact"][moving].max(initial=0.0))
@@ -142,8 +171,19 @@ def overview(
     return Overview(worst, least, contact > 0, stiff, tuple(joined(one) for one in kept if one))
 
 
-def settled(grid: Grid, states: ArrayLike, most: int) -> Settled:
-    """Motions on which starts settle; none if parameters are not allowed."""
+def _lasting(grid: Grid) -> Any:
+    """Excitation periods of the longest stretch of runs (n,), by their damping."""
+    if "zeta" not in (names := grid.scene.facts.PARAMETERS):
+        return np.array(_MOST)
+    omega, zeta = (grid.rows[:, names.index(name)] for name in ("omega", "zeta"))
+    with np.errstate(divide="ignore"):
+        needed = _FOLDINGS * omega / (math.tau * zeta) / _FIRST
+    stretches = np.floor(np.log2(1 + np.minimum(needed, _LONGEST)))
+    return np.maximum(_FIRST * 2 ** stretches.astype(int), _LEAST)
+
+
+def settled(grid: Grid, states: ArrayLike, most: Any) -> Settled:
+    """The motions that starts lead to; none where parameters are not allowed."""
     own = [*dimensionless(grid.program.system).to_dict().values()]
     rows = np.where(grid.allowed[:, None], grid.rows, own)
     found = settle_many(rows, states, first=_FIRST, most=most, scene=grid.scene)
@@ -181,15 +221,17 @@ class Surveyor:
         """
         core = core_of(self.program.system.scene) is not None
         count = survey.samples if core else -(-survey.samples // _WITHOUT_CORE)
-        points, states = with_faces(spread(len(self.program.names), count, survey.seed)), None
+        points, states = with_faces(spread(len(self.program.names), count, 0)), None
         if self.program.among == STABLE:
-            states = self._anywhere(points, survey.seed)
-            points = np.tile(points, (len(states) // count, 1))
+            states = self._anywhere(points, 0)
+            points = np.tile(points, (len(states) // len(points), 1))
         found = overview(self.program, points, self.program.scenarios, states)
         if reason := found.flat(self.program):
             self.flat = reason
             return []
         self.scale(found)
+        if core and states is None:
+            points, found = self._nearer(points, found)
         known = np.isfinite(found.worst)
         order = self._ranked(points, found)
         if not len(order):
@@ -210,6 +252,39 @@ class Surveyor:
         self.program.tell("survey, searches")
         return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), survey)
 
+    def _nearer(self, points: Matrix, found: Overview) -> tuple[Matrix, Overview]:
+        """The cells with more of them around the best, ever nearer."""
+        draw, count = np.random.default_rng(0), len(points)
+        for reach in _REACHES:
+            best = self._ranked(points, found)[:_PARENTS]
+            near = points[np.resize(best, int(count * _CHILDREN) * bool(len(best)))]
+            if not len(near) or present().over:
+                break
+            reach *= 4 * self._length(count)
+            near = np.clip(near + reach * draw.uniform(-1, 1, near.shape), 0.0, 1.0)
+            other = overview(self.program, near, self.program.scenarios)
+            check_time()
+            points, found = np.vstack([points, near]), found.with_more(other)
+        return points, found
+
+    def more(self, survey: Survey) -> list[Place]:
+        """The best places of further cells, by the survey's seed; none by seed 0."""
+        if not survey.seed or core_of(self.program.system.scene) is None:
+            return []
+        points = with_faces(spread(len(self.program.names), survey.samples // 2, survey.seed))
+        states = None
+        if self.program.among == STABLE:
+            states = self._anywhere(points, survey.seed)
+            points = np.tile(points, (len(states) // len(points), 1))
+        found = overview(self.program, points, self.program.scenarios, states)
+        chosen = self._apart(points, found, self._ranked(points, found))[: survey.follow]
+        if not chosen:
+            return []
+        at = self._closed(points, found, chosen)
+        some = [self.candidate(at, i) for i in np.flatnonzero(np.isfinite(at.merit)).tolist()]
+        places = [self.program.place(one.u, one.motions) for one in some]
+        return [place for place in places if place is not None and not place.beyond]
+
     def _anywhere(self, points: Matrix, seed: int) -> Matrix:
         """States from which stable motions are searched at points: the starts, and random ones."""
         grid, draw = (
@@ -227,14 +302,8 @@ class Surveyor:
         return float(0.25 * count ** (-1 / len(self.program.names)))
 
     def _ranked(self, points: Matrix, found: Overview) -> NDArray[np.intp]:
-        """Cells with a motion, the best first."""
-        sizes = self.program.sizes[: len(self.program.limits)]
-        beyond = np.maximum(0.0, -(found.slacks / sizes).min(axis=1, initial=np.inf))
-        if self.program.margin is not None:
-            for one in found.motions:  # fewer after the time limit
-                over = abs(one.found.multipliers[:, 0]) - 1 + self.program.margin
-                over = np.where(one.period_numbers > 0, over, 0.0)
-                beyond[: len(over)] = np.maximum(beyond[: len(over)], over)
+        """The cells that have a motion, the best first."""
+        beyond = found.beyond(self.program)
         known = np.flatnonzero(np.isfinite(found.worst))
         if len(known):
             best = known[np.lexsort((found.worst[known], beyond[known]))[0]]

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, continue_orbit, performance, solve_orbit
-from capsule_sym._design.led import best_led
+from capsule_sym._design.led import along_boundary, refined
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
-from capsule_sym._design.polish import MARGIN, on_piece, polish
+from capsule_sym._design.polish import MARGIN, on_piece, polish, with_limit
+from capsule_sym._design.program import Place
 
 REST = (0.0, 0.0, 0.0)
 FOLD = Parameters(
@@ -42,7 +43,7 @@ def test_at_a_border_of_stability_the_limit_is_that_of_the_bifurcation(
     there = float(metrics.velocity.value)
     there /= float(metrics.work.value) if "work" in metric else 1.0
     u = (base.delta - bounds[0]) / (bounds[1] - bounds[0])
-    rest = polish(*at(metric, {"delta": bounds}, base, maximise, margin, u))
+    rest = with_limit(polish(*at(metric, {"delta": bounds}, base, maximise, margin, u)))
     found = optimum_of(rest)
     assert (found.status, found.bifurcation) == ("optimal-at-border", kind)
     assert found.limit == pytest.approx(there, rel=1e-6)
@@ -54,7 +55,7 @@ def test_at_a_border_of_stability_the_limit_is_that_of_the_bifurcation(
 
 def test_a_margin_that_the_best_keeps_by_itself_bounds_nothing() -> None:
     program, place = at("speed_per_work", {"alpha": (0.5, 1.2)}, Parameters(), True, 0.05)
-    found = optimum_of(polish(program, place))
+    found = optimum_of(with_limit(polish(program, place)))
     assert (found.status, found.bifurcation) == ("optimal", "")
     assert np.isnan(found.limit)
 
@@ -82,8 +83,13 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     )
     over = {"delta": (0.0, 1.0), "gamma": (0.5, 8.0)}
     program = program_of("work", over, base, False, (), None, (REST,), None)
-    one = best_led(program, program.begin(np.array([0.2799, 0.9592])), 0.05)
-    other = best_led(program, program.begin(np.add(one.u, (1e-3, -1e-3))), 0.05)
+
+    def best(u: tuple[float, ...]) -> Place:
+        spot = refined(program, [program.begin(np.array(u))], np.inf, 0.02, 1e-6)[0]
+        return along_boundary(program, spot.place(program))
+
+    one = best((0.2799, 0.9592))
+    other = best((one.u[0] + 1e-3, one.u[1] - 1e-3))
     assert other.worst == pytest.approx(one.worst, rel=1e-9)
     assert other.u == pytest.approx(one.u, abs=1e-5)
 

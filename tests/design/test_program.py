@@ -376,4 +376,4 @@ def test_equal_peaks_at_a_bound_leave_no_optimum_undecided() -> None:
 def test_a_metric_that_nothing_changes_is_flat() -> None:
     found = optimise("alpha", {"omega": (0.5, 1.0)}, samples=2)
     assert (found.status, found.success, found.over) == ("flat", False, {})
-    assert found.message == "alpha is 0.7 at each of 2 surveyed places, and nothing changes it"
+    assert found.message == "alpha is 0.7 at each of 4 surveyed places, and nothing changes it"

@@ -22,6 +22,7 @@ from tests.optima.problems import Problem
 AT_ONCE = 16384
 PLACES, ZOOMED, ROUNDS = 24, 12, 8  # places that are looked at closer, samples, and rounds of it
 FINISHED, APART = 4, 0.02  # places that are polished to the end, and the distance between them
+PAIRS, BOX, CLOSE = 512, 0.01, 1e-7  # neighbours, and their distances over the bounds
 MARGIN = 0.01  # of multipliers, of the second best
 Judged = Callable[[Vector], tuple[Vector, Vector]]
 
@@ -91,6 +92,25 @@ def polished(
                     "multiplier": float(largest[0]),
                 }
     return None
+
+
+def scattered(problem: Problem, over: dict[str, float], number: int) -> float:
+    """Share of pairs of neighbours near to a place whose starts lead to different motions.
+
+    The neighbours are `CLOSE` apart, in a box of `BOX` to each side of the place. Next to a smooth
+    boundary hardly any pair is on both sides of it; where basins are riddled many are.
+    """
+    random, d = np.random.default_rng(number), len(problem.over)
+    place = [(over[name] - low) / (high - low) for name, (low, high) in problem.over.items()]
+    one = np.clip(np.array(place) + BOX * random.uniform(-1, 1, (PAIRS, d)), 0, 1)
+    other = np.clip(one + CLOSE * random.choice([-1.0, 1.0], (PAIRS, d)), 0, 1)
+    apart = np.zeros(PAIRS, bool)
+    for found in problem.motions(np.vstack([one, other]), sure=True):
+        work = np.nan_to_num(found.metrics["work"], nan=-1.0).reshape(2, PAIRS)
+        apart |= (abs(work[0] - work[1]) > 1e-4 * (1 + abs(work[0]))) | (
+            found.period_number[:PAIRS] != found.period_number[PAIRS:]
+        )
+    return float(apart.mean())
 
 
 def over_of(problem: Problem, place: Vector) -> list[float]:
