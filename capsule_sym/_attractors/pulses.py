@@ -120,7 +120,7 @@ def _checked(
     ((name, given),) = over.items()
     ends = tuple(given) if isinstance(given, Sequence | np.ndarray) else ()
     if len(ends) != 2 or not all(map(real, ends)) or not ends[0] < ends[1]:
-        raise InvalidInput(f"bounds of {name}", given, "two finite numbers that ascend")
+        raise InvalidInput(f"bounds of {name}", given, "two ascending finite numbers")
     for one in ends:
         try:
             check_start(pulsed(system, name, float(one)), (0.0, 0.0, 0.0), 0.0, 1)
@@ -303,7 +303,7 @@ class _Search:
         if self.lost:
             status, message = PulseStatus.ATTRACTOR_LOST, self.lost
         elif not self.done:
-            status, message = PulseStatus.TIME_LIMIT, "time limit reached; pulses are untried"
+            status, message = PulseStatus.TIME_LIMIT, "time limit reached before the last pulse"
         elif self.best is None:
             status, message = PulseStatus.NO_PULSE, f"no pulse {told} leads to the other attractor"
         else:

@@ -217,5 +217,5 @@ def _message(search: Search) -> str:
     before = search.tried - search.samples
     return (
         f"the boundary {edge}; beyond it runs lead {where}; {before:,} knocks were tried to find "
-        f"it, then {search.samples:,} smaller ones, after which the motion came back"
+        f"it, then {search.samples:,} smaller ones, after which the motion returned"
     )

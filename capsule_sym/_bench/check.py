@@ -206,7 +206,7 @@ def check_switches(
     scene = parameters.scene
     names = [named(scene, by, event, row) for row, event in enumerate(events, 1)]
     if len(names) != len(found):
-        raise InvalidInput("events", len(names), f"as many as there are times, {len(found)}")
+        raise InvalidInput("events", len(names), f"one for each time, {len(found)}")
     last = float(found[-1]) if end is None and len(found) else float(phase if end is None else end)
     if not (math.isfinite(last) and last >= max([phase, *found[-1:]])):
         raise InvalidInput("end", last, "finite, and not before the last of the times")

@@ -45,12 +45,12 @@ def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tu
         if name in bounds:
             first, last = bounds[name]
             if not low[k] <= first < last <= high[k]:
-                told = f"two numbers that ascend, from {low[k]:g} "
+                told = f"two ascending numbers, from {low[k]:g} "
                 told += "on" if high[k] == np.inf else f"to {high[k]:g}"
                 raise InvalidInput(f"bounds of {name}", (first, last), told)
             low[k], high[k] = first, last
         if not low[k] <= problem.guess[k] <= high[k]:
-            raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} at first")
+            raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} as a guess")
     return low, high
 
 

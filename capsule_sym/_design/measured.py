@@ -62,7 +62,7 @@ def measured(table: Mapping[str, ArrayLike], device: SceneDevice | None = None) 
         raise InvalidInput("t", times.shape, "a column of times")
     for name, values in columns.items():
         if values.shape != times.shape:
-            raise InvalidInput(name, values.shape, f"{len(times)} values, as there are times")
+            raise InvalidInput(name, values.shape, f"{len(times)} values, one for each time")
     _check_values({"t": times, **columns}, range(1, len(times) + 1))
     parts = []
     for k, name in enumerate(names):
@@ -138,7 +138,7 @@ def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
     columns = np.full((len(names), len(lines[1:])), np.nan)
     for i, (number, row) in enumerate(lines[1:]):
         if len(row) != len(names):
-            told = f"{len(names)} values, as the header"
+            told = f"{len(names)} values, as in the header"
             raise InvalidInput(f"row {number}", ",".join(row), told)
         for k, text in enumerate(row):
             try:

@@ -174,7 +174,7 @@ def _bounds(
         if name not in names_of(system):
             raise InvalidInput("over", name, f"of {', '.join(names_of(system))}")
         ends = tuple(bounds) if isinstance(bounds, Sequence | np.ndarray) else ()
-        least, told = allowed(system, name)[0], "two finite numbers that ascend"
+        least, told = allowed(system, name)[0], "two ascending finite numbers"
         told += "" if least < 0 else ", from 0 on"
         if len(ends) != 2 or not all(map(real, ends)):
             raise InvalidInput(f"bounds of {name}", bounds, told)

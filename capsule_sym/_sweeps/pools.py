@@ -127,7 +127,7 @@ class DaskPool(Pool):
     def lost(self) -> CapsuleError:
         """Error for a future that was cancelled by the executor."""
         return Lost(
-            "the connection to the Dask scheduler is lost; what was finished is kept, and "
+            "the connection to the Dask scheduler is lost; finished cells are kept; "
             "continue with --resume"
         )
 

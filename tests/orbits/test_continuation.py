@@ -293,7 +293,7 @@ def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> Non
     monkeypatch.setattr(branch_run, "is_admissible", lambda orbit: False)
     branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert branch.status is Ending.NO_ADMISSIBLE_ORBIT
-    assert "the map does not follow" in branch.message
+    assert "the map has another itinerary" in branch.message
     assert branch.bifurcations[-1].itinerary_after is None
 
 

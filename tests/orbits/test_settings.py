@@ -41,7 +41,7 @@ from tests.orbits.branches import hysteretic, settled, upwards
         ("doubled_distances", (1e-3, 2.0), "one number or more, each above 0 and at most 1"),
         ("seed_periods", (0, -1), "one whole number or more, each from 0 to 10000"),
         ("seed_periods", (0, 2, 1), "ascending, each once"),
-        ("least_step", 0.1, "first_step, 0.01, at most"),
+        ("least_step", 0.1, "at most first_step = 0.01"),
     ],
 )
 def test_a_value_out_of_range_is_refused(name: str, value: object, allowed: str) -> None:

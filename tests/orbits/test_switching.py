@@ -174,7 +174,7 @@ def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
     assert found.status is Ending.REACHED
     assert same(found.points[-1].orbit, settled(alpha=0.6, beta=0.5))
     slipping = continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
-    with pytest.raises(InvalidInput, match="label = 'AS1': must be EP1 or EP2 where beta varies"):
+    with pytest.raises(InvalidInput, match="label = 'AS1': must be EP1 or EP2 if beta varies"):
         continue_from(slipping, "AS1", 0.5, parameter="beta")
 
 

@@ -153,7 +153,7 @@ class ContinuationSettings:
             raise InvalidInput("seed_periods", self.seed_periods, "ascending, each once")
         if self.least_step > self.first_step:
             raise InvalidInput(
-                "least_step", self.least_step, f"first_step, {self.first_step:g}, at most"
+                "least_step", self.least_step, f"at most first_step = {self.first_step:g}"
             )
 
 

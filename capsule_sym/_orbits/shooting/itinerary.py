@@ -133,7 +133,7 @@ class Itinerary:
         if len(order) == 1 and drift(order[0], scene) == 0 and not scene.facts.PULSED:
             return cls((ItinerarySegment(order[0], None),), period_number, mirrored, scene)
         if len(order) < 2 and not mirrored:
-            raise InvalidInput("itinerary", order, "one sticking field, or two fields and more")
+            raise InvalidInput("itinerary", order, "one sticking field, or at least two fields")
         following = (*order[1:], mirror(order[0], scene) if mirrored else order[0])
         segments = (
             ItinerarySegment(a, guard_between(a, b, scene))

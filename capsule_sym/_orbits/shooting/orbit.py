@@ -61,7 +61,10 @@ _UNSOLVED = {
         "Newton's method did not converge: the residual is not small",
     ),
     Solving.SINGULAR: (OrbitStatus.SINGULAR, "the Jacobian of the equations is singular"),
-    Solving.IMPRECISE: (OrbitStatus.SINGULAR, "rounding leaves no digit of the solution"),
+    Solving.IMPRECISE: (
+        OrbitStatus.SINGULAR,
+        "the equations are too ill-conditioned for double precision",
+    ),
     Solving.NOT_FINITE: (OrbitStatus.NOT_FINITE, "the residual of the guess is not finite"),
 }
 

@@ -274,7 +274,7 @@ def failure_of(state: State) -> str:
         followed = is_admissible(whole_orbit(state.orbit))
     except InvalidInput as error:  # parameters that are not allowed
         return str(error)
-    return "" if followed else f"the map does not follow {itinerary}"
+    return "" if followed else f"the map has another itinerary than {itinerary}"
 
 
 def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:

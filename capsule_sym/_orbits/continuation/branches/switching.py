@@ -106,9 +106,7 @@ def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
         state = point.orbit.trajectory()(parameters.period * period_number)
         orbit = orbit_at(parameters, state.tolist(), period_number)
     if orbit is None:
-        allowed = (
-            "EP1 or EP2 where beta varies: at beta = 0 events come in pairs, beyond they do not"
-        )
+        allowed = "EP1 or EP2 if beta varies from 0, for a motion that passes the stop"
         raise InvalidInput("label", label, allowed)
     return BranchPoint(point.value, orbit, tightest(orbit))
 

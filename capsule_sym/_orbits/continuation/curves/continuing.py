@@ -71,9 +71,7 @@ def continue_bifurcation(
     axes = _axes(orbit, (first, second), ranges)
     stiffnesses = [name for _, name in orbit.scene.facts.STOPS if name in (first, second)]
     if stiffnesses and springless(orbit):
-        allowed = (
-            "> 0 where it varies: at 0 events of this motion come in pairs, beyond they do not"
-        )
+        allowed = "> 0 if it varies, for a motion that passes the stop"
         raise InvalidInput(stiffnesses[0], 0.0, allowed)
     segment, critical = bifurcation.segment, bifurcation.type
     images = keeps_images(orbit, axes)
@@ -162,7 +160,9 @@ def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, .
     for name, (low, high) in zip(names, ranges, strict=True):
         value = orbit.value(name)
         if not low <= value <= high:
-            raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
+            raise InvalidInput(
+                name, (low, high), f"an ascending range that contains {float(value)!r}"
+            )
         axes.append(Axis(ParameterPath(name, scene=orbit.scene), float(low), float(high)))
     return tuple(axes)
 

@@ -128,7 +128,7 @@ class Continuation(Family):
         detail = f"no further point at {self.problem.where(state.orbit)}"
         if not self.unlocated:
             raise Stop(Ending.NOT_CONVERGED, detail)
-        failing = f"{' and '.join(self.unlocated)} fails, at no regular event"
+        failing = f"{' and '.join(self.unlocated)} fails without a located event"
         raise Stop(Ending.NO_ADMISSIBLE_ORBIT, f"{detail}: {failing}")
 
     def _tried(self, state: State, length: float) -> Step | None:
