@@ -226,7 +226,7 @@ def scattered(program: Program, place: Place) -> float:
 
 
 def led_to(program: Program, place: Place) -> bool:
-    """Whether the starts do lead to the motions of a place, where that is asked for."""
+    """True if the starts lead to the motions of a place, or if that is not required."""
     if program.among == STABLE:
         return all(motion.multiplier < 1 for motion in place.motions)
     settled = program.settled(place.u)
@@ -234,7 +234,7 @@ def led_to(program: Program, place: Place) -> bool:
 
 
 def ends_uphill(program: Program, place: Place, lost: bool = False) -> bool:
-    """Whether beside a place its motions are better, and the starts do not lead to them.
+    """True if the motions beside a place are better and the starts do not lead to them.
 
     With `lost` also whether they are lost there, so that the objective jumps.
     """
@@ -253,7 +253,7 @@ def ends_uphill(program: Program, place: Place, lost: bool = False) -> bool:
 
 
 def jumps_beside(program: Program, place: Place) -> bool:
-    """Whether the starts lead elsewhere from places close around one."""
+    """True if the starts lead elsewhere from places close around one."""
     draw, (far, *_) = np.random.default_rng(0), _BESIDE
     points = place.u + far * draw.uniform(-1, 1, (_AROUND, len(place.u)))
     worst = worst_at(program, np.clip(points, 0.0, 1.0), [place], LONGER)
@@ -284,7 +284,7 @@ def stepped_back(program: Program, place: Place) -> Place:
 
 
 def _stays(program: Program, place: Place) -> bool:
-    """Whether long runs from the starts end on the motions of a place."""
+    """True if long runs from the starts end on the motions of a place."""
     if program.among == STABLE:
         return True
     systems = program.systems_at(place.u)
@@ -315,7 +315,7 @@ class _Boundary:
     def __init__(self, program: Program, place: Place) -> None:
         self.program, self.best = program, place
         self.smooth = False
-        """Whether it has a tangent there, along which nothing is better."""
+        """True if it has a tangent there along which nothing is better."""
         width = _WIDTH
         for _ in range(_STEPS):
             before, uphill, narrow = self.best, _uphill(program, self.best), width / _SHRINK

@@ -136,17 +136,17 @@ class Optimiser:
 
     @property
     def level_at_rest(self) -> float:
-        """What is approached by the best place at rest."""
+        """Target that the best place at rest approaches."""
         values = [np.fmin(rest.limit, rest.found.place.worst) for rest in self.rests]
         return float(min(values, default=np.inf))
 
     @property
     def level(self) -> float:
-        """What is to be bettered."""
+        """Value to improve."""
         return min([self.level_at_rest, *map(_worst, self.open)])
 
     def look(self, place: Place) -> None:
-        """Solve for the optimum next to a place; what has none is left open."""
+        """Solve for the optimum next to a place; undecided if there is none."""
         check_time()
         self.followed += 1
         self.program.tell(f"search {self.followed}")
@@ -175,7 +175,7 @@ class Optimiser:
         return with_limit(rest)
 
     def bounded(self, place: Place) -> Rest:
-        """What a basin boundary, or borders that meet, leave of the best next to a place."""
+        """Best place next to a given one within a basin boundary, or borders that meet."""
         if ends_uphill(self.program, place, lost=True):
             return self.at_boundary(place)
         if rest := self.solved(place, EFFORT):

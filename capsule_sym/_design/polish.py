@@ -44,7 +44,7 @@ KINK = "kink"
 NOT_LED = "not led to"
 """Mark of a place on whose motion no start settles."""
 MARGIN = 1e-2
-"""Of the largest multiplier, where stability bounds the best and no margin is asked for."""
+"""Of the largest multiplier, if stability bounds the best and no margin is required."""
 _MARGINS = (0.5, 0.25, 0.125)  # of it, from which the limit is extrapolated
 _REAL = 1e-6  # imaginary over absolute part
 _REACH = 0.05  # of the bounds, of a search on one piece
@@ -130,7 +130,7 @@ class Rest:
 
 
 def polish(program: Program, place: Place, effort: int = EFFORT) -> Rest | None:
-    """Where the best next to a place is; None where no piece has it, or it takes too long.
+    """Best place next to a given one; None if no piece has it, or it takes too long.
 
     The effort is the number of orbits that may be solved for.
     """

@@ -151,9 +151,9 @@ class Program:
     among: str = STARTS
     """Motions to consider: those from the "starts", or all "stable" ones."""
     progress: Callable[[str], object] | None = None
-    """Called with what is done, in words."""
+    """Called with messages of progress."""
     budget: Budget | None = None
-    """What a search may spend; None for as much as it needs."""
+    """Limit of a search's work; None for as much as it needs."""
     seeds: tuple[tuple[float, float, float], ...] = ()
     """Starts of some of the searched motions, if all stable ones are considered."""
 

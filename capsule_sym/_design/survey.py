@@ -78,7 +78,7 @@ class Overview(NamedTuple):
         )
 
     def beyond(self, program: Program) -> Vector:
-        """How far a limit or the margin of stability is exceeded (n,), in units of the limits."""
+        """Excess over a limit or the margin of stability (n,), in units of the limits."""
         sizes = program.sizes[: self.slacks.shape[1]]
         found: Vector = np.maximum(0.0, -(self.slacks / sizes).min(axis=1, initial=np.inf))
         if program.margin is not None:
