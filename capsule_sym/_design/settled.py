@@ -62,7 +62,7 @@ def settle_many(
 ) -> Settled:
     """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
 
-    Each run is looked at after `first` excitation periods; one that has not settled continues for twice
+    Each run is looked at after `first` excitation periods; others continue for twice
     as long, and so on for stretches of at most `most`, one number or one for each row.
     """
     count = len(rows)
