@@ -249,7 +249,7 @@ def test_a_multiplier_passes_minus_one_on_an_adding_sliding_curve() -> None:
 
 def test_a_curve_in_the_stiffness_does_not_begin_where_events_come_in_pairs() -> None:
     branch = continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
-    with pytest.raises(InvalidInput, match=r"beta = 0\.0: must be > 0 where it varies"):
+    with pytest.raises(InvalidInput, match=r"beta = 0\.0: must be > 0 if it varies"):
         continue_bifurcation(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))
 
 
