@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.evaluation import agrees
+from capsule_sym._design.overview import overview
 from capsule_sym._design.program import KEPT, STABLE, Place, Program
 from capsule_sym._design.quantities import dimensionless
-from capsule_sym._design.survey import overview
 from capsule_sym._map.labelled import package
 from capsule_sym._map.many import simulate_many
 from capsule_sym._native import check_time, core_of

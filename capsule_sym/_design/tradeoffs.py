@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._design.overview import overview
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, Limit
-from capsule_sym._design.survey import Survey, overview, spread
+from capsule_sym._design.survey import Survey, spread
 from capsule_sym._native import check_time
 
 _CELLS = 4  # factor of the cells of a survey, with both metrics

@@ -18,6 +18,7 @@ from capsule_sym import (
     steer,
 )
 from capsule_sym._design import evaluation, quantities
+from capsule_sym._design import overview as overview_module
 from capsule_sym._design import survey as survey_module
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import Optimiser
@@ -232,7 +233,7 @@ def test_without_contact_or_stiffness_nothing_drifts() -> None:
             assert not motion.metrics[name].slope.any()
         assert motion.metrics["work"].value > 0 or motion.itinerary == ("F2",)
         program = program_of("progression", {"zeta": (p.zeta, 1.0)}, p, True, (), None, START, None)
-        (about,) = survey_module.overview(program, np.zeros((1, 1)), program.scenarios).worst
+        (about,) = overview_module.overview(program, np.zeros((1, 1)), program.scenarios).worst
         assert np.isnan(about) or about == 0.0
 
 
@@ -313,7 +314,7 @@ def test_a_survey_that_is_out_of_time_has_the_best_cell(monkeypatch, shares) -> 
 
 
 def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> None:
-    clock, looked, settle = Clock(monkeypatch, "over"), [], survey_module.settle_many
+    clock, looked, settle = Clock(monkeypatch, "over"), [], overview_module.settle_many
 
     def limited(rows, *given, **how):
         looked.append(len(rows))
@@ -321,8 +322,8 @@ def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> 
         clock.progress("over")
         return found
 
-    monkeypatch.setattr(survey_module, "settle_many", limited)
-    monkeypatch.setattr(survey_module, "_CELLS", 4)
+    monkeypatch.setattr(overview_module, "settle_many", limited)
+    monkeypatch.setattr(overview_module, "_CELLS", 4)
     found = optimise("speed", {"alpha": (0.5, 1.5)}, samples=100, max_seconds=LIMIT)
     assert looked == [4]
     assert found.message == "time limit reached: this is the best place so far"

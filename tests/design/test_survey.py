@@ -14,9 +14,9 @@ from capsule_sym import (
 )
 from capsule_sym._design.climb import climb, places_of
 from capsule_sym._design.optimise import program_of
+from capsule_sym._design.overview import overview
 from capsule_sym._design.polish import BASIN
 from capsule_sym._design.settled import settle_many
-from capsule_sym._design.survey import overview
 
 START = ((0.0, 0.0, 0.0),)
 DEVICE = PhysicalParameters(
