@@ -92,7 +92,7 @@ def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> No
     is_eager=True,
     expose_value=False,
     callback=_show_version,
-    help="Show the version, which core is live, and exit.",
+    help="Show the version and the core that is used, and exit.",
 )
 @click.pass_context
 def group(context: click.Context) -> None:
@@ -109,14 +109,14 @@ for _section, _name, _module, _text in (
     (_EVERYDAY, "branch", "branch", "Follow an orbit in a parameter, with bifurcations."),
     (_EVERYDAY, "curve", "curve", "Follow bifurcations in two parameters."),
     (_EVERYDAY, "figure", "figures", "Draw a figure, branches, curves, a sweep or a basin."),
-    (_EVERYDAY, "sweep", "sweep", "Run a grid of parameters or starts, resumably."),
+    (_EVERYDAY, "sweep", "sweep", "Run a grid of parameters or starts; can be resumed."),
     (_EVERYDAY, "basin", "sweep", "Run basins of attraction over a grid of starts."),
     (_EVERYDAY, "sweep-info", "sweep", "Show the contents of a sweep or a basin."),
     (_EVERYDAY, "attractors", "attractors", "Find all attractors of a box of starts."),
-    (_EVERYDAY, "shock", "shock", "Find the smallest knock that loses a motion."),
+    (_EVERYDAY, "shock", "shock", "Find the least knock after which a motion is lost."),
     (_EVERYDAY, "pulse", "pulse", "Switch to another motion by a pulse of the drive."),
     (_EVERYDAY, "optimise", "optimise", "Find the best parameters for a metric."),
-    (_EVERYDAY, "steer", "optimise", "Find the best drives both ways, and a path."),
+    (_EVERYDAY, "steer", "optimise", "Find the best drives forward and backward, and a path."),
     (_EVERYDAY, "design", "design", "Study the drives of one device."),
     (_EVERYDAY, "tolerances", "tolerances", "Show the effect of tolerances on metrics."),
     (_EVERYDAY, "fit", "fit", "Fit parameters to measured series."),
