@@ -19,7 +19,7 @@ from capsule_sym._figures.style import LOOKS, Colours, describe, mathematical, s
 from capsule_sym._parameters import Parameters, of_paper
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 from capsule_sym._study.boundaries import lines as boundary_lines
-from capsule_sym._study.events import Event, nearest
+from capsule_sym._study.events import CROSSINGS, SLIDINGS, Event, nearest
 
 _STYLES: dict[int, Any] = {
     -1: (0, (1, 1)),
@@ -97,8 +97,10 @@ def _name_lines(axes: Any, parameters: Parameters, box: Box, names: Names) -> No
 def _style_handles(events: Sequence[Event]) -> list[Any]:
     drawn = {int(np.sign(alpha - event.middle)) for event in events for alpha in event.alphas}
     names = {-1: "below", 0: "at", 1: "above"}
+    # The paper's amplitudes are bifurcations at γ = 3 alone.
+    value = "printed value" if set(events) <= {*CROSSINGS, *SLIDINGS} else "value"
     return [
-        Line2D([], [], color="0.4", linestyle=style, label=f"{names[side]} the value")
+        Line2D([], [], color="0.4", linestyle=style, label=f"{names[side]} the {value}")
         for side, style in _STYLES.items()
         if side in drawn
     ]

@@ -162,7 +162,7 @@ def _vectors(section: Section, parameters: Parameters, axes: Axes) -> None:
 
 _CROSSINGS = 12  # half-widths that a trajectory goes at most, at its first velocity
 _RIM = 1.0001  # a start on the rim is inside
-_LEAST = 3  # points before and after an arrow head
+_SHORT = 0.2  # span of a curve without an arrow head, in half-widths of the panel
 
 
 def draw_section(
@@ -177,7 +177,9 @@ def draw_section(
             inside = int(np.argmax(outside)) + 1 if outside.any() else len(x)
             colour = field_colour(arc.field, colours)
             axes.plot(x[:inside], y[:inside], color=colour, linewidth=0.8, label=f"F{arc.field}")
-            _arrow(axes, x[:inside], y[:inside], colour)
+            spans = np.ptp(x[:inside]) / section.across, np.ptp(y[:inside]) / section.up
+            if max(spans) > _SHORT:
+                _arrow(axes, x[:inside], y[:inside], colour)
             if outside.any():
                 break
     if section.piece not in ("S1", "S5"):
@@ -202,13 +204,12 @@ def _label(section: Section) -> str:
 
 
 def _arrow(axes: Axes, x: Array, y: Array, colour: str) -> None:
-    """An arrow head halfway along a curve that is long enough."""
+    """An arrow head halfway along a curve."""
     at = len(x) // 2
-    if at < _LEAST:
-        return
+    before, after = at - 1, min(at + 1, len(x) - 1)
     axes.annotate(
         "",
-        (x[at + 1], y[at + 1]),
-        xytext=(x[at - 1], y[at - 1]),
+        (x[after], y[after]),
+        xytext=(x[before], y[before]),
         arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 0, "mutation_scale": 6},
     )
