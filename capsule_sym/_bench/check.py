@@ -122,9 +122,9 @@ class SwitchCheck:
 
     @property
     def tolerance(self) -> float | None:
-        """Tolerance with which no switch would be missed; None if it is not the reason.
+        """Tolerance with which no switch would be missed; None if the one used is small enough.
 
-        Errors of segments are taken to be in proportion to the tolerance, and no less.
+        The error of a segment is assumed to be proportional to the tolerance, and at least equal.
         """
         if not self.used or not self.needed:
             return None

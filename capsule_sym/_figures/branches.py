@@ -53,8 +53,8 @@ def plot_bifurcations(
 ) -> Figure:
     """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
 
-    A marker stands at every exact bifurcation point, its label above it, and below the key of
-    these. Drawn into three `axes`, without the labels, if they are given; in SI units with the
+    Every exact bifurcation point has a marker with its label above; the legend below explains the
+    labels. Drawn into three `axes`, without the labels, if they are given; in SI units with the
     `device` whose excitation amplitude, frequency, gap, damping or second spring varies.
     """
     units = units_of(record, device)

@@ -349,9 +349,9 @@ def plot_margins(
     """Distance of every guard from firing, over a run's last periods or an orbit, by acting field.
 
     A switch happens where the mass meets a stop, where the capsule's velocity reaches 0, or where
-    the pull on a sticking capsule reaches a friction bound; where a quantity is no guard of the
-    acting field its curve is thin. Drawn into four `axes` if they are given: that of the itinerary,
-    of gap, velocity and force; in SI units with the `device` whose motion it is.
+    the pull on a sticking capsule reaches a friction bound. A curve is thin where its quantity is
+    no guard of the acting field. Drawn into four `axes` if they are given: for the itinerary, the
+    gap, the velocity and the force; in SI units with the `device` whose motion it is.
     """
     parameters = result.parameters
     units = Units.of_motion(device, parameters)

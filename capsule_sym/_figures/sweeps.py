@@ -138,11 +138,11 @@ def _name(results: xr.Dataset, code: int) -> str:
 
 @styled
 def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
-    """Speed against cost of transport of a sweep's cells, and those that no other cell beats.
+    """Speed against cost of transport of a sweep's cells, with their Pareto front.
 
-    The speed is the average velocity's size, the cost of transport the work of the drive over
-    friction bound and way. The Pareto front has the cells than which no other is as fast at no
-    more cost. Drawn into `axes` if they are given. Raises InvalidInput for a sweep without
+    The speed is the absolute average velocity. The cost of transport is the work of the drive
+    divided by the friction bound and the distance. A cell is on the front if no other cell is at
+    least as fast at no greater cost. Drawn into `axes` if they are given. Raises InvalidInput for a sweep without
     energies.
     """
     speed, cost = speed_and_cost(results)

@@ -141,7 +141,7 @@ class ParameterPath:
         return self
 
     def by(self, by_p: Matrix, values: Sequence[Number]) -> Vector:
-        """Derivative along the path, as `along`, at the values of all parameters."""
+        """Derivative along the path, as `along`; `values` are all parameters at the point."""
         return self.along(by_p, self.value(values))
 
     def _affine(self) -> tuple[str, Function]:
