@@ -67,7 +67,7 @@ class Front(Result, Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Points as columns: both metrics, variables, slope, part of the front, and the solution."""
+        """Points as columns: metrics, variables, slope, part of the front, and the solution."""
         first, second = self.metrics
         names = list(self.points[0].over) if self.points else []
         lengths = [part.last - part.first + 1 for part in self.parts]

@@ -142,8 +142,8 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
 
     The speed is the absolute average velocity. The cost of transport is the work of the drive
     divided by the friction bound and the distance. A cell is on the front if no other cell is at
-    least as fast at no greater cost. Drawn into `axes` if they are given. Raises InvalidInput for a sweep without
-    energies.
+    least as fast at no greater cost. Drawn into `axes` if they are given. Raises InvalidInput for a
+    sweep without energies.
     """
     speed, cost = speed_and_cost(results)
     front = non_dominated(speed, cost)
