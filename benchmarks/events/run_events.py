@@ -141,17 +141,35 @@ def judge(case: dict[str, Any], found: Sequence[tuple[float, str]]) -> dict[str,
             "late": late, "error": error}  # fmt: skip
 
 
+def numbers(found: Sequence[Any], fields: Sequence[str]) -> list[tuple[float, str]]:
+    """Switches of an adapter, or ValueError where they are no rising times with known fields."""
+    switches = [(float(t), to) for t, to in found]
+    last = -math.inf
+    for t, to in switches:
+        if not math.isfinite(t):
+            raise ValueError(f"the time of a switch is {t}")
+        if t < last - MERGE:
+            raise ValueError(f"a switch at {t} follows one at {last}")
+        if to not in fields:
+            raise ValueError(f"field {to!r} is none of {', '.join(fields)}")
+        last = t
+    return switches
+
+
 def check(module: Any, suite: dict[str, Any], chosen: Sequence[Any]) -> list[Any]:
     """Verdicts on some cases by an adapter; one that raises fails the case."""
     verdicts = []
+    fields = [*suite["system"]["fields"]]
     for case in chosen:
         began = process_time()
         try:
             if hasattr(module, "switches"):
-                found = module.switches(case)
+                found = module.switches({k: v for k, v in case.items() if k != "switches"})
             else:
                 found = follow(case, suite["system"], module.first_event)
-            verdict = judge(case, found)
+            verdict = judge(case, numbers(found, fields))
+        except KeyboardInterrupt:
+            raise SystemExit(f"error: interrupted in case {case['name']!r}") from None
         except Exception as error:  # whatever an integrator raises
             verdict = judge(case, []) | {
                 "right": False,
@@ -178,6 +196,11 @@ def show(verdicts: Sequence[dict[str, Any]]) -> None:
     for distance in sorted({one["distance"] for one in near}, reverse=True):
         rows = [one for one in near if one["distance"] == distance]
         print(f"  {distance:<8.0e}{sum(one['right'] for one in rows):>4} of {len(rows)}")
+    failures = {one["failed"]: one["name"] for one in reversed(verdicts) if "failed" in one}
+    if failures:
+        print("\nfailed, each message once, with its first case")
+    for message, name in [*reversed(failures.items())][:5]:
+        print(f"  {name}: {message}")
 
 
 def adapter(path: Path) -> Any:
@@ -187,7 +210,13 @@ def adapter(path: Path) -> Any:
         raise SystemExit(f"error: {path} is no Python file")
     module = module_from_spec(spec)
     sys.path.insert(0, str(HERE))
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except (ImportError, SyntaxError) as error:
+        message = f"error: {path} does not load: {type(error).__name__}: {error}"
+        raise SystemExit(message) from None
+    if not (hasattr(module, "first_event") or hasattr(module, "switches")):
+        raise SystemExit(f"error: {path} has neither first_event nor switches")
     return module
 
 

@@ -4,6 +4,7 @@ import ast
 import json
 import subprocess
 import sys
+import types
 from functools import cache
 
 import pytest
@@ -159,6 +160,39 @@ def test_switches_are_judged_by_the_fields_entered_and_by_near_times(found, verd
     judged = run_events.judge(CASE, found)
     assert tuple(judged[name] for name in ("missed", "invented", "late")) == verdict
     assert judged["right"] == (verdict == (0, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("found", "message"),
+    [
+        ([(float("nan"), "F5")], "time of a switch is nan"),
+        ([(2, "F5"), (1, "F2")], "at 1.0 follows one at 2.0"),
+        ([(1, "F9")], "'F9' is none of F1"),
+    ],
+)
+def test_an_answer_that_is_no_list_of_switches_fails_with_its_reason(found, message, capsys):
+    seen = []
+    module = types.SimpleNamespace(switches=lambda case: seen.append(case) or found)
+    verdicts = run_events.check(module, SUITE, SUITE["cases"][:1])
+    assert not verdicts[0]["right"]
+    assert message in verdicts[0]["failed"]
+    assert "switches" not in seen[0]
+    run_events.show(verdicts)
+    assert message in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("import nothing_of_this_name", "does not load: ModuleNotFoundError"),
+        ("def firstevent(): pass", "neither first_event nor switches"),
+    ],
+)
+def test_a_file_that_is_no_adapter_is_refused_with_a_line(tmp_path, text, message):
+    path = tmp_path / "wrong.py"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(SystemExit, match=message):
+        run_events.adapter(path)
 
 
 @pytest.mark.parametrize(
