@@ -108,6 +108,6 @@ def table() -> str:
         key = ", ".join(term.widths()).replace("1, 4, 8", "1, 4, 8 lanes")
         rows.setdefault("1 lane" if key == "1" else key, []).append(term.mutant.name)
     rows["not shown"] = [term.mutant.name for term in BEHIND]
-    lines = ["| noticed at | taken away |", "|---|---|"]
+    lines = ["| noticed at | removed |", "|---|---|"]
     lines += [f"| {key} | {'; '.join(names)} |" for key, names in rows.items()]
     return "\n".join(lines)
