@@ -223,11 +223,8 @@ def check_switches(
     given = tuple(
         Event(float(t), name) for t, name in zip(found, names, strict=True) if t < horizon
     )
-    pairs = [
-        pair
-        for pair in matched(_columns(exact), _columns(given), slack)
-        if pair.given is not None or exact[pair.true or 0].time <= min(last, horizon - slack)
-    ]
+    until = min(last, horizon - slack)
+    pairs = matched(_columns(exact), _columns(given), slack, until)
     errors = np.array([_error(pair, ends, given) for pair in pairs])
     why = "no double can follow" if truth.success else f"the exact run stopped: {truth.message}"
     limits = _Limits(horizon, slack, resolution, tolerance, why)
@@ -388,7 +385,8 @@ def _message(differences: Sequence[Difference], count: int, limits: _Limits) -> 
     whole = limits.horizon == math.inf
     until = "" if whole else f" before {limits.horizon:.6g}, where {limits.why}"
     if not differences:
-        return f"all {count} switches are right{until}"
+        told = "the one switch is" if count == 1 else f"all {count} switches are"
+        return f"{told} right{until}"
     missed, invented = (
         sum(len(getattr(one, name)) for one in differences) for name in ("missed", "invented")
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import groupby
 from typing import NamedTuple
@@ -24,6 +25,7 @@ def matched(
     true: tuple[NDArray[np.float64], Sequence[object]],
     given: tuple[NDArray[np.float64], Sequence[object]],
     slack: float,
+    until: float = math.inf,
 ) -> list[Pair]:
     """Pairs of the switches of two lists, in the order of time.
 
@@ -31,6 +33,7 @@ def matched(
     and if their times differ by less than `slack`. The pairs have the least sum of differences of
     times, over `slack`, and of 1 for each switch that has no other. A few coincidences between
     differences are none: fewer than three in a row, unless the lists end with them.
+    A switch of the true list after `until` that has no other is left out.
     """
     (times, events), (found, happened) = true, given
     rows, columns = len(times), len(found)
@@ -47,7 +50,11 @@ def matched(
         least = np.minimum.accumulate(ahead)
         moves[i + 1] = np.where(both <= alone, 2, 1) * (ahead == least)
         cost = least + before
-    return _settled(_traced(moves))
+
+    def counts(pair: Pair) -> bool:
+        return pair.given is not None or times[pair.true or 0] <= until
+
+    return list(filter(counts, _settled(list(filter(counts, _traced(moves))))))
 
 
 def _traced(moves: NDArray[np.int8]) -> list[Pair]:

@@ -141,6 +141,16 @@ def test_missed_switches_of_exact_times_are_the_searchs():
     assert loose.tolerance == pytest.approx(one.needed)
 
 
+def test_a_switch_after_the_end_does_not_part_the_last_ones():
+    # The motion's next switch is after the end, and within the slack: only two are after the pair.
+    times, entered = switches(CASE)
+    kept, end = [0, 1, 2, 3, 4, 5, 8, 9], float(times[10]) - 0.3
+    found = check_switches(times[kept], [entered[k] for k in kept], CASE, end=end)
+    (one,) = found.differences
+    assert [event.event for event in one.missed] == entered[6:8]
+    assert (one.invented, one.agrees_again) == ((), pytest.approx(times[8]))
+
+
 def test_a_switch_found_again_at_the_restart_is_invented():
     times, entered = switches(CASE)
     twice = np.insert(times, 5, times[4] + 1e-13)
