@@ -41,8 +41,8 @@
 #define CAPSULE_REACTION_OF(number, terms)
 #endif
 
-/* Shared data of the expansions of one linear flow, for motions composed of the responses to a unit force and
-   a unit velocity and, unless the drive is constant, to its cosine and sine. The time unit is `reach`. */
+/* Shared data of the expansions of one linear flow, for motions composed of the responses to a unit force
+   and a unit velocity and, unless the drive is constant, to its cosine and sine. The time unit is `reach`. */
 #define CAPSULE_TABLE_OF(number, terms, degree, levels)                                            \
     struct {                                                                                       \
         double reach, root_K, level[levels]; /* level: 1, 1/2, ... */                              \
@@ -75,11 +75,11 @@ typedef struct {
 } capsule_map;
 
 /* Stops long work, at a limit of work (which is independent of clocks) or on request of `ask`. Both are
-   checked after about every CAPSULE_WORK expansions, which take milliseconds. `ask` (may be null) is called
-   in the working thread and returns 0 to continue. After another number it must never return 0 again. To resume after the
-   limit, raise it by more than one segment takes, since a stopped segment starts again. A segment that
-   rests forever counts 1 for each row of `strobe`. Each thread has its own watch, whose `done` and `work`
-   are 0 at first. */
+   checked after about every CAPSULE_WORK expansions, which take milliseconds. `ask` (may be null) is
+   called in the working thread and returns 0 to continue. After another number it must not return 0 until
+   the call has ended. To resume after the limit, raise it by more than one segment takes, since a stopped
+   segment starts again. A segment that rests forever counts 1 for each row of `strobe`. Each thread has
+   its own watch, whose `done` and `work` are 0 at first. */
 typedef struct {
     int (*ask)(void *about);
     void *about;
@@ -124,10 +124,10 @@ typedef struct {
 
 /* Makes the map at a parameter set. All parameters are finite, those of CAPSULE_POSITIVE_PARAMETERS > 0,
    those of CAPSULE_NOT_NEGATIVE_PARAMETERS >= 0, those of CAPSULE_SHARE_PARAMETERS < 1, and two stops do
-   not touch. Otherwise it returns CAPSULE_REFUSED, and so do runs on the map. `capsule_map_remake` takes
-   a map made before, or zeroed memory, and keeps the parts that do not change. A share so near to 0 or 1 that a pulse or a pause is
-   shorter than the rounding of an angle (1e-300, say) is accepted, but runs that begin to slip there return
-   CAPSULE_OPEN. */
+   not touch. Otherwise it returns CAPSULE_REFUSED, and so do runs on the map. `capsule_map_remake` takes a
+   map made before, or zeroed memory, and keeps the parts that do not change. A share so near to 0 or 1
+   that a pulse or a pause is shorter than the rounding of an angle (1e-300, say) is accepted, but runs
+   that begin to slip there return CAPSULE_OPEN. */
 capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 
@@ -148,9 +148,9 @@ int capsule_widest(void);
 
 /* Continues from `state` to the end of excitation period `periods` (forcing angle 0), and writes the final
    state to `state`, rounded to double precision. The extra digits of a switch decided in 106 bits are kept
-   within a call only: a run that pauses resumes from a rounded start, as a run in double precision does after
-   each switch. `written` counts segments or events. If the result is CAPSULE_OPEN, `open` is the outcome
-   that was not decided, and the state is the start of that segment. */
+   within a call only: a run that pauses resumes from a rounded start, as a run in double precision does
+   after each switch. `written` counts segments or events. If the result is CAPSULE_OPEN, `open` is the
+   outcome that was not decided, and the state is the start of that segment. */
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
                          const capsule_request *request, size_t *written, capsule_outcome *open);
 
@@ -193,30 +193,29 @@ typedef struct {
    result in `stops`. */
 capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace);
 
-/* Finds the periodic motion of a run at the end of a period, from its states at the ends of the last `count`
-   periods: the least period number, of at most count/2 periods, after which the last states repeat within
-   `tolerance`, and the next switches exactly in field and plane. `events` receives those of one period of
-   the motion, from the end of the run on, and needs room for those of two. A motion that decays through
-   infinitely many switches, as off rest at alpha = delta = 0, has no period number. CAPSULE_FULL means too
-   little room, CAPSULE_OPEN that a switch was not decided. `watch` may be null. */
+/* Finds the periodic motion of a run at the end of a period, from its states at the ends of the last
+   `count` periods: the least period number, of at most count/2 periods, after which the last states repeat
+   within `tolerance`, and the next switches exactly in field and plane. `events` receives those of one
+   period of the motion, from the end of the run on, and needs room for those of two. A motion that decays
+   through infinitely many switches, as off rest at alpha = delta = 0, has no period number. CAPSULE_FULL
+   means too little room, CAPSULE_OPEN that a switch was not decided. `watch` may be null. */
 capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
                             double (*states)[3], int count, double tolerance,
                             capsule_event *events, size_t room, capsule_watch *watch,
                             capsule_motion *motion, capsule_outcome *open);
 
 /* Evaluates the states (x_r, v_r, v_c, x_c) of a run at times, from its segments in their order. Times are
-   absolute, 2 pi/omega for each period plus the angle over omega; ascending
-   times are fastest, since a step back passes each segment between. Before the first segment the state is
-   its start, after the last its end. If `more` segments follow in another call, evaluation ends at the first
-   time at or after the last one's end.
-   Returns the number of times evaluated: less than n also if `watch` (may be null) stops it, or at an
-   invalid field; 0 if refused. */
+   absolute, 2 pi/omega for each period plus the angle over omega; ascending times are fastest, since a
+   step back passes each segment between. Before the first segment the state is its start, after the last
+   its end. If `more` segments follow in another call, evaluation ends at the first time at or after the
+   last one's end. Returns the number of times evaluated: less than n also if `watch` (may be null) stops
+   it, or at an invalid field; 0 if refused. */
 size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
                         int more, const double *times, size_t n, double (*states)[4],
                         capsule_watch *watch);
 
-/* Derivatives of a run at fixed times, counted from its start: of the state and x_c there, and of the time of
-   the last switch before, with respect to the start's x_r, v_r, v_c and phase, and to the parameters. */
+/* Derivatives of a run at fixed times, counted from its start: of the state and x_c there, and of the time
+   of the last switch before, with respect to the start's x_r, v_r, v_c and phase, and to the parameters. */
 typedef struct {
     double state[4][CAPSULE_SLOPE_COUNT];
     double time[CAPSULE_SLOPE_COUNT];
@@ -225,12 +224,13 @@ typedef struct {
 /* Derivatives at the start of a run. */
 capsule_stop capsule_slopes_start(capsule_slopes *at);
 
-/* Propagates derivatives through the segments of a run in their order, from the start of the first to that of
-   the last, in `at`. `switches` (may be null), a row for each segment but the last, receives the derivatives
-   of their end times; `slopes` those of (x_r, v_r, v_c, x_c) at `n` times in ascending order, with the rate
-   of change in the last column. After a tangential switch they are infinite or not a number; at two
-   simultaneous switches they are those of the side that the run takes. Returns the number of segments
-   passed: less than `count` if `watch` (may be null) stops it, or at an invalid field; 0 if refused. */
+/* Propagates derivatives through the segments of a run in their order, from the start of the first to that
+   of the last, in `at`. `switches` (may be null), a row for each segment but the last, receives the
+   derivatives of their end times; `slopes` those of (x_r, v_r, v_c, x_c) at `n` times in ascending order,
+   with the rate of change in the last column. After a tangential switch they are infinite or not a number;
+   at two simultaneous switches they are those of the side that the run takes. Returns the number of
+   segments passed: less than `count` if `watch` (may be null) stops it, or at an invalid field; 0 if
+   refused. */
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
                              capsule_slopes *at, double (*switches)[CAPSULE_SLOPE_COUNT],
                              const double *times, size_t n,
@@ -255,11 +255,11 @@ capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], 
 capsule_stop capsule_add_energies(const capsule_map *map, const capsule_segment *segments, size_t count,
                                   capsule_watch *watch, double energies[3]);
 
-/* Itinerary of a periodic motion: fields, from 1 on, of its segments in cyclic order, over so many excitation
-   periods. A single guard, or an edge of the drive, ends each segment; an edge may also end rest. Without
-   pulses a single field is a sticking one. If `mirrored`, it is the itinerary of the first half of a motion
-   that is its own mirror image, over an odd number of periods. The images of these segments are its
-   second half. With one stop such a motion has no contact. */
+/* Itinerary of a periodic motion: fields, from 1 on, of its segments in cyclic order, over so many
+   excitation periods. A single guard, or an edge of the drive, ends each segment; an edge may also end
+   rest. Without pulses a single field is a sticking one. If `mirrored`, it is the itinerary of the first
+   half of a motion that is its own mirror image, over an odd number of periods. The images of these
+   segments are its second half. With one stop such a motion has no contact. */
 typedef struct {
     const int32_t *fields;
     int count, periods, mirrored;
@@ -298,8 +298,8 @@ typedef struct {
 capsule_system capsule_equations_in(double *block, int count);
 capsule_system capsule_system_in(double *block, int count);
 
-/* Evaluates the equations of an itinerary at unknowns z. The residual is not a number if z or the parameters
-   are infinite or not numbers, or if a duration is below -1/rate of its field's constants. */
+/* Evaluates the equations of an itinerary at unknowns z. The residual is not a number if z or the
+   parameters are infinite or not numbers, or if a duration is below -1/rate of its field's constants. */
 capsule_stop capsule_evaluate_itinerary(const capsule_parameters *parameters,
                                         const capsule_itinerary *itinerary, const double *z,
                                         capsule_system *system);
@@ -318,9 +318,10 @@ typedef struct {
 #define CAPSULE_ITINERARY_ROOM(count)                                                              \
     (2 * CAPSULE_EQUATIONS_ROOM(count) + 12 * CAPSULE_UNKNOWNS(count) + 215 * (count))
 
-/* Solves the equations of an itinerary near z by damped Newton steps, for fixed parameters, or for parameters
-   that move along a direction while one unknown is fixed: a segment of duration 0 is a bifurcation. `z`,
-   `parameters` and `system` receive the last iterate, except the system if the watch stopped it. */
+/* Solves the equations of an itinerary near z by damped Newton steps, for fixed parameters, or for
+   parameters that move along a direction while one unknown is fixed: a segment of duration 0 is a
+   bifurcation. `z`, `parameters` and `system` receive the last iterate, except the system if the watch
+   stopped it. */
 capsule_stop capsule_solve_itinerary(const capsule_itinerary *itinerary,
                                      const capsule_itinerary_request *request,
                                      capsule_parameters *parameters, double *z,
@@ -333,9 +334,9 @@ typedef struct {
 } capsule_extremum;
 
 /* Finds all interior extrema of a quantity in a segment of a duration, in the order of time: the rate is
-   proved to keep its sign between two of them. `zeros` is 1 if the rate vanishes at the start, as that of the
-   speed does where a slip begins, else 0. Returns their number, or -1 if double
-   precision cannot decide, if there are more than `room`, if it takes long, or if arguments are refused. */
+   proved to keep its sign between two of them. `zeros` is 1 if the rate vanishes at the start, as that of
+   the speed does where a slip begins, else 0. Returns their number, or -1 if double precision cannot
+   decide, if there are more than `room`, if it takes long, or if arguments are refused. */
 int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                        capsule_quantity quantity, int zeros, double duration,
                        capsule_extremum *extrema, int room);
