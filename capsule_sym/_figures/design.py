@@ -12,6 +12,7 @@ from matplotlib.figure import Figure, SubFigure
 from capsule_sym._figures.layout import add_key, axes_for, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, styled
+from capsule_sym._figures.units import named
 from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
@@ -95,8 +96,8 @@ def plot_steering(
     for place, name in enumerate(steering.names):
         row = middle if place == 0 else middle.twinx()
         row.plot(share, columns[name], ("-", "--", ":")[place % 3], color=SERIES[place])
-        row.set_ylabel(metric_label(name, system), color=SERIES[place])
-    lower.plot(share, columns["largest_multiplier"], color=UNSTABLE)
+        row.set_ylabel(named(name), color=SERIES[place])
+    lower.plot(share, columns["largest_multiplier"], color="black")
     lower.axhline(1.0, color="0.6", linewidth=0.6)
     lower.set_ylabel("largest multiplier")
     lower.set_xlabel("share of the path, from forward to backward")

@@ -115,6 +115,7 @@ def ground(axes: Axes, left: float, right: float) -> list[Any]:
 
 
 _TYPE = 2.5  # points of type in each inch of Fig. 1
+_MOST = 10.0  # points of type in Fig. 1 at most
 _SLOPE = math.radians(3)  # slope of a track without a device
 
 
@@ -144,8 +145,8 @@ def plot_fig1(*, width: float = PAGE, figure: Figure | SubFigure | None = None) 
     ground(axes, -4.4, 4.4)
     axes.set_ylim(-0.36, 2.76)
     draw_capsule(axes, Frame())
-    # The type grows with the drawing, so that it can be read on a narrow screen too.
-    size = _TYPE * size_of(page)[0]
+    # In a column the type grows with the drawing, so that it can be read on a narrow screen too.
+    size = min(_TYPE * size_of(page)[0], _MOST)
     small: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size}
     for x, y, text in (
         (0.0, 0.77, "$M_m$"),
