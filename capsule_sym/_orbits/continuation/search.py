@@ -266,9 +266,9 @@ def _searched(
     )
     longest = periods * (2**settings.settling_rounds - 1)
     text = (
-        f"{len(found.orbits)} orbits, {stable} of them stable, from {size} starts at phase 0 with "
-        f"{within}: {found.starts - found.open} settle within {longest} periods, {found.open} on "
-        f"none of these; Newton's method over {', '.join(map(str, numbers))} periods from every "
+        f"orbits: {len(found.orbits)}, of these stable: {stable}, from {size} starts at phase 0 "
+        f"with {within}: {found.starts - found.open} settle within {longest} periods, {found.open} "
+        f"on none of these; Newton's method over {', '.join(map(str, numbers))} periods from every "
         f"start and after {', '.join(map(str, settings.seed_periods[1:]))} periods of its run"
     )
     if axis is not None:
