@@ -174,7 +174,7 @@ def homes() -> list[str]:
         path.relative_to(ROOT).as_posix()
         for path in files("capsule_sym", "codegen", "explorer/src", "matlab")
         if path.suffix in {".py", ".toml", ".c", ".h", ".ts", ".in", ".m"}
-        and "paper" not in path.as_posix()
+        and "paper" not in path.relative_to(ROOT).as_posix()
         and has_facts(path.read_text(encoding="utf-8"))
     ]
 
