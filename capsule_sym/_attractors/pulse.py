@@ -115,7 +115,7 @@ class Pulse(Result, Labelled):
 
     @cached_property
     def runs(self) -> tuple[Trajectory, Trajectory, Trajectory]:
-        """Runs before, during and after the pulse; dimensionless."""
+        """Runs of two periods before the pulse, during it, and until it settles; dimensionless."""
         assert self.periods
         usual, changed = self.drives
         marks = stroboscopic(self.start)

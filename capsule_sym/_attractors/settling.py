@@ -73,7 +73,7 @@ class Arrivals(NamedTuple):
 
     @classmethod
     def begun(cls, states: Vector) -> Arrivals:
-        """Runs at their starts, (n, 3)."""
+        """Arrivals before the first period: no attractor yet, states (n, 3) of the starts."""
         n = len(states)
         numbers = np.full(n, NONE, np.int16)
         return cls(numbers, np.zeros(n, bool), states.copy(), np.zeros(n, np.int64))

@@ -126,7 +126,10 @@ class Fit(Result):
 
     @property
     def residuals(self) -> Vector:
-        """Model minus measurement over `scales`, shape (n,), for each run in order of time."""
+        """Model minus measurement, in standard deviations of its series, shape (n,).
+
+        Run after run, each in the order of time.
+        """
         return self.found.residuals
 
     @property
@@ -241,9 +244,9 @@ def fit(
 
     The residuals of a column are in units of its standard deviation; `loss` is one of SciPy's.
     `starts` is a number of further random guesses, within `bounds` or else between half and twice
-    the guess. The best `follow` of them are continued; `seed` is their random seed. `steps` limits
-    the runs with derivatives of each. `bootstrap` is the number of fits to resampled residuals for
-    `Fit.bootstrap`. After `max_seconds` the result has the best values so far. `progress` is called
+    the guess. The best `follow` of these and the given guess are continued; `seed` is their random
+    seed. `steps` limits the runs with derivatives of each. `bootstrap` is the
+    number of fits to resampled residuals for `Fit.bootstrap`. After `max_seconds` the result has the best values so far. `progress` is called
     with a text.
 
     Raises InvalidInput for columns, names, bounds or values that are not allowed.

@@ -58,7 +58,7 @@ class SteeringStatus(StrEnum):
 
 @dataclass(frozen=True)
 class Break:
-    """End of a path of stable orbits: corners of the path, drive at the end, and reason."""
+    """Place where a path of stable orbits breaks: its corners, the drive there, and the reason."""
 
     by: tuple[Drive, ...]
     at: Drive
@@ -151,10 +151,10 @@ def steer(
     `over` has the bounds of the drive: of alpha and omega, or of P_d and Omega of a device in SI
     units. By default the amplitude varies from 0.1 to 2 times the friction bound, and the frequency
     from 0.5 to 1.5 times the natural one. The straight path is tried first, then paths with a
-    corner, then those on a grid of drives on which stable motions continue each other. For a broken
-    path the drive and the bifurcation are given. `subject_to`, `margin`, `samples`, `seed` and
-    `follow` are those of `optimise`; each stretch of a path is continued in at least `points`
-    steps. After `max_seconds` the result has the drives and the breaks found so far. `progress` is
+    corner, then paths over a grid of drives, from neighbour to neighbour where the stable motion
+    continues. A broken path has the drive at which it breaks, and the reason. `subject_to`,
+    `margin`, `samples`, `seed` and `follow` are those of `optimise`. Each stretch of a path
+    is continued in at least `points` steps. After `max_seconds` the result has the drives and the breaks found so far. `progress` is
     called with a text.
 
     Raises InvalidInput as `optimise` does, and for a parameter that is not of the drive.

@@ -240,8 +240,8 @@ def plot_energies(
     the line is at the top of the bars, up to rounding. On a slope the work of lifting the bodies is
     a bar too: on top of the losses where they rise, and below zero where they sink, since gravity
     then adds to the drive's work. The lower panel has the share of the work that friction takes.
-    Drawn into two `axes`, without the names, if they are given; in SI units with a `device`, as by
-    `plot_bifurcations`.
+    Drawn into two `axes` if they are given, then without labels of bifurcations. In SI units with
+    a `device`, as by `plot_bifurcations`.
     """
     units = units_of(record, device)
     record = in_units(record, units)

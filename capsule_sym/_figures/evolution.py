@@ -108,7 +108,8 @@ def plot_itineraries(
 ) -> Figure:
     """Field by phase against alpha, with the exact bifurcations of a branch named.
 
-    Drawn into `axes`, without the names, if they are given; with a `device` over its amplitude.
+    Drawn into `axes` if they are given, then without labels of bifurcations. With a `device` over
+    its amplitude.
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, 2.9)

@@ -222,7 +222,9 @@ class Axis(NamedTuple):
 def parameter_path(
     name: str, ties: Mapping[str, Function | str] | None = None, scene: Scene = CAPSULE
 ) -> ParameterPath:
-    """Path on which a scene's parameter varies, with parameters tied by functions or texts.
+    """Path on which a parameter varies, with others tied to it by functions or texts.
+
+    It is one of the scene's, or a new name of which a tied one is an affine function.
 
     A text, such as "0.5*omega**2", has numbers, the name of the varied parameter, + - * / ** and
     parentheses. Raises InvalidInput for other texts, and for ties of an unknown parameter.
@@ -253,7 +255,9 @@ def chosen_path(
 
 
 def device_path(device: SceneDevice, name: str) -> dict[str, str]:
-    """Tie of a device's P_d, Omega, G, c or k2 (SI units), for `parameter_path`.
+    """Tie of one quantity of a device in SI units, for `parameter_path`.
+
+    In the paper's scene it is P_d, Omega, G, c or k2.
 
     Raises InvalidInput for another name.
     """

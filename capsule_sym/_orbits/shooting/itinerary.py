@@ -221,7 +221,10 @@ class Itinerary:
         return sum(level(one.field, self.scene) for one in before)
 
     def stop(self, index: int) -> int:
-        """Stop at which a segment of an index from -1 ends: 1 in front, 2 behind, 0 for none."""
+        """Stop touched or left where a segment ends: 1 in front, 2 behind, 0 for none.
+
+        Index -1 is the segment before the first.
+        """
         fields = self.scene.facts.FIELDS
         first, second = fields[self.neighbour(index)][0], fields[self.neighbour(index + 1)][0]
         return 0 if first == second else first or second

@@ -159,7 +159,9 @@ class Orbit(Labelled):
 
     @cached_property
     def by_parameter(self) -> Matrix:
-        """Derivative dz/dp (n + 4, 7) along the branch, by the implicit function theorem.
+        """Derivative dz/dp along the branch, by the implicit function theorem.
+
+        Shape (k + 4, parameters) for k segments; 7 parameters in the paper's scene.
 
         Raises numpy.linalg.LinAlgError at a fold.
         """

@@ -94,7 +94,7 @@ def whole_orbit(orbit: Orbit) -> Orbit:
 def half_orbit(orbit: Orbit) -> Orbit | None:
     """First half of an orbit that is its own mirror image, None for any other.
 
-    If a single stop has no stiffness, the half has fields without contact.
+    If the only stop has stiffness 0, the half is given in the fields without contact.
     """
     plain = _without_contact(orbit)
     if plain is None:

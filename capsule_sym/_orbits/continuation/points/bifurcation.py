@@ -155,7 +155,7 @@ class Bifurcation(BifurcationPoint):
 
 @dataclass(frozen=True, kw_only=True)
 class CurvePoint(BifurcationPoint):
-    """Bifurcating orbit, values of the two parameters, line, and tightest inequality.
+    """Orbit at a bifurcation, values of the two parameters, and the line that it meets.
 
     `segment` is the segment of duration 0, None on the curve of a smooth bifurcation. All values
     are dimensionless.
