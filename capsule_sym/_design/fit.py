@@ -245,11 +245,10 @@ def fit(
     The residuals of a column are in units of its standard deviation; `loss` is one of SciPy's.
     `starts` is a number of further random guesses, within `bounds` or else between half and twice
     the guess. The best `follow` of these and the given guess are continued; `seed` is their random
-    seed. `steps` limits the runs with derivatives of each. `bootstrap` is the
-    number of fits to resampled residuals for `Fit.bootstrap`. After `max_seconds` the result has the best values so far. `progress` is called
-    with a text.
-
-    Raises InvalidInput for columns, names, bounds or values that are not allowed.
+    seed. `steps` limits the runs with derivatives of each. `bootstrap` is the number of fits to
+    resampled residuals for `Fit.bootstrap`. After `max_seconds` the result has the best values so
+    far. `progress` is called with a text. Raises InvalidInput for columns, names, bounds or values
+    that are not allowed.
     """
     own = names_of(system)
     for name in unknown:

@@ -153,9 +153,9 @@ def steer(
     from 0.5 to 1.5 times the natural one. The straight path is tried first, then paths with a
     corner, then paths over a grid of drives, from neighbour to neighbour where the stable motion
     continues. A broken path has the drive at which it breaks, and the reason. `subject_to`,
-    `margin`, `samples`, `seed` and `follow` are those of `optimise`. Each stretch of a path
-    is continued in at least `points` steps. After `max_seconds` the result has the drives and the breaks found so far. `progress` is
-    called with a text.
+    `margin`, `samples`, `seed` and `follow` are those of `optimise`. Each stretch of a path is
+    continued in at least `points` steps. After `max_seconds` the result has the drives and the
+    breaks found so far. `progress` is called with a text.
 
     Raises InvalidInput as `optimise` does, and for a parameter that is not of the drive.
     """
