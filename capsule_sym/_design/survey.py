@@ -75,11 +75,7 @@ class Surveyor:
         """
         core = core_of(self.program.system.scene) is not None
         count = survey.samples if core else -(-survey.samples // _WITHOUT_CORE)
-        points, states = with_faces(spread(len(self.program.names), count, 0)), None
-        if self.program.among == STABLE:
-            states = self._anywhere(points, 0)
-            points = np.tile(points, (len(states) // len(points), 1))
-        found = overview(self.program, points, self.program.scenarios, states)
+        points, states, found = self._cells(count, 0)
         if reason := found.flat(self.program):
             self.flat = reason
             return []
@@ -125,12 +121,7 @@ class Surveyor:
         """The best places of further cells, by the survey's seed; none by seed 0."""
         if not survey.seed or core_of(self.program.system.scene) is None:
             return []
-        points = with_faces(spread(len(self.program.names), survey.samples // 2, survey.seed))
-        states = None
-        if self.program.among == STABLE:
-            states = self._anywhere(points, survey.seed)
-            points = np.tile(points, (len(states) // len(points), 1))
-        found = overview(self.program, points, self.program.scenarios, states)
+        points, _, found = self._cells(survey.samples // 2, survey.seed)
         chosen = self._apart(points, found, self._ranked(points, found))[: survey.follow]
         if not chosen:
             return []
@@ -138,6 +129,14 @@ class Surveyor:
         some = [self.candidate(at, i) for i in np.flatnonzero(np.isfinite(at.merit)).tolist()]
         places = [self.program.place(one.u, one.motions) for one in some]
         return [place for place in places if place is not None and not place.beyond]
+
+    def _cells(self, count: int, seed: int) -> tuple[Matrix, Matrix | None, Overview]:
+        """Cells all over the bounds, the states where runs begin if not at the starts, and runs."""
+        points, states = with_faces(spread(len(self.program.names), count, seed)), None
+        if self.program.among == STABLE:
+            states = self._anywhere(points, seed)
+            points = np.tile(points, (len(states) // len(points), 1))
+        return points, states, overview(self.program, points, self.program.scenarios, states)
 
     def _anywhere(self, points: Matrix, seed: int) -> Matrix:
         """States from which stable motions are searched at points: the starts, and random ones."""
