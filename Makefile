@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
+.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations weakenings verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -133,6 +133,9 @@ mutations: $(READY)  ## change every value typed from the paper; each change has
 	@mkdir -p results
 	CAPSULE_SYM_RECORD=results/mutations.json \
 	    $(BIN)/python -m pytest -q -s -m long tests/symbolic/test_mutations.py
+
+weakenings: $(READY)  ## take each term of the proofs away, or those with ONLY in their name or file; a test has to fail; resumes
+	$(BIN)/python -m tests.weakenings --only '$(ONLY)'
 
 verify: $(READY) results/enclose.json  ## prove the theory, and Section 4 in ball arithmetic
 	$(BIN)/python -m benchmarks verify
