@@ -8,6 +8,7 @@ from itertools import product
 import pytest
 from flint import arb_mat
 
+from capsule_sym._enclosures.numbers import forms
 from capsule_sym._enclosures.numbers.balls import arb, precision
 from capsule_sym._enclosures.numbers.forms import (
     MONOMIALS,
@@ -17,6 +18,7 @@ from capsule_sym._enclosures.numbers.forms import (
     number,
     polynomial,
     shifted,
+    stacked,
 )
 
 CORNERS = tuple(product((-1.0, -0.5, 1.0), repeat=2))
@@ -95,10 +97,23 @@ def test_functions_hold_their_values_at_each_place(given: Form, of_form, of_ball
         assert at(made, place).contains(of_ball(x).mid())
 
 
-def test_an_exponential_is_held_with_the_tail_of_its_series() -> None:
-    """Exactly 1/4, so that nothing is halved and no remainder of a product covers the tail."""
-    found = exponential(assembled(1, 1, [(0, 0, number(1))]), number(0.25))[0, 0]
-    assert found.hull.contains((arb(1) / 4).exp().mid())
+@pytest.mark.parametrize("h", [0.25, 0.2, 0.01])
+def test_an_exponential_is_held_with_the_tail_of_its_series(h: float) -> None:
+    """A number, of which nothing is halved: no remainder of a product covers the tail."""
+    found = exponential(assembled(1, 1, [(0, 0, number(1))]), number(h))[0, 0]
+    with precision(256):
+        exact = arb(h).exp()
+    assert found.hull.contains(exact)
+
+
+def test_a_tail_is_that_of_the_whole_box(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The series has two terms here, which a form holds exactly."""
+    monkeypatch.setattr(forms, "_ORDER", 2)
+    rates, h = polynomial([0.5, 0.25]), polynomial([0.25, 0, 0.0625])
+    for one, other in ((rates, number(0.25)), (number(0.5), h)):
+        found = exponential(assembled(1, 1, [(0, 0, one)]), other)[0, 0]
+        for place, _, x in exact(one * other):
+            assert at(found, place).contains(x.exp().mid())
 
 
 @pytest.mark.parametrize("size", [0.3, 3.0, 40.0])
@@ -108,11 +123,25 @@ def test_an_exponential_is_halved_until_its_series_is_short(size: float) -> None
     assert float(found.hull.rad()) < 1e-10
 
 
-def test_a_flow_is_held_over_all_of_a_shift() -> None:
-    rates = arb_mat([[0, 1], [-4, 0]])
-    h = polynomial([1.0, 0.25, -0.25])
+@pytest.mark.parametrize("rows", [[[0, 1], [-4, 0]], [[1, 0], [0, -1]], [[0, 1], [1, 1]]])
+@pytest.mark.parametrize("h", [polynomial([1.0, 0.25, -0.25]), polynomial([1.0], 0.5)])
+def test_a_flow_is_held_over_all_of_a_shift(rows: list[list[int]], h: Form) -> None:
+    rates = arb_mat(rows)
     found = shifted(rates, h, lambda t: (rates * t).exp())
     for place, _, t in exact(h):
         true = (rates * t).exp()
         for i, j in product(range(2), repeat=2):
             assert at(found[i, j], place).contains(true[i, j].mid())
+
+
+def test_matrices_of_forms_keep_remainders() -> None:
+    wide = PARTS["error"]
+    made = assembled(2, 1, [(0, 0, wide), (1, 0, arb(3))])
+    for found in (made, stacked([made, arb_mat([[5]])]), stacked([arb_mat([[0]]), made])):
+        rows = [found[i, 0] for i in range(found.c.nrows())]
+        assert max(one.e.rad() for one in rows) == wide.e.rad()
+
+
+def test_a_polynomial_has_its_radius() -> None:
+    assert polynomial([1.5], 0.5).e.contains(arb(0.5))
+    assert polynomial([1.5]).e == 0

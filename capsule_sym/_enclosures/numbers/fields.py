@@ -125,8 +125,8 @@ class Field:
 
     @cached_property
     def _centre(self) -> Field:
-        """The field at the parameters' midpoints."""
-        return Field(self.index, {n: arb(v.mid()) for n, v in self._values.items()})
+        """The field at the midpoints of the wide parameters, at the balls of the others."""
+        return Field(self.index, self._values | {n: arb(self._values[n].mid()) for n in self._wide})
 
     def flow(self, h: Ball) -> Matrix:
         """exp(A h)."""
@@ -177,11 +177,6 @@ def _order(precision: int) -> int:
 
 
 def _tail(norm: float, h: float, order: int, zeros: int) -> Ball:
-    """More than the sum of norm^k h^(k - zeros)/k! from k = order on; a ball, that never is 0."""
-    size = norm * h
-    if h == 0:
-        return arb(0) if order > zeros else arb(norm) ** order / factorial(order)
-    if size > _SHORT:
-        return arb(inf)
-    bound = arb(norm) ** zeros * arb(size) ** (order - zeros) / factorial(order)
-    return bound * (exp(size) * (1 + 1e-9))
+    """More than the sum of norm^k h^(k - zeros)/k! from k = order on."""
+    size = arb(norm) * h
+    return arb(norm) ** zeros * size ** (order - zeros) / factorial(order) * size.exp()

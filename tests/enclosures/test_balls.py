@@ -1,0 +1,71 @@
+"""Balls: bounds and roundings that enclose."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import mpmath
+import pytest
+
+from capsule_sym._enclosures.numbers.balls import (
+    Unproved,
+    arb,
+    arb_mat,
+    ball,
+    decimal,
+    greatest,
+    largest,
+    precision,
+    spread,
+    upper,
+)
+
+
+@pytest.fixture(autouse=True)
+def bits():
+    with precision(128):
+        yield
+
+
+def test_bounds_in_doubles_are_rounded_up() -> None:
+    for share in (arb(1) / 3, arb(2) / 3, 1 + arb(2) ** -60, 1 - arb(2) ** -60, arb(10) ** -400):
+        assert upper(share) > share
+        assert upper(-share) > share
+        assert spread(arb(7, share)) > arb(7, share).rad()
+        assert largest(arb_mat([[share, -share], [0, share]])) > 2 * share
+        assert greatest([share / 2, -share]) > share
+
+
+def test_a_fraction_and_a_decimal_are_enclosed() -> None:
+    assert (ball(Fraction(1, 3)) * 3).contains(1)
+    assert ball(Fraction(1, 3)).rad() > 0
+    assert (ball("0.1") * 10).contains(1)
+    assert ball(0.1) == arb(0.1) != ball("0.1").mid()
+
+
+def test_numbers_of_mpmath_are_exact() -> None:
+    with mpmath.workdps(50):
+        for value in (-mpmath.mpf(1) / 3, mpmath.mpf(2) ** 200 + 1, mpmath.mpf(0)):
+            with precision(400):
+                man, exp = value.man_exp
+                assert ball(value) == arb(int(man)) * arb(2) ** exp * (-1 if value < 0 else 1)
+
+
+def test_a_radius_is_added_to_that_of_rounding() -> None:
+    found = ball("0.1", 0.25)
+    for end in ("-0.15", "0.35", "0.1"):
+        assert found.contains(arb(end).mid())
+    assert found.rad() >= 0.25
+
+
+@pytest.mark.parametrize("places", [32, 50])
+@pytest.mark.parametrize("text", ["0.7000000000000000000000000000049", "-12.125"])
+def test_a_decimal_is_within_a_fifth_of_its_last_digit(places: int, text: str) -> None:
+    with precision(400):
+        value = arb(text) + arb(0, arb(10) ** -places / 10)
+        told = decimal(value)
+        digits = len(told.partition(".")[2])
+        assert digits <= places
+        assert (arb(told) - value).abs_upper() < arb(10) ** -digits / 5
+        with pytest.raises(Unproved, match="too wide"):
+            decimal(value + arb(0, arb("0.3e-30")))
