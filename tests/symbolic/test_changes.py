@@ -32,9 +32,9 @@ def test_changes_of_the_case_study(gamma: str) -> None:
 
 
 def test_mirror_images() -> None:
-    assert change((2,), (2, 1)) == Change("adding-sliding", "L1", 1)
-    assert change((6, 5, 6, 3), (6, 3)) == Change("grazing-sliding", "L4", 5)
-    assert change((3, 2, 1, 4), (3, 1, 4)) == Change("crossing-sliding", "L1", 2)
+    assert change((2,), (2, 1)) == Change("adding-sliding", "L1", 1, 2)
+    assert change((6, 5, 6, 3), (6, 3)) == Change("grazing-sliding", "L4", 5, 6)
+    assert change((3, 2, 1, 4), (3, 1, 4)) == Change("crossing-sliding", "L1", 2, 3)
 
 
 def test_change_without_a_name() -> None:

@@ -75,11 +75,16 @@ def test_second_spring_ends_stick_that_the_printed_condition_holds() -> None:
     assert abs(_force(point, contact=False)) < 1 < _force(point, contact=True)
 
 
-def test_line_above_the_corner_holds_no_stick() -> None:
-    point = BY_ID["equation.14.L7"].point()
+@pytest.mark.parametrize("line", ["L5", "L7"])
+def test_line_above_the_corner_leads_out_of_contact_forwards(line: str) -> None:
+    witness = ITEMS[f"erratum.equation.14.{line}"].witness()
+    point = {s: Fraction(witness[str(s)]) for s in (x_r, v_r, zeta, beta, gamma, delta)}
     assert point[x_r] == point[delta] > 1
-    assert -(1 + point[delta]) <= 2 * point[zeta] * point[v_r] < 0
-    assert _force(point, contact=False) > 1
+    assert _force(point, contact=False) > 1  # (P3 - f_b)/gamma > 0: forward drift
+    assert point[v_r] < 0  # out of contact
+    assert witness["passage there"].startswith("Ω6 → Ω1, not ")
+    printed = {"L5": 2 * point[zeta] * point[v_r] > 1 - point[delta], "L7": point[v_r] < 0}
+    assert printed[line]
 
 
 def test_literal_equation_6_lets_a_moving_capsule_coast() -> None:

@@ -18,11 +18,15 @@ Itinerary = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Change:
-    """A bifurcation by its type and line; `field` is the one inserted, removed or replaced."""
+    """A bifurcation by its type and line; `field` is the one inserted, removed or replaced.
+
+    `hits` is the field of the segment that meets the line.
+    """
 
     type: str
     line: str
     field: int
+    hits: int
 
 
 def cyclic(itinerary: Itinerary) -> Itinerary:
@@ -50,19 +54,23 @@ def _shortened(longer: Itinerary, shorter: Itinerary) -> Change | None:
             if cyclic(rest or (turned[-1],)) != cyclic(shorter):
                 continue
             if gone.contact != before.contact:
-                return Change("grazing", "L9", gone.index)
+                return Change("grazing", "L9", gone.index, before.index)
             if before.stick:
-                return Change("adding-sliding", _edge(gone.contact, gone.drift), gone.index)
+                line = _edge(gone.contact, gone.drift)
+                return Change("adding-sliding", line, gone.index, before.index)
             if gone.stick:
-                return Change("grazing-sliding", _edge(gone.contact, before.drift), gone.index)
+                line = _edge(gone.contact, before.drift)
+                return Change("grazing-sliding", line, gone.index, before.index)
         elif (
             cyclic(turned[1:]) == cyclic(shorter)
             and before.contact == gone.contact == after.contact
         ):
             if gone.stick and before.drift == -after.drift:
-                return Change("crossing-sliding", _edge(gone.contact, after.drift), gone.index)
+                line = _edge(gone.contact, after.drift)
+                return Change("crossing-sliding", line, gone.index, before.index)
             if after.stick and before.drift == -gone.drift:
-                return Change("switching-sliding", _edge(gone.contact, gone.drift), gone.index)
+                line = _edge(gone.contact, gone.drift)
+                return Change("switching-sliding", line, gone.index, before.index)
     return None
 
 
@@ -79,9 +87,8 @@ def _replaced(first: Itinerary, second: Itinerary) -> Change | None:
             before, after, one, other = _fields(mine[-1], mine[1], mine[0], turn[0])
             crossing = before.contact != after.contact and one.contact != other.contact
             if crossing and after.stick:
-                return Change(
-                    "boundary-intersection crossing", "L6" if after.contact else "L7", other.index
-                )
+                line = "L6" if after.contact else "L7"
+                return Change("boundary-intersection crossing", line, other.index, before.index)
     return None
 
 

@@ -5,11 +5,20 @@ from __future__ import annotations
 from functools import cache
 
 from capsule_sym._paper import Paper
-from capsule_sym._symbolic.paper import captions, dimensions, errata, fields, motions, space, tables
+from capsule_sym._symbolic.paper import (
+    captions,
+    dimensions,
+    errata,
+    fields,
+    motions,
+    segments,
+    space,
+    tables,
+)
 from capsule_sym._symbolic.proofs.items import Item
 from capsule_sym._symbolic.proofs.rows import Row, read_rows
 
-CHECKS = (captions, dimensions, errata, fields, motions, space, tables)
+CHECKS = (captions, dimensions, errata, fields, motions, segments, space, tables)
 """Modules that register checks and the names used in rows."""
 
 PARTS = ("section_2", "section_3", "tables", "appendices", "section_4", "captions")

@@ -12,7 +12,7 @@ import sympy as sp
 from capsule_sym._paper import Event, Paper, Row, events, panels, row_at, section_4
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap
-from capsule_sym._symbolic.model.symbols import v_r
+from capsule_sym._symbolic.model.symbols import alpha, v_r
 from capsule_sym._symbolic.paper.case_study import (
     BRACKETS,
     OTHER,
@@ -29,6 +29,7 @@ from capsule_sym._symbolic.paper.case_study import (
     steady_orbit,
 )
 from capsule_sym._symbolic.paper.changes import Change, change, common
+from capsule_sym._symbolic.proofs.formula import formula
 from capsule_sym._symbolic.proofs.inner_products import FIELDS
 from capsule_sym._symbolic.proofs.parts import PARTS
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
@@ -60,6 +61,12 @@ def maps_of(text: str) -> Maps:
         return LocalMap(match[1], int(match[2]), match[3])
 
     return tuple(map(read, text.split(" ∘ ")[::-1]))
+
+
+@checker
+def below(at: Point, bound: str) -> bool:
+    """Check that the amplitude of a point is below a printed bound there."""
+    return bool(formula(bound).subs(at.values) > at.values[alpha])
 
 
 @checker
@@ -102,7 +109,7 @@ def impact_without(at: Mapping[str, str], drift: str) -> bool:
     return not any(SEGMENTS[field - 1].drift == _DRIFT[drift] for field in fields[:impact])
 
 
-def _change(sides: Sides) -> Change | None:
+def changed(sides: Sides) -> Change | None:
     """Bifurcation between two points, after a proof that their motions are the claimed ones."""
     below, above, bracket = sides
     if moves(below, maps(bracket.first)) and moves(above, maps(bracket.second)):
@@ -137,7 +144,7 @@ def _line_parts(line: str, at: Point) -> set[str]:
 @checker
 def bifurcates(sides: Sides, kind: str, line: str) -> bool:
     """Check that between two points lies a bifurcation of the printed type, on the printed line."""
-    found = _change(sides)
+    found = changed(sides)
     if found is None or (found.type, found.line) != (kind, line[:2]):
         return False
     return "^" not in line or _line_parts(line[:2], sides[1]) == {line}
@@ -146,13 +153,13 @@ def bifurcates(sides: Sides, kind: str, line: str) -> bool:
 @checker
 def rounds(sides: Sides, printed: str) -> bool:
     """Check that every number between two points with a bifurcation rounds to the printed value."""
-    return _rounding(sides, printed) == 1 and _change(sides) is not None
+    return _rounding(sides, printed) == 1 and changed(sides) is not None
 
 
 @checker
 def off(sides: Sides, printed: str) -> bool:
     """Check that no number between two points with a bifurcation rounds to the printed value."""
-    return _rounding(sides, printed) == -1 and _change(sides) is not None
+    return _rounding(sides, printed) == -1 and changed(sides) is not None
 
 
 def _rounding(sides: Sides, printed: str) -> int:
@@ -166,7 +173,7 @@ def _rounding(sides: Sides, printed: str) -> int:
 @checker
 def near(sides: Sides, kind: str, line: str, alpha: str) -> bool:
     """Check that a bifurcation of the printed type lies within 1 % in alpha."""
-    value, found = Fraction(alpha), _change(sides)
+    value, found = Fraction(alpha), changed(sides)
     close = all(abs(Fraction(at["alpha"]) - value) < value / 100 for at in sides[:2])
     return close and found is not None and (found.type, found.line) == (kind, line[:2])
 
@@ -175,34 +182,39 @@ def near(sides: Sides, kind: str, line: str, alpha: str) -> bool:
 def crossing_map(sides: Sides, printed: Maps) -> bool:
     """Check that the global map at a crossing is that of both sides without the replaced field."""
     itinerary = common(sides[2].first, sides[2].second)
-    return _change(sides) is not None and cycle(maps(itinerary)) == cycle(printed)
+    return changed(sides) is not None and cycle(maps(itinerary)) == cycle(printed)
 
 
 @checker
 def ordered(sides: Sequence[Sides], order: bool) -> bool:
     """Check that bifurcations are in the printed order of alpha, or are not, as claimed."""
     values = [Fraction(one[0]["alpha"]) for one in sides]
-    return all(map(_change, sides)) and (values == sorted(values)) == order
+    return all(map(changed, sides)) and (values == sorted(values)) == order
 
 
 @checker
 def types(sides: Sequence[Sides], printed: Sequence[str]) -> bool:
     """Check the order of the types of bifurcation for growing alpha, each at its first place."""
-    found = [one.type for one in map(_change, sides) if one]
+    found = [one.type for one in map(changed, sides) if one]
     return tuple(dict.fromkeys(found)) == tuple(printed) and len(found) == len(sides)
 
 
 @checker
-def rests(sides: Sides, below: str, event: Event) -> bool:
-    """Check that below a printed bifurcation value the motion has stick fields only."""
-    stick = all(SEGMENTS[field - 1].stick for field in sides[2].first)
-    return stick and _change(sides) is not None and event.alpha == below
+def rests(sides: Sides, below: str, event: Event, impacts: int | None = None) -> bool:
+    """Check that below a printed bifurcation value the motion has stick fields only.
+
+    With `impacts`, check that contact begins so often in a period, which is the motion's own.
+    """
+    fields = [SEGMENTS[field - 1] for field in sides[2].first]
+    begun = sum(one.contact > fields[i - 1].contact for i, one in enumerate(fields))
+    stick = all(one.stick for one in fields) and impacts in (None, begun)
+    return stick and changed(sides) is not None and event.alpha == below
 
 
 @checker
 def stick_vanishes(sides: Sequence[Sides], printed: Sequence[str], but: str) -> bool:
     """Check that stick vanishes at the printed types of bifurcation except for a printed one."""
-    found = {one.type: SEGMENTS[one.field - 1].stick for one in map(_change, sides) if one}
+    found = {one.type: SEGMENTS[one.field - 1].stick for one in map(changed, sides) if one}
     return all(found.get(kind) == (kind != but) for kind in printed) and but in printed
 
 
@@ -210,7 +222,7 @@ def stick_vanishes(sides: Sequence[Sides], printed: Sequence[str], but: str) -> 
 def drift_begins(sides: Sides, event: Event, printed: Sequence[str]) -> bool:
     """Check that at an adding-sliding of Section 4 drift in the printed direction is inserted."""
     alpha, line, way = printed
-    found = _change(sides)
+    found = changed(sides)
     return (
         found is not None
         and SEGMENTS[found.field - 1].drift == _DRIFT[way]
@@ -285,6 +297,7 @@ FACTS |= {
     "adding_sides": lambda context: context["printed_sides"][context["event_at"]],
     "adding_event": lambda context: context["events"][context["event_at"]],
     "alpha": lambda context: context["e"][context["key"]],
+    "at_end": lambda context: point(context["paper"], context["paper"]["figure.6"]["range"][1]),
     "at": _at,
     "gamma_printed": lambda context: printed_gamma(context["paper"]),
     "row_maps": lambda context: maps_of(row_at(context["paper"], context["alpha"]).map),

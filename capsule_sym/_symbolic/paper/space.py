@@ -16,16 +16,23 @@ from capsule_sym._symbolic.model.geometry import (
     Piece,
     disjoint,
     empty,
+    meets,
 )
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS
 from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
-from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions
-from capsule_sym._symbolic.model.symbols import STATE, f_b, x_r
+from capsule_sym._symbolic.model.switching import (
+    Leaf,
+    derivatives,
+    leaves_of,
+    surface_transitions,
+)
+from capsule_sym._symbolic.model.symbols import STATE, delta, f_b, x_r
 from capsule_sym._symbolic.paper.fields import domain
 from capsule_sym._symbolic.proofs.formula import formula, relations, same
-from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along
+from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, inner_products
 from capsule_sym._symbolic.proofs.relations import Texts, scope
 from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, Context, checker
+from capsule_sym._symbolic.proofs.table_proofs import on
 
 _NARROW = scope(["zeta > 0", "δ < f_b"])
 
@@ -159,6 +166,99 @@ def product_sign(place: str, normal: str, field: int, printed: str) -> bool:
     return sign == {"<": -1, ">": 1}[printed]
 
 
+_MEANS = {(False, True): "repelling", (True, False): "attracting", (True, True): "grazing"}
+
+
+def _passes(leaf: Leaf, field: int) -> tuple[bool, bool]:
+    """Whether trajectories of a field come from its cell, and go into it."""
+    return field in leaf.arrives, field in leaf.departs
+
+
+def _touching() -> Iterator[tuple[bool, bool]]:
+    """Passages of drifts on lines where an inner product is 0 and the next derivative is not."""
+    for leaf in (leaf for name in (*STICK_EDGE, "L9") for leaf in leaves_of(name)):
+        known = (*leaf.piece.relations, *leaf.condition)
+        for field in (one.index for one in SEGMENTS if not one.stick):
+            for guard in SEGMENTS[field - 1].guards:
+                signs = [sign_under(rate, known) for rate in derivatives(guard, field, 2)]
+                if signs[:2] == [0, 0] and signs[2] in (1, -1):
+                    yield _passes(leaf, field)
+
+
+@checker
+def product_means(sign: int, printed: str) -> bool:
+    """Check what the sign of a drift's inner product with a surface's normal means.
+
+    For 0 every drift with a trajectory there comes from its cell and goes back into it.
+    """
+    if sign == 0:
+        found = set(_touching()) - {(False, False)}
+    else:
+        found = {
+            _passes(leaf, one.field)
+            for one in inner_products()
+            if one.place in SURFACES and one.sign == sign and not SEGMENTS[one.field - 1].stick
+            for leaf in leaves_of(one.place)
+        }
+    return {_MEANS[one] for one in found} == {printed}
+
+
+def _mechanism(surface: str) -> tuple[int, bool, bool]:
+    """Number of sources of a surface; whether contact changes there, and whether stick follows."""
+    rows = [t for t in surface_transitions() if t.surface == surface]
+    before, after = (SEGMENTS[i - 1] for i in (rows[0].source, rows[0].target))
+    return len(rows), before.contact != after.contact, after.stick
+
+
+@checker
+def alike(surface: str, printed: Sequence[str]) -> bool:
+    """Check that the other surfaces with the mechanism of a surface are those printed."""
+    others = [name for name in SURFACES if name != surface]
+    return [name for name in others if _mechanism(name) == _mechanism(surface)] == list(printed)
+
+
+@cache
+def crossing_sources(line: str) -> dict[int, int]:
+    """Sources with a boundary-intersection crossing on a line of P2 = delta, and their targets.
+
+    Beside the line such a trajectory has one of two fields in between.
+    """
+    near = [name for name in SURFACES if meets(PIECES[name], PIECES[line], _NARROW)]
+    steps = {(t.source, t.target) for t in surface_transitions() if t.surface in near}
+    steps |= {(s, t) for s, t in on(line) if SEGMENTS[s - 1].stick}
+    return {
+        source: target
+        for source, target in on(line)
+        if sum((source, i) in steps and (i, target) in steps for i in range(1, 7)) == 2
+    }
+
+
+@checker
+def crosses(line: str, sources: Sequence[int], target: int) -> bool:
+    """Check from where trajectories have a boundary-intersection crossing, and where they go."""
+    return crossing_sources(line) == dict.fromkeys(sources, target)
+
+
+@checker
+def crossing_lines(printed: Sequence[str]) -> bool:
+    """Check that the lines with boundary-intersection crossings are those printed."""
+    lines = (name for name in LINES if name not in (*STICK_EDGE, "L9"))
+    return [
+        one for one in lines if not empty(PIECES[one], _NARROW) and crossing_sources(one)
+    ] == list(printed)
+
+
+@checker
+def tangent(line: str) -> bool:
+    """Check that on P2 = delta all fields have inner product 0 with its normal on a line only."""
+    here, plane = PIECES[line].relations, sp.Eq(P2, delta)
+    return all(
+        all(implies(here, one) for one in (plane, zero))
+        and all(implies([plane, zero], one) for one in here)
+        for zero in (sp.Eq(along(P2, field), 0) for field in SEGMENTS)
+    )
+
+
 def _numbered(context: Context) -> dict[str, int]:
     """Subspace of each surface and line on P1 = 0, Eq. (15)."""
     sets = context["paper"]["equation.15"]["members"]
@@ -199,7 +299,12 @@ def _on_planes(context: Context) -> Iterator[dict[str, Any]]:
         yield {"key": name, "plane": plane}
 
 
-EACH |= {"members": _members, "planes": _on_planes}
+def _crossings(context: Context) -> Iterator[dict[str, Any]]:
+    for line, sources, target in context["e"]["rows"]:
+        yield {"key": line, "sources": tuple(sources), "target": target}
+
+
+EACH |= {"members": _members, "planes": _on_planes, "crossings": _crossings}
 FACTS |= {
     "members": _numbered,
     "planes": _planes,
@@ -224,7 +329,7 @@ FILTERS |= {
     "equalities": lambda table: ", ".join(f"{plane} = {name}" for plane, name in table.items()),
     "opposite": lambda name: name[:2] + ("-" if name[2] == "+" else "+"),
     "turned": lambda sign: "<" if sign == ">" else ">",
-    "above": lambda text: text.replace("==", ">"),
+    "omegas": lambda numbers: " and ".join(f"Ω{number}" for number in numbers),
     "repels": lambda sign: "repelling" if sign == ">" else "attracting",
     "way": {2: "stick", 1: "forward drift", 3: "backward drift"}.__getitem__,
     "force": {2: "P3 < f_b", 1: "P3 > f_b", 3: "P3 < -f_b"}.__getitem__,

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
 import sympy as sp
 
-from capsule_sym._paper import Paper
+from capsule_sym._paper import Entry, Paper
 from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, SURFACES
 from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, example
+from capsule_sym._symbolic.model.proof import consistent, evaluate, example
 from capsule_sym._symbolic.model.switching import (
     LocalMap,
     allowed_maps,
     derivatives,
     local_maps,
 )
-from capsule_sym._symbolic.model.symbols import alpha, force, v_c, v_r, zeta
+from capsule_sym._symbolic.model.symbols import alpha, delta, force, v_c, v_r, zeta
 from capsule_sym._symbolic.paper.errata import CASE_STUDY, CREST, at_crest, point_text
 from capsule_sym._symbolic.proofs import reachability
 from capsule_sym._symbolic.proofs.appendices import within_bound
@@ -46,6 +46,10 @@ def _written(source: int, target: int) -> tuple[str, str, str]:
     return f"F{source}", f"F{target}", f"{SEGMENTS[source - 1].mode} → {SEGMENTS[target - 1].mode}"
 
 
+def _pairs(rows: Rows) -> Pairs:
+    return frozenset((source, target) for _, source, target, *_ in rows)
+
+
 @checker
 def table_rows(place: str, printed: Rows, pairs: Sequence[tuple[int, int]] = ()) -> bool:
     """Check that rows are exactly the passages of a place, and each is right in every column.
@@ -56,6 +60,14 @@ def table_rows(place: str, printed: Rows, pairs: Sequence[tuple[int, int]] = ())
     right = all(_written(source, target) == tuple(rest) for _, source, target, *rest in printed)
     occurs = on(place) == set(pairs) != set(told) if pairs else on(place) == set(told)
     return occurs and right and len(set(told)) == len(told)
+
+
+@checker
+def leads_elsewhere(printed: Texts, rows: Rows, piece: str) -> bool:
+    """Check that a printed set holds states of a piece with none of the printed passages."""
+    told = _pairs(rows)
+    holds = consistent([*scope(printed), *PIECES[piece].relations, *_DAMPED])
+    return holds and bool(told and on(piece)) and not told & on(piece)
 
 
 @checker
@@ -171,6 +183,20 @@ def _beyond(place: str, printed: Texts) -> tuple[Any, ...]:
     raise ValueError(f"{place} is as printed")
 
 
+def _elsewhere(row: Mapping[str, Any]) -> dict[str, str]:
+    """State of a printed set with wide gap, its printed relations there, and what follows."""
+    values = {**CASE_STUDY, delta: Fraction(3, 2)}
+    here = [*scope(row["printed"]), *PIECES[row["piece"]].relations, CREST]
+    point = example(here, values)
+    there = (formula(text) for text in row["printed"][2:])
+    sides = (f"{evaluate(r.lhs, point)} {r.rel_op} {evaluate(r.rhs, point)}" for r in there)
+    return {
+        **point_text(point),
+        "printed relations there": f"{'; '.join(sides)}, true",
+        "passage there": f"{_spaces(on(row['piece']))}, not {_spaces(_pairs(row['rows']))}",
+    }
+
+
 def _touching(line: str) -> dict[str, str]:
     """Point where stick touches a line, at an instant where it turns back for every omega."""
     strong = {**CASE_STUDY, zeta: Fraction(1), alpha: Fraction(9)}
@@ -186,19 +212,16 @@ def _shown_map(numbers: Sequence[int]) -> dict[str, str]:
     return {"local map": str(wanted), **reachability.witness_text(shown)}
 
 
-def _rows_of(context: Context) -> tuple[tuple[Any, ...], ...]:
+def _rows_of(table: Entry, place: str) -> tuple[tuple[Any, ...], ...]:
     """Rows of Table 1 or 2 for one surface or line."""
-    return tuple(tuple(row) for row in context["e"]["rows"] if row[0] == context["key"])
+    return tuple(tuple(row) for row in table["rows"] if row[0] == place)
 
 
 def _at_corner(context: Context) -> tuple[tuple[str, Pairs], ...]:
     """Rows of Table 2 for each of the lines printed as meeting at a corner."""
     paper, corner = context["paper"], context["key"]
-    rows = paper["table.2"]["rows"]
-    return tuple(
-        (line, frozenset((s, t) for on, s, t, *_ in rows if on == line))
-        for line in paper["section.3.1.corners"][corner]
-    )
+    lines = paper["section.3.1.corners"][corner]
+    return tuple((line, _pairs(_rows_of(paper["table.2"], line))) for line in lines)
 
 
 def _places(names: Sequence[str]) -> Any:
@@ -260,7 +283,8 @@ EACH |= {
     "origins": _each_origin,
 }
 FACTS |= {
-    "rows": _rows_of,
+    "rows": lambda context: _rows_of(context["e"], context["key"]),
+    "rows_of_table_2": lambda context: _rows_of(context["paper"]["table.2"], context["key"]),
     "told": lambda context: {row[1:3] for row in context["rows"]},
     "asked": _asked,
     "pairs": lambda context: next(
@@ -294,6 +318,7 @@ FILTERS |= {
 }
 WITNESSES |= {
     "map": _shown_map,
+    "elsewhere": _elsewhere,
     "touching": _touching,
     "beyond": lambda row: at_crest(_beyond(row["place"], row["printed"])),
 }

@@ -3,9 +3,8 @@
 A witness gives rational parameters and a rational state at the END of the map, with the values
 of alpha cos(omega tau) and alpha sin(omega tau) there, which determine alpha. The field is
 followed backwards in a rigorous enclosure: the trajectory stays in the cell of the field until it
-followed backwards in a rigorous enclosure: the trajectory stays in the cell of the field until it
 meets, transversally, the surface on which the map began. All comparisons are of rational numbers,
-so an accepted witness proves that its map is possible. That no other map is possible
+so an accepted witness proves that its map is possible.
 """
 
 from __future__ import annotations

@@ -1,0 +1,132 @@
+"""Checks of what Section 4 says of segments and local maps, at its bifurcations and on lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from capsule_sym._paper import events
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.switching import LocalMap, leaves_of
+from capsule_sym._symbolic.paper.case_study import Itinerary, maps
+from capsule_sym._symbolic.paper.motions import Sides, changed, maps_of, printed_gamma, sides_at
+from capsule_sym._symbolic.paper.space import crossing_sources
+from capsule_sym._symbolic.proofs.relations import listed
+from capsule_sym._symbolic.proofs.rows import EACH, FILTERS, WITNESSES, Context, checker
+
+_WAYS = {1: "forward", -1: "backward", 0: "none"}
+
+
+@checker
+def drifts(maps: Sequence[LocalMap], way: str, table: Sequence[LocalMap]) -> bool:
+    """Check that local maps, all printed in Table 3, are drifts in a direction."""
+    return set(maps) <= set(table) and drift_of([one.field for one in maps], way)
+
+
+@checker
+def drift_of(fields: Sequence[int], way: str) -> bool:
+    """Check that the capsule moves in a direction in fields."""
+    return {_WAYS[SEGMENTS[field - 1].drift] for field in fields} == {way}
+
+
+@checker
+def impact_of(fields: Sequence[int], printed: Sequence[str]) -> bool:
+    """Check that fields are, one by one, with or without contact."""
+    return [("without", "with")[SEGMENTS[field - 1].contact] for field in fields] == list(printed)
+
+
+def _features(itinerary: Itinerary) -> set[str]:
+    """Fields, local maps, surfaces of impact and drifts of a motion, by their printed names."""
+    local_maps = maps(itinerary)
+    fields = [SEGMENTS[field - 1] for field in itinerary]
+    return {
+        *(f"F{field}" for field in itinerary),
+        *map(str, local_maps),
+        *(one.target.replace("Σ", "S") for one in local_maps if int(one.target[1:]) > 6),
+        *(_WAYS[one.drift] for one in fields),
+        *("impact" for one in fields if one.contact),
+    }
+
+
+@checker
+def does_beyond(sides: Sides, how: str, what: str) -> bool:
+    """Check that above a bifurcation a feature of the motion begins or ends."""
+    below, above = _features(sides[2].first), _features(sides[2].second)
+    found = {"begins": above - below, "ends": below - above}[how]
+    return what in found and changed(sides) is not None
+
+
+@checker
+def segment_does(sides: Sides, colour: str, role: str, colours: Sequence[str]) -> bool:
+    """Check what the segment in a colour does at a bifurcation.
+
+    It meets the line, is inserted above it, or is a stick that has no duration there.
+    """
+    found, bracket = changed(sides), sides[2]
+    if found is None:
+        return False
+    added = bracket.second.count(found.field) > bracket.first.count(found.field)
+    stick = SEGMENTS[found.field - 1].stick
+    fields = {"meets": found.hits, "inserted": found.field * added, "point": found.field * stick}
+    return fields[role] > 0 and colours[fields[role] - 1] == colour
+
+
+@checker
+def indicates(local_map: LocalMap, pieces: Sequence[str], line: str) -> bool:
+    """Check that a field reaches a plane on a line only, with a boundary-intersection crossing."""
+    field = local_map.field
+    reached = {name for name in pieces if any(field in f.may_arrive for f in leaves_of(name))}
+    return reached == {line} and field in crossing_sources(line)
+
+
+def _at_event(context: Context, alpha: str) -> dict[str, Any]:
+    """Names of the bifurcation printed at an amplitude."""
+    paper = context["paper"]
+    ((number, event),) = [
+        (i, event) for i, event in enumerate(events(paper)) if event.alpha == alpha
+    ]
+    return {"alpha": alpha, "event": event, "sides": sides_at(paper, printed_gamma(paper))[number]}
+
+
+def _each(*names: str) -> Any:
+    """Repetitions of a row: those names for what follows the amplitude in each printed row."""
+
+    def each(context: Context) -> Iterator[dict[str, Any]]:
+        for key, (alpha, *told) in enumerate(context["e"]["rows"], start=1):
+            yield {"key": key, **_at_event(context, alpha), **dict(zip(names, told, strict=True))}
+
+    return each
+
+
+def _each_indicated(context: Context) -> Iterator[dict[str, Any]]:
+    planes = context["paper"]["equation.24"]["planes"]
+    for text, line in context["e"]["rows"]:
+        (one,) = maps_of(text)
+        yield {"key": line, "map": one, "pieces": tuple(planes[int(one.target[1:]) - 1])}
+
+
+def _modes(fields: Sequence[int]) -> Mapping[str, str]:
+    return {f"mode of F{field}": SEGMENTS[field - 1].mode for field in fields}
+
+
+EACH |= {
+    "stationary": _each("impacts"),
+    "beyond": _each("how", "what"),
+    "segments_4": _each("colour", "role"),
+    "indicated": _each_indicated,
+}
+FILTERS |= {
+    "fields": lambda fields: listed(f"F{field}" for field in fields),
+    "feature": lambda what: {
+        "impact": "contact",
+        "forward": "forward drift",
+        "backward": "backward drift",
+    }.get(what, f"passing {what}" if what[0] == "S" else what),
+    "map_of": lambda text: maps_of(text)[0],
+    "role": {
+        "meets": "meets the line",
+        "inserted": "is inserted",
+        "point": "is a point on the line",
+    }.__getitem__,
+}
+WITNESSES["modes"] = _modes
