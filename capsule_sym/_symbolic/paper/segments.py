@@ -1,4 +1,4 @@
-"""Checks of what Section 4 says of segments and local maps, at its bifurcations and on lines."""
+"""Checks of the segments and local maps named in Section 4, at its bifurcations and on lines."""
 
 from __future__ import annotations
 

@@ -170,7 +170,7 @@ _MEANS = {(False, True): "repelling", (True, False): "attracting", (True, True):
 
 
 def _passes(leaf: Leaf, field: int) -> tuple[bool, bool]:
-    """Whether trajectories of a field come from its cell, and go into it."""
+    """True where trajectories of a field come from its cell, and where they go into it."""
     return field in leaf.arrives, field in leaf.departs
 
 
@@ -204,7 +204,7 @@ def product_means(sign: int, printed: str) -> bool:
 
 
 def _mechanism(surface: str) -> tuple[int, bool, bool]:
-    """Number of sources of a surface; whether contact changes there, and whether stick follows."""
+    """Number of sources of a surface; True if contact changes there, and if stick follows."""
     rows = [t for t in surface_transitions() if t.surface == surface]
     before, after = (SEGMENTS[i - 1] for i in (rows[0].source, rows[0].target))
     return len(rows), before.contact != after.contact, after.stick
