@@ -44,7 +44,7 @@ def wave(phase: float) -> arb_mat:
     return arb_mat([[sine], [cosine], [1]])
 
 
-# What a polynomial of a guard neglects
+# The remainder of a guard's polynomial
 
 
 @pytest.mark.parametrize("rate", [1.0, -1.0, 2.0])
@@ -149,7 +149,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("anew", [1, 32])
+@pytest.mark.parametrize("after", [1, 32])
 @pytest.mark.parametrize(("guard", "h", "orders", "rate", "positive"), CASES)
 def test_a_guard_is_proved_exactly_where_it_is_positive(
     guard: tuple[float, float],
@@ -157,21 +157,21 @@ def test_a_guard_is_proved_exactly_where_it_is_positive(
     orders: tuple[int, int],
     rate: float,
     positive: bool,
-    anew: int,
+    after: int,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """States are computed from the segment's end anew after each piece, or not at all."""
-    monkeypatch.setattr(guards, "_ANEW", anew)
+    """States are computed from the segment's end after each piece, or not at all."""
+    monkeypatch.setattr(guards, "_ANEW", after)
     assert proved(guard, ball(h, 1e-20), orders, rate) is positive
 
 
-@pytest.mark.parametrize("anew", [1, 32])
+@pytest.mark.parametrize("after", [1, 32])
 @pytest.mark.parametrize(("reach", "held"), [(0.9, True), (1.6, False)])
 def test_a_guard_is_watched_backwards_from_an_end(
-    anew: int, reach: float, held: bool, monkeypatch: pytest.MonkeyPatch
+    after: int, reach: float, held: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """sin(1 - t), of which the second piece has the zero."""
-    monkeypatch.setattr(guards, "_ANEW", anew)
+    monkeypatch.setattr(guards, "_ANEW", after)
     field = waves([(1.0, 0.0)])
     assert Watch()._pieces(field, -1, 0, 0, wave(0), reach, 0.75) is held
 

@@ -162,7 +162,7 @@ def enclose(
         )
         if not np.all(np.isfinite(shrink)):
             break
-        image = (moved + shrink @ radii) * (1 + 1e-12) + 1e-300
+        image = image_of(moved, shrink, radii)
         if np.all(image < radii):
             found = _spread(shooting.columns, solved, image)
             unique = _spread(shooting.columns, solved, radii)
@@ -173,6 +173,11 @@ def enclose(
             break
         radii = _SLACK * np.linalg.solve(np.eye(size) - shrink, moved) + 1e-3 * radii + floor
     raise Unproved("existence", "Krawczyk's operator does not map the box into itself")
+
+
+def image_of(moved: np.ndarray, shrink: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Radii of the image of a box: more than moved + shrink radii, none of them negative."""
+    return (moved + shrink @ radii) * (1 + 1e-12) + 1e-300
 
 
 def _spread(columns: int, solved: Sequence[int], radii: np.ndarray) -> tuple[float, ...]:

@@ -45,7 +45,7 @@ from capsule_sym._enclosures.numbers.forms import (
     polynomial,
     shifted,
 )
-from capsule_sym._enclosures.orbits.krawczyk import newton
+from capsule_sym._enclosures.orbits.krawczyk import image_of, newton
 from capsule_sym._enclosures.orbits.proof import held
 from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
 from capsule_sym._enclosures.orbits.stability import Characteristic, prove_stable
@@ -173,8 +173,7 @@ class PatchOrbits:
             if most > (_LARGEST if trial else _PROMISING):
                 raise TooLarge(self.halvings(1 if trial else _missing(most)))
             moved = _sizes((tilt * residual).hull)[:, 0]
-            image = (moved + left @ radii) * (1 + 1e-12) + 1e-300
-            if trial and np.all(image < radii):
+            if trial and np.all(image_of(moved, left, radii) < radii):
                 return found
             least = np.linalg.solve(np.eye(size) - left, moved)
             radii = 1.3 * least + 0.02 * max(least) + 1e-15
