@@ -102,7 +102,7 @@ def test_exponential_over_a_patch_holds_the_flow_at_its_corners() -> None:
 @pytest.mark.parametrize("index", range(1, 7))
 def test_rates_over_a_patch_are_those_of_its_places(index: int) -> None:
     patch = patch_at(1.64, 3.3, (2e-3, 2e-1))
-    flow = patch_orbits._Flow(index, patch.given, patch.alpha.hull, patch.gamma)
+    flow = patch_orbits._Flow(index, patch.given, patch.gamma)
     bare = Form(flow.A.p, flow.A.e * 0)
     missed = 0
     for x, y in PLACES:

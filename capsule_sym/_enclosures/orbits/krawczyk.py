@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._enclosures.numbers.balls import (
     Ball,
@@ -175,9 +176,12 @@ def enclose(
     raise Unproved("existence", "Krawczyk's operator does not map the box into itself")
 
 
-def image_of(moved: np.ndarray, shrink: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Radii of the image of a box: more than moved + shrink radii, none of them negative."""
-    return (moved + shrink @ radii) * (1 + 1e-12) + 1e-300
+def image_of(
+    moved: NDArray[np.float64], shrink: NDArray[np.float64], radii: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Radii of the image of a box: more than moved + shrink radii, of numbers that are positive."""
+    image: NDArray[np.float64] = (moved + shrink @ radii) * (1 + 1e-12) + 1e-300
+    return image
 
 
 def _spread(columns: int, solved: Sequence[int], radii: np.ndarray) -> tuple[float, ...]:

@@ -85,12 +85,12 @@ class TooLarge(Unproved):
 class _Flow:
     """Field over a patch: its rates and its flow as forms, its guards as balls.
 
-    No field's rates and no guard depends on alpha, and no guard on gamma.
+    No field depends on alpha, and no guard on gamma.
     """
 
-    def __init__(self, index: int, given: Mapping[str, Ball], alpha: Ball, gamma: Form) -> None:
+    def __init__(self, index: int, given: Mapping[str, Ball], gamma: Form) -> None:
         self.index = index
-        self._whole = Field(index, {**given, "alpha": alpha, "gamma": gamma.hull})
+        self._whole = Field(index, {**given, "gamma": gamma.hull})
         self.stick, self.guards = self._whole.stick, self._whole.guards
         near, over = (_rates(index, given, value) for value in (gamma.c, gamma.hull))
         self.A = gamma.composed(near[: DEGREE + 1], over[DEGREE + 1])
@@ -126,8 +126,7 @@ class PatchOrbits:
         self.shooting = Shooting(shooting.itinerary, [over[name] for name in PARAMETERS])
         self.solved = tuple(solved)
         self.flows = {
-            index: _Flow(index, given, self.alpha.hull, self.gamma)
-            for index in set(shooting.itinerary.fields)
+            index: _Flow(index, given, self.gamma) for index in set(shooting.itinerary.fields)
         }
         places = ((at, k, 1) for k, at in enumerate(solved))
         self._chosen = matrix(self.shooting.columns, len(solved), places)
@@ -208,7 +207,7 @@ class PatchOrbits:
     def _field(self, index: int, part: Part) -> Field:
         """A field over a part of the patch."""
         place = self.gamma.p[2] * arb(part[2], part[3])
-        return Field(index, self.given | {"alpha": self.alpha.hull, "gamma": self.gamma.c + place})
+        return Field(index, self.given | {"gamma": self.gamma.c + place})
 
     def prove(self) -> Characteristic:
         """Prove existence, uniqueness, itinerary and stability over the patch; raises Unproved."""
