@@ -80,9 +80,11 @@ def enclose(
         _print(records, meetings, thresholds, seconds)
     missing = [*unmet, *(reason for _, _, reasons in told for reason in reasons)]
     if out is not None:
+        from capsule_sym._enclosures.certificates.certify import file_of
+
         held = [one for _, kept, _ in told for one in kept]
         if held:  # the file is unchanged if nothing is proved
-            write_whole(out, dumps({"certificates": held}) + "\n", "--out")
+            write_whole(out, dumps(file_of(held)) + "\n", "--out")
             click.echo(f"wrote {len(held)} certificates to {out}", err=True)
     if missing:
         present.fail(f"not proved: {'; '.join(dict.fromkeys(missing))}", 1)

@@ -169,25 +169,27 @@ def units_of(system: capsule_sym.SceneParameters | capsule_sym.SceneDevice) -> d
 def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) -> None:
     """Write the requested certificates; exits with 4 if something is not proved.
 
-    The file is unchanged if nothing is proved.
+    The file is unchanged if nothing is proved, or nothing is found.
     """
     if path is None:
         return
-    from capsule_sym._enclosures.certificates.certify import certificates
+    from capsule_sym._enclosures.certificates.certify import certificates, file_of
     from capsule_sym._files import write_whole
     from capsule_sym._records import dumps
 
     proved, failed = certificates(found, limit)
-    if proved or not failed:
-        write_whole(path, dumps({"certificates": proved}) + "\n", "--certify")
+    if proved:
+        write_whole(path, dumps(file_of(proved)) + "\n", "--certify")
         if any(one["kind"] == "run" for one in proved):
             claims = f"{sum(len(one['fields']) for one in proved)} segments, switch by switch"
         else:
-            stable = sum(bool(one["stable"]) for one in proved)
+            stable = sum(one.get("stable", False) for one in proved)
             claims = f"existence, uniqueness, itinerary; {stable} stable"
         click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
     if failed:
         fail(f"not proved: {'; '.join(failed)}", 4)
+    if not proved:
+        click.echo(f"nothing found to prove: {path} is not written", err=True)
 
 
 def fail(message: str, status: int = 3) -> NoReturn:

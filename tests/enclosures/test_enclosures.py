@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-import json
 import random
-import subprocess
-import sys
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,13 +15,10 @@ from capsule_sym import (
     Bifurcation,
     Orbit,
     Parameters,
-    certify_bifurcation,
-    certify_orbit,
     floquet_multipliers,
     solve_itinerary,
     solve_orbit,
 )
-from capsule_sym._enclosures.certificates import checker
 from capsule_sym._enclosures.numbers import fields
 from capsule_sym._enclosures.numbers.balls import (
     Unproved,
@@ -56,7 +48,6 @@ from capsule_sym._symbolic.model.symbols import alpha, omega, tau
 from capsule_sym._symbolic.proofs import theorems
 from capsule_sym._symbolic.proofs.resting import GRAZE
 from capsule_sym.codegen._derived import matrices
-from tests.enclosures.certified import digits_changed, rejected
 
 EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}
 with precision(256):
@@ -408,104 +399,6 @@ def test_motion_from_rest_enters_a_contracted_box() -> None:
     proved = tendency(given)
     assert proved.itinerary == (2, 5, 4, 1)
     assert proved.factor < 1
-
-
-# Certificates
-
-
-@pytest.mark.parametrize("amplitude", [1.2, 1.9])
-def test_orbit_certificate_is_accepted_and_no_digit_may_change(amplitude: float) -> None:
-    certificate = certify_orbit(orbit_at(amplitude))
-    assert certificate["stable"]
-    assert not rejected(certificate)
-    assert not rejected({**certificate, "stable": False})
-    for changed in digits_changed(certificate, 20):
-        assert rejected(changed)
-
-
-def test_bifurcation_certificate_is_accepted_and_no_digit_may_change(found) -> None:
-    for one in found[0]:
-        certificate, _ = certify_bifurcation(one)
-        assert not rejected(certificate)
-        for changed in digits_changed(certificate, 3):
-            assert rejected(changed)
-
-
-def test_checker_rejects_other_itineraries_and_false_stability() -> None:
-    certificate = certify_orbit(orbit_at(0.7))
-    other = copy.deepcopy(certificate)
-    other["fields"] = other["fields"][1:] + other["fields"][:1]
-    assert rejected(other)
-    assert rejected({**certificate, "still": [0]})
-    assert rejected({k: v for k, v in certificate.items() if k != "angle"})
-    assert rejected({**certificate, "periods": 1.0})
-    assert rejected(
-        {**certificate, "parameters": {**certificate["parameters"], "gamma": "3 +/- 2"}}
-    )
-
-
-def test_checker_names_parameters_that_its_equations_do_not_have() -> None:
-    certificate = certify_orbit(orbit_at(0.7))
-    parameters = certificate["parameters"]
-    more = {**parameters, "s": "0.0", "f_plus": "1"}
-    with pytest.raises(checker.Rejected, match="than these equations have: f_plus, s"):
-        checker.check_certificate({**certificate, "parameters": more})
-    fewer = {name: text for name, text in parameters.items() if name != "zeta"}
-    with pytest.raises(checker.Rejected, match="than these equations have: zeta"):
-        checker.check_certificate({**certificate, "parameters": fewer})
-
-
-def test_checker_rejects_motions_that_are_not_periodic() -> None:
-    # Without a slip a stick has no switch: the forcing's phase is what makes it periodic.
-    certificate = certify_orbit(orbit_at(0.003))
-    assert not rejected(certificate)
-    for periods in (1.5, 2.5, True):
-        duration = str(float(certificate["durations"][0]) * periods)
-        assert rejected({**certificate, "periods": periods, "durations": [duration]})
-
-
-def test_checker_rejects_orbits_that_are_no_bifurcations(found) -> None:
-    certificate, _ = certify_bifurcation(found[0][0])
-    (still,) = certificate["still"]
-    assert not rejected(certificate)
-    for segments in (
-        [],
-        [still, still],
-        [-1],
-        [len(certificate["fields"])],
-        [float(still)],
-        [True],
-    ):
-        assert rejected({**certificate, "still": segments})
-    other = copy.deepcopy(certificate)
-    other["durations"][still] = "0.25"
-    assert rejected(other)
-    assert rejected({**certificate, "parameters": {**certificate["parameters"], "alpha": "1.0"}})
-
-
-def test_checker_runs_alone_and_is_short(tmp_path: Path) -> None:
-    source = Path(checker.__file__)
-    lines = [line for line in source.read_text().splitlines() if line.strip()]
-    assert len(lines) < 205
-    assert "capsule_sym" not in source.read_text()
-    alone = tmp_path / "checker.py"
-    alone.write_text(source.read_text())
-    held = tmp_path / "orbit.json"
-    held.write_text(json.dumps(certify_orbit(orbit_at(0.7))))
-    run = subprocess.run([sys.executable, "-I", alone, held], capture_output=True, text=True)
-    assert run.returncode == 0
-    assert "accepted" in run.stdout
-
-
-def test_an_orbit_that_is_not_proved_stable_is_certified_as_far_as_it_goes() -> None:
-    orbit = solve_orbit(Parameters(alpha=0.0428, zeta=0.005))
-    assert orbit.success, orbit.message
-    values = [0.045, *orbit.values[1:]]  # between two period doublings
-    unstable = solve_itinerary(values, orbit.itinerary, list(orbit.z))
-    certificate = certify_orbit(unstable)
-    assert not certificate["stable"]
-    assert not rejected(certificate)
-    assert rejected({**certificate, "stable": True})
 
 
 def test_a_tail_is_bounded_however_small_it_is() -> None:

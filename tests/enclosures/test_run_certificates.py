@@ -65,7 +65,7 @@ def test_a_run_is_certified_from_the_decimals_that_its_doubles_print_as() -> Non
     assert certificate["fields"] == [2]
     assert not rejected(certificate)
     # In stick the capsule is at rest, also at the start.
-    assert rejected({**certificate, "states": [["0.0", "0.0", "0.5"]]})
+    assert rejected({**certificate, "states": [["0", "0", "0.5"]]})
 
 
 def test_a_motion_at_rest_is_certified_however_long() -> None:

@@ -1,30 +1,32 @@
 """Certificates of orbits, bifurcations and runs, for `checker` to accept or reject.
 
-Every number is written with as many digits as are correct within 0.2 units of the last one. The
-checker reads it as all numbers within 0.3 units, so each digit counts.
+A statement is written in one way, which `certificates.schema.json` gives and the checker demands:
+numbers rounded to 30 decimals, exact ones without zeros at their end, and an orbit from its switch
+of least phase on.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
+from capsule_sym._enclosures.certificates.checker import VERSION
 from capsule_sym._enclosures.numbers.balls import (
+    Ball,
     Matrix,
     Unproved,
     arb,
     ball,
-    decimal,
     precision,
 )
 from capsule_sym._enclosures.orbits.events import Event, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import Tube
 from capsule_sym._enclosures.orbits.proof import guess_of, prove, shooting_of
-from capsule_sym._enclosures.orbits.stability import prove_stable
+from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
 from capsule_sym._enclosures.passage.runs import enclose_run, exactly
 from capsule_sym._map import Trajectory
 from capsule_sym._map.checks import checked_seconds
@@ -33,32 +35,62 @@ from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, Cur
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 
-_BITS, _BITS_A_SEGMENT = 256, 4
+_BITS, _BITS_A_SEGMENT, _PLACES = 256, 4, 30
 
 
-def _written(tube: Tube, parameters: Mapping[str, str], stable: bool) -> dict[str, Any]:
+def _written(tube: Tube, parameters: Mapping[str, str], first: int) -> dict[str, Any]:
+    """Entries of an orbit from the segment `first` on; without a switch, from the angle 0 on."""
     shooting, hull = tube.shooting, tube.hull()
+    n, durations = len(shooting.itinerary), [hull[at] for at in shooting.durations]
+    states, angle = [node.state for node in tube.wide.nodes], "0"
+    if n == 1:
+        left = (2 * arb.pi() - hull[shooting.angle]) / shooting.parameters(hull)["omega"]
+        states = [tube.wide.fields[0].flow(left) * states[0]]
+    else:
+        angle = rounded(2 * arb.pi() * _turn(tube, first))
+    order = [(first + k) % n for k in range(n)]
     return {
-        "fields": list(shooting.itinerary.fields),
+        "fields": [shooting.itinerary.fields[k] for k in order],
         "periods": shooting.itinerary.period_number,
         "parameters": {k: v for k, v in parameters.items() if k not in shooting.varied},
-        "angle": decimal(hull[shooting.angle]),
-        "durations": [decimal(hull[at]) for at in shooting.durations],
-        "states": [_told(node.state) for node in tube.wide.nodes],
-        "stable": stable,
+        "angle": angle,
+        "durations": [rounded(durations[k]) for k in order],
+        "states": [_told(states[k]) for k in order],
     }
+
+
+def _turn(tube: Tube, segment: int) -> Ball:
+    """Phase at which a segment begins, as a share of a turn."""
+    hull, shooting = tube.hull(), tube.shooting
+    spent = sum((hull[at] for at in shooting.durations[:segment]), arb(0))
+    turn = hull[shooting.angle] + shooting.parameters(hull)["omega"] * spent
+    turn /= 2 * arb.pi()
+    return turn - turn.floor()
+
+
+def _first(tube: Tube, still: Sequence[int] = ()) -> int:
+    """Segment that begins at the least phase; of two that begin together, that of duration 0."""
+    after = {(s + 1) % len(tube.shooting.itinerary) for s in still}
+    segments = [k for k in range(len(tube.shooting.itinerary)) if k not in after]
+    return min(segments, key=lambda k: float(_turn(tube, k)))
 
 
 def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[str, str]:
     """Parameters by name: those in `exact`, or the decimals as which the doubles print."""
     given = zip(PARAMETERS, values, strict=True)
-    return {name: (exact or {}).get(name, exactly(value)) for name, value in given}
+    return {name: _shortest((exact or {}).get(name, exactly(value))) for name, value in given}
+
+
+def _shortest(text: str) -> str:
+    """Exact decimal without zeros at its end."""
+    short = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if short == "-0" else short
 
 
 def certify_orbit(
     orbit: Orbit, exact: Mapping[str, str] | None = None, *, max_seconds: float = math.inf
 ) -> dict[str, Any]:
-    """Certificate of an orbit: existence, uniqueness, itinerary, and stability if it is stable.
+    """Certificate of an orbit: existence, uniqueness, itinerary, and whether it is stable.
 
     The parameters are the decimals that its doubles print as, or those in `exact`. Raises Unproved
     with the step that failed, and after `max_seconds`.
@@ -68,11 +100,11 @@ def certify_orbit(
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         guess = guess_of(shooting, orbit)
         tube = prove(shooting, guess, {}, stable=False)
-        try:
-            stable = bool(prove_stable(tube.wide))
-        except Unproved:
-            stable = False
-        return {"kind": "orbit", **_written(tube, parameters, stable)}
+        jury = characteristic(monodromy(tube.wide)).jury
+        stable = all(value > 0 for value in jury)
+        if not (stable or any(value < 0 for value in jury)):
+            raise Unproved("stability", "a multiplier is not seen to be off the unit circle")
+        return {"kind": "orbit", **_written(tube, parameters, _first(tube)), "stable": stable}
     raise Unproved("certificate", "the time was over before the orbit was proved")
 
 
@@ -97,24 +129,12 @@ def certify_bifurcation(
     parameters = _decimals(orbit.values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         event = prove_event(orbit, (found.segment,), (free,), parameters)
-        values = {name: decimal(value) for name, value in event.values.items()}
+        n, first = len(orbit.itinerary), _first(event.tube, event.segments)
         return {
             "kind": "bifurcation",
-            # Beside what the checker proves: these follow from the segments next to that of
-            # duration 0.
-            "about": {
-                "type": event.type,
-                "line": event.line,
-                "order": event.order,
-                "coefficient": event.coefficient and decimal(event.coefficient),
-                "multipliers": [
-                    {"trace": one.trace.str(30), "minors": one.minors.str(30)}
-                    for one in event.multipliers
-                ],
-            },
-            **_written(event.tube, parameters, stable=False),
-            "free": values,
-            "still": [found.segment],
+            **_written(event.tube, parameters, first),
+            "free": {name: rounded(value) for name, value in event.values.items()},
+            "still": [(found.segment - first) % n],
         }, event
     raise Unproved("certificate", "the time was over before the bifurcation was proved")
 
@@ -153,21 +173,35 @@ def _certified_run(trajectory: Trajectory, exact: Mapping[str, str] | None) -> d
             "periods": periods,
             "parameters": parameters,
             "angle": _decimal_of(angle),
-            "durations": [decimal(h - g) for g, h in pairwise(instants)],
-            "states": [[exactly(x) for x in start], *map(_told, passage.states[1:-1])],
+            "durations": [rounded(h - g) for g, h in pairwise(instants)],
+            "states": [[_shortest(exactly(x)) for x in start], *map(_told, passage.states[1:-1])],
             "end": _told(passage.state),
-            "stable": False,
         }
 
 
 def _told(state: Matrix) -> list[str]:
-    return [decimal(state[row, 0]) for row in range(3)]
+    return [rounded(state[row, 0]) for row in range(3)]
 
 
 def _decimal_of(value: Fraction) -> str:
     """Fraction as a decimal, if it is one."""
     places = next(k for k in range(2000) if 10**k % value.denominator == 0)
-    return format(Decimal(value.numerator * 10**places // value.denominator).scaleb(-places), "f")
+    whole = Decimal(value.numerator * 10**places // value.denominator)
+    return _shortest(format(whole.scaleb(-places), "f"))
+
+
+def rounded(value: Ball) -> str:
+    """Narrow ball as the decimal to which all its numbers round; raises Unproved."""
+    whole = (value * arb(10) ** _PLACES + arb("0.5")).floor().unique_fmpz()
+    if whole is None:
+        raise Unproved("certificate", f"not known to {_PLACES} decimals")
+    digits = str(abs(int(whole))).rjust(_PLACES + 1, "0")
+    return f"{'-' if int(whole) < 0 else ''}{digits[:-_PLACES]}.{digits[-_PLACES:]}"
+
+
+def file_of(held: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """File of certificates, at least one."""
+    return {"version": VERSION, "certificates": [*held]}
 
 
 Certified = Orbit | Bifurcation | CurvePoint | Trajectory
@@ -188,7 +222,8 @@ def certificates(
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Certificates of orbits, bifurcations and runs, and the reason for each missing one.
 
-    Parameters are the decimals in `exact` by name, or those that doubles print as.
+    Parameters are the decimals in `exact` by name, or those that doubles print as. Each
+    certificate is there once.
     """
     proved, failed = [], []
     for one in found:
@@ -203,4 +238,4 @@ def certificates(
                 proved.append(certify_bifurcation(one, exact, max_seconds=limit.left)[0])
         except Unproved as error:
             failed.append(f"{_named(one)}: {error}")
-    return proved, failed
+    return [one for k, one in enumerate(proved) if one not in proved[:k]], failed

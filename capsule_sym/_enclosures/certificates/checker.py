@@ -1,25 +1,68 @@
 """Check certificates of the capsule system: `python checker.py FILE...`; needs python-flint alone.
 
 Independent of what made them: Eqs. (7)-(12), flint's exponential of their matrices, and comparisons
-of balls. A number stands for all within 0.3 units of its last digit, but parameters and the start
-of a run are exact; "about" is no claim. Exit status 1 if one is rejected.
+of balls. A number with 30 decimals is rounded: it stands for all within half a unit of the last
+one. Parameters and the start of a run are exact. Exit status: 0 if all are accepted, 1 if one is
+rejected, 2 if a file cannot be read as JSON, 130 after Ctrl-C.
 """
 
 import json
 import re
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from flint import arb, arb_mat, ctx
 
-BITS, DEEPEST, NUMBER = 256, 40, r"-?\d+(\.\d+)?"
-NAMES = {"alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b"}
+VERSION, BITS, DEEPEST = 1, 256, 40
+NAMES = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b")
 MODES = {f: (int(f > 3), 1 - (f - 1) % 3) for f in range(1, 7)}  # contact, drift
+HALF, UNIT = arb("0.5") / 10**30, arb_mat(7, 7, 1).tolist()
+ONE, PHASE = arb_mat([UNIT[6]]), arb_mat([UNIT[3]]).transpose()
+
+GIVEN, FOUND = r"(0|[1-9][0-9]*)(\.[0-9]*[1-9])?", r"(0|[1-9][0-9]{0,14})\.[0-9]{30}"
+EXACT, ROUNDED = rf"(?!-0$)-?{GIVEN}", rf"(?!-0\.0*$)-?{FOUND}"
+STATE = (ROUNDED,) * 3
+MOTION = {
+    "fields": [range(1, 7)],
+    "periods": range(1, 10**6 + 1),
+    "parameters": dict.fromkeys(NAMES, GIVEN),
+    "angle": FOUND,
+    "durations": [FOUND],
+    "states": [STATE],
+}
+UNSWITCHED = {"periods": range(1, 2), "angle": "0"}
+SOLVED = {"parameters": dict.fromkeys(NAMES[1:], GIVEN), "free": {"alpha": FOUND}}
+FORMS: dict[str, dict[str, Any]] = {
+    "orbit": MOTION | {"stable": bool},
+    "bifurcation": MOTION | SOLVED | {"still": (range(10**6),)},
+    "run": MOTION | {"angle": GIVEN, "states": [(EXACT,) * 3, STATE], "end": STATE},
+}
 
 
 class Rejected(Exception):
     """A claim that is not proved."""
+
+
+def fit(form: Any, given: Any, at: str) -> None:
+    """Raise Rejected with the place that is not of its form; the last form of a list repeats."""
+    good: Any
+    if isinstance(form, str):
+        good = isinstance(given, str) and len(given) <= 400 and re.fullmatch(form, given)
+    elif isinstance(form, dict):
+        good = isinstance(given, dict) and given.keys() == form.keys()
+    elif isinstance(form, list | tuple):
+        more = isinstance(form, list) and given != []
+        good = isinstance(given, list) and (more or len(given) == len(form))
+    else:
+        good = type(given) is form or (type(given) is int and form is not bool and given in form)
+    if not good:
+        raise Rejected(f"{at}: not of the form that the schema gives")
+    for key, part in form.items() if isinstance(form, dict) else ():
+        fit(part, given[key], f"{at}.{key}")
+    for k, one in enumerate(given) if isinstance(form, list | tuple) else ():
+        fit(form[min(k, len(form) - 1)], one, f"{at}[{k}]")
 
 
 def rows(field: int, p: dict[str, Any]) -> tuple[Any, list[Any]]:
@@ -44,50 +87,68 @@ def flow(field: int, A: Any, h: Any) -> Any:
     return found
 
 
-def positive(A: Any, g: Any, y: Any, h: Any, before: int, after: int) -> None:
-    """Prove a guard positive inside (0, h); it vanishes `before`-fold at 0, `after`-fold at h."""
-    longest, slope = h.upper(), arb_mat([(g * A**k).tolist()[0] for k in range(7)])
-    pieces = [(longest / 8 * k, longest / 8 * (k + 1) if k < 7 else longest, 0) for k in range(8)]
+def positive(A: Any, guards: list[tuple[Any, int, int]], y: Any, h: Any) -> None:
+    """Prove guards positive inside (0, h), given with how often each vanishes at 0 and at h."""
+    longest = h.upper()
+    rates: list[Any] = [
+        (arb_mat([(g * A**k).tolist()[0] for k in range(7)]), *zeros) for g, *zeros in guards
+    ]
+    ends = [longest / 8 * k for k in range(8)] + [longest]
+    pieces: list[Any] = [(*span, 0, rates) for span in pairwise(ends)]
     while pieces:
-        low, high, depth = pieces.pop()
+        low, high, depth, left = pieces.pop()
         middle, step = (low + high) / 2, arb(0, ((high - low) / 2).upper())
         state = (A * middle).exp() * y
-        here, far = (slope * state).tolist(), (slope * ((A * step).exp() * state)).tolist()
-        around = zip(here, here[1:], far[2:], strict=False)
-        value = [x + v * step + r * step * step / 2 for (x,), (v,), (r,) in around]
-        first, last = before if low == 0 else 0, after if high >= longest else 0  # never both
-        if not (-1) ** last * value[first + last] > 0:
-            if depth == DEEPEST:
-                raise Rejected("a guard is not seen to be positive")
-            pieces += [(low, middle, depth + 1), (middle, high, depth + 1)]
+        ahead, unproved = (A * step).exp() * state, []
+        for rate, before, after in left:
+            here, far = (rate * state).tolist(), (rate * ahead).tolist()
+            around = zip(here, here[1:], far[2:], strict=False)
+            value = [x + v * step + r * step * step / 2 for (x,), (v,), (r,) in around]
+            first, last = before if low == 0 else 0, after if high >= longest else 0  # never both
+            if not (-1) ** last * value[first + last] > 0:
+                unproved.append((rate, before, after))
+        if unproved and depth == DEEPEST:
+            raise Rejected("a guard is not seen to be positive")
+        halves = ((low, middle), (middle, high)) if unproved else ()
+        pieces += [(*half, depth + 1, unproved) for half in halves]
 
 
-class Shooting:
-    """The equations of an orbit in all its states, durations, angle and free parameters."""
+def product(maps: list[Any]) -> Any:
+    """Product of maps, the last on the left; by halves, so that radii do not grow with each."""
+    half = len(maps) // 2
+    return product(maps[half:]) * product(maps[:half]) if half else maps[0]
+
+
+def starts(maps: list[Any], first: Any) -> list[Any]:
+    """Vectors from which each of the maps begins."""
+    half = len(maps) // 2
+    there = [(maps[half:], product(maps[:half]) * first)] if half else []
+    return (
+        [y for part in [(maps[:half], first), *there] for y in starts(*part)] if half else [first]
+    )
+
+
+class Motion:
+    """The equations of a motion in its states, durations, angle, and alpha if it is free."""
 
     def __init__(self, given: dict[str, Any]) -> None:
-        self.given, self.fields, self.run = given, given["fields"], given.get("kind") == "run"
-        self.still = [] if self.run else given.get("still", [])
-        self.n, self.free = len(self.fields), sorted(given.get("free", {}))
-        if strange := sorted({*given["parameters"]} ^ (NAMES - {*self.free})):
-            raise Rejected(f"parameters other than these equations have: {', '.join(strange)}")
+        self.given, self.fields, self.kind = given, given["fields"], given["kind"]
+        self.n, self.still = len(self.fields), given.get("still", [])
+        sizes = {len(given["states"]), len(given["durations"]), self.n}
+        if len(sizes) > 1 or (self.still and not self.still[0] < self.n > 1):
+            raise Rejected("states, durations and fields are not of one number")
         texts = [t for s in given["states"] for t in s] + given["durations"] + [given["angle"]]
-        texts += [given["free"][name] for name in self.free] + given.get("end", [])
-        whole = {*map(type, (given["periods"], *self.still))} == {int} and given["periods"] > 0
-        written = all(re.fullmatch(NUMBER, t) for t in (*texts, *given["parameters"].values()))
-        fits = self.free == ["alpha"] * len(self.still) and {*self.still} <= {*range(self.n)}
-        rests = not self.run or MODES[self.fields[0]][1] or arb(texts[2]) == 0
-        if not (whole and written and fits and rests):
-            raise Rejected("numbers, segments of duration 0, or the free parameter")
+        texts += [*given.get("free", {}).values(), *given.get("end", [])]
+        exact = [0, 1, 2, 4 * self.n] if self.kind == "run" else [4] if self.n == 1 else []
+        if self.kind == "run" and not (MODES[self.fields[0]][1] or texts[2] == "0"):
+            raise Rejected("a capsule that sticks is at rest")
         self.middle = [arb(text) for text in texts]
-        self.radius = [arb("0.3") / 10 ** len(text.partition(".")[2]) for text in texts]
-        closed = [3 * self.n + s for s in self.still] + ([4] if self.n == 1 else [])  # the angle
-        self.open = [i for i in range(len(texts)) if i not in closed]
+        self.radius = [arb(0) if s in exact else HALF for s in range(len(texts))]
 
     def parameters(self, z: Any) -> dict[str, Any]:
-        """The parameters, the free ones from the unknowns."""
+        """The parameters, alpha from the unknowns if it is free."""
         found = {name: arb(text) for name, text in self.given["parameters"].items()}
-        return found | {name: z[4 * self.n + 1 + k] for k, name in enumerate(self.free)}
+        return found | ({"alpha": z[4 * self.n + 1]} if self.still else {})
 
     def guard(self, i: int) -> int | None:
         """Guard of segment i that selects the next field."""
@@ -98,7 +159,7 @@ class Shooting:
 
     def orders(self, i: int, field: int, still: list[int]) -> list[int]:
         """Number of zeros of each guard of a field at the start of segment i, by exact facts."""
-        if (n := self.n) == 1 or (self.run and i in (0, n)):  # no switch, or the ends of a run
+        if (n := self.n) == 1 or (self.kind == "run" and i in (0, n)):  # no switch
             return [0, 0, 0]
         first = next(k for k in range(i, i - n, -1) if (k - 1) % n not in still)
         last = next(k for k in range(i, i + n) if k % n not in still)
@@ -114,55 +175,95 @@ class Shooting:
         sides = [(1 + level) * (side == s) for s in (1, -1)]
         return [gap, rest * (1 + (side == drift) * (1 + level))] if drift else [gap, *sides]
 
+    def angle(self, z: Any, i: int) -> Any:
+        """Angle of the excitation where segment i begins."""
+        return z[4 * self.n] + self.parameters(z)["omega"] * sum(z[3 * self.n : 3 * self.n + i])
+
+    def start(self, z: Any, i: int) -> Any:
+        """Column x_r, v_r, v_c, angle, alpha where segment i begins, 0 and 0."""
+        column = *z[3 * i : 3 * i + 3], self.angle(z, i), self.parameters(z)["alpha"], 0, 0
+        return arb_mat([[x] for x in column])
+
     def node(self, z: Any, i: int) -> Any:
         """The extended state where segment i begins."""
-        p, spent = self.parameters(z), sum(z[3 * self.n : 3 * self.n + i])
-        s, c = (p["alpha"] * x for x in (z[4 * self.n] + p["omega"] * spent).sin_cos())
+        s, c = (self.parameters(z)["alpha"] * x for x in self.angle(z, i).sin_cos())
         return arb_mat([[x] for x in (*z[3 * i : 3 * i + 3], c, s, 1)])
 
-    def residual(self, z: Any) -> tuple[Any, Any]:
-        """The equations and their derivative by the open unknowns."""
-        p, n, size = self.parameters(z), self.n, len(z)
-        values, slopes = [], []
-        for i, field in enumerate(self.fields):
-            y, h, (A, guards) = self.node(z, i), z[3 * n + i], rows(field, p)
-            by = arb_mat([[int(r < 3 and s == 3 * i + r) for s in range(size)] for r in range(6)])
-            for at, rate in [(4 * n, 1), *((3 * n + j, p["omega"]) for j in range(i))]:
-                by[3, at], by[4, at] = -y[4, 0] * rate, y[3, 0] * rate
-            for at in [4 * n + 1] if self.free else []:
-                by[3, at], by[4, at] = y[3, 0] / p["alpha"], y[4, 0] / p["alpha"]
-            M = flow(field, A, h)
-            end, end_by = M * y, M * by
-            for r, rate in enumerate((A * end).tolist()):
-                end_by[r, 3 * n + i] += rate[0]
-            for at, r in ((3 * ((i + 1) % n) + r, r) for r in range(3)):
-                values.append(end[r, 0] - z[at])
-                slopes.append([end_by[r, s] - int(s == at) for s in range(size)])
-            if (guard := self.guard(i)) is not None:
-                order = self.orders(i, field, [])[guard] if i in self.still else 0
-                row = guards[guard] * A**order  # what does not vanish by what is known
-                values.append((row * end)[0, 0])
-                slopes.append([(row * end_by)[0, s] for s in range(size)])
-        values.append(p["omega"] * sum(z[3 * n : 4 * n]) - 2 * self.given["periods"] * arb.pi())
-        slopes.append([p["omega"] if 3 * n <= s < 4 * n else arb(0) for s in range(size)])
-        return arb_mat([[v] for v in values]), arb_mat([[r[s] for s in self.open] for r in slopes])
+    def ended(self, z: Any, i: int) -> tuple[Any, Any, Any]:
+        """End of segment i, its derivative by `start`, and its rate."""
+        A, y, by = rows(self.fields[i], self.parameters(z))[0], self.node(z, i), arb_mat(6, 7)
+        by[0, 0], by[1, 1], by[2, 2], by[3, 3], by[4, 3] = 1, 1, 1, -y[4, 0], y[3, 0]
+        if self.still:
+            by[3, 4], by[4, 4] = (y[r, 0] / z[4 * self.n + 1] for r in (3, 4))
+        M = flow(self.fields[i], A, z[3 * self.n + i])
+        return M * y, M * by, A * M * y
 
-    def _claimed(self, s: int, value: Any) -> Any:
+    def linear(self, box: list[Any], i: int) -> tuple[Any, Any, Any]:
+        """Krawczyk's equations of segment i: its end, duration and guard, by its start.
+
+        They are rows for (x_r, v_r, v_c, angle, alpha, h, 1), the way from the middle to the image
+        of the box, where h is for the duration before a segment of duration 0. The factors of 1 are
+        the residuals at the middle, and what the derivatives in the box differ by.
+        """
+        n, m, at, p = self.n, self.middle, 3 * self.n + i, self.parameters(self.middle)
+        (end, by, rate), (_, wide, fast) = self.ended(m, i), self.ended(box, i)
+        end += (by - wide) * (self.start(box, i) - self.start(m, i))
+        by += (end + (rate - fast) * (box[at] - m[at])) * ONE
+        (A, guards), guard = rows(self.fields[i], p), self.guard(i)
+        # A guard is divided by the zeros that it has by exact facts.
+        order = self.orders(i, self.fields[i], [])[guard or 0] if i in self.still else 0
+        row = guards[guard or 0] * A**order
+        if i in self.still:
+            longer, left = arb_mat(1, 7), row * by
+        elif (i + 1) % n in self.still:
+            longer = arb_mat([UNIT[5]])
+            left = row * by + (row * rate) * longer
+        elif guard is None:  # the segment ends with the period
+            longer = left = (PHASE.transpose() + self.late(m) * ONE) * (-1 / p["omega"])
+        else:
+            longer = left = row * by * (-1 / (row * rate)[0, 0])
+        along = arb_mat([*rate.tolist()[:3], [p["omega"]], [0], [0], [0]])
+        after = arb_mat([*self.start(m, (i + 1) % n).tolist()[:3], *4 * [[0]]])
+        return arb_mat([*by.tolist()[:3], *UNIT[3:]]) + along * longer - after * ONE, longer, left
+
+    def late(self, z: list[Any]) -> Any:
+        """Angle by which a motion takes longer than its periods."""
+        return self.angle(z, self.n) - z[4 * self.n] - 2 * self.given["periods"] * arb.pi()
+
+    def claimed(self, s: int, value: Any) -> Any:
+        """A value that lies where its digits say, or Rejected."""
         if not abs(value - self.middle[s]) < self.radius[s]:
-            raise Rejected(f"unknown {s} is not enclosed")
+            raise Rejected(f"number {s} is not enclosed")
         return value
 
     def enclose(self) -> list[Any]:
-        """Krawczyk's operator maps the box into itself: it holds one solution, and only one."""
-        box = [m + arb(0, r.upper()) for m, r in zip(self.middle, self.radius, strict=True)]
-        for at in (3 * self.n + s for s in self.still):
-            self.middle[at] = box[at] = self._claimed(at, arb(0))
-        (thin, slopes), (_, wide) = self.residual(self.middle), self.residual(box)
-        inverse, size = slopes.mid().inv().mid(), len(self.open)
-        deviation = arb_mat([[arb(0, self.radius[s].upper())] for s in self.open])
-        image = (arb_mat(size, size, 1) - inverse * wide) * deviation - inverse * thin
-        for k, s in enumerate(self.open):
-            self._claimed(s, self.middle[s] + image[k, 0])
+        """Krawczyk's operator maps the box into itself: it holds one solution, and only one.
+
+        The inverse of the equations at the middle is applied by elimination, segment by segment.
+        """
+        n, m, still = self.n, self.middle, [3 * self.n + s for s in self.still]
+        for at in still:
+            m[at] = self.claimed(at, arb(0))
+        box = [
+            x + (at not in still) * arb(0, r.upper())
+            for at, (x, r) in enumerate(zip(m, self.radius, strict=True))
+        ]
+        maps, longer, guards = map(list, zip(*(self.linear(box, i) for i in range(n)), strict=True))
+        *closed, phase, _, _, _ = (
+            product(maps) - arb_mat(UNIT) + self.late(m) * PHASE * ONE
+        ).tolist()
+        closed.append(UNIT[3] if n == 1 else phase)
+        closed += [] if self.still else [UNIT[4], UNIT[5]]
+        for i in (k % n for s in self.still for k in (s - 1, s)):
+            closed += (guards[i] * product([arb_mat(UNIT), *maps[:i]])).tolist()
+        first = arb_mat([r[:6] for r in closed]).solve(arb_mat([[-r[6]] for r in closed]))
+        ways = starts(maps, arb_mat([*first.tolist(), [1]]))
+        moved = [way[r, 0] for way in ways for r in range(3)]
+        moved += [(by * way)[0, 0] for by, way in zip(longer, ways, strict=True)]
+        moved += [first[3, 0], first[4, 0]]
+        for s, (x, by, r) in enumerate(zip(m, moved, self.radius, strict=False)):
+            if r > 0 and s not in still:
+                self.claimed(s, x + by)
         return box
 
     def follow(self) -> list[Any]:
@@ -175,55 +276,107 @@ class Shooting:
                 row, h = guards[self.guard(i) or 0], z[at] + arb(0, self.radius[at].upper())
                 for _ in range(6):
                     here, slope = (A * arb(h.mid())).exp() * y, row * A * (A * h).exp() * y
-                    h = self._claimed(at, arb(h.mid()) - (row * here)[0, 0] / slope[0, 0])
+                    h = self.claimed(at, arb(h.mid()) - (row * here)[0, 0] / slope[0, 0])
             end, to = flow(field, A, h) * y, 4 * n + 1 if last else 3 * i + 3
             for s, value in ((at, h), *((to + r, end[r, 0]) for r in range(3))):
-                z[s] = self._claimed(s, value)
+                z[s] = self.claimed(s, value)
         return z
 
+    def begins(self, z: list[Any]) -> None:
+        """Prove that a motion begins in the first turn, an orbit at its switch of least phase."""
+        ends = self.n if self.kind != "run" else 1
+        turns = [self.angle(z, i) / (2 * arb.pi()) for i in range(ends) if [i - 1] != self.still]
+        if not (0 <= turns[0] < 1 and all(turns[0] < turn - turn.floor() for turn in turns[1:])):
+            raise Rejected("the first segment is not seen to begin at the least phase")
+
     def check(self) -> None:
-        """Existence, uniqueness, then the itinerary, then Jury's conditions."""
-        box, n, turn = self.follow() if self.run else self.enclose(), self.n, arb_mat(3, 3, 1)
+        """Existence, uniqueness, then the itinerary, then what else is claimed of it."""
+        box, n = self.follow() if self.kind == "run" else self.enclose(), self.n
+        turns: list[Any] = []
+        self.begins(box)
         p = self.parameters(box)
         for i in range(n):
             field, y, h, after = self.fields[i], self.node(box, i), box[3 * n + i], (i + 1) % n
             (A, guards), (B, _) = rows(field, p), rows(self.fields[after], p)
             ends = [self.orders(k, field, self.still) for k in (i, i + 1)]
-            if i not in self.still and not h > 0:
-                raise Rejected(f"the duration of segment {i}")
-            for g, before, behind in zip([] if i in self.still else guards, *ends, strict=False):
-                positive(A, g, y, h, before, behind)
-            if self.run:
+            if i not in self.still:
+                if not h > 0:
+                    raise Rejected(f"the duration of segment {i}")
+                with ctx.workprec(BITS // 2):
+                    positive(A, [*zip(guards, *ends, strict=False)], y, h)
+            if self.kind != "orbit":
                 continue
-            turn = arb_mat([row[:3] for row in flow(field, A, h).tolist()[:3]]) * turn
+            turns.append(arb_mat([row[:3] for row in flow(field, A, h).tolist()[:3]]))
             if self.guard(i) == 1 and MODES[field][1]:
                 # The inner mass does not feel friction: v_r gains what v_c loses.
                 y, drifts = self.node(box, after), abs(MODES[self.fields[after]][1])
                 lost = 1 - drifts * (B * y)[2, 0] / (A * y)[2, 0]
-                turn = arb_mat([[1, 0, 0], [0, 1, lost], [0, 0, 1 - lost]]) * turn
-        a, b, c = turn.trace(), (turn.trace() ** 2 - (turn * turn).trace()) / 2, turn.det()
-        jury = (1 - a + b - c, 1 + a + b + c, 1 - c, 1 + c, 1 - b + a * c - c * c)
-        if self.given["stable"] and not all(value > 0 for value in jury):
-            raise Rejected("stability")
+                turns.append(arb_mat([[1, 0, 0], [0, 1, lost], [0, 0, 1 - lost]]))
+        if self.kind == "orbit":
+            turn = product(turns)
+            a, b, c = turn.trace(), (turn.trace() ** 2 - (turn * turn).trace()) / 2, turn.det()
+            jury = (1 - a + b - c, 1 + a + b + c, 1 - c, 1 + c, 1 - b + a * c - c * c)
+            stable = self.given["stable"]
+            if not (all(x > 0 for x in jury) if stable else any(x < 0 for x in jury)):
+                raise Rejected("stability")
 
 
-def check_certificate(given: dict[str, Any]) -> None:
+def check_certificate(given: Any) -> None:
     """Accept a certificate, or raise Rejected."""
+    kind = given.get("kind") if isinstance(given, dict) else None
+    if not (isinstance(kind, str) and kind in FORMS):
+        raise Rejected(f"kind: none of those that the schema gives, {', '.join(FORMS)}")
+    form = {"kind": kind} | FORMS[kind]
+    if kind == "orbit" and given.get("fields") in [[field] for field in MODES]:
+        form |= UNSWITCHED
+    fit(form, given, kind)
     try:
-        ctx.prec = BITS + 4 * len(given["fields"])  # roundings grow along a run
-        Shooting(given).check()
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        raise Rejected(f"not a certificate: {error!r}") from error
+        with ctx.workprec(BITS + 4 * len(given["fields"]) * (kind == "run")):  # roundings grow
+            Motion(given).check()
+    except (ArithmeticError, ValueError) as error:
+        raise Rejected(str(error)) from error
+
+
+def read(path: str) -> list[Any]:
+    """Certificates of a file; raises OSError, ValueError, RecursionError, Rejected."""
+
+    def refused(text: str) -> Any:
+        raise ValueError(f"{text[:20]} is not an integer")
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(found := dict(pairs)) < len(pairs):
+            raise ValueError("an object has a key twice")
+        return found
+
+    text = Path(path).read_text("utf-8")
+    held = json.loads(text, object_pairs_hook=once, parse_float=refused, parse_constant=refused)
+    fit({"version": range(VERSION, VERSION + 1), "certificates": [dict]}, held, "file")
+    if any(one in held["certificates"][:k] for k, one in enumerate(held["certificates"])):
+        raise Rejected("file.certificates: one is given twice")
+    return list(held["certificates"])
+
+
+def main(paths: list[str]) -> int:
+    """Exit status of the command, which prints a line for each certificate."""
+    status = 0
+    for path in paths:
+        at = path
+        try:
+            for number, one in enumerate(read(path)):
+                at = f"{path} [{number}]"
+                check_certificate(one)
+                print(f"{at}: accepted", flush=True)
+        except Rejected as error:
+            status = max(status, 1)
+            print(f"{at}: rejected ({error})")
+        except (OSError, RecursionError, ValueError) as error:
+            status = 2
+            print(f"{path}: cannot be read ({error})", file=sys.stderr)
+    return status
 
 
 if __name__ == "__main__":
-    for path in sys.argv[1:]:
-        at = path
-        try:
-            held = json.loads(Path(path).read_bytes())
-            for number, one in enumerate(held.get("certificates", [held])):
-                at = f"{path} [{number}]"
-                check_certificate(one)
-                print(f"{at}: accepted")
-        except (AttributeError, OSError, RecursionError, TypeError, ValueError, Rejected) as error:
-            sys.exit(f"{at}: rejected ({error})")
+    try:
+        sys.exit(main(sys.argv[1:]) if sys.argv[1:] else "usage: python checker.py FILE...")
+    except KeyboardInterrupt:
+        sys.exit(130)

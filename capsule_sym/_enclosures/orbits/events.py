@@ -156,7 +156,7 @@ def beyond(tube: Tube, segment: int) -> tuple[Shooting, list[Ball], list[int]]:
     n, nodes = len(itinerary), tube.wide.nodes
     durations = [hull[at] for at in shooting.durations]
     before, _, after = around(itinerary, segment)
-    exchange = swap_segment(itinerary, np.zeros(n + 4), segment)
+    exchange = swap_segment(itinerary, np.ones(n + 4), segment)  # no other one has duration 0
     kept, fields = list(range(n)), list(itinerary.fields)
     if exchange is not None:
         fields = list(exchange.itinerary.fields)
