@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations weakenings verify certificates regions attraction lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
+.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations weakenings verify certificates regions attraction fastest lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -158,6 +158,13 @@ attraction: $(READY)  ## prove where the motions from rest go, for SECONDS more 
 	    > results/attraction.json.part
 	@mv results/attraction.json.part results/attraction.json
 	@cat results/attraction.json
+
+fastest: $(READY)  ## prove the largest average velocity over a box of drives, for SECONDS more (3600); resumes
+	@mkdir -p results
+	$(BIN)/capsule-sym enclose --fastest results/fastest.jsonl --max-seconds $(SECONDS) --json \
+	    > results/fastest.json.part
+	@mv results/fastest.json.part results/fastest.json
+	@cat results/fastest.json
 
 lint: $(READY)  ## check style, format and English
 	$(BIN)/ruff check .

@@ -11,3 +11,5 @@ EXACT = {
 }
 GAMMAS = ("3.3", "3.0")
 ALPHA, GAMMA = (0.001, 2.0), (1.5, 5.0)
+DRIVES = (1.9, 2.0), (0.75, 0.79)
+"""Ranges of alpha and omega in which the best average velocity is proved."""

@@ -24,6 +24,7 @@ REFUSED = [
     # an option that does nothing without another, or beside it
     ("enclose --region a --thresholds", "--region and --thresholds exclude each other"),
     ("enclose --from-rest a --out a.json", "--from-rest and --out exclude each other"),
+    ("enclose --fastest a --thresholds", "--fastest and --thresholds exclude each other"),
     ("orbit --seed 3", "--seed needs --starts, which is missing"),
     ("orbit --starts 2 --seed -1", "-1 is not in the range x>=0"),
     ("orbit --along alpha=0:1", "--along needs --box, which is missing"),
@@ -169,6 +170,7 @@ def test_a_missing_extra_has_one_sentence_and_one_status(
     [
         ("enclose --region plane.jsonl", regions, "prove", "plane.jsonl"),
         ("enclose --from-rest rest.jsonl", regions, "prove", "rest.jsonl"),
+        ("enclose --fastest drives.jsonl", regions, "prove", "drives.jsonl"),
     ],
 )
 def test_an_interrupt_says_that_the_file_goes_on(

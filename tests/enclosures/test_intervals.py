@@ -47,9 +47,9 @@ def carried(alphas: Interval, sections: int) -> tuple[passage.Bundle, float]:
     """The bundle from rest after some periods, and the phase of its sections in periods."""
     with precision(80):
         exact = {name: ball(AT_3_3[name]) for name in PARAMETERS if name != "alpha"}
-        motions = attraction._Motions(
+        motions = attraction.Motions(
             Passage(exact, alphas),
-            simulate(Parameters(alpha=alphas.middle, gamma=3.3), periods=attraction._PERIODS),
+            simulate(Parameters(alpha=alphas.middle, gamma=3.3), periods=attraction.PERIODS),
         )
         start = motions.passage.section(matrix(3, 2), arb(0))
         ahead = motions.turn * arb(motions.offset)
@@ -187,12 +187,12 @@ def test_doubles_hold_balls_and_columns_that_are_put_together(count: int) -> Non
         assert np.sum(abs(direction @ found[:, 1:])) >= reach
 
 
-def motions_at(alpha: float, radius: float) -> attraction._Motions:
-    run = simulate(Parameters(alpha=alpha, gamma=3.3), periods=attraction._PERIODS)
-    return attraction._Motions(fields_at(Interval(alpha, radius)), run)
+def motions_at(alpha: float, radius: float) -> attraction.Motions:
+    run = simulate(Parameters(alpha=alpha, gamma=3.3), periods=attraction.PERIODS)
+    return attraction.Motions(fields_at(Interval(alpha, radius)), run)
 
 
-def columns_about(motions: attraction._Motions, section: int, wide: float) -> np.ndarray:
+def columns_about(motions: attraction.Motions, section: int, wide: float) -> np.ndarray:
     """A box in x_r and v_r about the run at a section."""
     x, v, _ = motions.run([math.tau / 0.8 * (section + motions.offset)])[0]
     return np.array([[x, 0.0, wide, 0.0], [v, 0.0, 0.0, wide], [0.0, 0.0, 0.0, 0.0]])

@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
-from typing import Any, NamedTuple
+from functools import cache, partial
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from flint import arb_mat
@@ -34,7 +34,18 @@ from capsule_sym._enclosures.numbers.balls import (
     unit,
     upper,
 )
-from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, Field, U, V, W, X, generated
+from capsule_sym._enclosures.numbers.fields import (
+    ONE,
+    SIZE,
+    C,
+    Field,
+    U,
+    V,
+    W,
+    X,
+    generated,
+)
+from capsule_sym._enclosures.passage.frequencies import Driven
 from capsule_sym._enclosures.passage.margins import QuickWatch
 from capsule_sym._enclosures.passage.switches import (
     Known,
@@ -50,6 +61,8 @@ from capsule_sym.generated.capsule.facts import FIELDS
 
 TIME, ROWS = SIZE, SIZE + 1
 Bundle = NDArray[np.float64]
+Duration: TypeAlias = "Ball | list[Ball]"
+"""Time of a passage, or its middle and its change with alpha and omega."""
 """Shape (7, n): the middle, the direction of alpha, and the other directions."""
 
 _MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, and how many stay
@@ -57,7 +70,6 @@ _REFINEMENTS = 12
 _FIRST_BITS = 128  # of the first step of Newton's method; each further one has twice as many
 _SLOPE_BITS = 80  # of slopes along a reach, which multiply what is small already
 _UP = 1 + 1e-12
-_HEAD = unit(SIZE, ROWS)
 _NOTHING = Known()
 _FIXED: Sequence[str] = generated.PARAMETERS
 _kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
@@ -104,19 +116,45 @@ class Number(NamedTuple):
 
 
 class Passage:
-    """The six fields at parameters that are narrow balls, for an interval of alpha."""
+    """The six fields at parameters that are narrow balls, for an interval of alpha.
+
+    With an interval of omega a bundle's third column is the direction of omega, and its last row
+    the displacement of the capsule since the section.
+    """
 
     def __init__(
-        self, values: Mapping[str, Ball], alphas: Interval, number: Number | None = None
+        self,
+        values: Mapping[str, Ball],
+        alphas: Interval,
+        number: Number | None = None,
+        omegas: Interval | None = None,
     ) -> None:
-        self.values, self.alphas = {**values, "alpha": alphas.hull}, alphas
+        self.values, self.alphas, self.omegas = {**values, "alpha": alphas.hull}, alphas, omegas
         self.number = number or DOUBLES
-        self._fields, self._watch = _fields(self.values)
+        self.directions, self.rows = 2, ROWS
+        if omegas is None:
+            self._fields, self._watch = _fields(self.values)
+        else:
+            self.number, self.directions, self.rows = FREQUENCIES, 3, ROWS + 1
+            self.values["omega"], near = omegas.hull, (arb(omegas.middle), arb(omegas.radius))
+            self._fields = {index: Driven(index, self.values, *near) for index in FIELDS}
+            self._watch = QuickWatch()
+
+    def turn(self, share: Ball) -> Duration:
+        """A share of the excitation's period, by the columns of a bundle."""
+        around = 2 * arb.pi() * share
+        if self.omegas is None:
+            return around / self.values["omega"]
+        middle, radius = arb(self.omegas.middle), arb(self.omegas.radius)
+        # 1/(m + r) = 1/m - r/m^2 + r^2/(m^2 (m + r)).
+        rest = around * radius**2 / (middle**2 * (middle - radius))
+        first = around / middle + symmetric(rest.abs_upper())
+        return [first, arb(0), -around * radius / middle**2]
 
     def start(self, states: Matrix, angle: Ball) -> Matrix:
         """States (3, n) at a forcing angle common to all, at time 0."""
         sine, cosine = angle.sin_cos()
-        found = arb_mat([*states.tolist()[:3], *[[0] * states.ncols()] * (ROWS - 3)])
+        found = arb_mat([*states.tolist()[:3], *[[0] * states.ncols()] * (self.rows - 3)])
         for column, amplitude in enumerate((arb(self.alphas.middle), arb(self.alphas.radius))):
             found[U, column], found[W, column] = amplitude * cosine, amplitude * sine
         found[ONE, 0] = arb(1)
@@ -124,9 +162,9 @@ class Passage:
 
     def section(self, states: Matrix, angle: Ball) -> Bundle:
         """A bundle of states (3, n) at a forcing angle, in doubles."""
-        return rounded(self.start(states, angle))
+        return rounded(self.start(states, angle), self.directions)
 
-    def moved(self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball) -> Bundle:
+    def moved(self, bundle: Bundle, steps: Sequence[Step], total: Duration, angle: Ball) -> Bundle:
         """A bundle at the next section, a time `total` later.
 
         The steps lead there from the bundle's section; the last has no guard. `angle` is the
@@ -136,13 +174,15 @@ class Passage:
         return self.section(ended, angle)
 
     def period(
-        self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball
+        self, bundle: Bundle, steps: Sequence[Step], total: Duration, angle: Ball
     ) -> tuple[Bundle, Matrix]:
         """A bundle at the next section, as `moved` gives it, and the derivative by the state."""
         ended, by = self.carried(thin(bundle), steps, total)
         return self.section(ended, angle), by
 
-    def carried(self, start: Matrix, steps: Sequence[Step], total: Ball) -> tuple[Matrix, Matrix]:
+    def carried(
+        self, start: Matrix, steps: Sequence[Step], total: Duration
+    ) -> tuple[Matrix, Matrix]:
         """A bundle after its steps, and the derivative (3, 3) by the state, over all of it."""
         by, ended = unit(3), start
         segments = self.segments(start, steps, total)
@@ -154,10 +194,10 @@ class Passage:
         return ended, by
 
     def segments(
-        self, start: Matrix, steps: Sequence[Step], total: Ball, known: Known = _NOTHING
+        self, start: Matrix, steps: Sequence[Step], total: Duration, known: Known = _NOTHING
     ) -> Iterator[tuple[Field, Ball, Matrix]]:
         """Field, duration and end states of each segment, after its proof."""
-        here, begun = start, _form(_states(start))
+        here, begun = start, _form(_states(start), self.directions)
         if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
             raise Unproved("first switch", "it is not the last segment alone that has no guard")
         for number, step in enumerate(steps, 1):
@@ -177,7 +217,9 @@ class Passage:
                 for j in range(ended.ncols()):
                     ended[C, j] = arb(0)
             orders = known.orders(step.field), following.orders(step.field)
-            self._watch.segment(field, begun, _form(_states(ended)), h, orders, name)
+            self._watch.segment(
+                field, begun, _form(_states(ended), self.directions), h, orders, name
+            )
             yield field, h, ended
             if step.guard is not None:
                 (here, begun), known = self.number.carried(ended), following
@@ -195,12 +237,14 @@ def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch
     return _kept[key]
 
 
-def _until(field: Field, bundle: Matrix, total: Ball, name: str) -> tuple[Ball, Matrix]:
+def _until(field: Field, bundle: Matrix, total: Duration, name: str) -> tuple[Ball, Matrix]:
     """Duration and states of a segment up to a time since the section."""
-    middle = arb((total - bundle[TIME, 0]).mid())
-    moved = _flow(field, middle) * bundle
+    parts = total if isinstance(total, list) else [total]
+    middle = arb((parts[0] - bundle[TIME, 0]).mid())
+    moved = _moved(field, middle, bundle)
     late = arb_mat([[-x for x in moved.tolist()[TIME]]])
-    late[0, 0] += total
+    for k, part in enumerate(parts):
+        late[0, k] += part
     d = hull(late)[0, 0]
     if not middle + d > 0:
         raise Unproved("first switch", f"the time is over before {name}")
@@ -215,19 +259,20 @@ def _switch(
     row = guard_row(field, step.guard)
     rate = row * field.A
     h, start = arb(step.duration), _states(bundle) * _chosen(bundle.ncols())
+    near_by = field.near if isinstance(field, Driven) else field
     near = max(2.0 ** (-digits / 2), 1e-300)
     start, most = start.mid(), bits()
     for step_number in range(_REFINEMENTS):
         used = min(most, _FIRST_BITS << step_number)
         with precision(used):
-            there = field.flow(h) * start
+            there = near_by.flow(h) * start
             move = (row * there)[0, 0] / (rate * there)[0, 0]
             if not upper(move) < 1:
                 raise Unproved("first switch", f"{name} has no switch near the guess")
             h = arb((h - move).mid())
         if used == most and upper(move) < near:
             break
-    moved = _flow(field, h) * bundle
+    moved = _moved(field, h, bundle)
     states = _states(moved)
     off, whole = row * states, hull(states)
     slope, reach = (rate * whole)[0, 0], 0.0
@@ -253,13 +298,16 @@ def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -
     whole, middle = hull(states), states * _chosen(states.ncols())
     rates = [*(x for (x,) in (field.A * middle).tolist()), arb(1)]
     rest = field.A * (whole - middle) * d
-    rest += field.A * (field.A * (_around(field, upper(d)) * whole)) * (d * d / 2)
-    rows = (moved + matrix(ROWS, 1, ((i, 0, x) for i, x in enumerate(rates))) * late).tolist()
+    bent = field.A * (_around(field, upper(d)) * whole)
+    rest += field.A * bent * (d * d / 2)
+    lost = {i: x for i, (x,) in enumerate(rest.tolist())}
+    if moved.nrows() > ROWS:
+        rates.append(middle[C, 0])
+        lost[ROWS] = (whole - middle)[C, 0] * d + bent[C, 0] * (d * d / 2)
+    rows = (moved + matrix(len(rates), 1, ((i, 0, x) for i, x in enumerate(rates))) * late).tolist()
     error = arb(missed.abs_upper())
     for i, row in enumerate(rows):
-        box = [arb(0)] * SIZE
-        if i < SIZE:
-            box[i] = arb(rest[i, 0].abs_upper())
+        box = (arb(x.abs_upper()) if k == i else arb(0) for k, x in lost.items())
         row += [rates[i] * error, *box]
     return arb_mat(rows)
 
@@ -280,15 +328,22 @@ def _pin(field: Field, guard: Guard, ended: Matrix) -> None:
             ended[C, j] = arb(0)
 
 
-def _flow(field: Field, h: Ball) -> Matrix:
-    """The flow of the extended state and of the time."""
+def _moved(field: Field, h: Ball, bundle: Matrix) -> Matrix:
+    """A bundle an exact time later: the flow of the extended state and of the time."""
+    if isinstance(field, Driven):
+        return field.moved(h, bundle, hull(bundle), bundle * _chosen(bundle.ncols()))
     rows = [[*row, 0] for row in field.flow(h).tolist()]
-    return arb_mat([*rows, [*[0] * ONE, h, 1]])
+    return arb_mat([*rows, [*[0] * ONE, h, 1]]) * bundle
 
 
 def _states(moved: Matrix) -> Matrix:
     """The rows of the extended state."""
-    return _HEAD * moved
+    return _head(moved.nrows()) * moved
+
+
+@cache
+def _head(rows: int) -> Matrix:
+    return unit(SIZE, rows)
 
 
 @cache
@@ -304,10 +359,15 @@ def _chosen(count: int) -> Matrix:
 
 
 @cache
-def _parts(count: int) -> Matrix:
-    """Matrix that selects the middle, the direction of alpha, and a ball of the rest."""
+def _parts(count: int, directions: int) -> Matrix:
+    """Matrix that selects the middle, the directions, and a ball of the rest."""
     rest = symmetric(1)
-    return arb_mat([[int(j == 0), int(j == 1), rest if j > 1 else 0] for j in range(count)])
+    return arb_mat(
+        [
+            [*(int(j == k) for k in range(directions)), rest if j >= directions else 0]
+            for j in range(count)
+        ]
+    )
 
 
 def hull(states: Matrix) -> Matrix:
@@ -315,30 +375,30 @@ def hull(states: Matrix) -> Matrix:
     return states * _any(states.ncols())
 
 
-def _form(states: Matrix) -> Matrix:
+def _form(states: Matrix, directions: int = 2) -> Matrix:
     """A bundle as middle, direction of alpha, and rest."""
-    return states * _parts(states.ncols())
+    return states * _parts(states.ncols(), directions)
 
 
-def rounded(whole: Matrix) -> Bundle:
+def rounded(whole: Matrix, directions: int = 2) -> Bundle:
     """Bundle in doubles that contains a bundle of balls; rounding is a box, as more columns."""
     kept = floats(whole)
     left = (whole - thin(kept)) * (_any(whole.ncols()) * symmetric(1))
     lost = [0.0 if x.is_zero() else upper(x) for (x,) in left.tolist()]
     if kept.shape[1] > _MOST:
-        lengths = np.sum(abs(kept[:, 2:]), axis=0)
-        order = 2 + np.argsort(-lengths, kind="stable")
+        lengths = np.sum(abs(kept[:, directions:]), axis=0)
+        order = directions + np.argsort(-lengths, kind="stable")
         short = np.sum(abs(kept[:, order[_KEPT:]]), axis=1) * _UP
-        kept = np.column_stack([kept[:, :2], kept[:, order[:_KEPT]]])
+        kept = np.column_stack([kept[:, :directions], kept[:, order[:_KEPT]]])
         lost = [x + y for x, y in zip(lost, short.tolist(), strict=True)]
     box = np.diag(np.array(lost) * _UP)
     return np.column_stack([kept, box[:, np.any(box, axis=0)]])
 
 
-def _in_doubles(whole: Matrix) -> tuple[Matrix, Matrix]:
-    bundle = rounded(whole)
-    rest = np.sum(abs(bundle[:SIZE, 2:]), axis=1) * _UP
-    rows = zip(bundle[:SIZE, :2].tolist(), rest.tolist(), strict=True)
+def _in_doubles(whole: Matrix, directions: int = 2) -> tuple[Matrix, Matrix]:
+    bundle = rounded(whole, directions)
+    rest = np.sum(abs(bundle[:SIZE, directions:]), axis=1) * _UP
+    rows = zip(bundle[:SIZE, :directions].tolist(), rest.tolist(), strict=True)
     return thin(bundle), arb_mat([[*row, symmetric(radius)] for row, radius in rows])
 
 
@@ -348,4 +408,5 @@ def _in_balls(whole: Matrix) -> tuple[Matrix, Matrix]:
 
 
 DOUBLES = Number(_in_doubles, lambda: 53.0)
+FREQUENCIES = Number(partial(_in_doubles, directions=3), lambda: 53.0)
 BALLS = Number(_in_balls, lambda: float(bits()))

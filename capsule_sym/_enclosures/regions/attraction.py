@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._enclosures.case import EXACT, GAMMAS
 from capsule_sym._enclosures.numbers.balls import (
+    Ball,
     Matrix,
     Unproved,
     arb,
@@ -31,8 +32,8 @@ from capsule_sym._map import Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import Parameters
 
-_BITS = 80
-_PERIODS = 1200
+BITS = 80
+PERIODS = 1200
 _REPEATED = (1e-4, 1e-5, 1e-6, 1e-8)  # changes over a period at which a box is tried
 _ROOM = 1.2  # size of the box beside the least that a contraction needs
 
@@ -42,12 +43,13 @@ class Tendency:
     """Periodic motion, for each alpha, to which the motion from rest is proved to tend.
 
     Within a period after the first `periods` the motion is in a box that every further period
-    shrinks by `factor`.
+    shrinks by `factor`: `box`, in columns about those of the parameters.
     """
 
     itinerary: tuple[int, ...]
     periods: int
     factor: float
+    box: Bundle
 
 
 def tendency(values: Mapping[str, object], alphas: Interval | None = None) -> Tendency:
@@ -57,11 +59,11 @@ def tendency(values: Mapping[str, object], alphas: Interval | None = None) -> Te
     no interval.
     """
     alphas = alphas or Interval.about(values["alpha"])
-    with precision(_BITS):
+    with precision(BITS):
         exact = {name: ball(values[name]) for name in PARAMETERS if name != "alpha"}
         given = {name: float(exact[name]) for name in exact}
-        run = simulate(Parameters(alpha=alphas.middle, **given), periods=_PERIODS)
-        return _Motions(Passage(exact, alphas), run).tendency()
+        run = simulate(Parameters(alpha=alphas.middle, **given), periods=PERIODS)
+        return Motions(Passage(exact, alphas), run).tendency()
 
 
 def attempt(part: AlphaPart, state: tuple[float, ...] = ()) -> Outcome:
@@ -75,13 +77,13 @@ def attempt(part: AlphaPart, state: tuple[float, ...] = ()) -> Outcome:
     return Outcome(f"{' '.join(f'F{field}' for field in least)}, gamma = {gamma}", ())
 
 
-class _Motions:
+class Motions:
     """Motions from rest, from section to section, with a run at the middle as the guess."""
 
     def __init__(self, passage: Passage, run: Trajectory) -> None:
         self.passage, self.run = passage, run
         self.offset = _quiet(run)
-        self.turn = 2 * arb.pi() / passage.values["omega"]
+        self.turn = passage.turn(arb(1))
         self.angle = 2 * arb.pi() * arb(self.offset)
 
     def steps(self, section: int) -> list[Step]:
@@ -92,10 +94,18 @@ class _Motions:
         """A bundle one period after a section, and the derivative."""
         return self.passage.period(bundle, self.steps(section), self.turn, self.angle)
 
+    def displaced(self, bundle: Bundle, section: int) -> tuple[Bundle, list[Ball]]:
+        """A bundle one period after a section, and the displacement until then, by its columns.
+
+        For a passage with an interval of omega.
+        """
+        ended, _ = self.passage.carried(thin(bundle), self.steps(section), self.turn)
+        return self.passage.section(ended, self.angle), ended.tolist()[-1]
+
     def tendency(self) -> Tendency:
         """Box that they enter; raises Unproved."""
-        start = self.passage.section(matrix(3, 2), arb(0))
-        ahead = self.turn * arb(self.offset)
+        start = self.passage.section(matrix(3, self.passage.directions), arb(0))
+        ahead = self.passage.turn(arb(self.offset))
         first = steps_of(self.run, 0, self.offset)
         bundle = self.passage.moved(start, first, ahead, self.angle)
         sections = iter(_repeated(self.run, self.offset))
@@ -121,7 +131,8 @@ class _Motions:
         size = 2 if at_rest(steps[0].field) else 3
         if size == 2 and np.any(bundle[C]):
             raise Unproved("attraction", "the turn does not begin at rest")
-        line = bundle[:3, :2]
+        n = self.passage.directions
+        line = bundle[:3, :n]
         there, by = self.passed(self.passage.section(thin(line), self.angle), section)
         sides = sides_of(by, size)
         inverse, factor = contraction(by, sides)
@@ -130,29 +141,29 @@ class _Motions:
         inside, moved = (farthest(one, line, inverse) for one in (bundle, there))
         # The box: the line, and these directions, taken as exact from here on.
         directions = sides * (_ROOM * max(inside, moved / (1 - factor), 1e-12))
-        wide = np.zeros((3, 2 + size))
-        wide[:, :2], wide[:size, 2:] = line, directions
+        wide = np.zeros((3, n + size))
+        wide[:, :n], wide[:size, n:] = line, directions
         _, by = self.passed(self.passage.section(thin(wide), self.angle), section)
         inverse, factor = contraction(by, directions)
         inside, moved = (farthest(one, line, inverse) for one in (bundle, there))
         if not (arb(moved) + arb(factor) < 1 and inside < 1):
             detail = f"{inside:.2g}, then {moved:.2g} + {factor:.2g}, of a box"
             raise Unproved("attraction", f"{detail} is not within it")
-        return Tendency(itinerary_of(steps), section, factor)
+        return Tendency(itinerary_of(steps), section, factor, wide)
 
 
 def farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
     """The farthest that a bundle is from a line, in units of a box's sides."""
     size = inverse.nrows()
     middle = np.zeros((size, found.shape[1]))
-    middle[:, :2] = line[:size]
+    middle[:, : line.shape[1]] = line[:size]
     return largest(inverse * (thin(found[:size]) - thin(middle)))
 
 
 def _quiet(run: Trajectory) -> float:
     """Phase, in periods, farthest from a switch of the last period."""
     turn = math.tau / run.parameters.omega
-    steps = steps_of(run, _PERIODS - 2, _PERIODS - 1)
+    steps = steps_of(run, PERIODS - 2, PERIODS - 1)
     if not steps:
         raise Unproved("attraction", "the run from rest ends early")
     at, best, found = 0.0, -1.0, 0.0
@@ -169,7 +180,7 @@ def _quiet(run: Trajectory) -> float:
 def _repeated(run: Trajectory, offset: float) -> list[int]:
     """Sections at which the state repeats within each of some tolerances."""
     turn = math.tau / run.parameters.omega
-    states = run([turn * (k + offset) for k in range(_PERIODS - 1)])
+    states = run([turn * (k + offset) for k in range(PERIODS - 1)])
     change = np.max(abs(np.diff(states, axis=0)), axis=1)
     last = len(change) - 1
     found = []

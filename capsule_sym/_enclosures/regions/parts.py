@@ -1,11 +1,11 @@
-"""Parts of a subdivision: patches of the (alpha, gamma) plane, and intervals of alpha."""
+"""Parts of a subdivision: patches of the (alpha, gamma) plane, intervals of alpha, and drives."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from capsule_sym._enclosures.case import ALPHA, GAMMA, GAMMAS
+from capsule_sym._enclosures.case import ALPHA, DRIVES, GAMMA, GAMMAS
 from capsule_sym._enclosures.passage.segments import Interval
 
 _OVERLAP = 1e-14  # more than the roundings of middles: neighbours overlap
@@ -66,12 +66,43 @@ class AlphaPart(NamedTuple):
     @property
     def alphas(self) -> Interval:
         """Values of alpha."""
-        return Interval(_middle(ALPHA[::-1], self.level, self.place), _radius(ALPHA, self.level))
+        return _interval(ALPHA[::-1], self.level, self.place)
 
     def halved(self, along: Sequence[int]) -> list[AlphaPart]:
         """Both halves."""
         ratio, level, place = self
         return [AlphaPart(ratio, level + 1, 2 * place + half) for half in (0, 1)]
+
+
+class DrivePart(NamedTuple):
+    """Part of the drives in the box of `case`: alpha and omega, each halved so many times."""
+
+    level: int
+    place: int
+    omega_level: int
+    omega_place: int
+
+    @property
+    def area(self) -> float:
+        """Share of the box."""
+        return 2.0 ** -(self.level + self.omega_level)
+
+    @property
+    def alphas(self) -> Interval:
+        """Values of alpha."""
+        return _interval(DRIVES[0], self.level, self.place)
+
+    @property
+    def omegas(self) -> Interval:
+        """Values of omega."""
+        return _interval(DRIVES[1], self.omega_level, self.omega_place)
+
+    def halved(self, along: Sequence[int]) -> list[DrivePart]:
+        """Both halves along alpha (0) or omega (1)."""
+        a, i, w, k = self
+        if along[0] == 0:
+            return [DrivePart(a + 1, 2 * i + half, w, k) for half in (0, 1)]
+        return [DrivePart(a, i, w + 1, 2 * k + half) for half in (0, 1)]
 
 
 class Outcome(NamedTuple):
@@ -87,9 +118,13 @@ class Outcome(NamedTuple):
     work: float = 0.0
 
 
+def _interval(ends: tuple[float, ...], level: int, place: int) -> Interval:
+    return Interval(_middle(ends, level, place), _radius(ends, level))
+
+
 def _middle(ends: tuple[float, ...], level: int, place: int) -> float:
     return ends[0] + (ends[1] - ends[0]) * (2 * place + 1) * 2.0 ** -(level + 1)
 
 
 def _radius(ends: tuple[float, ...], level: int) -> float:
-    return (ends[1] - ends[0]) * 2.0 ** -(level + 1) + _OVERLAP
+    return abs(ends[1] - ends[0]) * 2.0 ** -(level + 1) + _OVERLAP

@@ -1,4 +1,4 @@
-"""Proof by subdivision: the (alpha, gamma) plane, and intervals of alpha for the motion from rest.
+"""Proof by subdivision: the (alpha, gamma) plane, and the motions from rest over alpha or drives.
 
 A part that is not proved is halved, and the largest parts come first, so that the proved share
 grows fast. A file keeps the outcome of each part in one line, and a later run resumes from it: the
@@ -19,8 +19,8 @@ from time import perf_counter, process_time
 from typing import Any, NamedTuple, Protocol
 
 from capsule_sym._enclosures.certificates.digest import closure, digest
-from capsule_sym._enclosures.regions import attraction, patch_orbits
-from capsule_sym._enclosures.regions.parts import AlphaPart, Outcome, Patch
+from capsule_sym._enclosures.regions import attraction, optimum, patch_orbits
+from capsule_sym._enclosures.regions.parts import AlphaPart, DrivePart, Outcome, Patch
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import growing
 from capsule_sym._map.checks import checked_seconds
@@ -35,6 +35,7 @@ from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym.generated.capsule import fields as generated
 
 _FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
+_FIRST_DRIVES = (6, 7)  # levels of the parts of the drives to begin with
 _FIRST_INTERVALS = 11  # halvings of the intervals to begin with
 _LEAST = 2.0**-29  # share below which a part is not halved any more
 _AHEAD = 6  # parts in progress
@@ -108,6 +109,11 @@ def code_from_rest() -> str:
     return digest((*closure(attraction), generated, contact, drift, guard_between))
 
 
+def code_of_drives() -> str:
+    """Digest of the code that bounds velocities over the drives."""
+    return digest((*closure(optimum), generated, contact, drift, guard_between))
+
+
 def _patches() -> list[Patch]:
     a, g = _FIRST
     return [Patch(a, i, g, k) for i in range(2**a) for k in range(2**g)]
@@ -118,10 +124,17 @@ def _intervals() -> list[AlphaPart]:
     return [AlphaPart(ratio, _FIRST_INTERVALS, i) for ratio in range(2) for i in whole]
 
 
+def _drives() -> list[DrivePart]:
+    a, w = _FIRST_DRIVES
+    return [DrivePart(a, i, w, k) for i in range(2**a) for k in range(2**w)]
+
+
 PLANE = Task(Patch, _patches, patch_orbits.attempt, code, "--region")
 """One stable orbit with one itinerary on all of each patch of the (alpha, gamma) plane."""
 FROM_REST = Task(AlphaPart, _intervals, attraction.attempt, code_from_rest, "--from-rest")
 """Tendency of the motion from rest, over alpha at both mass ratios."""
+DRIVES = Task(DrivePart, _drives, optimum.attempt, code_of_drives, "--fastest")
+"""No motion from rest faster than the best, over a box of alpha and omega."""
 
 
 def begun(path: Path, task: Task = PLANE) -> Plane:
