@@ -56,7 +56,7 @@ class Field:
         return (self.A * middle).exp() * (self.A * (h - middle)).exp()
 
     def positive(self, guard: int, zeros: int, y: Any, end: Any) -> None:
-        """Prove a guard positive up to a time; its first `zeros` derivatives vanish at the start."""
+        """Prove a guard positive up to a time; it vanishes `zeros`-fold at the start."""
         last = float(end.upper()) * (1 + 1e-12)
         count = int(last / PIECE) + 1
         pieces = [(PIECE * k, min(PIECE * (k + 1), last), 0) for k in range(count)]
@@ -221,13 +221,26 @@ class Checker:
 
     def check(self) -> float:
         """The proved lower bound of the topological entropy."""
+        entropy = self.entropy()
+        self.disjoint()
+        self.coverings()
+        return entropy
+
+    def disjoint(self) -> None:
+        """Check that no two sets have a point in common."""
         for k, one in enumerate(self.sets):
             for other in self.sets[:k]:
                 ranges = [*one.place(other.part([SIDES] * 2)), *other.place(one.part([SIDES] * 2))]
                 require(any(abs(r) > 1 for r in ranges), "two sets are not disjoint")
-        for source in range(len(self.sets)):
+
+    def coverings(self) -> None:
+        """Check every covering."""
+        for source in sorted({row["from"] for row in self.given["coverings"]}):
             for u in (SIDES, SIDES[:1] * 2, SIDES[1:] * 2):
                 self.covers(source, (u, SIDES), 0)
+
+    def entropy(self) -> float:
+        """Logarithm of the least growth of the weights, which the spectral radius reaches."""
         weights, rows = self.given["weights"], self.given["coverings"]
         reached = [
             sum(weights[r["to"]] for r in rows if r["from"] == k) for k in range(len(weights))
@@ -252,8 +265,8 @@ class Checker:
 
     def image(self, one: Parallelogram, part: Any, source: int) -> None:
         """Check the image of a part for every covering."""
-        zeros = [[0] * 3, [self.p["alpha"], 0, 0], [0] * 3, [1, 0, 0]]
-        y = arb_mat([*one.part(part).tolist(), *zeros])
+        others: list[list[Any]] = [[0] * 3, [self.p["alpha"], 0, 0], [0] * 3, [1, 0, 0]]
+        y = arb_mat([*one.part(part).tolist(), *others])
         ended = image(self.fields, one.given, y, self.turn, self.p["delta"])
         for row in self.given["coverings"]:
             if row["from"] == source:

@@ -70,7 +70,7 @@ def prove_horseshoe(given: Mapping[str, Any]) -> Horseshoe:
         parts = 0
         for number, one in enumerate(sets):
             targets = [(sets[to], side) for (source, to), side in sides.items() if source == number]
-            for u in (_WHOLE, _LEFT, _RIGHT):
+            for u in (_WHOLE, _LEFT, _RIGHT) if targets else ():
                 parts += _prove_part(period, one, (u, _WHOLE), targets)
         return Horseshoe(tuple(sides), _entropy(tuple(sides), given["weights"]), parts)
 
@@ -149,7 +149,7 @@ def _prove_disjoint(sets: Sequence[_Set]) -> None:
 def _prove_part(
     period: _Period, one: _Set, part: Part, targets: Sequence[tuple[_Set, int]], depth: int = 0
 ) -> int:
-    """Prove what coverings ask of the image of a part, or of its halves; returns their number."""
+    """Prove what coverings require of the image of a part, or of its halves; return how many."""
     try:
         image = period.image(one, part)
         for target, side in targets:
@@ -173,7 +173,7 @@ def _halved(one: _Set, part: Part) -> tuple[Part, Part]:
 
 
 def _prove_image(image: Matrix, part: Part, target: _Set, side: int) -> None:
-    """Prove what a covering asks of the image of a part, and more if the part is of an edge."""
+    """Prove what a covering requires of the image of a part, and more if the part is of an edge."""
     u, s = (_range(row) for row in target.coordinates(image).tolist())
     (low, high), _ = part
     if low == high and not low.numerator * side * u > 1:
