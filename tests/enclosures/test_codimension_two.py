@@ -8,13 +8,14 @@ import pytest
 
 from capsule_sym import Curve, continue_bifurcation
 from capsule_sym._enclosures.case import EXACT
-from capsule_sym._enclosures.numbers.balls import Unproved, arb
+from capsule_sym._enclosures.numbers.balls import Unproved, arb, precision
 from capsule_sym._enclosures.orbits import codimension_two
 from capsule_sym._enclosures.orbits.codimension_two import (
     ProvedPoint,
     prove_codimension_two,
     record,
 )
+from capsule_sym._enclosures.orbits.krawczyk import Tube
 from tests.orbits.branches import upwards
 
 
@@ -74,6 +75,13 @@ def test_curves_that_touch_are_not_seen_to_cross(proved, curves, monkeypatch) ->
     monkeypatch.setattr(codimension_two, "_slope", lambda *_: arb(1))
     with pytest.raises(Unproved, match="not seen to cross"):
         prove_codimension_two(found, EXACT)
+
+
+def test_a_slope_is_that_of_the_point_s_own_orbit(proved, monkeypatch) -> None:
+    event = proved[0].event
+    monkeypatch.setattr(Tube, "holds", lambda self, columns: False)
+    with precision(320), pytest.raises(Unproved, match="not seen to be that of the other side"):
+        codimension_two._slope(event.tube, *event.segments)
 
 
 def test_one_leg_is_no_meeting(curves) -> None:

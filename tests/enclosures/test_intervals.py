@@ -164,7 +164,7 @@ def test_a_bundle_of_many_times_is_held_at_one_time(
         late[passage.TIME] = 1e-2
         start = np.column_stack([start[:, :3], late, start[:, 3:]])
         total = 0.7
-        found = passage.rounded(passage._until(field, thin(start), arb(total), "F1")[1])
+        found = passage.rounded(passage._until(field, thin(start), arb(total))[1])
     for place in CORNERS:
         at = np.array([1.0, 0.0, *place] + [0.0] * (start.shape[1] - 4))
         state = flowed(field, start, at, total - 1e-2 * place[1])

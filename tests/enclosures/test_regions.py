@@ -262,6 +262,10 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
         ],
         [
             '{"code": "CODE"}',
+            '{"part": [5, 0, 4, 0], "seconds": 1, "work": 1, "along": [1], "itinerary": "F2"}',
+        ],
+        [
+            '{"code": "CODE"}',
             '{"part": [5, 0.5, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}',
         ],
         ['{"part": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}'],

@@ -207,7 +207,7 @@ class Passage:
             if field.stick and not all(here[C, j].is_zero() for j in range(here.ncols())):
                 raise Unproved("first switch", f"{name} does not begin at rest")
             if step.guard is None:
-                h, ended = _until(field, here, total, name)
+                h, ended = _until(field, here, total)
                 following = Known()
             else:
                 h, ended = _switch(field, here, step, self.number.bits(), name)
@@ -237,7 +237,7 @@ def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch
     return _kept[key]
 
 
-def _until(field: Field, bundle: Matrix, total: Duration, name: str) -> tuple[Ball, Matrix]:
+def _until(field: Field, bundle: Matrix, total: Duration) -> tuple[Ball, Matrix]:
     """Duration and states of a segment up to a time since the section."""
     parts = total if isinstance(total, list) else [total]
     middle = arb((parts[0] - bundle[TIME, 0]).mid())
@@ -246,8 +246,6 @@ def _until(field: Field, bundle: Matrix, total: Duration, name: str) -> tuple[Ba
     for k, part in enumerate(parts):
         late[0, k] += part
     d = hull(late)[0, 0]
-    if not middle + d > 0:
-        raise Unproved("first switch", f"the time is over before {name}")
     return middle + d, _shifted(field, moved, late, arb(0), d)
 
 
@@ -388,7 +386,7 @@ def rounded(whole: Matrix, directions: int = 2) -> Bundle:
     if kept.shape[1] > _MOST:
         lengths = np.sum(abs(kept[:, directions:]), axis=0)
         order = directions + np.argsort(-lengths, kind="stable")
-        short = np.sum(abs(kept[:, order[_KEPT:]]), axis=1) * _UP
+        short = np.sum(abs(kept[:, order[_KEPT:]]), axis=1)
         kept = np.column_stack([kept[:, :directions], kept[:, order[:_KEPT]]])
         lost = [x + y for x, y in zip(lost, short.tolist(), strict=True)]
     box = np.diag(np.array(lost) * _UP)
