@@ -1,0 +1,275 @@
+"""A horseshoe: proved, checked by code of its own, and refused if anything in it is changed."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from capsule_sym import Parameters, lyapunov_exponents, simulate
+from capsule_sym._enclosures.certificates import horseshoe_checker as checker
+from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision
+from capsule_sym._enclosures.regions import horseshoe
+from capsule_sym._enclosures.regions.horseshoe import kept, prove_horseshoe
+
+QUICK = 4  # the set whose coverings take the fewest parts
+
+
+def of_one(source: int = QUICK) -> dict[str, Any]:
+    """The certificate with the coverings of one set alone."""
+    given = copy.deepcopy(kept())
+    given["coverings"] = [row for row in given["coverings"] if row["from"] == source]
+    return given
+
+
+def checked(given: dict[str, Any]) -> None:
+    """Check sets and coverings, whether they have an entropy or not."""
+    try:
+        checker.ctx.prec = checker.BITS
+        one = checker.Checker(given)
+        one.disjoint()
+        one.coverings()
+    except ZeroDivisionError as error:
+        raise checker.Rejected("not a certificate") from error
+
+
+@pytest.fixture(autouse=True)
+def shallow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few halvings: what does not hold is not tried for long."""
+    monkeypatch.setattr(horseshoe, "_DEEPEST", 5)
+    monkeypatch.setattr(checker, "HALVINGS", 6)
+
+
+def test_the_coverings_of_a_set_are_proved_and_accepted() -> None:
+    assert prove_horseshoe(of_one()).coverings == ((4, 5), (4, 6))
+    checked(of_one())
+
+
+def moved(name: str, share: float) -> Callable[[dict[str, Any]], None]:
+    def change(given: dict[str, Any]) -> None:
+        one = given["sets"][QUICK]
+        one["centre"] = [
+            f"{float(x) + share * float(y):.9f}"
+            for x, y in zip(one["centre"], one[name], strict=True)
+        ]
+
+    return change
+
+
+def scaled(number: int, name: str, by: float) -> Callable[[dict[str, Any]], None]:
+    def change(given: dict[str, Any]) -> None:
+        one = given["sets"][number]
+        one[name] = [f"{by * float(x):.9f}" for x in one[name]]
+
+    return change
+
+
+def without(*places: str) -> Callable[[dict[str, Any]], None]:
+    def change(given: dict[str, Any]) -> None:
+        given["parameters"][places[0]] = places[1]
+
+    return change
+
+
+def edge_to_the_wrong_side(given: dict[str, Any]) -> None:
+    given["coverings"][0]["side"] *= -1
+
+
+def covering_too_many(given: dict[str, Any]) -> None:
+    given["coverings"].append({"from": QUICK, "to": 2, "side": 1})
+
+
+def sets_that_overlap(given: dict[str, Any]) -> None:
+    given["sets"][0] = {**given["sets"][1]}
+
+
+def another_itinerary(given: dict[str, Any]) -> None:
+    given["sets"][QUICK]["fields"] = [2, 5, 2]
+    given["sets"][QUICK]["durations"] = ["9.43", "0.55"]
+
+
+def set_without_area(given: dict[str, Any]) -> None:
+    given["sets"][QUICK]["stable"] = given["sets"][QUICK]["unstable"]
+
+
+CHANGES = {
+    "moved along": moved("unstable", 0.3),
+    "moved across": moved("stable", 4),
+    "short": scaled(QUICK, "unstable", 0.8),
+    "edges not beyond": scaled(5, "unstable", 1.3),
+    "out by the long edges": scaled(5, "stable", 0.4),
+    "wrong side": edge_to_the_wrong_side,
+    "too many": covering_too_many,
+    "overlap": sets_that_overlap,
+    "itinerary": another_itinerary,
+    "no area": set_without_area,
+    "other drive": without("alpha", "0.32"),
+    "other damping": without("zeta", "0.1"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_change_is_refused(change: Callable[[dict[str, Any]], None]) -> None:
+    given = of_one()
+    change(given)
+    with pytest.raises(Unproved):
+        prove_horseshoe(given)
+    with pytest.raises(checker.Rejected):
+        checked(given)
+
+
+def test_an_image_that_misses_both_edges_of_a_set_is_no_covering() -> None:
+    """The edge test alone refuses a set that is covered to a part."""
+    given = of_one()
+    scaled(6, "unstable", 8)(given)
+    given["sets"] = [given["sets"][k] for k in (QUICK, 6)]
+    given["coverings"] = [{"from": 0, "to": 1, "side": given["coverings"][1]["side"]}]
+    given["weights"] = [1, 1]
+    with pytest.raises(Unproved, match="edge"):
+        prove_horseshoe(given)
+    with pytest.raises(checker.Rejected, match="edge"):
+        checked(given)
+
+
+def test_guards_are_proved_along_the_way() -> None:
+    """The motion never slips in F2 F5 F2, and its end is no concern: the force is too large."""
+    one = copy.deepcopy(kept()["sets"][QUICK])
+    one |= {"fields": [2, 5, 2], "durations": ["9.43", "0.6"]}
+    with precision(80):
+        values = {name: ball(text) for name, text in kept()["parameters"].items()}
+        place = (horseshoe._LEFT, horseshoe._LEFT)
+        with pytest.raises(Unproved, match="guards: the upper force margin"):
+            horseshoe._Period(values).image(horseshoe._Set(one), place)
+    whole = checker.Checker(kept())
+    whole.sets[QUICK].given = one
+    with pytest.raises(checker.Rejected, match="guard"):
+        whole.image(whole.sets[QUICK], (checker.SIDES[:1] * 2, checker.SIDES[:1] * 2), QUICK)
+
+
+def area(u: tuple[Fraction, Fraction], s: tuple[Fraction, Fraction]) -> Fraction:
+    """Area of a part, or length of a part of an edge."""
+    return (u[1] - u[0] or 1) * (s[1] - s[0])
+
+
+def test_every_part_of_a_set_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The parts of the inside make up all of it, and so do those of both edges."""
+    seen: dict[str, list[Fraction]] = {"prover": [], "checker": []}
+    prove_image, image = horseshoe._prove_image, checker.Checker.image
+
+    def proved(found: Any, part: horseshoe.Part, *others: Any) -> None:
+        prove_image(found, part, *others)
+        seen["prover"].append(area(*part))
+
+    def accepted(self: checker.Checker, one: Any, part: Any, source: int) -> None:
+        image(self, one, part, source)
+        seen["checker"].append(area(*part))
+
+    monkeypatch.setattr(horseshoe, "_prove_image", proved)
+    monkeypatch.setattr(checker.Checker, "image", accepted)
+    given = of_one()
+    del given["coverings"][1]
+    prove_horseshoe(given)
+    checked(given)
+    assert [sum(areas) for areas in seen.values()] == [4 + 2 + 2] * 2
+
+
+def test_a_part_is_all_of_it() -> None:
+    for found in (
+        horseshoe._range([arb(0), arb(1), arb(-2)]),
+        checker.span(checker.arb_mat([[0, 1, -2]])),
+    ):
+        assert found.contains(arb(3))
+        assert found.contains(arb(-3))
+
+
+def test_terms_of_the_checker() -> None:
+    """Images are those of runs, to first order, and switches fall and are enclosed."""
+    checker.ctx.prec = checker.BITS
+    one = checker.Checker(kept())
+    chosen, half = one.sets[QUICK], Fraction(1, 8)
+    others: list[list[Any]] = [[0] * 3, [one.p["alpha"], 0, 0], [0] * 3, [1, 0, 0]]
+    start = chosen.part([(-half, half)] * 2)
+    y = checker.arb_mat([*start.tolist(), *others])
+    ended = checker.image(one.fields, chosen.given, y, one.turn, one.p["delta"])
+    parameters = Parameters(**{name: float(x) for name, x in kept()["parameters"].items()})
+    for u, s in ((0, 0), (1, 1), (1, -1), (-1, 1)):
+        place = checker.arb_mat([[1], [u], [s]])
+        x, v = [float(z) for (z,) in (start * place).tolist()]
+        run = simulate(parameters, (x, v, 0.0), periods=1).final[1]
+        for (z,), value in zip((ended * place).tolist()[:2], run, strict=False):
+            assert abs(float(z.mid()) - value) < 1e-12 + float(z.rad()) < 1e-3
+    field = one.fields[5]
+    for x, v, spread, reason in ((0.29, 1.0, 0, "fall"), (0.35, -0.5, 0.4, "fall|enclosed")):
+        rows = [[x, 0, spread / 10], [v, spread, 0], *others]
+        with pytest.raises(checker.Rejected, match=reason):
+            checker.switch(field, 0, checker.arb_mat(rows), 0.01)
+
+
+def test_entropy_is_that_of_the_coverings() -> None:
+    """The growth of x^4 = x^3 + 1, and none if a covering of the loop is missing."""
+    rows = [(row["from"], row["to"]) for row in kept()["coverings"]]
+    found = horseshoe._entropy(rows, kept()["weights"])
+    with precision(80):
+        growth = arb(found).exp()
+        assert growth**4 < growth**3 + 1
+    assert found == pytest.approx(math.log(1.3802775690976), abs=1e-4)
+    assert all(
+        horseshoe._entropy([r for r in rows if r != x], kept()["weights"]) == 0 for x in rows
+    )
+    with pytest.raises(Unproved, match="weight"):
+        horseshoe._entropy(rows, [0, *kept()["weights"][1:]])
+
+
+def test_entropy_is_below_what_neighbours_part_by() -> None:
+    parameters = Parameters(**{name: float(x) for name, x in kept()["parameters"].items()})
+    run = simulate(parameters, periods=1000)
+    exponent = lyapunov_exponents(run).values[0] * parameters.period
+    assert 0.32 < exponent < 0.45
+    rows = [(row["from"], row["to"]) for row in kept()["coverings"]]
+    assert horseshoe._entropy(rows, kept()["weights"]) < exponent
+
+
+def test_a_missing_covering_is_noticed() -> None:
+    for row in kept()["coverings"]:
+        given = kept() | {"coverings": [one for one in kept()["coverings"] if one != row]}
+        with pytest.raises(checker.Rejected, match="entropy"):
+            checker.check_certificate(given)
+
+
+BROKEN = {
+    "key": lambda one: one | {"about": ""},
+    "kind": lambda one: one | {"kind": "orbit"},
+    "twice": lambda one: one | {"coverings": one["coverings"] * 2},
+    "weight": lambda one: one | {"weights": [1.5, *one["weights"][1:]]},
+    "negative weight": lambda one: one | {"weights": [-1, *one["weights"][1:]]},
+    "truth": lambda one: one | {"coverings": [{"from": False, "to": 5, "side": 1}]},
+    "no set": lambda one: one | {"sets": [], "weights": []},
+    "number": lambda one: one | {"parameters": one["parameters"] | {"alpha": "nan"}},
+    "parameter": lambda one: one | {"parameters": {"alpha": "0.3"}},
+    "list": lambda one: [one],
+}
+
+
+@pytest.mark.parametrize("change", BROKEN.values(), ids=BROKEN)
+def test_what_is_no_certificate_is_refused(change: Callable[[Any], Any]) -> None:
+    with pytest.raises(checker.Rejected):
+        checker.check_certificate(change(copy.deepcopy(kept())))
+
+
+@pytest.mark.long
+def test_the_whole_horseshoe_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(horseshoe, "_DEEPEST", 16)
+    found = prove_horseshoe(kept())
+    assert len(found.coverings) == 10
+    assert found.entropy > 0.3222
+
+
+@pytest.mark.long
+def test_the_whole_horseshoe_is_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(checker, "HALVINGS", 20)
+    assert checker.check_certificate(json.loads(json.dumps(kept()))) > 0.3222
