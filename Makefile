@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations weakenings verify certificates regions attraction fastest lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
+.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations weakenings verify certificates regions attraction fastest horseshoe lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -165,6 +165,11 @@ fastest: $(READY)  ## prove the largest average velocity over a box of drives, f
 	    > results/fastest.json.part
 	@mv results/fastest.json.part results/fastest.json
 	@cat results/fastest.json
+
+horseshoe: $(READY)  ## prove a horseshoe, and check its certificate with code of its own
+	@mkdir -p results
+	$(BIN)/capsule-sym enclose --horseshoe --out results/horseshoe.json
+	$(BIN)/python capsule_sym/_enclosures/certificates/horseshoe_checker.py results/horseshoe.json
 
 lint: $(READY)  ## check style, format and English
 	$(BIN)/ruff check .

@@ -33,11 +33,14 @@ def enclose(
     fastest: options.Path | None = options.out(
         "Prove the largest average velocity instead; FILE keeps the parts.", "FILE", "--fastest"
     ),
+    horseshoe: bool = option("Prove a horseshoe instead, that is chaotic motions."),
     max_seconds: float = options.max_seconds(
         shown="no limit; with --region, --from-rest or --fastest an hour"
     ),
     out: options.Path | None = options.out(
-        "Write certificates of all bifurcations, and of the orbits of Fig. 7, here.", "FILE.json"
+        "Write certificates of all bifurcations and of the orbits of Fig. 7 (with --horseshoe "
+        "that of the horseshoe) here.",
+        "FILE.json",
     ),
     as_json: bool = options.as_json,
 ) -> None:
@@ -56,17 +59,23 @@ def enclose(
     alpha in [0.001, 2], the motion from (0, 0, 0) is proved to tend to a periodic one, interval by
     interval. With --fastest, for alpha in [1.9, 2] and omega in [0.75, 0.79], the average velocity
     of the motion from rest is proved to be at most 1e-6 above that at alpha = 2, omega =
-    0.76828901338, part by part. All show the proved share of the whole.
+    0.76828901338, part by part. All show the proved share of the whole. With --horseshoe seven
+    sets of states are proved to cover each other after one period, so that chaotic motions exist,
+    at alpha = 0.3, omega = 0.55, delta = 0.3, zeta = 0.05, beta = 25, gamma = 6.
     """
     options.check_beside("region", never=("from_rest", "fastest", "thresholds", "out"))
     options.check_beside("from_rest", never=("fastest", "thresholds", "out"))
     options.check_beside("fastest", never=("thresholds", "out"))
+    options.check_beside("horseshoe", never=(*_PARTS, "thresholds"))
     options.require("proof", "flint")
     for name, path in (("region", region), ("from_rest", from_rest), ("fastest", fastest)):
         if path is not None:
             seconds = max_seconds if options.is_given("max_seconds") else _HOUR
             _parts(name, path, seconds, as_json)
             return
+    if horseshoe:
+        _horseshoe(out, max_seconds, as_json)
+        return
     from capsule_sym._enclosures.case import GAMMAS
     from capsule_sym._files import write_whole
     from capsule_sym._records import dumps
@@ -135,6 +144,42 @@ def _parts(option: str, path: options.Path, seconds: float, as_json: bool) -> No
     console = present.make_console()
     present.table((column, "share"), ((name, f"{share:.2%}") for name, share in rows))
     console.print(f"{plane.patches} parts, {plane.work:.0f} s of one core")
+
+
+def _horseshoe(out: options.Path | None, max_seconds: float, as_json: bool) -> None:
+    from capsule_sym._enclosures.numbers.balls import Unproved
+    from capsule_sym._enclosures.regions.horseshoe import Horseshoe, kept, prove_horseshoe
+    from capsule_sym._files import write_whole
+    from capsule_sym._native import Watch
+    from capsule_sym._records import dumps
+
+    begin, found = perf_counter(), list[Horseshoe]()
+    try:
+        with Watch(max_seconds):
+            sets = range(len(kept()["sets"]))
+            steps = (prove_horseshoe(kept(), (number,)) for number in sets)
+            found += present.track(steps, "Proving the horseshoe", len(sets))
+    except Unproved as error:
+        present.fail(f"not proved: {error}", 1)
+    if len(found) < len(sets):
+        present.fail("not proved: the time was over", 1)
+    if out is not None:
+        write_whole(out, dumps(kept()) + "\n", "--out")
+        click.echo(f"wrote the certificate to {out}", err=True)
+    rows = [row for one in found for row in one.coverings]
+    told = {
+        "coverings": rows,
+        "entropy": found[0].entropy,
+        "parts": sum(one.parts for one in found),
+    }
+    if as_json:
+        click.echo(json.dumps(told | {"seconds": round(perf_counter() - begin, 1)}))
+        return
+    covered = {i + 1: ", ".join(f"{j + 1}" for k, j in rows if k == i) for i, _ in rows}
+    present.table(("set", "covers"), ((f"{i}", text) for i, text in covered.items()))
+    present.make_console().print(
+        f"{told['parts']} parts; topological entropy per period at least {told['entropy']:.6f}"
+    )
 
 
 def _on_two_cores(calls: Sequence[tuple[Any, ...]], text: str) -> list[Any]:

@@ -24,6 +24,7 @@ REFUSED = [
     # an option that does nothing without another, or beside it
     ("enclose --region a --thresholds", "--region and --thresholds exclude each other"),
     ("enclose --from-rest a --out a.json", "--from-rest and --out exclude each other"),
+    ("enclose --horseshoe --thresholds", "--horseshoe and --thresholds exclude each other"),
     ("enclose --fastest a --thresholds", "--fastest and --thresholds exclude each other"),
     ("orbit --seed 3", "--seed needs --starts, which is missing"),
     ("orbit --starts 2 --seed -1", "-1 is not in the range x>=0"),

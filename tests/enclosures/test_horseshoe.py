@@ -7,11 +7,14 @@ import json
 import math
 from collections.abc import Callable
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from capsule_sym import Parameters, lyapunov_exponents, simulate
+from capsule_sym._cli import group
 from capsule_sym._enclosures.certificates import horseshoe_checker as checker
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision
 from capsule_sym._enclosures.regions import horseshoe
@@ -273,3 +276,26 @@ def test_the_whole_horseshoe_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_whole_horseshoe_is_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checker, "HALVINGS", 20)
     assert checker.check_certificate(json.loads(json.dumps(kept()))) > 0.3222
+
+
+def test_the_command_writes_the_certificate(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    quick = of_one()
+    monkeypatch.setattr(horseshoe, "kept", lambda: quick)
+    path = tmp_path / "horseshoe.json"
+    result = CliRunner().invoke(group, ["enclose", "--horseshoe", "--json", "--out", str(path)])
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["coverings"] == [[4, 5], [4, 6]]
+    assert json.loads(path.read_text()) == quick
+    shown = CliRunner().invoke(group, ["enclose", "--horseshoe"])
+    assert "6, 7" in shown.stdout
+    edge_to_the_wrong_side(quick)
+    path.unlink()
+    refused = CliRunner().invoke(group, ["enclose", "--horseshoe", "--out", str(path)])
+    assert refused.exit_code == 1
+    assert "not proved: covering" in refused.stderr
+    late = CliRunner().invoke(group, ["enclose", "--horseshoe", "--max-seconds", "1e-9"])
+    assert late.exit_code == 1
+    assert "the time was over" in late.stderr
+    assert not path.exists()

@@ -60,8 +60,11 @@ def kept() -> dict[str, Any]:
     return found
 
 
-def prove_horseshoe(given: Mapping[str, Any]) -> Horseshoe:
-    """Prove every covering of a certificate, and the entropy; raises Unproved."""
+def prove_horseshoe(given: Mapping[str, Any], sources: Sequence[int] | None = None) -> Horseshoe:
+    """Prove every covering of a certificate, or those of some sets; raises Unproved.
+
+    The entropy is that of all coverings, and proved once all of these are.
+    """
     with precision(_BITS):
         sets = [_Set(one) for one in given["sets"]]
         _prove_disjoint(sets)
@@ -69,10 +72,13 @@ def prove_horseshoe(given: Mapping[str, Any]) -> Horseshoe:
         sides = {(row["from"], row["to"]): row["side"] for row in given["coverings"]}
         parts = 0
         for number, one in enumerate(sets):
+            if sources is not None and number not in sources:
+                continue
             targets = [(sets[to], side) for (source, to), side in sides.items() if source == number]
             for u in (_WHOLE, _LEFT, _RIGHT) if targets else ():
                 parts += _prove_part(period, one, (u, _WHOLE), targets)
-        return Horseshoe(tuple(sides), _entropy(tuple(sides), given["weights"]), parts)
+        proved = (pair for pair in sides if sources is None or pair[0] in sources)
+        return Horseshoe(tuple(proved), _entropy(tuple(sides), given["weights"]), parts)
 
 
 class _Set:
