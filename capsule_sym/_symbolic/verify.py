@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from difflib import get_close_matches
 from functools import cache, partial
 
-from capsule_sym._errors import InvalidInput
 from capsule_sym._paper import read
 from capsule_sym._symbolic import frozen
 from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs import basis_proofs, flow_proofs, theorems
-from capsule_sym._symbolic.proofs.items import Item, Verdict
+from capsule_sym._symbolic.proofs.items import Item, Verdict, named
 
 
 def _flow_items() -> tuple[Item, ...]:
@@ -52,10 +50,10 @@ SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
 }
 """Statements to verify, in the order of the report: a title and its items."""
 
-FAMILIES: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(_PRINTED, ("printed", "erratum")),
-    **_THEOREMS,
-    _FLOW: ("basis", "flow", "jets", "jacobian"),
+FAMILIES: dict[str, str] = {
+    **dict.fromkeys(_PRINTED, "printed erratum"),
+    **{title: " ".join(families) for title, families in _THEOREMS.items()},
+    _FLOW: "basis flow jets jacobian",
 }
 """First words of the names of a section's statements, to find one without deriving all."""
 
@@ -67,12 +65,4 @@ def items() -> dict[str, tuple[Item, ...]]:
 
 def item(name: str) -> dict[str, tuple[Item, ...]]:
     """Statement of this name with its proof, by section title; raises InvalidInput for none."""
-    family = name.partition(".")[0]
-    names = [*frozen.expected().statuses]
-    for title, section in SECTIONS.items():
-        if family in FAMILIES.get(title, (family,)):
-            for one in section():
-                if one.id == name:
-                    return {title: (one,)}
-    close = get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]
-    raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
+    return named(name, SECTIONS, FAMILIES, frozen.expected().statuses)

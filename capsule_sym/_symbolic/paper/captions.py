@@ -129,18 +129,13 @@ def _each_beside(context: Context) -> Iterator[dict[str, Any]]:
         yield {"key": f"{context['e'].id}.{number}", "number": number, "alpha": alpha, "told": told}
 
 
-def _each_reference(context: Context) -> Iterator[dict[str, Any]]:
-    for number, (figure, alpha) in enumerate(context["e"]["rows"], start=1):
-        yield {"key": number, "figure": figure, "alpha": alpha}
-
-
 def _told(context: Context) -> str:
     told = context["told"]
     field = context["e"]["field"]
     return f"F{field} ends on {told}" if told.startswith("S") else f"there is {told}"
 
 
-EACH |= {"beside": _each_beside, "references": _each_reference}
+EACH["beside"] = _each_beside
 FACTS |= {
     "at_first": lambda context: point(context["paper"], context["e"]["beside"][0][0]),
     "first_told": lambda context: _told(Context(e=context["e"], told=context["e"]["beside"][0][1])),

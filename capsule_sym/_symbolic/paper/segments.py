@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 from capsule_sym._paper import events
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap, leaves_of
 from capsule_sym._symbolic.paper.case_study import Itinerary, maps
-from capsule_sym._symbolic.paper.motions import Sides, changed, maps_of, printed_gamma, sides_at
+from capsule_sym._symbolic.paper.motions import Sides, changed, maps_of
 from capsule_sym._symbolic.paper.space import crossing_sources
 from capsule_sym._symbolic.proofs.relations import listed
-from capsule_sym._symbolic.proofs.rows import EACH, FILTERS, WITNESSES, Context, checker
+from capsule_sym._symbolic.proofs.rows import FACTS, FILTERS, WITNESSES, Context, checker
 
 _WAYS = {1: "forward", -1: "backward", 0: "none"}
 
@@ -79,41 +78,25 @@ def indicates(local_map: LocalMap, pieces: Sequence[str], line: str) -> bool:
     return reached == {line} and field in crossing_sources(line)
 
 
-def _at_event(context: Context, alpha: str) -> dict[str, Any]:
-    """Names of the bifurcation printed at an amplitude."""
-    paper = context["paper"]
-    ((number, event),) = [
-        (i, event) for i, event in enumerate(events(paper)) if event.alpha == alpha
-    ]
-    return {"alpha": alpha, "event": event, "sides": sides_at(paper, printed_gamma(paper))[number]}
+def _number(context: Context) -> int:
+    """Number, from 0, of the bifurcation that is printed at an amplitude."""
+    return [event.alpha for event in events(context["paper"])].index(context["alpha"])
 
 
-def _each(*names: str) -> Any:
-    """Repetitions of a row: those names for what follows the amplitude in each printed row."""
-
-    def each(context: Context) -> Iterator[dict[str, Any]]:
-        for key, (alpha, *told) in enumerate(context["e"]["rows"], start=1):
-            yield {"key": key, **_at_event(context, alpha), **dict(zip(names, told, strict=True))}
-
-    return each
-
-
-def _each_indicated(context: Context) -> Iterator[dict[str, Any]]:
-    planes = context["paper"]["equation.24"]["planes"]
-    for text, line in context["e"]["rows"]:
-        (one,) = maps_of(text)
-        yield {"key": line, "map": one, "pieces": tuple(planes[int(one.target[1:]) - 1])}
+def _pieces(context: Context) -> tuple[str, ...]:
+    """Pieces of the plane on which a printed map ends."""
+    target = maps_of(context["map"])[0].target
+    return tuple(context["paper"]["equation.24"]["planes"][int(target[1:]) - 1])
 
 
 def _modes(fields: Sequence[int]) -> Mapping[str, str]:
     return {f"mode of F{field}": SEGMENTS[field - 1].mode for field in fields}
 
 
-EACH |= {
-    "stationary": _each("impacts"),
-    "beyond": _each("how", "what"),
-    "segments_4": _each("colour", "role"),
-    "indicated": _each_indicated,
+FACTS |= {
+    "event": lambda context: events(context["paper"])[_number(context)],
+    "sides": lambda context: context["printed_sides"][_number(context)],
+    "pieces": _pieces,
 }
 FILTERS |= {
     "fields": lambda fields: listed(f"F{field}" for field in fields),

@@ -299,12 +299,7 @@ def _on_planes(context: Context) -> Iterator[dict[str, Any]]:
         yield {"key": name, "plane": plane}
 
 
-def _crossings(context: Context) -> Iterator[dict[str, Any]]:
-    for line, sources, target in context["e"]["rows"]:
-        yield {"key": line, "sources": tuple(sources), "target": target}
-
-
-EACH |= {"members": _members, "planes": _on_planes, "crossings": _crossings}
+EACH |= {"members": _members, "planes": _on_planes}
 FACTS |= {
     "members": _numbered,
     "planes": _planes,

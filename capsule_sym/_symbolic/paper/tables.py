@@ -238,19 +238,15 @@ def _each_map(context: Context) -> Iterator[dict[str, Any]]:
         yield {"map": local_map, "mode": mode}
 
 
-def _each_passage(context: Context) -> Iterator[dict[str, Any]]:
-    for place, sources, targets in context["e"]["rows"]:
-        yield {"key": place, "pairs": frozenset((s, t) for s in sources for t in targets)}
+def _passages_of(context: Context) -> Pairs:
+    """Passages that Section 3.3 prints for a line."""
+    (row,) = (row for row in context["e"]["rows"] if row[0] == context["key"])
+    return frozenset((source, target) for source in row[1] for target in row[2])
 
 
 def _each_part(context: Context) -> Iterator[dict[str, Any]]:
     for name, texts in context["e"].printed.items():
         yield {"key": name, "text": texts, "part": part(name) if "^" in name else None}
-
-
-def _each_origin(context: Context) -> Iterator[dict[str, Any]]:
-    for place, kind, field in context["e"]["rows"]:
-        yield {"place": place, "kind": kind, "field": field}
 
 
 def _spaces(pairs: Iterable[tuple[int, int]]) -> str:
@@ -278,18 +274,14 @@ EACH |= {
     "surfaces": _places(SURFACES),
     "lines": _places([f"L{i}" for i in range(1, 9)]),
     "maps": _each_map,
-    "passages": _each_passage,
     "parts": _each_part,
-    "origins": _each_origin,
 }
 FACTS |= {
     "rows": lambda context: _rows_of(context["e"], context["key"]),
     "rows_of_table_2": lambda context: _rows_of(context["paper"]["table.2"], context["key"]),
     "told": lambda context: {row[1:3] for row in context["rows"]},
     "asked": _asked,
-    "pairs": lambda context: next(
-        one["pairs"] for one in _each_passage(context) if one["key"] == context["key"]
-    ),
+    "pairs": _passages_of,
     "table_3": lambda context: printed_maps(context["paper"]),
     "table_2_at": _at_corner,
     "total": lambda context: len(occurring(context["scenario"])),

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
-
-from capsule_sym._errors import InvalidInput
 from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.proofs import (
     basis_proofs,
@@ -14,7 +11,7 @@ from capsule_sym._symbolic.proofs import (
     flow_proofs,
     switches,
 )
-from capsule_sym._symbolic.proofs.items import Item, Report, Sections
+from capsule_sym._symbolic.proofs.items import Item, Report, Sections, named
 from capsule_sym._symbolic.proofs.markdown import document
 
 SECTIONS: Sections = {
@@ -27,7 +24,13 @@ SECTIONS: Sections = {
 }
 """Statements proved of a scene, in the order of the report."""
 
-FAMILIES = ("cells", "graph", "saltation", "energy mirror", "basis", "flow jets jacobian")
+FAMILIES = dict(
+    zip(
+        SECTIONS,
+        ("cells", "graph", "saltation", "energy mirror", "basis", "flow jets jacobian"),
+        strict=True,
+    )
+)
 """First words of the names of the statements of each section."""
 
 PAPERS_ALONE = (
@@ -39,20 +42,9 @@ PAPERS_ALONE = (
 
 def items(only: str | None = None) -> dict[str, tuple[Item, ...]]:
     """All statements about the scene, or one, by section title; raises InvalidInput if none."""
-    if only is None:
-        return {title: section() for title, section in SECTIONS.items()}
-    known: list[str] = []
-    for (title, section), families in zip(SECTIONS.items(), FAMILIES, strict=True):
-        if only.partition(".")[0] in families.split():
-            if found := tuple(item for item in section() if item.id == only):
-                return {title: found}
-            known = [item.id for item in section()]
-    alike = get_close_matches(only, known, n=5, cutoff=0.3)
-    told = f", such as {', '.join(alike)}" if alike else f", which begins with {_BEGINS}"
-    raise InvalidInput("--only", only, f"the name of a statement{told}")
-
-
-_BEGINS = ", ".join(" ".join(FAMILIES).split())
+    if only is not None:
+        return named(only, SECTIONS, FAMILIES)
+    return {title: section() for title, section in SECTIONS.items()}
 
 
 _HEAD = """\

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import cached_property, partial
 from time import perf_counter
 from typing import Any, Literal
 
 import sympy as sp
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._symbolic.model.elimination import Undecided
 
 Verdict = Literal["proved", "refuted", "conditional"]
@@ -99,6 +101,27 @@ def run(
         return result
 
     return {title: tuple(map(settled, section)) for title, section in chosen.items()}
+
+
+def named(
+    name: str, sections: Sections, families: Mapping[str, str], known: Iterable[str] = ()
+) -> dict[str, tuple[Item, ...]]:
+    """Statement of a name by section title; raises InvalidInput for none.
+
+    Only sections of its family are derived: `families` has the first words of their names.
+    """
+    family, names = name.partition(".")[0], list(known)
+    for title, section in sections.items():
+        if family in families.get(title, family).split():
+            derived = {item.id: item for item in section()}
+            if name in derived:
+                return {title: (derived[name],)}
+            names += derived
+    names = list(dict.fromkeys(names))
+    if close := get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]:
+        raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
+    begins = ", ".join(" ".join(families.values()).split())
+    raise InvalidInput("--only", name, f"the name of a statement, which begins with {begins}")
 
 
 def record(result: Result) -> dict[str, Any]:

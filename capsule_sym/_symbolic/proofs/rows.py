@@ -161,6 +161,8 @@ class Row:
                 start["e"] = paper[entry]
             if isinstance(each, str):
                 each = EACH[each](start) if each in EACH else start["e"][each]
+            elif isinstance(each, Mapping):
+                each = _printed_rows(start["e"], each["rows"])
             for one in each:
                 context = Context(start | (one if isinstance(one, dict) else {"key": one}))
                 if entry and "e" not in context:
@@ -201,6 +203,12 @@ class Row:
             return item
         printed, derived = text("printed", item.statement), text("derived", AS_PRINTED)
         return _beside(context["e"], item, printed, derived)
+
+
+def _printed_rows(entry: Entry, names: Iterable[str]) -> Iterator[dict[str, Any]]:
+    """Printed rows of an entry, their values by name and their number as `key`."""
+    for number, row in enumerate(entry["rows"], start=1):
+        yield {"key": number, **dict(zip(names, row, strict=True))}
 
 
 def _beside(entry: Entry, item: Item, printed: str, derived: str) -> Item:
