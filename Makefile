@@ -140,9 +140,10 @@ weakenings: $(READY)  ## take each term of the proofs away, or those with ONLY i
 verify: $(READY) results/enclose.json  ## prove the theory, and Section 4 in ball arithmetic
 	$(BIN)/python -m benchmarks verify
 
-certificates: $(READY)  ## write results/certificates.json, and check it with code of its own
+certificates: $(READY)  ## write results/certificates.json, and check it with two checkers of their own code
 	$(BIN)/capsule-sym enclose --thresholds --out results/certificates.json
 	$(BIN)/python capsule_sym/_enclosures/certificates/checker.py results/certificates.json
+	$(BIN)/python capsule_sym/_enclosures/certificates/second_checker.py results/certificates.json
 
 SECONDS ?= 3600
 regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); resumes

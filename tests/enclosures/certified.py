@@ -18,10 +18,10 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from capsule_sym._enclosures.certificates import checker
+from capsule_sym._enclosures.certificates import checker, second_checker
 from capsule_sym._enclosures.orbits.intervals import approximate
 
-CHECKERS = (checker,)
+CHECKERS = (checker, second_checker)
 
 
 @cache
