@@ -282,7 +282,7 @@ CHAINS = {"x": ["x", "v"], "P1": ["P1", "P'"], "P-1": ["P-1", "P'"]}
 
 
 def chain(field: int, guard: str) -> list[str]:
-    """What vanishes with a guard and its derivatives; P1 and P-1 are the force at its bounds."""
+    """Names of a guard and its derivatives, in order; P1 and P-1 are the force at its bounds."""
     return CHAINS.get(guard, ["c", f"P{FIELDS[field][1]}", "P'"])
 
 
@@ -308,7 +308,7 @@ class Motion:
         return "x" if c != after else "c" if d else f"P{e}"
 
     def known(self, *segments: int) -> set[str]:
-        """What vanishes exactly where some segments end together."""
+        """Names of all that vanishes exactly where some segments end together."""
         found: set[str] = set()
         for j in segments:
             links = chain(self.fields[j % self.n], self.event(j))
@@ -317,7 +317,7 @@ class Motion:
         return found
 
     def zeros(self, i: int, field: int, guard: str) -> int:
-        """How often a guard of a field vanishes where segment i begins."""
+        """Number of zeros of a guard of a field where segment i begins."""
         n = self.n
         if n == 1 or (self.run and i in (0, n)):
             return 0
