@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import json
 import math
 from collections.abc import Callable
@@ -10,15 +11,26 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import Parameters, lyapunov_exponents, simulate
+from capsule_sym import (
+    Itinerary,
+    Parameters,
+    certify_orbit,
+    lyapunov_exponents,
+    simulate,
+    simulate_many,
+    solve_itinerary,
+)
 from capsule_sym._cli import group
 from capsule_sym._enclosures.certificates import horseshoe_checker as checker
-from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision
+from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, matrix, precision, unit
+from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.regions import horseshoe
 from capsule_sym._enclosures.regions.horseshoe import kept, prove_horseshoe
+from tests.enclosures.certified import rejected
 
 QUICK = 4  # the set whose coverings take the fewest parts
 
@@ -207,8 +219,8 @@ def test_terms_of_the_checker() -> None:
         for (z,), value in zip((ended * place).tolist()[:2], run, strict=False):
             assert abs(float(z.mid()) - value) < 1e-12 + float(z.rad()) < 1e-3
     field = one.fields[5]
-    for x, v, spread, reason in ((0.29, 1.0, 0, "fall"), (0.35, -0.5, 0.4, "fall|enclosed")):
-        rows = [[x, 0, spread / 10], [v, spread, 0], *others]
+    for x, v, spread, reason in ((0.29, 1.0, 0, "fall"), (0.301, -0.5, 0.3, "enclosed")):
+        rows = [[x, 0, spread / 1000], [v, spread, 0], *others]
         with pytest.raises(checker.Rejected, match=reason):
             checker.switch(field, 0, checker.arb_mat(rows), 0.01)
 
@@ -299,3 +311,64 @@ def test_the_command_writes_the_certificate(
     assert late.exit_code == 1
     assert "the time was over" in late.stderr
     assert not path.exists()
+
+
+WORDS = [(0,), (2, 3, 4, 6), (1, 2, 3, 4, 5), (0, 1, 2, 3, 4, 5)]
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_a_closed_path_is_that_of_a_periodic_orbit(word: tuple[int, ...]) -> None:
+    """Enclosed by Krawczyk's method; at each period's begin it is in the set of the path."""
+    parameters = Parameters(**{name: float(x) for name, x in kept()["parameters"].items()})
+    starts = [[float(x) for x in kept()["sets"][k]["centre"]] for k in word]
+    begin = repeated(parameters, np.array(starts))
+    run = simulate(parameters, (*begin, 0.0), periods=len(word))
+    first, *others = run.segments
+    durations = [one.duration for one in others]
+    durations[-1] += first.duration
+    itinerary = Itinerary.parse(" ".join(f"F{one.field}" for one in others))
+    angle = parameters.omega * others[0].start.phase
+    guess = [*others[0].start_state, angle, *durations]
+    orbit = solve_itinerary(
+        parameters, dataclasses.replace(itinerary, period_number=len(word)), guess
+    )
+    certificate = certify_orbit(orbit, kept()["parameters"])
+    assert not rejected(certificate)
+    with precision(256):
+        values = {name: ball(text) for name, text in kept()["parameters"].items()}
+        at = ball(certificate["angle"], 1e-29)
+        sets = [horseshoe._Set(one) for one in kept()["sets"]]
+        seen = []
+        rows = zip(*(certificate[name] for name in ("fields", "durations", "states")), strict=True)
+        for field, duration, state in rows:
+            then = at + values["omega"] * ball(duration, 1e-29)
+            turn = 2 * arb.pi() * (len(seen) + 1)
+            if then > turn:
+                force = [values["alpha"] * x for x in (at.cos(), at.sin())]
+                y = [*(ball(x, 1e-29) for x in state), *force, arb(1)]
+                flow = Field(field, values).flow((turn - at) / values["omega"])
+                here = flow * matrix(6, 1, ((i, 0, x) for i, x in enumerate(y)))
+                places = [one.coordinates(unit(2, 6) * here) for one in sets]
+                inside = [k for k, p in enumerate(places) if abs(p[0, 0]) < 1 and abs(p[1, 0]) < 1]
+                seen += inside
+            at = then
+    assert tuple(seen) in [word[k:] + word[:k] for k in range(len(word))]
+
+
+def repeated(parameters: Parameters, starts: np.ndarray) -> np.ndarray:
+    """First of the states that follow each other every period, by Newton's method."""
+    n, step = len(starts), 1e-7
+
+    def ahead(places: np.ndarray) -> np.ndarray:
+        states = np.column_stack([places, np.zeros(len(places))])
+        return simulate_many([parameters] * len(places), states, periods=1).states[:, :2]
+
+    for _ in range(12):
+        ends = ahead(starts)
+        slopes = [(ahead(starts + step * e) - ends) / step for e in np.eye(2)]
+        by = -np.roll(np.eye(2 * n), 2, axis=1)
+        for k in range(n):
+            by[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += np.stack([s[k] for s in slopes], 1)
+        residual = (ends - np.roll(starts, -1, axis=0)).ravel()
+        starts = starts - np.linalg.solve(by, residual).reshape(n, 2)
+    return starts[0]
