@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,11 @@ def enclose(
         "Prove the largest average velocity instead; FILE keeps the parts.", "FILE", "--fastest"
     ),
     horseshoe: bool = option("Prove a horseshoe instead, that is chaotic motions."),
+    plan: Path | None = option(
+        "Begin a new file of parts with the halvings of this earlier one.",
+        type=click.Path(path_type=Path, dir_okay=False),
+        metavar="EARLIER",
+    ),
     max_seconds: float = options.max_seconds(
         shown="no limit; with --region, --from-rest or --fastest an hour"
     ),
@@ -59,19 +65,21 @@ def enclose(
     alpha in [0.001, 2], the motion from (0, 0, 0) is proved to tend to a periodic one, interval by
     interval. With --fastest, for alpha in [1.9, 2] and omega in [0.75, 0.79], the average velocity
     of the motion from rest is proved to be at most 1e-6 above that at alpha = 2, omega =
-    0.76828901338, part by part. All show the proved share of the whole. With --horseshoe seven
-    sets of states are proved to cover each other after one period, so that chaotic motions exist,
-    at alpha = 0.3, omega = 0.55, delta = 0.3, zeta = 0.05, beta = 25, gamma = 6.
+    0.76828901338, part by part. All show the proved share of the whole, and --plan spares the
+    attempts that failed in an earlier run, also one of other code. With --horseshoe seven sets of
+    states are proved to cover each other after one period, so that chaotic motions exist, at alpha
+    = 0.3, omega = 0.55, delta = 0.3, zeta = 0.05, beta = 25, gamma = 6.
     """
     options.check_beside("region", never=("from_rest", "fastest", "thresholds", "out"))
     options.check_beside("from_rest", never=("fastest", "thresholds", "out"))
     options.check_beside("fastest", never=("thresholds", "out"))
+    options.check_beside("plan", needs=tuple(_PARTS))
     options.check_beside("horseshoe", never=(*_PARTS, "thresholds"))
     options.require("proof", "flint")
     for name, path in (("region", region), ("from_rest", from_rest), ("fastest", fastest)):
         if path is not None:
             seconds = max_seconds if options.is_given("max_seconds") else _HOUR
-            _parts(name, path, seconds, as_json)
+            _parts(name, path, plan, seconds, as_json)
             return
     if horseshoe:
         _horseshoe(out, max_seconds, as_json)
@@ -116,7 +124,9 @@ _PARTS = {
 """Tasks of `subdivision` by option, what they prove, and what a proved part is called by."""
 
 
-def _parts(option: str, path: options.Path, seconds: float, as_json: bool) -> None:
+def _parts(
+    option: str, path: options.Path, plan: Path | None, seconds: float, as_json: bool
+) -> None:
     from rich.progress import TextColumn, TimeElapsedColumn
 
     from capsule_sym._enclosures.regions import subdivision
@@ -131,7 +141,7 @@ def _parts(option: str, path: options.Path, seconds: float, as_json: bool) -> No
             update(description=told)
 
         try:
-            plane = subdivision.prove(path, seconds, report=report, task=task)
+            plane = subdivision.prove(path, seconds, report=report, task=task, plan=plan)
         except KeyboardInterrupt:
             raise present.interrupted(path) from None
     shares = sorted(plane.shares.items(), key=lambda one: -one[1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import math
 from collections.abc import Sequence
@@ -34,7 +35,7 @@ from capsule_sym._enclosures.passage.segments import Interval, Passage, Step
 from capsule_sym._enclosures.passage.switches import guard_row
 from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._enclosures.regions.attraction import attempt, tendency
-from capsule_sym._enclosures.regions.parts import AlphaPart
+from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart
 from capsule_sym._enclosures.regions.subdivision import FROM_REST, attraction, begun, prove
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -240,7 +241,7 @@ def test_a_bundle_farther_away_than_the_box_is_not_in_it() -> None:
         wide = thin(columns_about(motions, 600, 1e-2))
         bundle = motions.passage.section(wide, motions.angle)
         with pytest.raises(Unproved):
-            motions._entered(bundle, 600)
+            motions._entered(bundle, 600, True)
 
 
 def test_a_turn_that_begins_at_a_switch_is_no_map_of_a_box(
@@ -253,7 +254,7 @@ def test_a_turn_that_begins_at_a_switch_is_no_map_of_a_box(
         monkeypatch.setattr(motions, "steps", lambda _: [*steps[:-1], other])
         bundle = motions.passage.section(thin(columns_about(motions, 600, 1e-5)), motions.angle)
         with pytest.raises(Unproved, match="begins at a switch"):
-            motions._entered(bundle, 600)
+            motions._entered(bundle, 600, True)
 
 
 def test_sides_that_do_not_span_a_box_are_refused() -> None:
@@ -271,7 +272,7 @@ def test_a_bundle_has_to_be_in_the_box_itself(monkeypatch: pytest.MonkeyPatch) -
         motions = motions_at(0.7, 1e-9)
         wide = thin(columns_about(motions, 600, 1e-5))
         with pytest.raises(Unproved, match=r"^attraction: 2, then .* is not within it"):
-            motions._entered(motions.passage.section(wide, motions.angle), 600)
+            motions._entered(motions.passage.section(wide, motions.angle), 600, True)
 
 
 def test_saltations_are_those_of_all_members(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -379,18 +380,67 @@ def test_halves_cover_their_interval() -> None:
     assert ends[1][1] > ends[2][0]
     assert ends[2][1] >= ends[0][1] - Fraction(1, 10**15)
     assert sum(one.area for one in FROM_REST.first()) == 1
+    both = AlphaPart(BOTH, 11, 700)
+    assert both.halved((1,)) == [AlphaPart(0, 11, 700), part]
+    assert both.area == 2 * part.area
+    assert (both.gammas, part.gammas) == (("3.3", "3.0"), ("3.0",))
+
+
+def test_a_plan_keeps_halvings_and_no_claims(tmp_path: Path) -> None:
+    """An earlier file, here of other code, spares attempts; what it proved is proved again."""
+    earlier, path = tmp_path / "earlier.jsonl.gz", tmp_path / "from-rest.jsonl"
+    whole = {"part": [BOTH, 11, 1330], "seconds": 9.0, "work": 9.0, "along": [1]}
+    claim = {"part": [0, 11, 1330], "seconds": 9.0, "work": 9.0, "itinerary": "F1, gamma = 3.3"}
+    lines = "".join(json.dumps(one) + "\n" for one in ({"code": "other"}, whole, claim))
+    earlier.write_bytes(gzip.compress(lines.encode()))
+    plane = prove(path, 1e-9, workers=1, task=FROM_REST, plan=earlier)
+    assert (plane.patches, plane.work, len(plane.open)) == (0, 0.0, len(FROM_REST.first()) + 1)
+    earlier.write_bytes(b"no such file")
+    with pytest.raises(InvalidInput, match="enclose --from-rest"):
+        prove(tmp_path / "other.jsonl", 1e-9, workers=1, task=FROM_REST, plan=earlier)
+
+
+@pytest.mark.parametrize(("alpha", "ratio"), [(0.003, BOTH), (0.1, BOTH), (0.25, 1)])
+def test_one_proof_is_for_both_mass_ratios_while_the_capsule_rests(
+    alpha: float, ratio: int
+) -> None:
+    part = AlphaPart(BOTH, 11, int((ALPHA[1] - alpha) / (ALPHA[1] - ALPHA[0]) * 2**11))
+    outcome = attempt(part)
+    assert outcome.along == ((1,) if ratio != BOTH else ())
+    if ratio == BOTH:
+        assert outcome.itinerary.endswith("gamma = 3.3 and 3.0")
+
+
+def test_one_proof_is_for_all_mass_ratios_between(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mass ratio is an interval, and with it the fields in which the capsule slips."""
+    seen: list[Any] = []
+    monkeypatch.setattr(attraction, "tendency", lambda values, alphas: seen.append(values["gamma"]))
+    with pytest.raises(AttributeError):
+        attempt(AlphaPart(BOTH, 11, 1950))
+    assert all(seen[0].contains(ball(gamma)) for gamma in ("3.3", "3.0", "3.15"))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("alpha", [0.3, 0.35])
+def test_motions_that_slip_for_a_moment_at_some_alpha_are_held(alpha: float) -> None:
+    """The first of these slips in periods in which others stick all the time."""
+    radius = 2e-5
+    found = tendency(AT_3_3, Interval(alpha, radius))
+    assert found.itinerary == (2, 5)
 
 
 def test_work_resumes_and_other_code_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "from-rest.jsonl"
     prove(path, 1e-9, workers=1, task=FROM_REST)
+    first = len(FROM_REST.first())
     part = AlphaPart(0, 11, 1330)  # about 0.7
     outcome = attempt(part)
     assert outcome.itinerary == "F1 F2 F5 F4, gamma = 3.3"
     line = {"part": list(part), "seconds": 1.0, "work": 0.5, "itinerary": outcome.itinerary}
+    whole = {"part": [BOTH, 11, 1330], "seconds": 1.0, "work": 0.1, "along": [1]}
     with path.open("a") as file:
-        file.write(json.dumps(line) + "\n")
+        file.writelines(json.dumps(one) + "\n" for one in (whole, line))
     plane = begun(path, FROM_REST)
-    assert (plane.patches, plane.share, len(plane.open)) == (1, 2.0**-12, 2**12 - 1)
+    assert (plane.patches, plane.share, len(plane.open)) == (1, 2.0**-12, first)
     with pytest.raises(InvalidInput, match="enclose --region"):
         begun(path)

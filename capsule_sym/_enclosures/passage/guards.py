@@ -68,6 +68,7 @@ class Line:
         ]
         *held, self._last = rows
         self._coefficients = [arb_mat([row[g] for row in held]) for g in range(len(self._last))]
+        self.guards = len(self._last)
         self._steps: dict[float, Matrix] = {}
 
     def step(self, length: float) -> Matrix:

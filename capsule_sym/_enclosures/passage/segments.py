@@ -46,6 +46,7 @@ from capsule_sym._enclosures.numbers.fields import (
     generated,
 )
 from capsule_sym._enclosures.passage.frequencies import Driven
+from capsule_sym._enclosures.passage.guards import Line
 from capsule_sym._enclosures.passage.margins import QuickWatch
 from capsule_sym._enclosures.passage.switches import (
     Known,
@@ -150,6 +151,14 @@ class Passage:
         rest = around * radius**2 / (middle**2 * (middle - radius))
         first = around / middle + symmetric(rest.abs_upper())
         return [first, arb(0), -around * radius / middle**2]
+
+    def field(self, index: int) -> Field:
+        """One of the six fields."""
+        return self._fields[index]
+
+    def line(self, field: Field) -> Line:
+        """The guards of a field along time."""
+        return self._watch.line(field, 1)
 
     def start(self, states: Matrix, angle: Ball) -> Matrix:
         """States (3, n) at a forcing angle common to all, at time 0."""

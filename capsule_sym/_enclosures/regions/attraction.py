@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._enclosures.case import EXACT, GAMMAS
+from capsule_sym._enclosures.case import EXACT
 from capsule_sym._enclosures.numbers.balls import (
     Ball,
     Matrix,
@@ -26,7 +29,8 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import C, at_rest
 from capsule_sym._enclosures.passage.runs import itinerary_of, steps_of
 from capsule_sym._enclosures.passage.segments import Bundle, Interval, Passage, Step
-from capsule_sym._enclosures.regions.parts import AlphaPart, Outcome
+from capsule_sym._enclosures.passage.touches import Soft
+from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, Outcome
 from capsule_sym._errors import CapsuleError
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -34,7 +38,7 @@ from capsule_sym._parameters import Parameters
 
 BITS = 80
 PERIODS = 1200
-_REPEATED = (1e-4, 1e-5, 1e-6, 1e-8)  # changes over a period at which a box is tried
+_NEAR = (3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-8)  # distances at which a box is tried
 _ROOM = 1.2  # size of the box beside the least that a contraction needs
 
 
@@ -55,26 +59,36 @@ class Tendency:
 def tendency(values: Mapping[str, object], alphas: Interval | None = None) -> Tendency:
     """Attracting motions of those from (0, 0, 0) at tau = 0, for all alpha; raises Unproved.
 
-    `values` are the parameters by name, decimals as text or fractions, including alpha if there is
-    no interval.
+    `values` are the parameters by name, decimals as text, fractions or balls, including alpha if
+    there is no interval.
     """
     alphas = alphas or Interval.about(values["alpha"])
     with precision(BITS):
         exact = {name: ball(values[name]) for name in PARAMETERS if name != "alpha"}
-        given = {name: float(exact[name]) for name in exact}
+        given = {name: float(exact[name].mid()) for name in exact}
         run = simulate(Parameters(alpha=alphas.middle, **given), periods=PERIODS)
         return Motions(Passage(exact, alphas), run).tendency()
 
 
 def attempt(part: AlphaPart, state: tuple[float, ...] = ()) -> Outcome:
-    """Try to prove the tendency of the motions from rest, for all alpha of a part."""
-    gamma = GAMMAS[part.ratio]
+    """Try to prove the tendency of the motions from rest, for all alpha of a part.
+
+    While the capsule is at rest, its mass has no effect: both ratios have one proof.
+    """
+    with precision(BITS):
+        low, *_, high = sorted(map(Fraction, (part.gammas[0], part.gammas[-1])))
+        gamma = ball(low).union(ball(high))
+    if part.ratio == BOTH:
+        alone = Parameters(alpha=part.alphas.middle, gamma=float(gamma.mid()))
+        if not all(at_rest(one.field) for one in simulate(alone, periods=PERIODS).segments):
+            return Outcome(None, (1,))
     try:
         found = tendency(EXACT | {"gamma": gamma}, part.alphas).itinerary
     except (CapsuleError, ArithmeticError, ValueError):
         return Outcome(None, (0,))
     least = min(found[k:] + found[:k] for k in range(len(found)))
-    return Outcome(f"{' '.join(f'F{field}' for field in least)}, gamma = {gamma}", ())
+    ratios = " and ".join(part.gammas)
+    return Outcome(f"{' '.join(f'F{field}' for field in least)}, gamma = {ratios}", ())
 
 
 class Motions:
@@ -85,6 +99,7 @@ class Motions:
         self.offset = _quiet(run)
         self.turn = passage.turn(arb(1))
         self.angle = 2 * arb.pi() * arb(self.offset)
+        self._soft = Soft(passage)
 
     def steps(self, section: int) -> list[Step]:
         """The segments from one section to the next, in double precision."""
@@ -92,7 +107,8 @@ class Motions:
 
     def passed(self, bundle: Bundle, section: int) -> tuple[Bundle, Matrix]:
         """A bundle one period after a section, and the derivative."""
-        return self.passage.period(bundle, self.steps(section), self.turn, self.angle)
+        angles = self.angle, self.angle
+        return self._soft.period(bundle, self.steps(section), self.turn, angles)
 
     def displaced(self, bundle: Bundle, section: int) -> tuple[Bundle, list[Ball]]:
         """A bundle one period after a section, and the displacement until then, by its columns.
@@ -107,49 +123,78 @@ class Motions:
         start = self.passage.section(matrix(3, self.passage.directions), arb(0))
         ahead = self.passage.turn(arb(self.offset))
         first = steps_of(self.run, 0, self.offset)
-        bundle = self.passage.moved(start, first, ahead, self.angle)
-        sections = iter(_repeated(self.run, self.offset))
-        wanted = next(sections)
-        section = 0
-        while True:
-            if section == wanted:
+        bundle = self._soft.moved(start, first, ahead, (arb(0), self.angle))
+        sections = sorted({*_repeated(self.run, self.offset)})
+        for section in range(sections[-1] + 1):
+            if section in sections:
                 try:
-                    return self._entered(bundle, section)
+                    return self._entered(bundle, section, section == sections[-1])
                 except Unproved:
-                    following = next((one for one in sections if one > section), None)
-                    if following is None:
+                    if section == sections[-1]:
                         raise
-                    wanted = following
-            bundle = self.passage.moved(bundle, self.steps(section), self.turn, self.angle)
-            section += 1
+            steps, angles = self.steps(section), (self.angle, self.angle)
+            bundle = self._soft.moved(bundle, steps, self.turn, angles)
+        raise AssertionError("the last section is tried")
 
-    def _entered(self, bundle: Bundle, section: int) -> Tendency:
-        """Prove that a bundle is in a box about its line that a period contracts."""
+    @cached_property
+    def _goal(self) -> _Goal:
+        """Line of the periodic motions, at the run's end, and what a period makes of it."""
+        section = PERIODS - 2
         steps = self.steps(section)
         if steps[0].field != steps[-1].field:
             raise Unproved("attraction", "the turn begins at a switch")
         size = 2 if at_rest(steps[0].field) else 3
-        if size == 2 and np.any(bundle[C]):
-            raise Unproved("attraction", "the turn does not begin at rest")
         n = self.passage.directions
-        line = bundle[:3, :n]
+        line, turn = np.zeros((3, n)), math.tau / self.run.parameters.omega
+        line[:size, 0] = self.run([turn * (section + self.offset)])[0][:size]
+        there, by = self.passed(self.passage.section(thin(line), self.angle), section)
+        change = there[:size, :n] - line[:size]
+        line[:size] += np.linalg.lstsq(np.eye(size) - floats(by)[:size, :size], change)[0]
         there, by = self.passed(self.passage.section(thin(line), self.angle), section)
         sides = sides_of(by, size)
         inverse, factor = contraction(by, sides)
         if not factor < 1:
             raise Unproved("attraction", f"the factor of the line is {factor:.3g}")
-        inside, moved = (farthest(one, line, inverse) for one in (bundle, there))
+        return _Goal(section, line, there, sides, farthest(there, line, inverse) / (1 - factor))
+
+    def _entered(self, bundle: Bundle, section: int, touching: bool) -> Tendency:
+        """Prove that a bundle is in a box about the line that a period contracts.
+
+        Touches in the box are tried for the smallest box alone.
+        """
+        goal = self._goal
+        size = len(goal.sides)
+        if size == 2 and np.any(bundle[C]):
+            raise Unproved("attraction", "the turn does not begin at rest")
+        inside = farthest(bundle, goal.line, thin(goal.sides).inv())
         # The box: the line, and these directions, taken as exact from here on.
-        directions = sides * (_ROOM * max(inside, moved / (1 - factor), 1e-12))
+        directions = goal.sides * (_ROOM * max(inside, goal.moved, 1e-12))
+        n = self.passage.directions
         wide = np.zeros((3, n + size))
-        wide[:, :n], wide[:size, n:] = line, directions
-        _, by = self.passed(self.passage.section(thin(wide), self.angle), section)
+        wide[:, :n], wide[:size, n:] = goal.line, directions
+        box = self.passage.section(thin(wide), self.angle)
+        passed = self._soft.period if touching else self._soft.hard
+        _, by = passed(box, self.steps(goal.section), self.turn, (self.angle, self.angle))
         inverse, factor = contraction(by, directions)
-        inside, moved = (farthest(one, line, inverse) for one in (bundle, there))
+        inside, moved = (farthest(one, goal.line, inverse) for one in (bundle, goal.there))
         if not (arb(moved) + arb(factor) < 1 and inside < 1):
             detail = f"{inside:.2g}, then {moved:.2g} + {factor:.2g}, of a box"
             raise Unproved("attraction", f"{detail} is not within it")
-        return Tendency(itinerary_of(steps), section, factor, wide)
+        return Tendency(itinerary_of(self.steps(goal.section)), section, factor, wide)
+
+
+class _Goal(NamedTuple):
+    """Line of periodic motions over alpha at a section, a guess, and its image after a period.
+
+    `sides` are directions in which a period stretches or shrinks, and `moved` is about the size in
+    them of the least box about the line that a period maps into itself.
+    """
+
+    section: int
+    line: Bundle
+    there: Bundle
+    sides: NDArray[np.float64]
+    moved: float
 
 
 def farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
@@ -178,13 +223,13 @@ def _quiet(run: Trajectory) -> float:
 
 
 def _repeated(run: Trajectory, offset: float) -> list[int]:
-    """Sections at which the state repeats within each of some tolerances."""
+    """Sections from which on the state is within each of some distances of the last one."""
     turn = math.tau / run.parameters.omega
     states = run([turn * (k + offset) for k in range(PERIODS - 1)])
-    change = np.max(abs(np.diff(states, axis=0)), axis=1)
+    change = np.max(abs(states - states[-1]), axis=1)
     last = len(change) - 1
     found = []
-    for tolerance in _REPEATED:
+    for tolerance in _NEAR:
         above = np.flatnonzero(change > tolerance)
         section = int(above[-1]) + 1 if above.size else 0
         if section < last:

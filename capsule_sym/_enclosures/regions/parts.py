@@ -11,6 +11,10 @@ from capsule_sym._enclosures.passage.segments import Interval
 _OVERLAP = 1e-14  # more than the roundings of middles: neighbours overlap
 
 
+BOTH = len(GAMMAS)
+"""Place of both mass ratios, and all between, beside those of each."""
+
+
 class Patch(NamedTuple):
     """Patch of the plane: the number of halvings of each side, and the place among the patches."""
 
@@ -49,7 +53,7 @@ class Patch(NamedTuple):
 
 
 class AlphaPart(NamedTuple):
-    """Part of alpha in [0.001, 2] at one of the mass ratios of Section 4.
+    """Part of alpha in [0.001, 2] at one of the mass ratios of Section 4, or between both (2).
 
     Places are counted from 2 downwards: motions settle fastest there, so the share grows fast.
     """
@@ -61,16 +65,23 @@ class AlphaPart(NamedTuple):
     @property
     def area(self) -> float:
         """Share of all alphas at both mass ratios."""
-        return 2.0**-self.level / len(GAMMAS)
+        return 2.0**-self.level / (1 if self.ratio == BOTH else len(GAMMAS))
 
     @property
     def alphas(self) -> Interval:
         """Values of alpha."""
         return _interval(ALPHA[::-1], self.level, self.place)
 
+    @property
+    def gammas(self) -> tuple[str, ...]:
+        """Mass ratios: one, or the ends of their interval."""
+        return GAMMAS if self.ratio == BOTH else GAMMAS[self.ratio : self.ratio + 1]
+
     def halved(self, along: Sequence[int]) -> list[AlphaPart]:
-        """Both halves."""
+        """Both halves in alpha (0), or both mass ratios (1)."""
         ratio, level, place = self
+        if along and along[0] == 1:
+            return [AlphaPart(one, level, place) for one in range(len(GAMMAS))]
         return [AlphaPart(ratio, level + 1, 2 * place + half) for half in (0, 1)]
 
 

@@ -8,6 +8,7 @@ digest of the code that proves: files of other code are not resumed.
 
 from __future__ import annotations
 
+import gzip
 import heapq
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -20,9 +21,9 @@ from typing import Any, NamedTuple, Protocol
 
 from capsule_sym._enclosures.certificates.digest import closure, digest
 from capsule_sym._enclosures.regions import attraction, optimum, patch_orbits
-from capsule_sym._enclosures.regions.parts import AlphaPart, DrivePart, Outcome, Patch
+from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, DrivePart, Outcome, Patch
 from capsule_sym._errors import InvalidInput
-from capsule_sym._files import growing
+from capsule_sym._files import growing, write_whole
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._orbits.shooting.itinerary import (
     Itinerary,
@@ -37,7 +38,8 @@ from capsule_sym.generated.capsule import fields as generated
 _FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
 _FIRST_DRIVES = (6, 7)  # levels of the parts of the drives to begin with
 _FIRST_INTERVALS = 11  # halvings of the intervals to begin with
-_LEAST = 2.0**-29  # share below which a part is not halved any more
+_SLOW = ((0.23, 0.38), (0.34, 0.375), (0.345, 0.375))  # alpha of shorter parts, as guesses
+_LEAST = 2.0**-36  # share below which a part is not halved any more
 _AHEAD = 6  # parts in progress
 
 
@@ -120,8 +122,15 @@ def _patches() -> list[Patch]:
 
 
 def _intervals() -> list[AlphaPart]:
-    whole = range(2**_FIRST_INTERVALS)
-    return [AlphaPart(ratio, _FIRST_INTERVALS, i) for ratio in range(2) for i in whole]
+    """Parts of alpha at both mass ratios; shorter ones where a multiplier is close to -1."""
+    found = []
+    for place in range(2**_FIRST_INTERVALS):
+        parts = [AlphaPart(BOTH, _FIRST_INTERVALS, place)]
+        for low, high in _SLOW:
+            if low < parts[0].alphas.middle < high:
+                parts = [half for one in parts for half in one.halved((0,))]
+        found += parts
+    return found
 
 
 def _drives() -> list[DrivePart]:
@@ -169,8 +178,26 @@ def begun(path: Path, task: Task = PLANE) -> Plane:
     return plane
 
 
-def _begin(task: Task) -> str:
-    return json.dumps({"code": task.code()}) + "\n"
+def _begin(task: Task, plan: Path | None = None) -> str:
+    """First lines of a file: the code's digest, and the halvings of an earlier file.
+
+    Halvings prove nothing, so that the earlier file may be one of other code.
+    """
+    begin = json.dumps({"code": task.code()}) + "\n"
+    if plan is None:
+        return begin
+    opened = gzip.open if plan.suffix == ".gz" else open
+    try:
+        with opened(plan, "rt", encoding="utf-8") as file:
+            records = [json.loads(line) for line in file if line.endswith("\n")][1:]
+        halved = [one for one in records if _told(one).itinerary is None]
+        for one in halved:
+            task.part(*map(index, one["part"]))
+    except (OSError, EOFError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InvalidInput(
+            "plan", str(plan), f"a file that `enclose {task.option}` wrote"
+        ) from error
+    return begin + "".join(json.dumps(one | {"seconds": 0.0, "work": 0.0}) + "\n" for one in halved)
 
 
 def _told(record: dict[str, Any]) -> Outcome:
@@ -187,12 +214,17 @@ def prove(
     workers: int = 2,
     report: Callable[[Plane], object] = lambda p: None,
     task: Task = PLANE,
+    plan: Path | None = None,
 ) -> Plane:
     """Resume a file for so many seconds, and return the results.
 
-    Raises InvalidInput for seconds that are not a number > 0, and for a file of other code.
+    A new file begins with the halvings of an earlier one, `plan`, which may be one of other code
+    and compressed (.gz). Raises InvalidInput for seconds that are not a number > 0, and for a file
+    of other code.
     """
     checked_seconds(seconds, "seconds")
+    if plan is not None and not path.exists():
+        write_whole(path, _begin(task, plan), "file")
     plane = begun(path, task)
     start, before = perf_counter(), plane.seconds
     pending: dict[Future[Outcome], Part] = {}
