@@ -372,3 +372,29 @@ def repeated(parameters: Parameters, starts: np.ndarray) -> np.ndarray:
         residual = (ends - np.roll(starts, -1, axis=0)).ravel()
         starts = starts - np.linalg.solve(by, residual).reshape(n, 2)
     return starts[0]
+
+
+def test_a_guard_that_dips_at_the_end_of_a_piece_is_noticed() -> None:
+    """Acceleration 4.7 for a time of 0.24 takes x_r below the gap, then over it."""
+    checker.ctx.prec = checker.BITS
+    one = checker.Checker(kept())
+    column = [0.3, -4.7 * 0.11, 0, 5, 0, 1]
+    y = checker.arb_mat([[x, 0, 0] for x in column])
+    with pytest.raises(checker.Rejected, match="guard"):
+        one.fields[2].positive(0, 1, y, checker.arb(0.24))
+    one.fields[2].positive(0, 1, y, checker.arb(0.2))
+
+
+def test_a_period_begins_and_ends_at_rest() -> None:
+    checker.ctx.prec = checker.BITS
+    one = checker.Checker(kept())
+    y = checker.arb_mat([[x, 0, 0] for x in (0.1, 0, 0.1, 0.3, 0, 1)])
+    with pytest.raises(checker.Rejected, match="rest"):
+        checker.image(one.fields, kept()["sets"][QUICK], y, one.turn, one.p["delta"])
+    for fields in ([2, 5, 4, 1], [4, 1, 2]):
+        given = copy.deepcopy(kept())
+        given["sets"][0] |= {"fields": fields, "durations": ["1.0"] * (len(fields) - 1)}
+        with pytest.raises(checker.Rejected, match="drift"):
+            checker.read(given)
+        with pytest.raises(Unproved, match="not at rest"):
+            prove_horseshoe(given)
