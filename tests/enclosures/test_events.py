@@ -16,7 +16,7 @@ from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, matrix, p
 from capsule_sym._enclosures.orbits import branches, events, steady
 from capsule_sym._enclosures.orbits.branches import Box, glue, march
 from capsule_sym._enclosures.orbits.events import Event, growth_coefficient, place, prove_event
-from capsule_sym._enclosures.orbits.intervals import approximate, threshold
+from capsule_sym._enclosures.orbits.intervals import approximate, prove_intervals, threshold
 from capsule_sym._enclosures.orbits.krawczyk import Tube
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Watch
@@ -118,6 +118,12 @@ def moved_by(tube: Tube, segment: int, x: Any) -> Tube:
 def test_a_segment_with_a_duration_is_not_still(found: Any) -> None:
     with pytest.raises(Unproved):
         prove_event(found[0].orbit, (0,), ("alpha",), VALUES)
+
+
+def test_an_interval_ends_at_a_bifurcation_of_its_own_itinerary(event: Event) -> None:
+    orbit, ends = orbit_at(0.7), (ball("0.7"), ball("0.8"))
+    with pytest.raises(Unproved, match="no side of adding-sliding has the itinerary F5"):
+        next(prove_intervals([event], orbit, VALUES, *ends))
 
 
 # Branches
