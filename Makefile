@@ -156,7 +156,7 @@ regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); re
 attraction: $(READY)  ## prove where the motions from rest go, for SECONDS more (3600); resumes
 	@mkdir -p results
 	$(BIN)/capsule-sym enclose --from-rest results/from-rest.jsonl --max-seconds $(SECONDS) --json \
-	    > results/attraction.json.part
+	    --plan benchmarks/kept/from-rest.jsonl.gz > results/attraction.json.part
 	@mv results/attraction.json.part results/attraction.json
 	@cat results/attraction.json
 

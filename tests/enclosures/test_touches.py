@@ -313,3 +313,10 @@ def test_a_brief_segment_is_left_out() -> None:
     ahead, left = touches._cut(kept, 1.5)
     assert ahead == [kept[0], Step(5, 0.5, None)]
     assert left == [Step(5, 0.375, Guard.GAP), kept[2]]
+
+
+@pytest.mark.parametrize("guard", [Guard.UPPER, Guard.LOWER])
+def test_friction_is_touched_in_stick_alone(guard: Guard) -> None:
+    """A slip's second guard is its drift, and it has no third one."""
+    with pytest.raises(Unproved, match="begins before its segment"):
+        touch(4, guard, 0.25)

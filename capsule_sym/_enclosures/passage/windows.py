@@ -73,6 +73,8 @@ class Touch:
         self.name = f"a touch of {window.guard.name} in F{field.index}"
         self.friction = window.guard is not Guard.GAP
         self.length = arb(window.length)
+        if self.friction and not field.stick:
+            raise Unproved("guards", f"{self.name}: the window begins before its segment")
         self._beta, self.gamma = values["beta"], values["gamma"]
         self._spring = 1 + self._beta  # or 1 without contact
         self._damping = 2 * values["zeta"]
