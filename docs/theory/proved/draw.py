@@ -59,7 +59,7 @@ def _share(boxes: list[list[float]], bottom: float, top: float) -> float:
 
 def _percent(share: float) -> str:
     """Share, rounded down: open parts are never lost by rounding."""
-    return f"{math.floor(1e4 * share) / 100:.2f} %" if share < 0.99999 else "all"
+    return f"{math.floor(1e4 * share) / 100:.2f} %" if share < 0.9999 else "over 99.99 %"
 
 
 def _cycle(itinerary: str) -> str:
