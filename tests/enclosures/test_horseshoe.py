@@ -378,11 +378,11 @@ def test_a_guard_that_dips_at_the_end_of_a_piece_is_noticed() -> None:
     """Acceleration 4.7 for a time of 0.24 takes x_r below the gap, then over it."""
     checker.ctx.prec = checker.BITS
     one = checker.Checker(kept())
-    column = [0.3, -4.7 * 0.11, 0, 5, 0, 1]
+    column = [0.2999, -4.7 * 0.11, 0, 5, 0, 1]
     y = checker.arb_mat([[x, 0, 0] for x in column])
     with pytest.raises(checker.Rejected, match="guard"):
-        one.fields[2].positive(0, 1, y, checker.arb(0.24))
-    one.fields[2].positive(0, 1, y, checker.arb(0.2))
+        one.fields[2].positive(0, 0, y, checker.arb(0.24))
+    one.fields[2].positive(0, 0, y, checker.arb(0.2))
 
 
 def test_a_period_begins_and_ends_at_rest() -> None:
