@@ -289,36 +289,43 @@ class Motion:
         if not (0 <= turns[0] < 1 and all(turns[0] < turn - turn.floor() for turn in turns[1:])):
             raise Rejected("the first segment is not seen to begin at the least phase")
 
+    def monodromy(self, box: list[Any]) -> Any:
+        """Derivative of the state after the periods by that at the start."""
+        n, p, turns = self.n, self.parameters(box), []
+        for i, field in enumerate(self.fields):
+            following = self.fields[(i + 1) % n]
+            (A, _), (B, _) = rows(field, p), rows(following, p)
+            turns.append(arb_mat([r[:3] for r in flow(field, A, box[3 * n + i]).tolist()[:3]]))
+            if self.guard(i) == 1 and MODES[field][1]:
+                # The inner mass does not feel friction: v_r gains what v_c loses.
+                y, drifts = self.node(box, (i + 1) % n), abs(MODES[following][1])
+                lost = 1 - drifts * (B * y)[2, 0] / (A * y)[2, 0]
+                turns.append(arb_mat([[1, 0, 0], [0, 1, lost], [0, 0, 1 - lost]]))
+        return product(turns)
+
     def check(self) -> None:
         """Existence, uniqueness, then the itinerary, then what else is claimed of it."""
         box, n = self.follow() if self.kind == "run" else self.enclose(), self.n
-        turns: list[Any] = []
         self.begins(box)
-        p = self.parameters(box)
-        for i in range(n):
-            field, y, h, after = self.fields[i], self.node(box, i), box[3 * n + i], (i + 1) % n
-            (A, guards), (B, _) = rows(field, p), rows(self.fields[after], p)
+        for i in (k for k in range(n) if k not in self.still):
+            field, y, h = self.fields[i], self.node(box, i), box[3 * n + i]
+            A, guards = rows(field, self.parameters(box))
             ends = [self.orders(k, field, self.still) for k in (i, i + 1)]
-            if i not in self.still:
-                if not h > 0:
-                    raise Rejected(f"the duration of segment {i}")
-                with ctx.workprec(BITS // 2):
-                    positive(A, [*zip(guards, *ends, strict=False)], y, h)
-            if self.kind != "orbit":
-                continue
-            turns.append(arb_mat([row[:3] for row in flow(field, A, h).tolist()[:3]]))
-            if self.guard(i) == 1 and MODES[field][1]:
-                # The inner mass does not feel friction: v_r gains what v_c loses.
-                y, drifts = self.node(box, after), abs(MODES[self.fields[after]][1])
-                lost = 1 - drifts * (B * y)[2, 0] / (A * y)[2, 0]
-                turns.append(arb_mat([[1, 0, 0], [0, 1, lost], [0, 0, 1 - lost]]))
+            if not h > 0:
+                raise Rejected(f"the duration of segment {i}")
+            with ctx.workprec(BITS // 2):
+                positive(A, [*zip(guards, *ends, strict=False)], y, h)
         if self.kind == "orbit":
-            turn = product(turns)
-            a, b, c = turn.trace(), (turn.trace() ** 2 - (turn * turn).trace()) / 2, turn.det()
-            jury = (1 - a + b - c, 1 + a + b + c, 1 - c, 1 + c, 1 - b + a * c - c * c)
-            stable = self.given["stable"]
-            if not (all(x > 0 for x in jury) if stable else any(x < 0 for x in jury)):
+            conditions = jury(self.monodromy(box))
+            proved = all(x > 0 for x in conditions), any(x < 0 for x in conditions)
+            if not proved[0 if self.given["stable"] else 1]:
                 raise Rejected("stability")
+
+
+def jury(turn: Any) -> tuple[Any, ...]:
+    """Conditions that are above 0 if all multipliers are inside the unit circle, and only then."""
+    a, b, c = turn.trace(), (turn.trace() ** 2 - (turn * turn).trace()) / 2, turn.det()
+    return 1 - a + b - c, 1 + a + b + c, 1 - c, 1 + c, 1 - b + a * c - c * c
 
 
 def check_certificate(given: Any) -> None:

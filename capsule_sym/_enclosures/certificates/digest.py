@@ -1,4 +1,4 @@
-"""Digest of code that proves, independent of its place.
+"""Digest of code that proves and of the libraries that it uses, independent of its place.
 
 Comments, docstrings and the modules from which names are imported are no part of it, so that moving
 a module leaves a proof valid, and changing an operator, number or name does not.
@@ -7,14 +7,18 @@ a module leaves a proof valid, and changing an operator, number or name does not
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from hashlib import sha256
 from importlib import import_module
+from importlib.metadata import version
 from inspect import getsource
 from textwrap import dedent
 from types import ModuleType
 from typing import Any
 
+import flint
+
+_LIBRARIES = ("numpy", "python-flint")
 _ROOT, _HOME = __name__.partition(".")[0], __name__.rsplit(".", 2)[0]
 _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef)
 
@@ -37,9 +41,25 @@ def closure(module: ModuleType) -> tuple[ModuleType, ...]:
 
 
 def digest(code: Iterable[Any]) -> str:
-    """Digest of modules, classes and functions, in any order."""
+    """Digest of modules, classes and functions, in any order, and of the libraries' versions."""
     single = (sha256(_said(ast.parse(dedent(getsource(one)))).encode()) for one in code)
-    return sha256("".join(sorted(one.hexdigest() for one in single)).encode()).hexdigest()
+    whole = [*sorted(one.hexdigest() for one in single), *map(" ".join, libraries().items())]
+    return sha256("".join(whole).encode()).hexdigest()
+
+
+def libraries() -> dict[str, str]:
+    """Versions of the libraries with which balls and bounds are computed."""
+    return {"FLINT": flint.__FLINT_VERSION__, **{one: version(one) for one in _LIBRARIES}}
+
+
+def other_libraries(held: Mapping[str, str]) -> str:
+    """Libraries of which a file has other versions, as text; empty if there is none."""
+    others = (
+        f"{one} {held[one]}, not {now}"
+        for one, now in libraries().items()
+        if held.get(one, now) != now
+    )
+    return " and ".join(others)
 
 
 def _said(node: Any) -> str:

@@ -19,7 +19,12 @@ from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any, NamedTuple, Protocol
 
-from capsule_sym._enclosures.certificates.digest import closure, digest
+from capsule_sym._enclosures.certificates.digest import (
+    closure,
+    digest,
+    libraries,
+    other_libraries,
+)
 from capsule_sym._enclosures.regions import attraction, optimum, patch_orbits
 from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, DrivePart, Outcome, Patch
 from capsule_sym._errors import InvalidInput
@@ -155,7 +160,9 @@ def begun(path: Path, task: Task = PLANE) -> Plane:
             begin, *lines = path.read_text(encoding="utf-8").splitlines(keepends=True) or [
                 _begin(task)
             ]
-            other = json.loads(begin)["code"] != task.code()
+            header = json.loads(begin)
+            other = header["code"] != task.code()
+            others = other_libraries(header.get("libraries", {})) or "other code"
             for line in lines:
                 if not line.endswith("\n"):
                     break  # incomplete after a kill; its part is tried again
@@ -167,7 +174,7 @@ def begun(path: Path, task: Task = PLANE) -> Plane:
                 "file", str(path), f"one that `enclose {task.option}` wrote"
             ) from error
         if other:
-            raise InvalidInput("file", str(path), "a new one: this was proved by other code")
+            raise InvalidInput("file", str(path), f"a new one: this was proved by {others}")
     waiting = task.first()
     while waiting:
         part = waiting.pop()
@@ -183,7 +190,7 @@ def _begin(task: Task, plan: Path | None = None) -> str:
 
     Halvings prove nothing, so that the earlier file may be one of other code.
     """
-    begin = json.dumps({"code": task.code()}) + "\n"
+    begin = json.dumps({"code": task.code(), "libraries": libraries()}) + "\n"
     if plan is None:
         return begin
     opened = gzip.open if plan.suffix == ".gz" else open
