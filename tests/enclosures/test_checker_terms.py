@@ -13,7 +13,7 @@ from mpmath import mp, mpc, mpf
 from capsule_sym import Parameters, floquet_multipliers, solve_orbit
 from capsule_sym._enclosures.certificates import checker
 from tests.enclosures.certified import bifurcations, orbit, rejected, run
-from tests.enclosures.tampering.kind import rounded
+from tests.enclosures.tampering.kind import TWO_PI, rounded
 from tests.enclosures.tampering.numbers import KINDS
 
 
@@ -99,3 +99,16 @@ def test_the_monodromy_matrix_has_the_multipliers_of_the_orbit() -> None:
     assert float(turn.trace()) == pytest.approx(float(np.sum(values).real), abs=1e-9)
     square = float((turn * turn).trace())
     assert square == pytest.approx(float(np.sum(np.square(values)).real), abs=1e-9)
+
+
+def test_a_run_begins_in_the_first_turn() -> None:
+    given = run()
+    angle = Decimal(given["angle"]) + TWO_PI
+    text = format(angle.quantize(Decimal("1e-50")), "f").rstrip("0")
+    with pytest.raises(checker.Rejected, match="least phase"):
+        checker.check_certificate({**given, "angle": text, "periods": given["periods"] + 1})
+
+
+def test_a_truth_value_is_no_number() -> None:
+    with pytest.raises(checker.Rejected, match="schema"):
+        checker.check_certificate({**run(), "periods": True})
