@@ -1,11 +1,12 @@
 """Figure of the page on what is proved, and the record that it is drawn from.
 
 `python docs/theory/proved/draw.py ENCLOSED REGIONS FROM-REST` writes the record from the results
-of `enclose`: of --json, --region and --from-rest.
+of `enclose`: of --json, --region and --from-rest. Files may be compressed (.gz).
 """
 
 from __future__ import annotations
 
+import gzip
 import json
 import math
 import sys
@@ -77,7 +78,8 @@ def _orbits(path: str) -> Iterator[Box]:
 
 
 def _parts(path: str) -> Iterator[dict[str, Any]]:
-    lines = Path(path).read_text(encoding="utf-8").splitlines()
+    content = Path(path).read_bytes()
+    lines = (gzip.decompress(content) if path.endswith(".gz") else content).splitlines()
     return (one for one in map(json.loads, lines) if "itinerary" in one)
 
 
