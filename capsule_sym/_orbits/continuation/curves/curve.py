@@ -221,10 +221,13 @@ class CurveRun(Run):
         found = self._regular(event.solution)
         at, segment = found.orbit, None if self.continuation.critical else found.segments[0]
         places = self._place(at, segment), self._place(at, event.segment)
-        known = self.codimension_two
-        if known and known[-1].types[1] == kinds.DEGENERATE and known[-1].at(self._values(at)):
-            known.pop()
         after = beyond and beyond.orbit.itinerary.whole
+        known = self.codimension_two
+        if known and known[-1].at(self._values(at)):
+            if known[-1].types[1] == kinds.DEGENERATE:
+                known.pop()
+            elif after is None:
+                return at  # conditions that coincide at one point: the curve ends where it passes it
         self._record(found, places, (old.orbit.itinerary.whole, after), failed)
         return at
 
