@@ -139,6 +139,7 @@ def test_distances_to_other_itineraries_have_exact_derivatives(scene: str) -> No
                 assert row.by[k] == pytest.approx(slope, abs=1e-5 * size), (name, key)
 
 
+@pytest.mark.long
 def test_an_optimum_beyond_which_the_start_leads_elsewhere_names_the_boundary() -> None:
     """Between two folds: beyond some frequency rest leads to the slow motion, no more the fast."""
     device = scenes.prototype.PhysicalParameters(

@@ -180,6 +180,7 @@ def test_a_stop_that_is_met_by_less_than_a_rounding_of_the_bias_is_met() -> None
 
 
 @pytest.mark.skipif(core_of(scenes.slope) is None, reason="the C core was not compiled")
+@pytest.mark.long
 def test_both_gaps_are_known_after_an_edge_that_ends_a_long_segment() -> None:
     """Of 2,244 expansions; the next swing meets the stop behind by 1.4e-13, after 0.0335166."""
     p = scenes.prototype.Parameters(

@@ -42,6 +42,7 @@ def turning() -> Bifurcation:
     return edge
 
 
+@pytest.mark.long
 def test_an_edge_at_which_the_capsule_turns_round_has_multipliers_of_two_sides(
     judge: Integrator, turning: Bifurcation
 ) -> None:
@@ -76,6 +77,7 @@ def mutants(one: Bifurcation) -> Iterator[tuple[str, Bifurcation]]:
         yield judged, mutant
 
 
+@pytest.mark.long
 def test_the_judge_notices_what_is_wrong(judge: Integrator, turning: Bifurcation) -> None:
     for name, mutant in mutants(turning):
         met = Judged(judge, mutant, "edge")
@@ -88,6 +90,7 @@ def test_the_judge_notices_what_is_wrong(judge: Integrator, turning: Bifurcation
         moved.border(("gamma",))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", ["prototype"])
 def test_a_few_curves_are_the_judge_s(judge: Integrator, scene: str) -> None:
     tally = checked(scene, judge, 2, 1)

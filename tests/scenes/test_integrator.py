@@ -150,6 +150,7 @@ def test_the_mirror_image_of_a_run_is_the_mirror_s_run(judge: Integrator) -> Non
         assert events == other.translate(str.maketrans("FBUL", "BFLU"))
 
 
+@pytest.mark.long
 def test_the_unit_of_a_run_is_what_a_rounded_start_comes_to(judge: Integrator) -> None:
     """It counts every segment's: one rounding of v_r at the start moves the end less."""
     compared = 0
