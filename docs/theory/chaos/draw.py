@@ -28,7 +28,7 @@ def draw(width: float = 6.6) -> Figure:
         ends = simulate_many([system] * len(edge), starts, periods=1).states
         for axes in (whole, image):
             axes.fill(*edge.T, color=f"C{number}", alpha=0.35, lw=0)
-            axes.annotate(f"{number + 1}", edge[50], (0, 9), textcoords="offset points", ha="center")
+            axes.annotate(f"{number + 1}", edge[50], (-3, 9), textcoords="offset points")
         image.fill(*ends[:, :2].T, color=f"C{number}", lw=1.2)
     whole.plot(*dots[:, :2].T, ".", ms=1, color="0.5", zorder=0)
     whole.set(title="the sets, and a long run", ylabel="$v_r$")

@@ -227,7 +227,7 @@ class CurveRun(Run):
             if known[-1].types[1] == kinds.DEGENERATE:
                 known.pop()
             elif after is None:
-                return at  # conditions that coincide at one point: the curve ends where it passes it
+                return at  # conditions coincide: the curve ends at the point that it passes
         self._record(found, places, (old.orbit.itinerary.whole, after), failed)
         return at
 
