@@ -64,6 +64,20 @@ def test_a_flow_of_many_frequencies_holds_that_of_each(index: int, h: float) -> 
     assert np.all(widths[:, [0, 1, 2, 5]] < 1e-13)
 
 
+@pytest.mark.parametrize("h", [-0.8, -3.0])
+def test_a_flow_backwards_holds_that_of_each_frequency(h: float) -> None:
+    """With strong damping, before a unit of v_r the states were larger than they are after it."""
+    damped = VALUES | {"alpha": arb(2), "zeta": ball("0.5"), "gamma": ball("0.5")}
+    middle, radius, index = 0.2, 0.02, 3
+    driven = Driven(index, damped | {"omega": arb(middle, radius)}, arb(middle), arb(radius))
+    with precision(80):
+        found = driven.flow(arb(h))
+    for omega in (0.18, 0.21, 0.22):
+        exact = expm(floats(Field(index, damped | {"omega": arb(omega)}).A) * h)
+        for i, j in product(range(SIZE), repeat=2):
+            assert found[i, j].overlaps(arb(exact[i, j], 1e-10)), (i, j)
+
+
 @pytest.mark.parametrize("index", [1, 3, 6])
 def test_a_bundle_of_many_frequencies_holds_each_after_a_time(index: int) -> None:
     middle, radius, h = 0.8, 0.02, 2.3

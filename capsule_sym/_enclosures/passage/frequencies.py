@@ -34,22 +34,18 @@ class Driven(Field):
         self._radius, self._amplitude = radius, arb(values["alpha"].abs_upper())
         rates, slope = _travelling(self.near.A), matrix(_ALL, _ALL, ((U, W, -1), (W, U, 1)))
         self._both = Exponential(_doubled(rates, slope.tolist()))
-        self._bounds = [[arb(0)] * 3]
-        self._piece = self.near.flow(symmetric(_PIECE)) * matrix(SIZE, 1, [(V, 0, 1)])
-        self._step = self.near.flow(arb(_PIECE))
+        self._ahead, self._back = (_Response(self.near, sense) for sense in (1, -1))
 
-    def _responses(self, h: float) -> list[Ball]:
-        """Bounds on x_r, v_r and v_c up to a time after a unit of v_r."""
-        while (len(self._bounds) - 1) * _PIECE < h:
-            states = zip(self._bounds[-1], self._piece.tolist(), strict=False)
-            self._bounds.append([before.max(arb(x.abs_upper())) for before, (x,) in states])
-            self._piece = self._step * self._piece
-        return self._bounds[-1]
+    def _responses(self, h: Ball) -> list[Ball]:
+        """Bounds on x_r, v_r and v_c at all times between 0 and h from a unit of v_r at 0."""
+        ahead, back = (upper((h * sense).max(arb(0))) for sense in (1, -1))
+        both = zip(self._ahead.bounds(ahead), self._back.bounds(back), strict=True)
+        return [one.max(other) for one, other in both]
 
     def flow(self, h: Ball) -> Matrix:
         """exp(A h)."""
         found, longest = self.near.flow(h), upper(h)
-        changes = [bound * longest**2 / 2 for bound in self._responses(longest)]
+        changes = [bound * longest**2 / 2 for bound in self._responses(h)]
         for i, change in enumerate([*changes, arb(longest), arb(longest)]):
             for j in (U, W):
                 found[i, j] += symmetric((change * self._radius).abs_upper())
@@ -63,7 +59,7 @@ class Driven(Field):
         """
         both = self._both.rest(h)
         flow, by = (_TOP * both * side for side in _SIDES)
-        longest, responses = upper(h), self._responses(upper(h))
+        longest, responses = upper(h), self._responses(h)
         bent = [bound * longest**3 / 6 for bound in responses] + [arb(longest) ** 2 / 2] * 2
         bent += [arb(0), arb(0), responses[C] * longest**4 / 24]
         turned = by * middle * self._radius
@@ -75,6 +71,23 @@ class Driven(Field):
             box[i] = arb(left[i, 0].abs_upper()) + bent[i] * self._amplitude * self._radius**2
             row += box
         return arb_mat(rows)
+
+
+class _Response:
+    """Bounds on x_r, v_r and v_c after a unit of v_r, or before it, where they are larger."""
+
+    def __init__(self, field: Field, sense: int) -> None:
+        self._bounds = [[arb(0)] * 3]
+        self._piece = field.flow(symmetric(_PIECE)) * matrix(SIZE, 1, [(V, 0, 1)])
+        self._step = field.flow(arb(sense * _PIECE))
+
+    def bounds(self, reach: float) -> list[Ball]:
+        """Bounds at all times up to a reach."""
+        while (len(self._bounds) - 1) * _PIECE < reach:
+            states = zip(self._bounds[-1], self._piece.tolist(), strict=False)
+            self._bounds.append([before.max(arb(x.abs_upper())) for before, (x,) in states])
+            self._piece = self._step * self._piece
+        return self._bounds[-1]
 
 
 _ALL = SIZE + 2
