@@ -105,6 +105,21 @@ def test_a_bundle_of_many_frequencies_holds_each_after_a_time(index: int) -> Non
     assert used > 0.05  # the bound is not wider than twenty times what it holds
 
 
+def test_the_second_order_of_a_drive_is_that_of_the_greatest_amplitude() -> None:
+    """At its greatest value a drive changes by a (d h)^2/2, and not at first order."""
+    middle, radius, h = 0.8, 0.02, 2.0
+    alpha, omega = arb(2, 0.75), arb(middle, radius)
+    bundle = np.zeros((SIZE + 2, 3))
+    bundle[SIZE - 1, 0] = 1.0
+    bundle[3:5, 0] = 2.75 * math.cos(-middle * h), 2.75 * math.sin(-middle * h)
+    with precision(80):
+        field = Driven(1, VALUES | {"alpha": alpha, "omega": omega}, arb(middle), arb(radius))
+        moved = floats(field.moved(arb(h), thin(bundle), *[thin(bundle[:, :1])] * 2))
+    for s in (-1.0, 1.0):
+        drive = 2.75 * math.cos(radius * s * h)
+        assert abs(drive - moved[3, 0]) <= np.sum(abs(moved[3, 3:])) + 1e-12
+
+
 def test_a_displacement_is_held_at_another_instant() -> None:
     index, reach = 1, 0.3
     moved, late = np.zeros((SIZE + 2, 2)), np.array([[0.0, reach]])
@@ -159,6 +174,22 @@ def test_velocities_of_a_part_are_within_its_enclosure() -> None:
     assert float(found.rad()) < 1e-4
 
 
+def test_velocities_are_those_of_the_whole_box(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The periodic motions are in the box, and not on its line."""
+    begun = list[np.ndarray]()
+    tendency, displaced = Motions.tendency, Motions.displaced
+    found = []
+    monkeypatch.setattr(Motions, "tendency", lambda self: found.append(tendency(self)) or found[0])
+    monkeypatch.setattr(
+        Motions, "displaced", lambda self, *given: begun.append(given[0]) or displaced(self, *given)
+    )
+    optimum.velocity(ALPHAS, OMEGAS)
+    box, first = found[0].box, begun[0][:3]
+    assert np.all(abs(first[:, :3] - box[:, :3]) == 0)
+    assert np.all(np.sum(abs(first[:, 3:]), axis=1) >= np.sum(abs(box[:, 3:]), axis=1))
+    assert np.any(box[:, 3:])
+
+
 def average(alpha: float, omega: float) -> float:
     """Average velocity of the motion that is reached from rest."""
     run = simulate(Parameters(alpha=alpha, omega=omega), periods=400)
@@ -198,6 +229,17 @@ def test_a_part_is_proved_only_below_the_best(monkeypatch: pytest.MonkeyPatch) -
     assert optimum.attempt(near).itinerary is None
     monkeypatch.setattr(optimum, "ROOM", -0.02)
     assert optimum.attempt(far).itinerary is None
+
+
+def test_the_best_is_no_faster_than_the_least_of_its_enclosure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    part = DrivePart(6, 3, 8, 11)
+    monkeypatch.setattr(optimum, "best", lambda: arb(1, 1e-3))
+    monkeypatch.setattr(optimum, "velocity", lambda *given: arb(1 - 1e-3 + 2e-6))
+    assert optimum.attempt(part).itinerary is None
+    monkeypatch.setattr(optimum, "velocity", lambda *given: arb(1 - 1e-3 + 5e-7))
+    assert optimum.attempt(part).itinerary is not None
 
 
 def test_a_part_with_a_bifurcation_is_not_proved() -> None:
