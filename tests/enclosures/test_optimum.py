@@ -78,6 +78,13 @@ def test_a_flow_backwards_holds_that_of_each_frequency(h: float) -> None:
             assert found[i, j].overlaps(arb(exact[i, j], 1e-10)), (i, j)
 
 
+def test_a_duration_that_is_hardly_known_takes_no_time() -> None:
+    field = driven(1, 0.8, 0.03)
+    found = field.flow(arb(0, 2e3))
+    assert not found[0, 3].is_finite()
+    assert field._ahead._bounds == [[arb(0)] * 3]
+
+
 @pytest.mark.parametrize("index", [1, 3, 6])
 def test_a_bundle_of_many_frequencies_holds_each_after_a_time(index: int) -> None:
     middle, radius, h = 0.8, 0.02, 2.3

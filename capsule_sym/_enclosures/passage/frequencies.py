@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 
 from flint import arb_mat
 
@@ -18,6 +19,7 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, Exponential, Field, U, V, W
 
 _PIECE = 0.125  # of time, on which the response to the drive is bounded
+_FAR = 1e3  # times beyond which a bound is of no use
 
 
 class Driven(Field):
@@ -83,6 +85,8 @@ class _Response:
 
     def bounds(self, reach: float) -> list[Ball]:
         """Bounds at all times up to a reach."""
+        if not reach < _FAR:
+            return [arb(inf)] * 3
         while (len(self._bounds) - 1) * _PIECE < reach:
             states = zip(self._bounds[-1], self._piece.tolist(), strict=False)
             self._bounds.append([before.max(arb(x.abs_upper())) for before, (x,) in states])
