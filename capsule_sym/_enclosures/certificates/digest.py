@@ -20,11 +20,12 @@ import flint
 
 _LIBRARIES = ("numpy", "python-flint")
 _ROOT, _HOME = __name__.partition(".")[0], __name__.rsplit(".", 2)[0]
+_PROVING = f"{_HOME}.", f"{_ROOT}.generated.capsule."
 _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef)
 
 
 def closure(module: ModuleType) -> tuple[ModuleType, ...]:
-    """A module and the modules of this package that it uses."""
+    """A module and the modules of this package that it uses, with the facts of the model."""
     found: dict[str, ModuleType] = {}
     waiting = [module.__name__]
     while waiting:
@@ -35,7 +36,7 @@ def closure(module: ModuleType) -> tuple[ModuleType, ...]:
         waiting += [
             str(node.module)
             for node in ast.walk(ast.parse(getsource(found[name])))
-            if isinstance(node, ast.ImportFrom) and f"{node.module}".startswith(f"{_HOME}.")
+            if isinstance(node, ast.ImportFrom) and f"{node.module}".startswith(_PROVING)
         ]
     return tuple(found.values())
 
