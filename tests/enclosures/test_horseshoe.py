@@ -95,6 +95,13 @@ def edge_to_the_wrong_side(given: dict[str, Any]) -> None:
     given["coverings"][0]["side"] *= -1
 
 
+def sides_that_are_large(given: dict[str, Any]) -> None:
+    """Edges of a short set are not mapped beyond the one that is covered."""
+    scaled(QUICK, "unstable", 0.9)(given)
+    for row in given["coverings"]:
+        row["side"] *= 5
+
+
 def covering_too_many(given: dict[str, Any]) -> None:
     given["coverings"].append({"from": QUICK, "to": 2, "side": 1})
 
@@ -119,6 +126,7 @@ CHANGES = {
     "edges not beyond": scaled(5, "unstable", 1.3),
     "out by the long edges": scaled(5, "stable", 0.4),
     "wrong side": edge_to_the_wrong_side,
+    "large sides": sides_that_are_large,
     "too many": covering_too_many,
     "overlap": sets_that_overlap,
     "itinerary": another_itinerary,

@@ -70,6 +70,8 @@ def prove_horseshoe(given: Mapping[str, Any], sources: Sequence[int] | None = No
         _prove_disjoint(sets)
         period = _Period({name: ball(text) for name, text in given["parameters"].items()})
         sides = {(row["from"], row["to"]): row["side"] for row in given["coverings"]}
+        if not {*sides.values()} <= {-1, 1}:
+            raise Unproved("covering", "a side is neither -1 nor 1")
         parts = 0
         for number, one in enumerate(sets):
             if sources is not None and number not in sources:
