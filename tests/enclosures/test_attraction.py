@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,7 +20,7 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.passage.segments import Bundle, Step
 from capsule_sym._enclosures.regions import attraction
-from capsule_sym._enclosures.regions.attraction import Motions, contraction, farthest
+from capsule_sym._enclosures.regions.attraction import Motions, contraction, farthest, grouped
 from capsule_sym._map.expansion import Guard
 
 
@@ -153,3 +154,49 @@ def test_the_line_is_that_of_the_fixed_points() -> None:
     goal = Motions._goal.func(Turn((0.5, -0.3), 1e-3))
     assert goal.moved < 1e-12
     assert abs(goal.line[:2, 0] - 1e-3 / np.array([0.5, 1.3])).max() < 1e-15
+
+
+SIDES = np.array([[1.0, 0.3], [0.2, -1.0]])
+MANY = 40
+
+
+def columns(seed: int = 5) -> np.ndarray:
+    """Bundle of a line and many columns, of which the last three are of v_c, alpha and the time."""
+    found = np.zeros((7, 2 + MANY))
+    found[:2] = np.random.default_rng(seed).normal(size=(2, 2 + MANY)) * 1e-3
+    found[:, -3:] = 0.0
+    found[[2, 3, 6], [-3, -2, -1]] = 1e-12
+    return found
+
+
+def reach(bundle: np.ndarray) -> np.ndarray:
+    """Farthest that the short columns of a bundle reach in each of many directions, as a set."""
+    turned = np.linspace(0.0, math.pi, 200)
+    rows = np.column_stack([np.cos(turned), np.sin(turned)])
+    return np.sum(abs(rows @ bundle[:2, 2:]), axis=1)
+
+
+def test_a_group_holds_the_columns_that_it_replaces() -> None:
+    before = columns()
+    after = grouped(before, SIDES, 2)
+    assert after.shape[1] == 2 + attraction._KEPT + 3 + 2
+    assert np.array_equal(after[:, :2], before[:, :2])
+    assert np.all(reach(after) >= reach(before))
+    assert np.array_equal(np.sum(abs(after[2:]), axis=1), np.sum(abs(before[2:]), axis=1))
+
+
+def test_a_box_that_does_not_hold_the_columns_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    solve = np.linalg.solve
+    monkeypatch.setattr(np.linalg, "solve", lambda a, b: solve(a, b) * (1 - 1e-6))
+    assert np.array_equal(grouped(columns(), SIDES, 2), columns())
+
+
+def test_a_set_in_groups_shrinks_as_its_motions_do() -> None:
+    """Along the axes a box would grow, as a row of the matrix has the sum 1.32."""
+    turn = SIDES @ np.diag([0.95, -0.9]) @ np.linalg.inv(SIDES)
+    assert np.max(np.sum(abs(turn), axis=1)) > 1.3
+    bundle = columns()
+    for _ in range(100):
+        bundle[:2] = turn @ bundle[:2]
+        bundle = grouped(bundle, SIDES, 2)
+    assert np.max(reach(bundle)) < 2 * 0.95**100 * np.max(reach(columns()))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import Parameters, Trajectory, simulate
 from capsule_sym._enclosures.case import EXACT
 from capsule_sym._enclosures.numbers.balls import (
     Matrix,
@@ -320,3 +320,80 @@ def test_friction_is_touched_in_stick_alone(guard: Guard) -> None:
     """A slip's second guard is its drift, and it has no third one."""
     with pytest.raises(Unproved, match="begins before its segment"):
         touch(4, guard, 0.25)
+
+
+class Landing(NamedTuple):
+    """Bundle at a section, of motions that drift back when a drift ends in the next period."""
+
+    section: int
+    wide: float
+    alpha: float = 1.52
+
+    @property
+    def run(self) -> Trajectory:
+        """The motion from rest."""
+        return simulate(Parameters(alpha=self.alpha, gamma=GAMMA), periods=30)
+
+    @property
+    def time(self) -> float:
+        """Time of the section, half a period after a multiple."""
+        return (self.section + 0.5) * math.tau / OMEGA
+
+    def passed(self) -> Bundle:
+        """The bundle a period later, through the window of the landing."""
+        values = {name: ball(EXACT.get(name, str(GAMMA))) for name in PARAMETERS if name != "alpha"}
+        passage, turn = Passage(values, Interval(self.alpha)), 2 * arb.pi() / values["omega"]
+        line = np.column_stack([self.run([self.time])[0], np.zeros(3), self.wide * np.eye(3)])
+        bundle = passage.section(thin(line), arb.pi())
+        steps = steps_of(self.run, self.section + 0.5, self.section + 1.5)
+        error = Unproved("guards", "no landing")
+        return Soft(passage)._landed(bundle, steps, turn, arb.pi(), error)
+
+    def member(self, place: tuple[float, ...]) -> tuple[np.ndarray, list[int]]:
+        """A motion of the bundle a period later, and its fields until then."""
+        start = self.run([self.time])[0] + self.wide * np.array(place)
+        parameters = Parameters(alpha=self.alpha, gamma=GAMMA)
+        phase = 0.5 * math.tau / OMEGA
+        run = simulate(parameters, tuple(start), phase, periods=3)
+        fields = [one.field for one in steps_of(run, 0.5, 1.5)]
+        return run([phase + math.tau / OMEGA])[0], fields
+
+    def missed(self, found: Bundle) -> float:
+        """By how much members are outside of a bundle's hull, or inside if negative."""
+        size = np.sum(abs(found[:3, 1:]), axis=1)
+        off = [abs(self.member(place)[0] - found[:3, 0]) - size for place in CORNERS]
+        return float(np.max(off))
+
+
+CORNERS = [*product((-1.0, 1.0), repeat=3), (0.0, 0.0, 0.0)]
+DRIFTS_BACK = Landing(8, 1e-8)
+"""All motions of it drift back."""
+
+
+def test_some_motions_of_a_landing_drift_back() -> None:
+    some = Landing(7, 2e-4)
+    kinds = {tuple(some.member(place)[1]) for place in CORNERS}
+    assert kinds == {(3, 6, 5, 4, 1, 2, 3), (3, 6, 5, 4, 1, 3, 2, 3)}
+    found = some.passed()
+    assert some.missed(found) < 0
+    assert np.max(np.sum(abs(found[:3, 1:]), axis=1)) < 2 * some.wide
+
+
+def test_motions_that_drift_back_are_held_only_with_their_change(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert DRIFTS_BACK.missed(DRIFTS_BACK.passed()) < 1e-13
+    change = windows.Touch.change
+    monkeypatch.setattr(windows.Touch, "change", lambda *given: ([arb(0)] * 3, change(*given)[1]))
+    assert DRIFTS_BACK.missed(DRIFTS_BACK.passed()) > 1e-10
+
+
+def test_a_window_of_friction_begins_at_rest() -> None:
+    case = SLIP._replace(centre=(*SLIP.centre[:2], 1e-9))
+    with pytest.raises(Unproved, match="does not begin at rest"):
+        case.passed()
+
+
+def test_a_period_without_a_landing_has_no_such_window() -> None:
+    with pytest.raises(Unproved, match="no landing"):
+        Landing(20, 1e-8, alpha=0.3).passed()

@@ -1,13 +1,16 @@
 """Passages of bundles in which a guard may touch 0 or stay positive.
 
 The change by a touch is bounded in a window about it. Windows are guesses from double precision.
+They begin at one time for all motions, or when the drift of each one ends: at that instant all are
+at rest, and some drift back for a moment. Bounds on a touch do not depend on when it begins, so
+each motion keeps its own time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from math import ceil
 from weakref import WeakKeyDictionary
 
@@ -25,8 +28,15 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
     unit,
 )
-from capsule_sym._enclosures.numbers.fields import SIZE, Field
-from capsule_sym._enclosures.passage.segments import Bundle, Duration, Passage, Step
+from capsule_sym._enclosures.numbers.fields import SIZE, C, Field
+from capsule_sym._enclosures.passage.segments import (
+    ROWS,
+    TIME,
+    Bundle,
+    Duration,
+    Passage,
+    Step,
+)
 from capsule_sym._enclosures.passage.windows import GUARD_ROWS, Touch, Window
 from capsule_sym._map.expansion import Guard
 
@@ -73,7 +83,10 @@ class Soft:
         try:
             found = self.passage.moved(bundle, steps, total, angles[1])
         except Unproved as error:
-            return self._softly(bundle, steps, total, angles, error)[0]
+            try:
+                return self._softly(bundle, steps, total, angles, error)[0]
+            except Unproved as other:
+                return self._landed(bundle, steps, total, angles[1], other)
         if len(merged(steps)) < len(steps) and _rest(found) > _WIDER * _rest(bundle):
             try:
                 other = self._softly(bundle, steps, total, angles, _NONE)[0]
@@ -132,19 +145,87 @@ class Soft:
         self, field: Field, bundle: Bundle, window: Window, angle: Ball
     ) -> tuple[Bundle, Matrix]:
         """A bundle after a window, and the matrix of differences."""
+        ended, touch = self._touched(field, thin(bundle), window)
+        return self.passage.section(ended, angle), touch.by()
+
+    def _touched(self, field: Field, bundle: Matrix, window: Window) -> tuple[Matrix, Touch]:
+        """A bundle of balls after a window that begins at the time of each of its motions."""
         touch = Touch(field, self.passage.values, window)
-        pieces, ended = touch.pieces(self.passage.line(field), thin(bundle))
+        if touch.friction and not all(bundle[C, j].is_zero() for j in range(bundle.ncols())):
+            raise Unproved("guards", f"{touch.name}: the window does not begin at rest")
+        pieces, ended = touch.pieces(self.passage.line(field), bundle)
         change, slack = touch.change(pieces[touch.row])
         for row, along in enumerate(pieces):
             if row != touch.row and not all(one.low > slack for one in along):
                 raise Unproved("guards", f"another guard touches 0 in {touch.name}")
-        box = matrix(3, ended.ncols() + 3)
-        for i in range(3):
-            for j in range(ended.ncols()):
+        box = matrix(ROWS, ended.ncols() + 3)
+        for j in range(ended.ncols()):
+            for i in range(SIZE):
                 box[i, j] = ended[i, j]
+            box[TIME, j] = bundle[TIME, j]
+        box[TIME, 0] += touch.length
+        for i in range(3):
             box[i, 0] += change[i].mid()
             box[i, ended.ncols() + i] = change[i].rad()
-        return self.passage.section(box, angle), touch.by()
+        return box, touch
+
+    def _landed(
+        self,
+        bundle: Bundle,
+        steps: Sequence[Step],
+        total: Duration,
+        angle: Ball,
+        error: Unproved,
+    ) -> Bundle:
+        """A bundle of which some motions drift back for a moment when a drift ends.
+
+        The window begins when the drift of each motion ends. Raises Unproved.
+        """
+        guess = None if isinstance(total, list) else self._landing(bundle, steps)
+        if guess is None:
+            raise error
+        nominal, last, guard = guess
+        segments = self.passage.segments(thin(bundle), nominal, total)
+        *_, (_, _, ended) = islice(segments, last + 1)
+        here, _ = self.passage.number.carried(ended)
+        after = nominal[last + 1]
+        field = self.passage.field(after.field)
+        along = self._table(after.field)[: int(after.duration / _GRID)] @ floats(ended)[:SIZE, 0]
+        margins = along @ floats(field.guards)[GUARD_ROWS[guard]]
+        reach = float(np.max(np.sum(abs(floats(here)[:3, 1:]), axis=1)))
+        end = _end_of_touch(margins, 5 * reach + 1e-9)
+        if end is None:
+            raise error
+        length = _LENGTHS * ceil(_GRID * end / _LENGTHS)
+        here, _ = self._touched(field, here, Window(0.0, length, guard))
+        rest = [replace(after, duration=after.duration - length), *nominal[last + 2 :]]
+        *_, (_, _, ended) = self.passage.segments(here, rest, total)
+        return self.passage.section(ended, angle)
+
+    def _landing(
+        self, bundle: Bundle, steps: Sequence[Step]
+    ) -> tuple[list[Step], int, Guard] | None:
+        """Guess of the end of a drift at which the force is nearest to that of friction.
+
+        The steps without a brief drift after it, the number of its step, and the guard.
+        """
+        state, found = bundle[:SIZE, 0], list[tuple[float, int, int, Guard]]()
+        for k, step in enumerate(steps[:-1]):
+            state = expm(floats(self.passage.field(step.field).A) * step.duration) @ state
+            then = k + 1 if self.passage.field(steps[k + 1].field).stick else k + 2
+            again = k > 0 and steps[k - 1].guard is Guard.DRIFT
+            if step.guard is not Guard.DRIFT or again or then == len(steps):
+                continue
+            field = self.passage.field(steps[then].field)
+            if field.stick and {one.guard for one in steps[k:then]} == {Guard.DRIFT}:
+                upper, lower = floats(field.guards)[1:3] @ state
+                guard = Guard.UPPER if upper < lower else Guard.LOWER
+                found.append((abs(min(upper, lower)), k, then, guard))
+        if not found:
+            return None
+        _, k, then, guard = min(found)
+        whole = sum(step.duration for step in steps[k + 1 : then + 1])
+        return [*steps[: k + 1], replace(steps[then], duration=whole), *steps[then + 1 :]], k, guard
 
     def _windows(self, bundle: Bundle, steps: Sequence[Step]) -> list[Window]:
         """Guesses of the windows of a bundle: where a guard of the middle is almost 0."""
@@ -218,6 +299,13 @@ def _kind(field: Field, row: int) -> Guard | None:
     if row == 0:
         return Guard.GAP
     return (Guard.UPPER, Guard.LOWER)[row - 1] if field.stick else None
+
+
+def _end_of_touch(values: NDArray[np.float64], near: float) -> int | None:
+    """Place in the values of a guard, almost 0 or less at first, at which no motion slips."""
+    beyond = 2.5 * near + 5 * max(0.0, -float(np.min(values, initial=0.0)))
+    after = np.flatnonzero(values > beyond)
+    return int(after[0]) + 1 if after.size else None
 
 
 def _around(values: NDArray[np.float64], near: float, time: float, guard: Guard) -> list[Window]:

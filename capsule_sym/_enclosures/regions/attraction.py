@@ -1,4 +1,12 @@
-"""Motion from rest, proved to tend to a periodic one for all alpha of an interval."""
+"""Motion from rest, proved to tend to a periodic one for all alpha of an interval.
+
+The motions of the interval are carried together, from section to section, once a period, until they
+are in a box about the line of the periodic motions that the next period maps into itself as a
+contraction. Beside the line in alpha their set is a sum of short columns. After every period all
+but the longest are put into a box along the eigenvectors of the goal's derivative. Such a box turns
+and shrinks with the motions, so that their set shrinks as the motions do; a box along the axes
+would grow. The box is proved to contain the columns in place of which it stands.
+"""
 
 from __future__ import annotations
 
@@ -40,6 +48,7 @@ BITS = 80
 PERIODS = 1200
 _NEAR = (3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-8)  # distances at which a box is tried
 _ROOM = 1.2  # size of the box beside the least that a contraction needs
+_KEPT = 12  # columns that are not put into a box after a period
 
 
 @dataclass(frozen=True)
@@ -120,7 +129,8 @@ class Motions:
 
     def tendency(self) -> Tendency:
         """Box that they enter; raises Unproved."""
-        start = self.passage.section(matrix(3, self.passage.directions), arb(0))
+        n, sides = self.passage.directions, self._goal.sides
+        start = self.passage.section(matrix(3, n), arb(0))
         ahead = self.passage.turn(arb(self.offset))
         first = steps_of(self.run, 0, self.offset)
         bundle = self._soft.moved(start, first, ahead, (arb(0), self.angle))
@@ -133,7 +143,7 @@ class Motions:
                     if section == sections[-1]:
                         raise
             steps, angles = self.steps(section), (self.angle, self.angle)
-            bundle = self._soft.moved(bundle, steps, self.turn, angles)
+            bundle = grouped(self._soft.moved(bundle, steps, self.turn, angles), sides, n)
         raise AssertionError("the last section is tried")
 
     @cached_property
@@ -203,6 +213,22 @@ def farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
     middle = np.zeros((size, found.shape[1]))
     middle[:, : line.shape[1]] = line[:size]
     return largest(inverse * (thin(found[:size]) - thin(middle)))
+
+
+def grouped(bundle: Bundle, sides: NDArray[np.float64], directions: int) -> Bundle:
+    """A bundle that contains another one, with its short columns in a box along some sides.
+
+    Columns stay that are long, or not within the span of the sides.
+    """
+    size, rest = len(sides), bundle[:, directions:]
+    short = ~np.any(rest[size:], axis=0)
+    short[np.argsort(-np.sum(abs(rest), axis=0), kind="stable")[:_KEPT]] = False
+    held = rest[:size, short]
+    box = np.zeros((len(bundle), size))
+    box[:size] = sides * (np.sum(abs(np.linalg.solve(sides, held)), axis=1) * (1 + 1e-9) + 1e-30)
+    if not largest(thin(box[:size]).inv() * thin(held)) <= 1:
+        return bundle
+    return np.column_stack([bundle[:, :directions], rest[:, ~short], box])
 
 
 def _quiet(run: Trajectory) -> float:

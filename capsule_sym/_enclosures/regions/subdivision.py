@@ -43,7 +43,6 @@ from capsule_sym.generated.capsule import fields as generated
 _FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
 _FIRST_DRIVES = (6, 7)  # levels of the parts of the drives to begin with
 _FIRST_INTERVALS = 11  # halvings of the intervals to begin with
-_SLOW = ((0.23, 0.38), (0.34, 0.375), (0.345, 0.375))  # alpha of shorter parts, as guesses
 _LEAST = 2.0**-36  # share below which a part is not halved any more
 _AHEAD = 6  # parts in progress
 
@@ -127,15 +126,8 @@ def _patches() -> list[Patch]:
 
 
 def _intervals() -> list[AlphaPart]:
-    """Parts of alpha at both mass ratios; shorter ones where a multiplier is close to -1."""
-    found = []
-    for place in range(2**_FIRST_INTERVALS):
-        parts = [AlphaPart(BOTH, _FIRST_INTERVALS, place)]
-        for low, high in _SLOW:
-            if low < parts[0].alphas.middle < high:
-                parts = [half for one in parts for half in one.halved((0,))]
-        found += parts
-    return found
+    """Parts of alpha at both mass ratios."""
+    return [AlphaPart(BOTH, _FIRST_INTERVALS, place) for place in range(2**_FIRST_INTERVALS)]
 
 
 def _drives() -> list[DrivePart]:
