@@ -84,17 +84,17 @@ def test_a_bundle_holds_the_motions_of_its_interval(alpha: float) -> None:
 
 
 def test_a_bundle_without_what_is_of_second_order_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(passage, "_shifted", with_terms())
+    monkeypatch.setattr(passage, "_added", with_terms())
     alphas = Interval(1.2, 8e-4)
     assert missed(*carried(alphas, SECTION), alphas) > 1e-7
 
 
 def with_terms(*, error: bool = False, rest: bool = False):
     """The step to a switch with only some of the terms that are no form of (1, s, e)."""
-    shifted = passage._shifted
+    added = passage._added
 
-    def without(field, moved, late, missed, d):
-        found = shifted(field, moved, late, missed if error else arb(0), d)
+    def without(moved, rates, late, missed, lost):
+        found = added(moved, rates, late, missed if error else arb(0), lost)
         return found if rest else arb_mat([row[: -passage.SIZE] for row in found.tolist()])
 
     return without
@@ -118,8 +118,8 @@ def one_switch(place: Sequence[float]) -> tuple[passage.Bundle, float, np.ndarra
         row = floats(guard_row(field, Guard.GAP))[0]
         at = np.array([1.0, *place] + [0.0] * (start.shape[1] - 3))
         h = brentq(lambda h: row @ flowed(field, start, at, h), 0.0, 2.0, xtol=1e-15)
-        _, found = passage._switch(field, thin(start), Step(1, h, Guard.GAP), 53.0, "F1")
-        return passage.rounded(found), h, flowed(field, start, at, h)
+        switch = passage._switch(field, thin(start), Step(1, h, Guard.GAP), 53.0, "F1")
+        return passage.rounded(passage._shifted(field, *switch[1:])), h, flowed(field, start, at, h)
 
 
 def outside(
@@ -140,10 +140,10 @@ def test_a_switch_is_held_only_with_each_of_its_terms(monkeypatch: pytest.Monkey
         return np.max([outside(bundle, place, *true) for place, bundle, *true in found], axis=0)
 
     assert max(worst()) < 1e-14
-    monkeypatch.setattr(passage, "_shifted", with_terms(rest=True))
+    monkeypatch.setattr(passage, "_added", with_terms(rest=True))
     assert worst()[0] > 1e-7
     monkeypatch.undo()
-    monkeypatch.setattr(passage, "_shifted", with_terms(error=True))
+    monkeypatch.setattr(passage, "_added", with_terms(error=True))
     assert worst()[1] > 1e-7
 
 
@@ -165,7 +165,9 @@ def test_a_bundle_of_many_times_is_held_at_one_time(
         late[passage.TIME] = 1e-2
         start = np.column_stack([start[:, :3], late, start[:, 3:]])
         total = 0.7
-        found = passage.rounded(passage._until(field, thin(start), arb(total))[1])
+        found = passage.rounded(
+            passage._shifted(field, *passage._until(field, thin(start), arb(total))[1:])
+        )
     for place in CORNERS:
         at = np.array([1.0, 0.0, *place] + [0.0] * (start.shape[1] - 4))
         state = flowed(field, start, at, total - 1e-2 * place[1])
@@ -238,7 +240,7 @@ def test_the_derivative_is_that_of_all_members(alpha: float) -> None:
 def test_a_bundle_farther_away_than_the_box_is_not_in_it() -> None:
     with precision(80):
         motions = motions_at(0.7, 1e-5)
-        wide = thin(columns_about(motions, 600, 1e-2))
+        wide = thin(columns_about(motions, 600, 1e-1))
         bundle = motions.passage.section(wide, motions.angle)
         with pytest.raises(Unproved):
             motions._entered(bundle, 600, True)
@@ -444,3 +446,29 @@ def test_work_resumes_and_other_code_is_refused(tmp_path: Path) -> None:
     assert (plane.patches, plane.share, len(plane.open)) == (1, 2.0**-12, first)
     with pytest.raises(InvalidInput, match="enclose --region"):
         begun(path)
+
+
+def test_guards_are_proved_between_the_switches_of_each_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """States at the start, and durations, are those of runs at both ends of the interval."""
+    alphas = Interval(1.2, 1e-3)
+    seen: list[Any] = []
+    watch = passage.QuickWatch.segment
+
+    def spied(self, field, start, end, h, *further):
+        seen.append((field.index, floats(start), start, h))
+        watch(self, field, start, end, h, *further)
+
+    monkeypatch.setattr(passage.QuickWatch, "segment", spied)
+    carried(alphas, 0)
+    for s in (-1.0, 1.0):
+        parameters = Parameters(alpha=alphas.middle + s * alphas.radius, gamma=3.3)
+        made = simulate(parameters, periods=3).segments
+        assert [one.field for one in made[:3]] == [index for index, *_ in seen[:3]]
+        for (_, near, form, h), one in zip(seen[1:3], made[1:3], strict=True):
+            thick = np.array([float(row[2].abs_upper()) for row in form.tolist()])
+            away = abs(np.array(one.start_state) - near[:3, 0] - s * near[:3, 1])
+            assert np.all(away <= thick[:3] + 1e-12)
+            assert (h + ball(0, 1e-12)).contains(arb(float(one.duration)))
+            assert float(h.rad()) > 1e-5

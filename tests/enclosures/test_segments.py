@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from itertools import product
 from typing import Any
@@ -25,7 +26,7 @@ from capsule_sym._enclosures.numbers.fields import SIZE, Field
 from capsule_sym._enclosures.passage import segments
 from capsule_sym._enclosures.passage.runs import enclose_run
 from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step
-from capsule_sym._enclosures.passage.switches import Known, after, guard_row, saltation
+from capsule_sym._enclosures.passage.switches import Known, after, guard_row, saltation, three
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym.generated.capsule.facts import FIELDS
@@ -167,11 +168,83 @@ def test_a_switch_is_enclosed_from_a_guess_nearby(off: float, digits: float) -> 
     for _ in range(60):
         middle = (low + high) / 2
         low, high = (middle, high) if gap(middle) > 0 else (low, middle)
-    h, ended = segments._switch(one, start, Step(1, low + off, Guard.GAP), digits, "F1")
+    at = segments._switch(one, start, Step(1, low + off, Guard.GAP), digits, "F1")
+    h, ended = at.h + at.d, segments._shifted(one, *at[1:])
     assert (h + ball(0, 1e-14)).contains(arb(low))
     assert float(h.rad()) < 0.3
     exact = one.flow(arb(low)) * start_states
     assert held(segments.hull(ended) + column(*[ball(0, 1e-13)] * 7), exact)
+
+
+EXCHANGES = {
+    "impact": (1, 4, Guard.GAP),
+    "slip": (2, 3, Guard.LOWER),
+    "reversal": (1, 3, Guard.DRIFT),
+    "stop": (4, 5, Guard.DRIFT),
+}
+"""Fields before and after a switch, and its guard."""
+
+
+def switching(name: str, count: int) -> Iterator[tuple[Field, Field, Guard, arb_mat]]:
+    """States at a switch, chosen at random, with its fields and its guard."""
+    before, following, guard = EXCHANGES[name]
+    rng = np.random.default_rng(7)
+    for _ in range(count):
+        values = [arb(float(x)) for x in rng.uniform(-1, 1, 5)] + [arb(1)]
+        if guard is not Guard.GAP:
+            values[2] = arb(0)
+        if guard is not Guard.DRIFT:
+            slope, constant = segments.pin(field(before), guard)
+            values[0] = slope * values[1] + constant
+        yield field(before), field(following), guard, column(*values)
+
+
+def exactly_moved(one: Field, h: float) -> arb_mat:
+    with precision(200):
+        return (one.A * arb(h)).exp()
+
+
+@pytest.mark.parametrize("late", [0.4, -0.4, 0.01])
+@pytest.mark.parametrize("name", EXCHANGES)
+def test_states_of_the_next_field_are_those_that_lead_to_the_switch(name: str, late: float) -> None:
+    for before, following, guard, state in switching(name, 40):
+        moved = exactly_moved(before, -late) * state
+        start = arb_mat([*moved.mid().tolist(), [arb("1.5")]])
+        given = start, arb_mat([[late]]), arb(0), arb(late)
+        found = segments.hull(segments._exchanged(before, following, guard, *given))
+        exact = exactly_moved(following, -late) * state
+        assert all(found[i, 0].overlaps(exact[i, 0]) for i in range(SIZE))
+        assert found[SIZE, 0].contains(start[SIZE, 0])
+        assert following.stick == found[2, 0].is_zero()
+
+
+@pytest.mark.parametrize("name", ["reversal", "stop"])
+def test_an_exchange_is_of_all_states(name: str) -> None:
+    """A motion far from the middle, which switches a little later."""
+    late = 1e-4
+    (before, following, guard, state), (*_, other) = switching(name, 2)
+    moved = exactly_moved(before, -late) * other
+    columns = [[x, y - x] for (x,), (y,) in zip(state.tolist(), moved.tolist(), strict=True)]
+    start = arb_mat([*columns, [arb(0), arb(0)]]).mid()
+    given = start, arb_mat([[0, late]]), arb(0), symmetric(late)
+    found = segments._exchanged(before, following, guard, *given)
+    place = arb_mat([[arb(1)], [arb(1)], *[[symmetric(1)]] * (found.ncols() - 2)])
+    exact = exactly_moved(following, -late) * other
+    there = found * place
+    assert all(there[i, 0].overlaps(exact[i, 0]) for i in range(3))
+
+
+@pytest.mark.parametrize("late", [0.4, -0.4, 0.01])
+@pytest.mark.parametrize("name", EXCHANGES)
+def test_the_derivative_into_the_next_field_is_that_at_the_switch(name: str, late: float) -> None:
+    for before, following, guard, state in switching(name, 40):
+        found = segments._crossing(before, following, guard, state, symmetric(abs(late)))
+        jump = saltation(before, following, guard, state)
+        flows = (three(exactly_moved(one, h)) for one, h in ((following, -late), (before, late)))
+        behind, ahead = flows
+        exact = behind * jump * ahead
+        for i, j in product(range(3), repeat=2):
+            assert found[i, j].overlaps(exact[i, j])
 
 
 def test_a_stick_begins_at_rest() -> None:
@@ -204,11 +277,21 @@ def test_the_last_segment_alone_has_no_guard(guards: tuple[Guard | None, ...]) -
         [*fields.segments(start, steps, arb(1))]
 
 
+@pytest.mark.parametrize(("before", "guard", "following"), [(2, Guard.UPPER, 3), (1, Guard.DRIFT, 4)])
+def test_a_guard_leads_to_its_own_field(before: int, guard: Guard, following: int) -> None:
+    """Rates agree at the end of stick with those of one drift alone."""
+    fields = passage(0.005)
+    start = fields.start(states("0", "0.001", "0"), arb(0.5))
+    steps = [Step(before, 0.5, guard), Step(following, 0.5, None)]
+    with pytest.raises(Unproved, match="does not lead to the next field"):
+        [*fields.segments(start, steps, arb(1))]
+
+
 def test_a_segment_ends_at_the_time_of_the_section() -> None:
     fields = passage(0.005, number=BALLS)
     start = fields.start(states("0", "0.001", "0"), arb(0.5))
     for total in ("1", "2.5"):
-        ((_, h, ended),) = fields.segments(start, [Step(2, 0.1, None)], arb(total))
+        ((_, h, ended, _),) = fields.segments(start, [Step(2, 0.1, None)], arb(total))
         assert h.overlaps(arb(total))
         exact = field(2).flow(arb(total)) * arb_mat(start.tolist()[:SIZE])
         assert held(segments.hull(ended), exact.mid())

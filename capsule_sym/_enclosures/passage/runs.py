@@ -109,7 +109,7 @@ def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) 
         steps.append(Step(segments[-1].field, float(segments[-1].duration), None))
         passage = Passage(values, Interval(values["alpha"]), BALLS)
         begun = passage.start(start, values["omega"] * phases[0])
-        ends = [hull(ended) for *_, ended in passage.segments(begun, steps, total)]
+        ends = [hull(one.ended) for one in passage.segments(begun, steps, total)]
         times = tuple(one[TIME, 0] for one in ends[:-1])
         return EnclosedRun(times, tuple(map(_first_three, [start, *ends])))
 

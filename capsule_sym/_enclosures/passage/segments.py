@@ -3,7 +3,10 @@
 A bundle is the set of G (1, s, e_1, e_2, ...): s in [-1, 1] is the place of alpha in its interval,
 and every e is in [-1, 1]. Rows are the extended state and the time since the last section. So the
 common part of the states of one alpha, above all their switching times, stays common, where a box
-would lose it. The step from switch to switch is the same for all numbers; the representation of a
+would lose it. From segment to segment a bundle is carried at one time for all motions: at the
+switch of the middle, in the next field, as if this field had begun or the last one ended then. Only
+the difference of both fields acts on the time between; at a switch at which they agree, it acts in
+second order. Guards are proved on the segments themselves, between the switches of each motion. The step from switch to switch is the same for all numbers; the representation of a
 bundle between two steps is the number's: in `DOUBLES` rounding errors are another column, in
 `BALLS` the bundle is one ball, with as many digits as a single motion needs.
 """
@@ -14,6 +17,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, partial
+from itertools import pairwise, zip_longest
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -58,6 +62,7 @@ from capsule_sym._enclosures.passage.switches import (
 )
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
+from capsule_sym._orbits.shooting.itinerary import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
 
 TIME, ROWS = SIZE, SIZE + 1
@@ -71,7 +76,6 @@ _REFINEMENTS = 12
 _FIRST_BITS = 128  # of the first step of Newton's method; each further one has twice as many
 _SLOPE_BITS = 80  # of slopes along a reach, which multiply what is small already
 _UP = 1 + 1e-12
-_NOTHING = Known()
 _FIXED: Sequence[str] = generated.PARAMETERS
 _kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
 
@@ -179,8 +183,8 @@ class Passage:
         The steps lead there from the bundle's section; the last has no guard. `angle` is the
         forcing angle at the end. Raises Unproved unless all states take exactly these steps.
         """
-        *_, (_, _, ended) = self.segments(thin(bundle), steps, total)
-        return self.section(ended, angle)
+        *_, last = self.segments(thin(bundle), steps, total)
+        return self.section(last.ended, angle)
 
     def period(
         self, bundle: Bundle, steps: Sequence[Step], total: Duration, angle: Ball
@@ -194,44 +198,88 @@ class Passage:
     ) -> tuple[Matrix, Matrix]:
         """A bundle after its steps, and the derivative (3, 3) by the state, over all of it."""
         by, ended = unit(3), start
-        segments = self.segments(start, steps, total)
-        for (field, h, ended), step, then in zip(segments, steps, [*steps[1:], None], strict=True):
-            by = three(field.flow(h)) * by
-            if then is not None:
-                following = self._fields[then.field]
-                by = saltation(field, following, step.guard, hull(_states(ended))) * by
+        for one in self.segments(start, steps, total, derive=True):
+            by, ended = one.by * by, one.ended
         return ended, by
 
     def segments(
-        self, start: Matrix, steps: Sequence[Step], total: Duration, known: Known = _NOTHING
-    ) -> Iterator[tuple[Field, Ball, Matrix]]:
-        """Field, duration and end states of each segment, after its proof."""
-        here, begun = start, _form(_states(start), self.directions)
+        self, start: Matrix, steps: Sequence[Step], total: Duration, derive: bool = False
+    ) -> Iterator[Passed]:
+        """Each segment after its proof, with its derivative if asked for."""
+        here, begun, late, known = start, start, arb(0), Known()
+        form = _form(_states(start), self.directions)
         if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
             raise Unproved("first switch", "it is not the last segment alone that has no guard")
-        for number, step in enumerate(steps, 1):
+        if any(guard_between(a.field, b.field) is not a.guard for a, b in pairwise(steps)):
+            raise Unproved("first switch", "a guard does not lead to the next field")
+        for number, (step, then) in enumerate(zip_longest(steps, steps[1:]), 1):
             check_time()
             field = self._fields[step.field]
             name = f"segment {number}, F{step.field}"
-            if field.stick and not all(here[C, j].is_zero() for j in range(here.ncols())):
+            if field.stick and not all(begun[C, j].is_zero() for j in range(begun.ncols())):
                 raise Unproved("first switch", f"{name} does not begin at rest")
             if step.guard is None:
-                h, ended = _until(field, here, total)
-                following = Known()
+                switch, facts = _until(field, here, total), Known()
             else:
-                h, ended = _switch(field, here, step, self.number.bits(), name)
-                _pin(field, step.guard, ended)
-                following = after(step.guard)
-            if field.stick:
-                for j in range(ended.ncols()):
-                    ended[C, j] = arb(0)
-            orders = known.orders(step.field), following.orders(step.field)
-            self._watch.segment(
-                field, begun, _form(_states(ended), self.directions), h, orders, name
-            )
-            yield field, h, ended
+                switch = _switch(field, here, step, self.number.bits(), name)
+                facts = after(step.guard)
+            ended = _shifted(field, *switch[1:])
             if step.guard is not None:
-                (here, begun), known = self.number.carried(ended), following
+                _pin(field, step.guard, ended)
+            if field.stick:
+                _rest(ended)
+            reached, h = _form(_states(ended), self.directions), switch.h + switch.d - late
+            orders = known.orders(step.field), facts.orders(step.field)
+            self._watch.segment(field, form, reached, h, orders, name)
+            if then is None or step.guard is None:
+                yield Passed(field, h, ended, three(field.flow(switch.h + switch.d)))
+                return
+            following, known = self._fields[then.field], facts
+            at = field, following, step.guard
+            by = self._derivative(*at, switch, ended) if derive else None
+            yield Passed(field, h, ended, by)
+            if self.omegas is None:
+                here, _ = self.number.carried(_exchanged(*at, *switch[1:]))
+                begun, form, late = ended, reached, switch.d
+            else:
+                here, form = self.number.carried(ended)
+                begun = here
+
+    def _derivative(
+        self, field: Field, following: Field, guard: Guard, switch: _Switch, ended: Matrix
+    ) -> Matrix:
+        """Derivative by the state from where a segment is begun to where the next one is."""
+        if self.omegas is None:
+            jump = _crossing(field, following, guard, ended, switch.d)
+            return jump * three(field.flow(switch.h))
+        jump = saltation(field, following, guard, hull(_states(ended)))
+        return jump * three(field.flow(switch.h + switch.d))
+
+
+class Passed(NamedTuple):
+    """A segment after its proof.
+
+    Its field, its duration, and the states at its end, each at the time of its own switch; `by` is
+    the derivative by the state up to where the next segment is begun.
+    """
+
+    field: Field
+    h: Ball
+    ended: Matrix
+    by: Matrix | None
+
+
+class _Switch(NamedTuple):
+    """Bundle `moved` after a time h, and the time d from then to the switch of each motion.
+
+    It is `late` (1, s, e) up to `missed`, and within the ball d.
+    """
+
+    h: Ball
+    moved: Matrix
+    late: Matrix
+    missed: Ball
+    d: Ball
 
 
 def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch]:
@@ -246,7 +294,7 @@ def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch
     return _kept[key]
 
 
-def _until(field: Field, bundle: Matrix, total: Duration) -> tuple[Ball, Matrix]:
+def _until(field: Field, bundle: Matrix, total: Duration) -> _Switch:
     """Duration and states of a segment up to a time since the section."""
     parts = total if isinstance(total, list) else [total]
     middle = arb((parts[0] - bundle[TIME, 0]).mid())
@@ -255,13 +303,13 @@ def _until(field: Field, bundle: Matrix, total: Duration) -> tuple[Ball, Matrix]
     for k, part in enumerate(parts):
         late[0, k] += part
     d = hull(late)[0, 0]
-    return middle + d, _shifted(field, moved, late, arb(0), d)
+    return _Switch(middle, moved, late, arb(0), d)
 
 
 def _switch(
     field: Field, bundle: Matrix, step: Step, digits: float, name: str
-) -> tuple[Ball, Matrix]:
-    """Duration and states of a segment up to the zero of its guard."""
+) -> _Switch:
+    """Zero of the guard of a segment."""
     assert step.guard is not None
     row = guard_row(field, step.guard)
     rate = row * field.A
@@ -290,7 +338,7 @@ def _switch(
         d = -hull(off)[0, 0] / slope
         if upper(d) < reach:
             chord = arb((rate * states)[0, 0].mid())
-            return h + d, _shifted(field, moved, off / -chord, (1 - slope / chord) * d, d)
+            return _Switch(h, moved, off / -chord, (1 - slope / chord) * d, d)
         reach = 1.25 * upper(d) + 1e-300
         slope = (rate * (_around(field, reach) * whole))[0, 0]
     raise Unproved("first switch", f"the switch of {name} is not enclosed")
@@ -311,12 +359,60 @@ def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -
     if moved.nrows() > ROWS:
         rates.append(middle[C, 0])
         lost[ROWS] = (whole - middle)[C, 0] * d + bent[C, 0] * (d * d / 2)
+    return _added(moved, rates, late, missed, lost)
+
+
+def _added(
+    moved: Matrix, rates: Sequence[Ball], late: Matrix, missed: Ball, lost: Mapping[int, Ball]
+) -> Matrix:
+    """A bundle with rates times a time (1, s, e), its error, and a box of other errors."""
     rows = (moved + matrix(len(rates), 1, ((i, 0, x) for i, x in enumerate(rates))) * late).tolist()
     error = arb(missed.abs_upper())
     for i, row in enumerate(rows):
         box = (arb(x.abs_upper()) if k == i else arb(0) for k, x in lost.items())
         row += [rates[i] * error, *box]
     return arb_mat(rows)
+
+
+def _exchanged(
+    before: Field, following: Field, guard: Guard, moved: Matrix, late: Matrix, missed: Ball, d: Ball
+) -> Matrix:
+    """States at one time, from which the next field leads to each state at its own switch.
+
+    With A and B the rates before and after it, and D = A - B, this is e^(-B d) e^(A d) y. It is
+    y + D y d + e^(-B u) (D A - B D) e^(A u) y d^2/2 for a time u between 0 and d. Where the rates
+    agree at the switch, D e^(A d) y = 0, and it is y up to e^(-B u) D A e^(A w) y d^2/2.
+    """
+    states = _states(moved)
+    whole, middle = hull(states), states * _chosen(states.ncols())
+    change, reach = before.A - following.A, upper(d)
+    rates, rest, bent = [arb(0)] * SIZE, matrix(SIZE, 1), change * before.A
+    if guard is Guard.DRIFT:
+        rates = [x for (x,) in (change * middle).tolist()]
+        rest = change * (whole - middle) * d
+        bent -= following.A * change
+    bent = bent * (_around(before, reach) * whole)
+    rest += _around(following, reach) * bent * symmetric((d * d / 2).abs_upper())
+    lost = {i: x for i, (x,) in enumerate(rest.tolist())}
+    found = _added(moved, [*rates, arb(0)], late, missed, lost)
+    return _rest(found) if following.stick else found
+
+
+def _crossing(before: Field, following: Field, guard: Guard, ended: Matrix, d: Ball) -> Matrix:
+    """Derivative of `_exchanged` by the state, e^(-B d) S e^(A d) with the saltation matrix S.
+
+    It is S + e^(-B u) (S A - B S) e^(A u) d for a time u between 0 and d.
+    """
+    jump, reach = saltation(before, following, guard, hull(_states(ended))), upper(d)
+    bent = jump * three(before.A) - three(following.A) * jump
+    return jump + three(_around(following, reach)) * bent * three(_around(before, reach)) * d
+
+
+def _rest(states: Matrix) -> Matrix:
+    """Put in that the capsule is at rest."""
+    for j in range(states.ncols()):
+        states[C, j] = arb(0)
+    return states
 
 
 def _around(field: Field, reach: float) -> Matrix:

@@ -85,8 +85,8 @@ class Soft:
         except Unproved as error:
             try:
                 return self._softly(bundle, steps, total, angles, error)[0]
-            except Unproved as other:
-                return self._landed(bundle, steps, total, angles[1], other)
+            except Unproved as failed:
+                return self._landed(bundle, steps, total, angles[1], failed)
         if len(merged(steps)) < len(steps) and _rest(found) > _WIDER * _rest(bundle):
             try:
                 other = self._softly(bundle, steps, total, angles, _NONE)[0]
@@ -186,11 +186,11 @@ class Soft:
             raise error
         nominal, last, guard = guess
         segments = self.passage.segments(thin(bundle), nominal, total)
-        *_, (_, _, ended) = islice(segments, last + 1)
-        here, _ = self.passage.number.carried(ended)
+        *_, landed = islice(segments, last + 1)
+        here, _ = self.passage.number.carried(landed.ended)
         after = nominal[last + 1]
         field = self.passage.field(after.field)
-        along = self._table(after.field)[: int(after.duration / _GRID)] @ floats(ended)[:SIZE, 0]
+        along = self._table(after.field)[: int(after.duration / _GRID)] @ floats(here)[:SIZE, 0]
         margins = along @ floats(field.guards)[GUARD_ROWS[guard]]
         reach = float(np.max(np.sum(abs(floats(here)[:3, 1:]), axis=1)))
         end = _end_of_touch(margins, 5 * reach + 1e-9)
@@ -199,8 +199,8 @@ class Soft:
         length = _LENGTHS * ceil(_GRID * end / _LENGTHS)
         here, _ = self._touched(field, here, Window(0.0, length, guard))
         rest = [replace(after, duration=after.duration - length), *nominal[last + 2 :]]
-        *_, (_, _, ended) = self.passage.segments(here, rest, total)
-        return self.passage.section(ended, angle)
+        *_, passed = self.passage.segments(here, rest, total)
+        return self.passage.section(passed.ended, angle)
 
     def _landing(
         self, bundle: Bundle, steps: Sequence[Step]

@@ -221,6 +221,8 @@ def grouped(bundle: Bundle, sides: NDArray[np.float64], directions: int) -> Bund
     Columns stay that are long, or not within the span of the sides.
     """
     size, rest = len(sides), bundle[:, directions:]
+    if size > C and not np.any(bundle[C]):
+        return bundle  # all are at rest, and stay so
     short = ~np.any(rest[size:], axis=0)
     short[np.argsort(-np.sum(abs(rest), axis=0), kind="stable")[:_KEPT]] = False
     held = rest[:size, short]
