@@ -29,6 +29,7 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
 )
 from capsule_sym._enclosures.numbers.fields import Field
+from capsule_sym._enclosures.passage import exchanges
 from capsule_sym._enclosures.passage import segments as passage
 from capsule_sym._enclosures.passage.runs import steps_of
 from capsule_sym._enclosures.passage.segments import Interval, Passage, Step
@@ -84,14 +85,14 @@ def test_a_bundle_holds_the_motions_of_its_interval(alpha: float) -> None:
 
 
 def test_a_bundle_without_what_is_of_second_order_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(passage, "_added", with_terms())
+    monkeypatch.setattr(exchanges, "_added", with_terms())
     alphas = Interval(1.2, 8e-4)
     assert missed(*carried(alphas, SECTION), alphas) > 1e-7
 
 
 def with_terms(*, error: bool = False, rest: bool = False):
     """The step to a switch with only some of the terms that are no form of (1, s, e)."""
-    added = passage._added
+    added = exchanges._added
 
     def without(moved, rates, late, missed, lost):
         found = added(moved, rates, late, missed if error else arb(0), lost)
@@ -119,7 +120,11 @@ def one_switch(place: Sequence[float]) -> tuple[passage.Bundle, float, np.ndarra
         at = np.array([1.0, *place] + [0.0] * (start.shape[1] - 3))
         h = brentq(lambda h: row @ flowed(field, start, at, h), 0.0, 2.0, xtol=1e-15)
         switch = passage._switch(field, thin(start), Step(1, h, Guard.GAP), 53.0, "F1")
-        return passage.rounded(passage._shifted(field, *switch[1:])), h, flowed(field, start, at, h)
+        return (
+            passage.rounded(exchanges.shifted(field, *switch[1:])),
+            h,
+            flowed(field, start, at, h),
+        )
 
 
 def outside(
@@ -140,10 +145,10 @@ def test_a_switch_is_held_only_with_each_of_its_terms(monkeypatch: pytest.Monkey
         return np.max([outside(bundle, place, *true) for place, bundle, *true in found], axis=0)
 
     assert max(worst()) < 1e-14
-    monkeypatch.setattr(passage, "_added", with_terms(rest=True))
+    monkeypatch.setattr(exchanges, "_added", with_terms(rest=True))
     assert worst()[0] > 1e-7
     monkeypatch.undo()
-    monkeypatch.setattr(passage, "_added", with_terms(error=True))
+    monkeypatch.setattr(exchanges, "_added", with_terms(error=True))
     assert worst()[1] > 1e-7
 
 
@@ -166,7 +171,7 @@ def test_a_bundle_of_many_times_is_held_at_one_time(
         start = np.column_stack([start[:, :3], late, start[:, 3:]])
         total = 0.7
         found = passage.rounded(
-            passage._shifted(field, *passage._until(field, thin(start), arb(total))[1:])
+            exchanges.shifted(field, *passage._until(field, thin(start), arb(total))[1:])
         )
     for place in CORNERS:
         at = np.array([1.0, 0.0, *place] + [0.0] * (start.shape[1] - 4))
@@ -279,13 +284,13 @@ def test_a_bundle_has_to_be_in_the_box_itself(monkeypatch: pytest.MonkeyPatch) -
 
 def test_saltations_are_those_of_all_members(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[float] = []
-    saltation = passage.saltation
+    saltation = exchanges.saltation
 
     def spied(field, following, guard, end):
         seen.append(float(end[1, 0].rad()))
         return saltation(field, following, guard, end)
 
-    monkeypatch.setattr(passage, "saltation", spied)
+    monkeypatch.setattr(exchanges, "saltation", spied)
     carried(Interval(1.2, 1e-4), 1)
     assert min(seen) > 1e-6
 
@@ -352,8 +357,8 @@ def test_a_motion_that_has_not_come_near_enough_proves_nothing(
 
 def test_a_derivative_that_is_too_large_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Were the saltation twice as large, the box would not be seen to shrink."""
-    saltation = passage.saltation
-    monkeypatch.setattr(passage, "saltation", lambda *given: saltation(*given) * 2)
+    saltation = exchanges.saltation
+    monkeypatch.setattr(exchanges, "saltation", lambda *given: saltation(*given) * 2)
     with pytest.raises(Unproved, match="attraction"):
         tendency(AT_3_3, Interval(0.7, 1e-5))
 

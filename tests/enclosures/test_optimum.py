@@ -25,7 +25,7 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
 )
 from capsule_sym._enclosures.numbers.fields import SIZE, C, Field
-from capsule_sym._enclosures.passage import segments
+from capsule_sym._enclosures.passage import exchanges
 from capsule_sym._enclosures.passage.frequencies import Driven
 from capsule_sym._enclosures.passage.runs import steps_of
 from capsule_sym._enclosures.passage.segments import Interval, Passage
@@ -134,7 +134,7 @@ def test_a_displacement_is_held_at_another_instant() -> None:
     moved[C, 1] = 0.05
     with precision(80):
         field = driven(index, 0.8, 0.0)
-        found = segments._shifted(field, thin(moved), thin(late), arb(0), arb(0, reach))
+        found = exchanges.shifted(field, thin(moved), thin(late), arb(0), arb(0, reach))
     held = floats(found)
     rest = np.sum(abs(held[:, 2:]), axis=1)
     for s in (-1.0, -0.5, 1.0):

@@ -23,7 +23,7 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
 )
 from capsule_sym._enclosures.numbers.fields import SIZE, Field
-from capsule_sym._enclosures.passage import segments
+from capsule_sym._enclosures.passage import exchanges, segments
 from capsule_sym._enclosures.passage.runs import enclose_run
 from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step
 from capsule_sym._enclosures.passage.switches import Known, after, guard_row, saltation, three
@@ -145,7 +145,7 @@ def test_states_are_shifted_with_their_remainder(index: int, late: float) -> Non
     state = [ball("0.3"), ball("0.7"), ball("0.2"), arb(0), ball("0.4"), arb(1)]
     state[3] = -sum((row[k] * state[k] for k in (0, 1, 2, 4, 5)), arb(0)) / row[3]
     moved = column(*state, "1.5")
-    found = segments._shifted(one, moved, arb_mat([[late]]), arb(0), arb(late))
+    found = exchanges.shifted(one, moved, arb_mat([[late]]), arb(0), arb(late))
     with precision(200):
         exact = (one.A.mid() * arb(late)).exp() * column(*state)
         assert all(segments.hull(found)[i, 0].overlaps(exact[i, 0]) for i in range(SIZE))
@@ -169,7 +169,7 @@ def test_a_switch_is_enclosed_from_a_guess_nearby(off: float, digits: float) -> 
         middle = (low + high) / 2
         low, high = (middle, high) if gap(middle) > 0 else (low, middle)
     at = segments._switch(one, start, Step(1, low + off, Guard.GAP), digits, "F1")
-    h, ended = at.h + at.d, segments._shifted(one, *at[1:])
+    h, ended = at.h + at.d, exchanges.shifted(one, *at[1:])
     assert (h + ball(0, 1e-14)).contains(arb(low))
     assert float(h.rad()) < 0.3
     exact = one.flow(arb(low)) * start_states
@@ -211,7 +211,7 @@ def test_states_of_the_next_field_are_those_that_lead_to_the_switch(name: str, l
         moved = exactly_moved(before, -late) * state
         start = arb_mat([*moved.mid().tolist(), [arb("1.5")]])
         given = start, arb_mat([[late]]), arb(0), arb(late)
-        found = segments.hull(segments._exchanged(before, following, guard, *given))
+        found = segments.hull(exchanges.exchanged(before, following, guard, *given))
         exact = exactly_moved(following, -late) * state
         assert all(found[i, 0].overlaps(exact[i, 0]) for i in range(SIZE))
         assert found[SIZE, 0].contains(start[SIZE, 0])
@@ -227,7 +227,7 @@ def test_an_exchange_is_of_all_states(name: str) -> None:
     columns = [[x, y - x] for (x,), (y,) in zip(state.tolist(), moved.tolist(), strict=True)]
     start = arb_mat([*columns, [arb(0), arb(0)]]).mid()
     given = start, arb_mat([[0, late]]), arb(0), symmetric(late)
-    found = segments._exchanged(before, following, guard, *given)
+    found = exchanges.exchanged(before, following, guard, *given)
     place = arb_mat([[arb(1)], [arb(1)], *[[symmetric(1)]] * (found.ncols() - 2)])
     exact = exactly_moved(following, -late) * other
     there = found * place
@@ -238,7 +238,7 @@ def test_an_exchange_is_of_all_states(name: str) -> None:
 @pytest.mark.parametrize("name", EXCHANGES)
 def test_the_derivative_into_the_next_field_is_that_at_the_switch(name: str, late: float) -> None:
     for before, following, guard, state in switching(name, 40):
-        found = segments._crossing(before, following, guard, state, symmetric(abs(late)))
+        found = exchanges.crossing(before, following, guard, state, symmetric(abs(late)))
         jump = saltation(before, following, guard, state)
         flows = (three(exactly_moved(one, h)) for one, h in ((following, -late), (before, late)))
         behind, ahead = flows
@@ -277,7 +277,9 @@ def test_the_last_segment_alone_has_no_guard(guards: tuple[Guard | None, ...]) -
         [*fields.segments(start, steps, arb(1))]
 
 
-@pytest.mark.parametrize(("before", "guard", "following"), [(2, Guard.UPPER, 3), (1, Guard.DRIFT, 4)])
+@pytest.mark.parametrize(
+    ("before", "guard", "following"), [(2, Guard.UPPER, 3), (1, Guard.DRIFT, 4)]
+)
 def test_a_guard_leads_to_its_own_field(before: int, guard: Guard, following: int) -> None:
     """Rates agree at the end of stick with those of one drift alone."""
     fields = passage(0.005)

@@ -18,7 +18,8 @@ from capsule_sym._enclosures.numbers.balls import (
     matrix,
     precision,
 )
-from capsule_sym._enclosures.passage.segments import BALLS, TIME, Interval, Passage, Step, hull
+from capsule_sym._enclosures.passage.exchanges import TIME, hull
+from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._orbits.shooting.itinerary import guard_between
 

@@ -2,13 +2,16 @@
 
 A bundle is the set of G (1, s, e_1, e_2, ...): s in [-1, 1] is the place of alpha in its interval,
 and every e is in [-1, 1]. Rows are the extended state and the time since the last section. So the
-common part of the states of one alpha, above all their switching times, stays common, where a box
-would lose it. From segment to segment a bundle is carried at one time for all motions: at the
-switch of the middle, in the next field, as if this field had begun or the last one ended then. Only
-the difference of both fields acts on the time between; at a switch at which they agree, it acts in
-second order. Guards are proved on the segments themselves, between the switches of each motion. The step from switch to switch is the same for all numbers; the representation of a
-bundle between two steps is the number's: in `DOUBLES` rounding errors are another column, in
-`BALLS` the bundle is one ball, with as many digits as a single motion needs.
+common part of the states of one alpha stays common, where a box would lose it. From segment to
+segment a bundle is carried at one time for all motions: at the switch of the middle, in the next
+field, as if this field had begun or the last one ended then. Only the difference of both fields
+acts on the time between; at a switch at which they agree, it acts in second order. Guards are
+proved on the segments themselves, between the switches of each motion.
+
+The step from switch to switch is the same for all numbers; the representation of a bundle between
+two steps is the number's: in `DOUBLES` rounding errors are another column, in `BALLS` the bundle is
+one ball, with as many digits as a single motion needs. With an interval of omega a bundle is
+carried at the switch of each motion.
 """
 
 from __future__ import annotations
@@ -31,7 +34,6 @@ from capsule_sym._enclosures.numbers.balls import (
     arb,
     bits,
     floats,
-    matrix,
     precision,
     symmetric,
     thin,
@@ -49,6 +51,20 @@ from capsule_sym._enclosures.numbers.fields import (
     X,
     generated,
 )
+from capsule_sym._enclosures.passage.exchanges import (
+    ROWS,
+    TIME,
+    Switch,
+    around,
+    chosen,
+    crossing,
+    exchanged,
+    extended,
+    hull,
+    ranges,
+    rested,
+    shifted,
+)
 from capsule_sym._enclosures.passage.frequencies import Driven
 from capsule_sym._enclosures.passage.guards import Line
 from capsule_sym._enclosures.passage.margins import QuickWatch
@@ -65,16 +81,14 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.itinerary import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
 
-TIME, ROWS = SIZE, SIZE + 1
 Bundle = NDArray[np.float64]
+"""Shape (7, n): the middle, the direction of alpha, and the other directions."""
 Duration: TypeAlias = "Ball | list[Ball]"
 """Time of a passage, or its middle and its change with alpha and omega."""
-"""Shape (7, n): the middle, the direction of alpha, and the other directions."""
 
 _MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, and how many stay
 _REFINEMENTS = 12
 _FIRST_BITS = 128  # of the first step of Newton's method; each further one has twice as many
-_SLOPE_BITS = 80  # of slopes along a reach, which multiply what is small already
 _UP = 1 + 1e-12
 _FIXED: Sequence[str] = generated.PARAMETERS
 _kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
@@ -205,9 +219,9 @@ class Passage:
     def segments(
         self, start: Matrix, steps: Sequence[Step], total: Duration, derive: bool = False
     ) -> Iterator[Passed]:
-        """Each segment after its proof, with its derivative if asked for."""
+        """Each segment after its proof, with its derivative only where `derive` is true."""
         here, begun, late, known = start, start, arb(0), Known()
-        form = _form(_states(start), self.directions)
+        form = _form(extended(start), self.directions)
         if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
             raise Unproved("first switch", "it is not the last segment alone that has no guard")
         if any(guard_between(a.field, b.field) is not a.guard for a, b in pairwise(steps)):
@@ -223,12 +237,12 @@ class Passage:
             else:
                 switch = _switch(field, here, step, self.number.bits(), name)
                 facts = after(step.guard)
-            ended = _shifted(field, *switch[1:])
+            ended = shifted(field, *switch[1:])
             if step.guard is not None:
                 _pin(field, step.guard, ended)
             if field.stick:
-                _rest(ended)
-            reached, h = _form(_states(ended), self.directions), switch.h + switch.d - late
+                rested(ended)
+            reached, h = _form(extended(ended), self.directions), switch.h + switch.d - late
             orders = known.orders(step.field), facts.orders(step.field)
             self._watch.segment(field, form, reached, h, orders, name)
             if then is None or step.guard is None:
@@ -239,20 +253,20 @@ class Passage:
             by = self._derivative(*at, switch, ended) if derive else None
             yield Passed(field, h, ended, by)
             if self.omegas is None:
-                here, _ = self.number.carried(_exchanged(*at, *switch[1:]))
+                here, _ = self.number.carried(exchanged(*at, *switch[1:]))
                 begun, form, late = ended, reached, switch.d
             else:
                 here, form = self.number.carried(ended)
                 begun = here
 
     def _derivative(
-        self, field: Field, following: Field, guard: Guard, switch: _Switch, ended: Matrix
+        self, field: Field, following: Field, guard: Guard, switch: Switch, ended: Matrix
     ) -> Matrix:
         """Derivative by the state from where a segment is begun to where the next one is."""
         if self.omegas is None:
-            jump = _crossing(field, following, guard, ended, switch.d)
+            jump = crossing(field, following, guard, ended, switch.d)
             return jump * three(field.flow(switch.h))
-        jump = saltation(field, following, guard, hull(_states(ended)))
+        jump = saltation(field, following, guard, hull(extended(ended)))
         return jump * three(field.flow(switch.h + switch.d))
 
 
@@ -269,19 +283,6 @@ class Passed(NamedTuple):
     by: Matrix | None
 
 
-class _Switch(NamedTuple):
-    """Bundle `moved` after a time h, and the time d from then to the switch of each motion.
-
-    It is `late` (1, s, e) up to `missed`, and within the ball d.
-    """
-
-    h: Ball
-    moved: Matrix
-    late: Matrix
-    missed: Ball
-    d: Ball
-
-
 def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch]:
     """Fields, and the proof of their guards, which are the same for all alpha."""
     key = (
@@ -294,7 +295,7 @@ def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch
     return _kept[key]
 
 
-def _until(field: Field, bundle: Matrix, total: Duration) -> _Switch:
+def _until(field: Field, bundle: Matrix, total: Duration) -> Switch:
     """Duration and states of a segment up to a time since the section."""
     parts = total if isinstance(total, list) else [total]
     middle = arb((parts[0] - bundle[TIME, 0]).mid())
@@ -303,17 +304,15 @@ def _until(field: Field, bundle: Matrix, total: Duration) -> _Switch:
     for k, part in enumerate(parts):
         late[0, k] += part
     d = hull(late)[0, 0]
-    return _Switch(middle, moved, late, arb(0), d)
+    return Switch(middle, moved, late, arb(0), d)
 
 
-def _switch(
-    field: Field, bundle: Matrix, step: Step, digits: float, name: str
-) -> _Switch:
+def _switch(field: Field, bundle: Matrix, step: Step, digits: float, name: str) -> Switch:
     """Zero of the guard of a segment."""
     assert step.guard is not None
     row = guard_row(field, step.guard)
     rate = row * field.A
-    h, start = arb(step.duration), _states(bundle) * _chosen(bundle.ncols())
+    h, start = arb(step.duration), extended(bundle) * chosen(bundle.ncols())
     near_by = field.near if isinstance(field, Driven) else field
     near = max(2.0 ** (-digits / 2), 1e-300)
     start, most = start.mid(), bits()
@@ -328,7 +327,7 @@ def _switch(
         if used == most and upper(move) < near:
             break
     moved = _moved(field, h, bundle)
-    states = _states(moved)
+    states = extended(moved)
     off, whole = row * states, hull(states)
     slope, reach = (rate * whole)[0, 0], 0.0
     for _ in range(_REFINEMENTS):
@@ -338,87 +337,10 @@ def _switch(
         d = -hull(off)[0, 0] / slope
         if upper(d) < reach:
             chord = arb((rate * states)[0, 0].mid())
-            return _Switch(h, moved, off / -chord, (1 - slope / chord) * d, d)
+            return Switch(h, moved, off / -chord, (1 - slope / chord) * d, d)
         reach = 1.25 * upper(d) + 1e-300
-        slope = (rate * (_around(field, reach) * whole))[0, 0]
+        slope = (rate * (around(field, reach) * whole))[0, 0]
     raise Unproved("first switch", f"the switch of {name} is not enclosed")
-
-
-def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -> Matrix:
-    """States a time d later: d is `late` (1, s, e) with an error `missed`, and in the ball `d`.
-
-    y(d) = y + A y_0 d + A (y - y_0) d + A^2 e^(A d') y d^2/2, with y_0 the middle.
-    """
-    states = _states(moved)
-    whole, middle = hull(states), states * _chosen(states.ncols())
-    rates = [*(x for (x,) in (field.A * middle).tolist()), arb(1)]
-    rest = field.A * (whole - middle) * d
-    bent = field.A * (_around(field, upper(d)) * whole)
-    rest += field.A * bent * (d * d / 2)
-    lost = {i: x for i, (x,) in enumerate(rest.tolist())}
-    if moved.nrows() > ROWS:
-        rates.append(middle[C, 0])
-        lost[ROWS] = (whole - middle)[C, 0] * d + bent[C, 0] * (d * d / 2)
-    return _added(moved, rates, late, missed, lost)
-
-
-def _added(
-    moved: Matrix, rates: Sequence[Ball], late: Matrix, missed: Ball, lost: Mapping[int, Ball]
-) -> Matrix:
-    """A bundle with rates times a time (1, s, e), its error, and a box of other errors."""
-    rows = (moved + matrix(len(rates), 1, ((i, 0, x) for i, x in enumerate(rates))) * late).tolist()
-    error = arb(missed.abs_upper())
-    for i, row in enumerate(rows):
-        box = (arb(x.abs_upper()) if k == i else arb(0) for k, x in lost.items())
-        row += [rates[i] * error, *box]
-    return arb_mat(rows)
-
-
-def _exchanged(
-    before: Field, following: Field, guard: Guard, moved: Matrix, late: Matrix, missed: Ball, d: Ball
-) -> Matrix:
-    """States at one time, from which the next field leads to each state at its own switch.
-
-    With A and B the rates before and after it, and D = A - B, this is e^(-B d) e^(A d) y. It is
-    y + D y d + e^(-B u) (D A - B D) e^(A u) y d^2/2 for a time u between 0 and d. Where the rates
-    agree at the switch, D e^(A d) y = 0, and it is y up to e^(-B u) D A e^(A w) y d^2/2.
-    """
-    states = _states(moved)
-    whole, middle = hull(states), states * _chosen(states.ncols())
-    change, reach = before.A - following.A, upper(d)
-    rates, rest, bent = [arb(0)] * SIZE, matrix(SIZE, 1), change * before.A
-    if guard is Guard.DRIFT:
-        rates = [x for (x,) in (change * middle).tolist()]
-        rest = change * (whole - middle) * d
-        bent -= following.A * change
-    bent = bent * (_around(before, reach) * whole)
-    rest += _around(following, reach) * bent * symmetric((d * d / 2).abs_upper())
-    lost = {i: x for i, (x,) in enumerate(rest.tolist())}
-    found = _added(moved, [*rates, arb(0)], late, missed, lost)
-    return _rest(found) if following.stick else found
-
-
-def _crossing(before: Field, following: Field, guard: Guard, ended: Matrix, d: Ball) -> Matrix:
-    """Derivative of `_exchanged` by the state, e^(-B d) S e^(A d) with the saltation matrix S.
-
-    It is S + e^(-B u) (S A - B S) e^(A u) d for a time u between 0 and d.
-    """
-    jump, reach = saltation(before, following, guard, hull(_states(ended))), upper(d)
-    bent = jump * three(before.A) - three(following.A) * jump
-    return jump + three(_around(following, reach)) * bent * three(_around(before, reach)) * d
-
-
-def _rest(states: Matrix) -> Matrix:
-    """Put in that the capsule is at rest."""
-    for j in range(states.ncols()):
-        states[C, j] = arb(0)
-    return states
-
-
-def _around(field: Field, reach: float) -> Matrix:
-    """Flow over all times up to a reach forwards and backwards."""
-    with precision(min(bits(), _SLOPE_BITS)):
-        return field.flow(symmetric(reach))
 
 
 def _pin(field: Field, guard: Guard, ended: Matrix) -> None:
@@ -434,31 +356,9 @@ def _pin(field: Field, guard: Guard, ended: Matrix) -> None:
 def _moved(field: Field, h: Ball, bundle: Matrix) -> Matrix:
     """A bundle an exact time later: the flow of the extended state and of the time."""
     if isinstance(field, Driven):
-        return field.moved(h, bundle, hull(bundle), bundle * _chosen(bundle.ncols()))
+        return field.moved(h, bundle, hull(bundle), bundle * chosen(bundle.ncols()))
     rows = [[*row, 0] for row in field.flow(h).tolist()]
     return arb_mat([*rows, [*[0] * ONE, h, 1]]) * bundle
-
-
-def _states(moved: Matrix) -> Matrix:
-    """The rows of the extended state."""
-    return _head(moved.nrows()) * moved
-
-
-@cache
-def _head(rows: int) -> Matrix:
-    return unit(SIZE, rows)
-
-
-@cache
-def _any(count: int) -> Matrix:
-    """Range of (1, s, e), as a column."""
-    return arb_mat([[symmetric(1) if j else arb(1)] for j in range(count)])
-
-
-@cache
-def _chosen(count: int) -> Matrix:
-    """Column that selects the middle of a bundle."""
-    return arb_mat([[arb(0 if j else 1)] for j in range(count)])
 
 
 @cache
@@ -473,11 +373,6 @@ def _parts(count: int, directions: int) -> Matrix:
     )
 
 
-def hull(states: Matrix) -> Matrix:
-    """The column of balls that holds all states of a bundle."""
-    return states * _any(states.ncols())
-
-
 def _form(states: Matrix, directions: int = 2) -> Matrix:
     """A bundle as middle, direction of alpha, and rest."""
     return states * _parts(states.ncols(), directions)
@@ -486,7 +381,7 @@ def _form(states: Matrix, directions: int = 2) -> Matrix:
 def rounded(whole: Matrix, directions: int = 2) -> Bundle:
     """Bundle in doubles that contains a bundle of balls; rounding is a box, as more columns."""
     kept = floats(whole)
-    left = (whole - thin(kept)) * (_any(whole.ncols()) * symmetric(1))
+    left = (whole - thin(kept)) * (ranges(whole.ncols()) * symmetric(1))
     lost = [0.0 if x.is_zero() else upper(x) for (x,) in left.tolist()]
     if kept.shape[1] > _MOST:
         lengths = np.sum(abs(kept[:, directions:]), axis=0)
@@ -507,7 +402,7 @@ def _in_doubles(whole: Matrix, directions: int = 2) -> tuple[Matrix, Matrix]:
 
 def _in_balls(whole: Matrix) -> tuple[Matrix, Matrix]:
     found = hull(whole)
-    return found, _states(found)
+    return found, extended(found)
 
 
 DOUBLES = Number(_in_doubles, lambda: 53.0)

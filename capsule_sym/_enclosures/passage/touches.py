@@ -29,14 +29,8 @@ from capsule_sym._enclosures.numbers.balls import (
     unit,
 )
 from capsule_sym._enclosures.numbers.fields import SIZE, C, Field
-from capsule_sym._enclosures.passage.segments import (
-    ROWS,
-    TIME,
-    Bundle,
-    Duration,
-    Passage,
-    Step,
-)
+from capsule_sym._enclosures.passage.exchanges import ROWS, TIME
+from capsule_sym._enclosures.passage.segments import Bundle, Duration, Passage, Step
 from capsule_sym._enclosures.passage.windows import GUARD_ROWS, Touch, Window
 from capsule_sym._map.expansion import Guard
 

@@ -34,8 +34,8 @@ from capsule_sym._enclosures.numbers.balls import (
     unit,
 )
 from capsule_sym._enclosures.numbers.fields import SIZE, C, Field, V, X
+from capsule_sym._enclosures.passage.exchanges import ROWS
 from capsule_sym._enclosures.passage.guards import Line
-from capsule_sym._enclosures.passage.segments import ROWS
 from capsule_sym._enclosures.passage.switches import three
 from capsule_sym._map.expansion import Guard
 from capsule_sym.generated.capsule.facts import FIELDS

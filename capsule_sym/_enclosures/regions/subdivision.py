@@ -42,7 +42,7 @@ from capsule_sym.generated.capsule import fields as generated
 
 _FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
 _FIRST_DRIVES = (6, 7)  # levels of the parts of the drives to begin with
-_FIRST_INTERVALS = 11  # halvings of the intervals to begin with
+_FIRST_INTERVALS = 9  # halvings of the intervals to begin with
 _LEAST = 2.0**-36  # share below which a part is not halved any more
 _AHEAD = 6  # parts in progress
 
