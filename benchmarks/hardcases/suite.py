@@ -17,7 +17,8 @@ from benchmarks.hardcases import cases
 from benchmarks.hardcases.cases import Case
 from benchmarks.hardcases.reference import Start
 from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, matrix, precision
-from capsule_sym._enclosures.passage.segments import BALLS, TIME, Interval, Passage, Step, hull
+from capsule_sym._enclosures.passage.exchanges import TIME, hull
+from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step
 from capsule_sym._enclosures.passage.switches import Known
 from capsule_sym._map import Segment, simulate
 from capsule_sym._orbits.shooting.itinerary import guard_between
@@ -137,7 +138,8 @@ def _enclosed(start: Start, segments: list[Segment], count: int, end: float) -> 
         passage = Passage(values, Interval(values["alpha"]), BALLS)
         begun = passage.start(states, values["omega"] * arb(start.phase))
         total = arb(end) - arb(start.phase)
-        ended = [hull(there) for *_, there in passage.segments(begun, steps, total, _known(start))]
+        passed = passage.segments(begun, steps, total, _known(start))
+        ended = [hull(one.ended) for one in passed]
         return [arb(start.phase) + one[TIME, 0] for one in ended[:-1]]
 
 

@@ -90,6 +90,7 @@ _MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, a
 _REFINEMENTS = 12
 _FIRST_BITS = 128  # of the first step of Newton's method; each further one has twice as many
 _UP = 1 + 1e-12
+_NOTHING = Known()
 _FIXED: Sequence[str] = generated.PARAMETERS
 _kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
 
@@ -217,10 +218,18 @@ class Passage:
         return ended, by
 
     def segments(
-        self, start: Matrix, steps: Sequence[Step], total: Duration, derive: bool = False
+        self,
+        start: Matrix,
+        steps: Sequence[Step],
+        total: Duration,
+        known: Known = _NOTHING,
+        derive: bool = False,
     ) -> Iterator[Passed]:
-        """Each segment after its proof, with its derivative only where `derive` is true."""
-        here, begun, late, known = start, start, arb(0), Known()
+        """Each segment after its proof, with its derivative only where `derive` is true.
+
+        `known` are exact facts at the start.
+        """
+        here, begun, late = start, start, arb(0)
         form = _form(extended(start), self.directions)
         if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
             raise Unproved("first switch", "it is not the last segment alone that has no guard")
