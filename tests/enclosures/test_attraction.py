@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from flint import arb_mat
 
+from capsule_sym import Parameters, simulate
 from capsule_sym._enclosures.numbers.balls import (
     Unproved,
     arb,
@@ -20,7 +21,14 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.passage.segments import Bundle, Step
 from capsule_sym._enclosures.regions import attraction
-from capsule_sym._enclosures.regions.attraction import Motions, contraction, farthest, grouped
+from capsule_sym._enclosures.regions.attraction import (
+    Motions,
+    attempt,
+    contraction,
+    farthest,
+    grouped,
+)
+from capsule_sym._enclosures.regions.parts import AlphaPart
 from capsule_sym._map.expansion import Guard
 
 
@@ -200,3 +208,15 @@ def test_a_set_in_groups_shrinks_as_its_motions_do() -> None:
         bundle[:2] = turn @ bundle[:2]
         bundle = grouped(bundle, SIDES, 2)
     assert np.max(reach(bundle)) < 2 * 0.95**100 * np.max(reach(columns()))
+
+
+@pytest.mark.parametrize(
+    "part", [AlphaPart(0, 18, 138874), AlphaPart(2, 22, 4180926), AlphaPart(2, 26, 66894826)]
+)
+def test_a_part_across_a_bifurcation_has_no_itinerary(part: AlphaPart) -> None:
+    """All its motions are in the last box, through a window in which a guard is touched or not."""
+    alphas, gamma = part.alphas, float(part.gammas[0])
+    ends = (alphas.middle - alphas.radius, alphas.middle + alphas.radius)
+    motions = [simulate(Parameters(alpha=a, gamma=gamma), periods=1200).steady() for a in ends]
+    assert len({motion.itinerary for motion in motions if motion is not None}) == 2
+    assert attempt(part).itinerary is None

@@ -49,6 +49,7 @@ PERIODS = 1200
 _NEAR = (3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-8)  # distances at which a box is tried
 _ROOM = 1.2  # size of the box beside the least that a contraction needs
 _KEPT = 12  # columns that are not put into a box after a period
+_IMAGES = 60  # of a box, until its periodic motions are seen to have one itinerary
 
 
 @dataclass(frozen=True)
@@ -190,7 +191,26 @@ class Motions:
         if not (arb(moved) + arb(factor) < 1 and inside < 1):
             detail = f"{inside:.2g}, then {moved:.2g} + {factor:.2g}, of a box"
             raise Unproved("attraction", f"{detail} is not within it")
+        if touching:
+            self._repeats(box)
         return Tendency(itinerary_of(self.steps(goal.section)), section, factor, wide)
+
+    def _repeats(self, bundle: Bundle) -> None:
+        """Prove that the periodic motions of a bundle have the run's itinerary; raises Unproved.
+
+        All images of the bundle hold them. In a window it is open whether a guard is touched.
+        """
+        goal, angles = self._goal, (self.angle, self.angle)
+        steps = self.steps(goal.section)
+        for left in reversed(range(_IMAGES)):
+            try:
+                self._soft.hard(bundle, steps, self.turn, angles)
+                return
+            except Unproved:
+                if not left:
+                    raise
+            moved = self._soft.moved(bundle, steps, self.turn, angles)
+            bundle = grouped(moved, goal.sides, self.passage.directions)
 
 
 class _Goal(NamedTuple):
