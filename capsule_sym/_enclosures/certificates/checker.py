@@ -56,7 +56,8 @@ def fit(form: Any, given: Any, at: str) -> None:
         more = isinstance(form, list) and given != []
         good = isinstance(given, list) and (more or len(given) == len(form))
     else:
-        good = type(given) is form or (type(given) is int and form is not bool and given in form)
+        whole = type(given) is int and isinstance(form, range)
+        good = given in form if whole else type(given) is form
     if not good:
         raise Rejected(f"{at}: not of the form that the schema gives")
     for key, part in form.items() if isinstance(form, dict) else ():

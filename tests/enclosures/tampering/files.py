@@ -21,7 +21,8 @@ FILES: dict[str, Callable[[Certificate], Iterator[Any]]] = {
     ),
     "form: no certificate": lambda given: iter([file_of(), {"version": 1}]),
     "form: certificates in another form": lambda given: iter(
-        {"version": 1, "certificates": v} for v in (given, {"0": given}, [[given]], [None], "x", 1)
+        {"version": 1, "certificates": v}
+        for v in (given, {"0": given}, [[given]], [None], [1], [True], "x", 1)
     ),
     "form: certificate twice": lambda given: iter(
         [file_of(given, given), file_of(given, dict(reversed(given.items())))]
