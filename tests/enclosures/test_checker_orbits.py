@@ -89,19 +89,20 @@ def test_a_number_between_two_roundings_is_not_written() -> None:
 def test_a_checker_works_from_its_file_alone(module: ModuleType, tmp_path: Path) -> None:
     source = Path(str(module.__file__)).read_text()
     assert "capsule_sym" not in source
-    (tmp_path / "checker.py").write_text(source)
+    name = Path(str(module.__file__)).name
+    (tmp_path / name).write_text(source)
     held = tmp_path / "certificates.json"
     held.write_text(json.dumps(file_of([orbit(0.7), orbit(0.003)])))
 
     def ended(*files: Path) -> tuple[int, str, str]:
-        words = [sys.executable, "-I", tmp_path / "checker.py", *files]
+        words = [sys.executable, "-I", tmp_path / name, *files]
         run = subprocess.run(words, capture_output=True, text=True)
         return run.returncode, run.stdout, run.stderr
 
     assert ended(held) == (0, f"{held} [0]: accepted\n{held} [1]: accepted\n", "")
     held.write_text(json.dumps(file_of([{**orbit(0.7), "stable": False}])))
     assert ended(held) == (1, f"{held} [0]: rejected (stability)\n", "")
-    assert ended() == (1, "", "usage: python checker.py FILE...\n")
+    assert ended() == (1, "", f"usage: python {name} FILE...\n")
     held.write_text("{")
     status, out, err = ended(held, held)
     assert (status, out, len(err.splitlines())) == (2, "", 2)

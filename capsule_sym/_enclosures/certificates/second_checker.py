@@ -133,10 +133,17 @@ def series(a: Matrix, y: Matrix, least: int = 2) -> tuple[list[Matrix], int]:
     return terms, size
 
 
+def bounded(a: Matrix) -> Matrix:
+    """A matrix, or Rejected if its numbers have too many digits to go on."""
+    if norm(a) >> 2 * I.bits:
+        raise Rejected("a number is too large")
+    return a
+
+
 def moved(a: Matrix, y: Matrix) -> Matrix:
     """exp(a) y, by the series of a half of a, and its square, as long as norm(a) > 2."""
     if norm(a) > 2 << I.bits:
-        half = moved([[x.over(2) for x in row] for row in a], unit(len(a)))
+        half = bounded(moved([[x.over(2) for x in row] for row in bounded(a)], unit(len(a))))
         return times(times(half, half), y)
     terms, rest = series(a, y)
     return [
@@ -219,8 +226,7 @@ def positive(a: Matrix, y: Matrix, z: Matrix, h: I, guards: list[Any], depth: in
     `guards` are rows, and how often each vanishes at y and at z. The first terms of its series that
     do not vanish are above the sum of all later ones that are negative, and of the rest.
     """
-    middle, left = None, guards
-    h = I(h.hi, h.hi)
+    left, h = guards, I(h.hi, h.hi)
     if norm(scaled(a, h)) <= 2 << I.bits:
         left, ways = [], {}
         for row, before, after in guards:
@@ -590,6 +596,6 @@ def main(paths: list[str]) -> int:
 
 if __name__ == "__main__":
     try:
-        sys.exit(main(sys.argv[1:]) if sys.argv[1:] else "usage: python checker.py FILE...")
+        sys.exit(main(sys.argv[1:]) if sys.argv[1:] else "usage: python second_checker.py FILE...")
     except KeyboardInterrupt:
         sys.exit(130)
