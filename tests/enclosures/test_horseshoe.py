@@ -65,11 +65,15 @@ def test_the_coverings_of_a_set_are_proved_and_accepted() -> None:
     checked(of_one())
 
 
+def written(number: float) -> str:
+    return f"{number:.9f}".rstrip("0").rstrip(".")
+
+
 def moved(name: str, share: float) -> Callable[[dict[str, Any]], None]:
     def change(given: dict[str, Any]) -> None:
         one = given["sets"][QUICK]
         one["centre"] = [
-            f"{float(x) + share * float(y):.9f}"
+            written(float(x) + share * float(y))
             for x, y in zip(one["centre"], one[name], strict=True)
         ]
 
@@ -79,7 +83,7 @@ def moved(name: str, share: float) -> Callable[[dict[str, Any]], None]:
 def scaled(number: int, name: str, by: float) -> Callable[[dict[str, Any]], None]:
     def change(given: dict[str, Any]) -> None:
         one = given["sets"][number]
-        one[name] = [f"{by * float(x):.9f}" for x in one[name]]
+        one[name] = [written(by * float(x)) for x in one[name]]
 
     return change
 
@@ -284,6 +288,23 @@ def test_what_is_no_certificate_is_refused(change: Callable[[Any], Any]) -> None
         checker.check_certificate(change(copy.deepcopy(kept())))
 
 
+def test_a_file_says_one_thing() -> None:
+    text = json.dumps(kept())
+    assert checker.held(text) == kept()
+    twice = text.replace('"alpha":', '"alpha": "9", "alpha":')
+    for other in (
+        twice,
+        text.replace("10000", "1e4"),
+        text.replace("10000", "NaN"),
+        f"\ufeff{text}",
+    ):
+        with pytest.raises(ValueError, match=r"twice|integer|BOM"):
+            checker.held(other)
+    for other in ("0.30", "00.3", "-0", "3e-1", "0.\u0663", "0." + 400 * "3"):
+        with pytest.raises(checker.Rejected, match="a number"):
+            checker.read(kept() | {"parameters": kept()["parameters"] | {"alpha": other}})
+
+
 @pytest.mark.long
 def test_the_whole_horseshoe_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(horseshoe, "_DEEPEST", 16)
@@ -380,6 +401,53 @@ def repeated(parameters: Parameters, starts: np.ndarray) -> np.ndarray:
         residual = (ends - np.roll(starts, -1, axis=0)).ravel()
         starts = starts - np.linalg.solve(by, residual).reshape(n, 2)
     return starts[0]
+
+
+def test_a_period_lasts_through_its_last_segment() -> None:
+    """With a period that is shorter by more than the last rest, this rest would run backwards."""
+    checker.ctx.prec = checker.BITS
+    one = checker.Checker(kept())
+    chosen, half = one.sets[QUICK], Fraction(1, 8)
+    others: list[list[Any]] = [[0] * 3, [one.p["alpha"], 0, 0], [0] * 3, [1, 0, 0]]
+    y = checker.arb_mat([*chosen.part([(-half, half)] * 2).tolist(), *others])
+    last = float(one.turn) - sum(map(float, chosen.given["durations"]))
+    with pytest.raises(checker.Rejected, match="period ends"):
+        checker.image(one.fields, chosen.given, y, one.turn - 1.1 * last, one.p["delta"])
+
+
+def test_a_covering_counts_once_and_parameters_are_positive() -> None:
+    with pytest.raises(checker.Rejected, match="twice"):
+        checker.read(kept() | {"coverings": kept()["coverings"] * 2})
+    for name in ("omega", "gamma", "f_b"):
+        with pytest.raises(checker.Rejected, match="the parameters"):
+            checker.Checker(kept() | {"parameters": kept()["parameters"] | {name: "-1"}})
+
+
+def test_all_guards_are_proved_and_not_only_those_that_switch() -> None:
+    """Stick with a force that is too large at its start, and stick through contact."""
+    checker.ctx.prec = checker.BITS
+    one = checker.Checker(kept())
+    others: list[list[Any]] = [*([0] * 3 for _ in range(3)), [1, 0, 0]]
+    strong = checker.arb_mat([[-2, 0.001, 0], [5, 0, 0.001], *others])
+    passing = {"fields": [2, 5], "durations": ["0.5"]}
+    switch, *_ = checker.switch(one.fields[2], 0, strong, 0.5)
+    turn = switch + checker.arb("0.001")
+    with pytest.raises(checker.Rejected, match="positive"):
+        checker.image(one.fields, passing, strong, turn, one.p["delta"])
+    weak = checker.arb_mat([[0.29, 0, 0], [1, 0, 0], *others])
+    with pytest.raises(checker.Rejected, match="positive"):
+        checker.image(
+            one.fields, {"fields": [2], "durations": []}, weak, checker.arb(0.1), one.p["delta"]
+        )
+
+
+def test_a_guard_is_proved_up_to_its_switch() -> None:
+    checker.ctx.prec = checker.BITS
+    one = checker.Checker(kept())
+    rows = [[0.2, 0, 0], [1, 0, 0], *([0] * 3 for _ in range(3)), [1, 0, 0]]
+    middle, every, until = checker.switch(one.fields[2], 0, checker.arb_mat(rows), 0.1)
+    assert middle.overlaps(every)
+    assert until < every < until + 1e-9
 
 
 def test_a_guard_that_dips_at_the_end_of_a_piece_is_noticed() -> None:

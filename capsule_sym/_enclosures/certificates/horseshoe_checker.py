@@ -9,16 +9,16 @@ import json
 import re
 import sys
 from fractions import Fraction
+from math import floor
 from pathlib import Path
 from typing import Any
 
 from flint import arb, arb_mat, ctx
 
 BITS, HALVINGS, DEEPEST, PIECE = 80, 20, 7, 0.25
-NUMBER = r"-?\d+(\.\d+)?"
+NUMBER = r"(?!-0$)-?(0|[1-9][0-9]*)(\.[0-9]*[1-9])?"
 NAMES = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b")
 MODES = {f: (int(f > 3), 1 - (f - 1) % 3) for f in range(1, 7)}  # contact, drift
-SQUARE = arb_mat([[1, 0, 0], [0, arb(0, 1), 0], [0, 0, arb(0, 1)]])
 SIDES = (Fraction(-1), Fraction(1))
 
 
@@ -277,6 +277,20 @@ class Checker:
                 require(abs(s) < 1 or abs(u) > 1, "an image leaves a set by its long edges")
 
 
+def held(text: str) -> Any:
+    """What a file holds; raises ValueError for a key twice and for numbers but integers."""
+
+    def refused(number: str) -> Any:
+        raise ValueError(f"{number[:20]} is not an integer")
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(found := dict(pairs)) < len(pairs):
+            raise ValueError("an object has a key twice")
+        return found
+
+    return json.loads(text, object_pairs_hook=once, parse_float=refused, parse_constant=refused)
+
+
 def read(given: dict[str, Any]) -> None:
     """Reject what is not written as a certificate of a horseshoe."""
     require(
@@ -296,7 +310,8 @@ def read(given: dict[str, Any]) -> None:
             not MODES[order[0]][1] and not MODES[order[-1]][1], "a period begins or ends in drift"
         )
         texts += [text for pair in (*pairs, one["durations"]) for text in pair]
-    require(all(re.fullmatch(NUMBER, text) is not None for text in texts), "a number")
+    short = all(len(text) <= 400 for text in texts)
+    require(short and all(re.fullmatch(NUMBER, text) for text in texts), "a number")
     whole, rows = [*given["weights"]], given["coverings"]
     require(len(whole) == count > 0 and min(whole) > 0, "the weights")
     for row in rows:
@@ -320,7 +335,11 @@ def check_certificate(given: dict[str, Any]) -> float:
 
 if __name__ == "__main__":
     try:
-        text = Path(sys.argv[1]).read_bytes()
-        print(f"accepted: entropy at least {check_certificate(json.loads(text)):.6f}")
-    except (IndexError, OSError, RecursionError, ValueError, Rejected) as error:
+        if len(sys.argv) != 2:
+            sys.exit("usage: python horseshoe_checker.py FILE")
+        entropy = check_certificate(held(Path(sys.argv[1]).read_text("utf-8")))
+        print(f"accepted: entropy at least {floor(1e6 * entropy) / 1e6:.6f}")
+    except (OSError, RecursionError, ValueError, Rejected) as error:
         sys.exit(f"rejected: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
