@@ -55,10 +55,9 @@ def libraries() -> dict[str, str]:
 
 def other_libraries(held: Mapping[str, str]) -> str:
     """Libraries of which a file has other versions, as text; empty if there is none."""
+    told = libraries() | {**held}  # a TypeError if it is no mapping
     others = (
-        f"{one} {held[one]}, not {now}"
-        for one, now in libraries().items()
-        if held.get(one, now) != now
+        f"{one} {told[one]}, not {now}" for one, now in libraries().items() if told[one] != now
     )
     return " and ".join(others)
 
