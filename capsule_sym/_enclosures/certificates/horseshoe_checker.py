@@ -278,7 +278,7 @@ class Checker:
 
 
 def held(text: str) -> Any:
-    """What a file holds; raises ValueError for a key twice and for numbers but integers."""
+    """Content of a file; raises ValueError for a key twice and for numbers but integers."""
 
     def refused(number: str) -> Any:
         raise ValueError(f"{number[:20]} is not an integer")

@@ -134,7 +134,7 @@ def series(a: Matrix, y: Matrix, least: int = 2) -> tuple[list[Matrix], int]:
 
 
 def bounded(a: Matrix) -> Matrix:
-    """A matrix, or Rejected if its numbers have too many digits to go on."""
+    """A matrix, or Rejected if its numbers have too many digits."""
     if norm(a) >> 2 * I.bits:
         raise Rejected("a number is too large")
     return a
