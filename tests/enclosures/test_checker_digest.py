@@ -28,7 +28,7 @@ def test_a_file_of_other_libraries_is_refused_with_what_differs(tmp_path: Path) 
     assert header["libraries"] == module.libraries()
     begun(path, FROM_REST)
     libraries = {**header["libraries"], "python-flint": "0.6.0"}
-    path.write_text(json.dumps({"code": "0", "libraries": libraries}) + "\n")
+    path.write_text(json.dumps(FROM_REST.begin() | {"code": "0", "libraries": libraries}) + "\n")
     now = module.libraries()["python-flint"]
     with pytest.raises(InvalidInput, match=f"proved by python-flint 0.6.0, not {now}"):
         begun(path, FROM_REST)
@@ -37,6 +37,6 @@ def test_a_file_of_other_libraries_is_refused_with_what_differs(tmp_path: Path) 
 def test_a_file_without_names_of_libraries_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rest.jsonl"
     for libraries in ([1], 1, "FLINT", None):
-        path.write_text(json.dumps({"code": FROM_REST.code(), "libraries": libraries}) + "\n")
+        path.write_text(json.dumps(FROM_REST.begin() | {"libraries": libraries}) + "\n")
         with pytest.raises(InvalidInput, match="one that `enclose --from-rest` wrote"):
             begun(path, FROM_REST)

@@ -313,13 +313,13 @@ def test_a_part_is_proved_at_its_own_mass_ratio(ratio: int, gamma: float) -> Non
 def test_other_constants_are_other_code(monkeypatch: pytest.MonkeyPatch) -> None:
     """The digest has the parameters and what contact and drift are, not only the proof."""
     held = {module.__name__.rpartition(".")[2] for module in regions_digest(monkeypatch)}
-    assert {"parts", "case", "attraction", "segments", "guards", "contact", "drift"} <= held
+    assert {"parts", "case", "attraction", "segments", "guards", "itinerary", "facts"} <= held
 
 
 def regions_digest(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     told: list[Any] = []
     monkeypatch.setattr(regions, "digest", lambda code: told.extend(code) or "")
-    regions.code_from_rest()
+    FROM_REST.code()
     return told
 
 
@@ -396,13 +396,30 @@ def test_halves_cover_their_interval() -> None:
 def test_a_plan_keeps_halvings_and_no_claims(tmp_path: Path) -> None:
     """An earlier file, here of other code, spares attempts; what it proved is proved again."""
     earlier, path = tmp_path / "earlier.jsonl.gz", tmp_path / "from-rest.jsonl"
-    whole = {"part": [BOTH, 11, 1330], "seconds": 9.0, "work": 9.0, "along": [1]}
-    claim = {"part": [0, 11, 1330], "seconds": 9.0, "work": 9.0, "itinerary": "F1, gamma = 3.3"}
-    lines = "".join(json.dumps(one) + "\n" for one in ({"code": "other"}, whole, claim))
+    header = {"option": "--from-rest", "code": "other"}
+    whole = {"part": [BOTH, 9, 332], "seconds": 9.0, "work": 9.0, "along": [1]}
+    claim = {"part": [0, 9, 332], "seconds": 9.0, "work": 9.0, "itinerary": "F1, gamma = 3.3"}
+    lines = "".join(json.dumps(one) + "\n" for one in (header, whole, claim))
     earlier.write_bytes(gzip.compress(lines.encode()))
     plane = prove(path, 1e-9, workers=1, task=FROM_REST, plan=earlier)
     assert (plane.patches, plane.work, len(plane.open)) == (0, 0.0, len(FROM_REST.first()) + 1)
-    earlier.write_bytes(b"no such file")
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        b"no such file",
+        gzip.compress(b"[]\n"),
+        gzip.compress(b'{"option": "--region", "code": "other"}\n'),
+        gzip.compress(
+            b'{"option": "--from-rest", "code": "other"}\n'
+            b'{"part": [0, 11, 0], "seconds": 1.0, "work": 1.0, "along": [1]}\n'
+        ),
+    ],
+)
+def test_a_plan_of_something_else_is_refused(tmp_path: Path, lines: bytes) -> None:
+    earlier = tmp_path / "earlier.jsonl.gz"
+    earlier.write_bytes(lines)
     with pytest.raises(InvalidInput, match="enclose --from-rest"):
         prove(tmp_path / "other.jsonl", 1e-9, workers=1, task=FROM_REST, plan=earlier)
 
@@ -440,15 +457,16 @@ def test_work_resumes_and_other_code_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "from-rest.jsonl"
     prove(path, 1e-9, workers=1, task=FROM_REST)
     first = len(FROM_REST.first())
-    part = AlphaPart(0, 11, 1330)  # about 0.7
+    part = AlphaPart(0, 10, 665)  # about 0.7
     outcome = attempt(part)
     assert outcome.itinerary == "F1 F2 F5 F4, gamma = 3.3"
     line = {"part": list(part), "seconds": 1.0, "work": 0.5, "itinerary": outcome.itinerary}
-    whole = {"part": [BOTH, 11, 1330], "seconds": 1.0, "work": 0.1, "along": [1]}
+    whole = {"part": [BOTH, 9, 332], "seconds": 1.0, "work": 0.1, "along": [1]}
+    halved = {"part": [0, 9, 332], "seconds": 1.0, "work": 0.1, "along": [0]}
     with path.open("a") as file:
-        file.writelines(json.dumps(one) + "\n" for one in (whole, line))
+        file.writelines(json.dumps(one) + "\n" for one in (whole, halved, line))
     plane = begun(path, FROM_REST)
-    assert (plane.patches, plane.share, len(plane.open)) == (1, 2.0**-12, first)
+    assert (plane.patches, plane.share, len(plane.open)) == (1, 2.0**-11, first + 1)
     with pytest.raises(InvalidInput, match="enclose --region"):
         begun(path)
 

@@ -277,5 +277,5 @@ def test_work_on_drives_resumes(tmp_path: Path) -> None:
         file.write(json.dumps(line | {"part": list(half), "itinerary": "not above 1"}) + "\n")
     plane = begun(path, TASK)
     assert (plane.patches, plane.share, len(plane.open)) == (1, 2.0**-14, 2**13)
-    with pytest.raises(InvalidInput, match="other code"):
+    with pytest.raises(InvalidInput, match="enclose --region"):
         begun(path)

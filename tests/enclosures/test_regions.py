@@ -24,7 +24,8 @@ from capsule_sym._enclosures.numbers.forms import Form, exponential, polynomial
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.regions.parts import Patch
 from capsule_sym._enclosures.regions.patch_orbits import PatchOrbits, attempt
-from capsule_sym._enclosures.regions.subdivision import begun, code, patch_orbits, prove
+from capsule_sym._enclosures.regions.subdivision import PLANE, begun, patch_orbits, prove
+from capsule_sym._orbits.shooting import itinerary
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym.generated.capsule import facts
 
@@ -233,7 +234,7 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
         {"part": second, "seconds": 2.0, "work": 0.5, "along": [1]},
         {"part": low, "seconds": 3.0, "work": 0.25, "itinerary": "F2"},
     )
-    path.write_text("".join(json.dumps(one) + "\n" for one in ({"code": code()}, *records)))
+    path.write_text("".join(json.dumps(one) + "\n" for one in (PLANE.begin(), *records)))
     # A kill in the middle of a line costs its patch.
     with path.open("a") as file:
         file.write('{"part": [5, 0, 4, 0], "wo')
@@ -274,7 +275,11 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
 )
 def test_a_file_of_something_else_is_refused(tmp_path: Path, lines: list[str]) -> None:
     path = tmp_path / "other.json"
-    path.write_text("".join(line.replace("CODE", code()) + "\n" for line in lines))
+    path.write_text(
+        "".join(
+            line.replace('{"code": "CODE"}', json.dumps(PLANE.begin())) + "\n" for line in lines
+        )
+    )
     with pytest.raises(InvalidInput, match="one that `enclose --region` wrote"):
         begun(path)
 
@@ -284,7 +289,7 @@ def test_the_digest_covers_all_that_proves() -> None:
     name = patch_orbits.__name__
     below = graph.find_upstream_modules(name) | {name}
     home = name.rsplit(".", 2)[0] + "."
-    proving = {one for one in below if home in one} | {facts.__name__}
+    proving = {one for one in below if home in one} | {facts.__name__, itinerary.__name__}
     assert {one.__name__ for one in closure(patch_orbits)} == proving
 
 
@@ -311,7 +316,7 @@ def f(x):\n    """Two."""\n    # Note.\n    return c(x, 2) > exp(x)\n'''
 
 def test_what_other_code_proved_is_not_gone_on_from(tmp_path: Path) -> None:
     path = tmp_path / "regions.jsonl"
-    path.write_text('{"code": "0"}\n')
+    path.write_text('{"option": "--region", "code": "0"}\n')
     with pytest.raises(InvalidInput, match="a new one: this was proved by other code"):
         begun(path)
 

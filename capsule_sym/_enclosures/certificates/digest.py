@@ -20,12 +20,12 @@ import flint
 
 _LIBRARIES = ("numpy", "python-flint")
 _ROOT, _HOME = __name__.partition(".")[0], __name__.rsplit(".", 2)[0]
-_PROVING = f"{_HOME}.", f"{_ROOT}.generated.capsule."
+_PROVING = f"{_HOME}.", f"{_ROOT}.generated.capsule.", f"{_ROOT}._orbits.shooting.itinerary"
 _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef)
 
 
 def closure(module: ModuleType) -> tuple[ModuleType, ...]:
-    """A module and the modules of this package that it uses, with the facts of the model."""
+    """A module and those of this package that it uses, with the model's facts and itineraries."""
     found: dict[str, ModuleType] = {}
     waiting = [module.__name__]
     while waiting:

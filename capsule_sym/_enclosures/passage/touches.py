@@ -31,7 +31,7 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import SIZE, C, Field
 from capsule_sym._enclosures.passage.exchanges import ROWS, TIME
 from capsule_sym._enclosures.passage.segments import Bundle, Duration, Passage, Step
-from capsule_sym._enclosures.passage.windows import GUARD_ROWS, Touch, Window
+from capsule_sym._enclosures.passage.windows import TOUCHED_ROWS, Touch, Window
 from capsule_sym._map.expansion import Guard
 
 _GRID = 2.0**-7  # of time, on which windows are looked for
@@ -185,7 +185,7 @@ class Soft:
         after = nominal[last + 1]
         field = self.passage.field(after.field)
         along = self._table(after.field)[: int(after.duration / _GRID)] @ floats(here)[:SIZE, 0]
-        margins = along @ floats(field.guards)[GUARD_ROWS[guard]]
+        margins = along @ floats(field.guards)[TOUCHED_ROWS[guard]]
         reach = float(np.max(np.sum(abs(floats(here)[:3, 1:]), axis=1)))
         end = _end_of_touch(margins, 5 * reach + 1e-9)
         if end is None:
@@ -267,7 +267,7 @@ def merged(steps: Sequence[Step]) -> list[Step]:
         for k in range(1, len(steps) - 1)
         if steps[k - 1].field == steps[k + 1].field
         and steps[k].duration < _BRIEF
-        and steps[k - 1].guard in GUARD_ROWS
+        and steps[k - 1].guard in TOUCHED_ROWS
     ]
     if middles:
         k = min(middles, key=lambda at: steps[at].duration)

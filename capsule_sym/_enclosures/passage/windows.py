@@ -42,7 +42,7 @@ from capsule_sym.generated.capsule.facts import FIELDS
 
 PIECES = 32
 """Number of pieces of a window."""
-GUARD_ROWS = {Guard.GAP: 0, Guard.UPPER: 1, Guard.LOWER: 2}
+TOUCHED_ROWS = {Guard.GAP: 0, Guard.UPPER: 1, Guard.LOWER: 2}
 """Rows of the guards that may touch 0, among those of a field."""
 _TINY = 1e-20  # a first bound on a change of force
 _TRIALS = 12  # of a bound on the force that a slip changes
@@ -69,7 +69,7 @@ class Touch:
     """Bounds on what a touch of a guard changes in a window."""
 
     def __init__(self, field: Field, values: Mapping[str, Ball], window: Window) -> None:
-        self.field, self.row = field, GUARD_ROWS[window.guard]
+        self.field, self.row = field, TOUCHED_ROWS[window.guard]
         self.name = f"a touch of {window.guard.name} in F{field.index}"
         self.friction = window.guard is not Guard.GAP
         self.length = arb(window.length)

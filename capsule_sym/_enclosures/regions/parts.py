@@ -81,6 +81,8 @@ class AlphaPart(NamedTuple):
         """Both halves in alpha (0), or both mass ratios (1)."""
         ratio, level, place = self
         if along and along[0] == 1:
+            if ratio != BOTH:
+                raise ValueError(f"one mass ratio alone: {self}")
             return [AlphaPart(one, level, place) for one in range(len(GAMMAS))]
         return [AlphaPart(ratio, level + 1, 2 * place + half) for half in (0, 1)]
 

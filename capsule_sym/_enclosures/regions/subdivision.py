@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from operator import index
 from pathlib import Path
 from time import perf_counter, process_time
+from types import ModuleType
 from typing import Any, NamedTuple, Protocol
 
 from capsule_sym._enclosures.certificates.digest import (
@@ -30,15 +31,7 @@ from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, DrivePart, Ou
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import growing, write_whole
 from capsule_sym._map.checks import checked_seconds
-from capsule_sym._orbits.shooting.itinerary import (
-    Itinerary,
-    ItinerarySegment,
-    contact,
-    drift,
-    guard_between,
-)
 from capsule_sym._processes import end, spawning, undisturbed
-from capsule_sym.generated.capsule import fields as generated
 
 _FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
 _FIRST_DRIVES = (6, 7)  # levels of the parts of the drives to begin with
@@ -60,19 +53,28 @@ class Part(Protocol):
     def __iter__(self) -> Iterator[int]: ...
 
 
-Attempt = Callable[[Any, tuple[float, ...]], Outcome]
-
-
 class Task(NamedTuple):
-    """A proof by subdivision: the type of its parts, the first ones, and the attempt on a part."""
+    """A proof by subdivision: the type of its parts, the first ones, and what proves a part."""
 
     part: Callable[..., Part]
     first: Callable[[], list[Any]]
-    attempt: Attempt
-    code: Callable[[], str]
-    """Digest of the code on which a proof rests; all other code gives guesses."""
+    module: ModuleType
+    """Module whose `attempt` proves a part or tells how to halve it."""
     option: str
     """Option of `enclose` that writes such files."""
+
+    def code(self) -> str:
+        """Digest of the code on which a proof rests; all other code gives guesses."""
+        return digest(closure(self.module))
+
+    def begin(self) -> dict[str, Any]:
+        """First line of a file."""
+        return {"option": self.option, "code": self.code(), "libraries": libraries()}
+
+    def check(self, header: Any) -> None:
+        """Raises ValueError unless the first line is that of a file of this task, of any code."""
+        if header["option"] != self.option or not isinstance(header["code"], str):
+            raise ValueError(f"not of {self.option}")
 
 
 @dataclass
@@ -104,22 +106,6 @@ class Plane:
         heapq.heappush(self.open, (-part.area, [*part][::-1], part, state))
 
 
-def code() -> str:
-    """Digest of the code that proves patches of the plane."""
-    itineraries = (Itinerary.of, ItinerarySegment, contact, drift, guard_between)
-    return digest((*closure(patch_orbits), generated, *itineraries))
-
-
-def code_from_rest() -> str:
-    """Digest of the code that proves the tendency of motions from rest."""
-    return digest((*closure(attraction), generated, contact, drift, guard_between))
-
-
-def code_of_drives() -> str:
-    """Digest of the code that bounds velocities over the drives."""
-    return digest((*closure(optimum), generated, contact, drift, guard_between))
-
-
 def _patches() -> list[Patch]:
     a, g = _FIRST
     return [Patch(a, i, g, k) for i in range(2**a) for k in range(2**g)]
@@ -135,11 +121,11 @@ def _drives() -> list[DrivePart]:
     return [DrivePart(a, i, w, k) for i in range(2**a) for k in range(2**w)]
 
 
-PLANE = Task(Patch, _patches, patch_orbits.attempt, code, "--region")
+PLANE = Task(Patch, _patches, patch_orbits, "--region")
 """One stable orbit with one itinerary on all of each patch of the (alpha, gamma) plane."""
-FROM_REST = Task(AlphaPart, _intervals, attraction.attempt, code_from_rest, "--from-rest")
+FROM_REST = Task(AlphaPart, _intervals, attraction, "--from-rest")
 """Tendency of the motion from rest, over alpha at both mass ratios."""
-DRIVES = Task(DrivePart, _drives, optimum.attempt, code_of_drives, "--fastest")
+DRIVES = Task(DrivePart, _drives, optimum, "--fastest")
 """No motion from rest faster than the best, over a box of alpha and omega."""
 
 
@@ -153,13 +139,15 @@ def begun(path: Path, task: Task = PLANE) -> Plane:
                 _begin(task)
             ]
             header = json.loads(begin)
+            task.check(header)
             other = header["code"] != task.code()
             others = other_libraries(header.get("libraries", {})) or "other code"
             for line in lines:
                 if not line.endswith("\n"):
                     break  # incomplete after a kill; its part is tried again
                 record = json.loads(line)
-                outcomes[task.part(*map(index, record["part"]))] = _told(record)
+                part, outcome = _told(record, task)
+                outcomes[part] = outcome
                 plane.seconds = max(plane.seconds, float(record["seconds"]))
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise InvalidInput(
@@ -182,16 +170,15 @@ def _begin(task: Task, plan: Path | None = None) -> str:
 
     Halvings prove nothing, so that the earlier file may be one of other code.
     """
-    begin = json.dumps({"code": task.code(), "libraries": libraries()}) + "\n"
+    begin = json.dumps(task.begin()) + "\n"
     if plan is None:
         return begin
     opened = gzip.open if plan.suffix == ".gz" else open
     try:
         with opened(plan, "rt", encoding="utf-8") as file:
-            records = [json.loads(line) for line in file if line.endswith("\n")][1:]
-        halved = [one for one in records if _told(one).itinerary is None]
-        for one in halved:
-            task.part(*map(index, one["part"]))
+            header, *records = [json.loads(line) for line in file if line.endswith("\n")]
+        task.check(header)
+        halved = [one for one in records if _told(one, task)[1].itinerary is None]
     except (OSError, EOFError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InvalidInput(
             "plan", str(plan), f"a file that `enclose {task.option}` wrote"
@@ -199,12 +186,15 @@ def _begin(task: Task, plan: Path | None = None) -> str:
     return begin + "".join(json.dumps(one | {"seconds": 0.0, "work": 0.0}) + "\n" for one in halved)
 
 
-def _told(record: dict[str, Any]) -> Outcome:
-    """Outcome of a part, from a line of a file."""
+def _told(record: dict[str, Any], task: Task) -> tuple[Part, Outcome]:
+    """A part and its outcome, from a line of a file."""
     itinerary, along = record.get("itinerary"), tuple(record.get("along", ()))
     if (itinerary is None) == (along == ()) or not {*along} <= {0, 1} or itinerary == "":
         raise ValueError(f"neither proved nor halved: {record}")
-    return Outcome(itinerary, along, work=float(record["work"]))
+    part = task.part(*map(index, record["part"]))
+    if along:
+        part.halved(along)
+    return part, Outcome(itinerary, along, work=float(record["work"]))
 
 
 def prove(
@@ -236,7 +226,7 @@ def prove(
                 while plane.open and not late and len(pending) < _AHEAD:
                     *_, part, state = heapq.heappop(plane.open)
                     with undisturbed():
-                        pending[pool.submit(_timed, task.attempt, part, state)] = part
+                        pending[pool.submit(_timed, task.module.attempt, part, state)] = part
                 if not pending:
                     return plane
                 done, _ = wait(pending, return_when=FIRST_COMPLETED)
@@ -251,7 +241,9 @@ def prove(
         end(pool)
 
 
-def _timed(attempt: Attempt, part: Part, state: tuple[float, ...]) -> Outcome:
+def _timed(
+    attempt: Callable[[Any, tuple[float, ...]], Outcome], part: Part, state: tuple[float, ...]
+) -> Outcome:
     """Outcome of an attempt, with the time that it took."""
     begin = process_time()
     outcome = attempt(part, state)
