@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
+from math import factorial
 
 import pytest
 from flint import arb_mat
@@ -17,6 +18,7 @@ from capsule_sym._enclosures.numbers.forms import (
     exponential,
     number,
     polynomial,
+    series,
     shifted,
     stacked,
 )
@@ -114,6 +116,25 @@ def test_a_tail_is_that_of_the_whole_box(monkeypatch: pytest.MonkeyPatch) -> Non
         found = exponential(assembled(1, 1, [(0, 0, one)]), other)[0, 0]
         for place, _, x in exact(one * other):
             assert at(found, place).contains(x.exp().mid())
+
+
+@pytest.mark.parametrize("zeros", [0, 1, 2])
+@pytest.mark.parametrize("terms", [2, 3])
+def test_a_series_without_its_first_terms_is_held_with_its_tail(
+    zeros: int, terms: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a number: (exp(a h) - terms)/h^zeros, with tails of different sizes over the box."""
+    monkeypatch.setattr(forms, "_TERMS", terms)
+    for one, other in (
+        (polynomial([0.5, 0.25]), number(0.25)),
+        (number(0.5), polynomial([0.25, 0, 0.25])),
+        (number(1), number(1)),
+    ):
+        found = series(assembled(1, 1, [(0, 0, one)]), other, zeros)[0, 0]
+        for (place, _, a), (_, _, h) in zip(exact(one), exact(other), strict=True):
+            tail = (a**k * h ** (k - zeros) / factorial(k) for k in range(zeros, 40))
+            assert at(found, place).contains(sum(tail, arb(0)).mid())
+        assert float(found.hull.rad()) < 1
 
 
 @pytest.mark.parametrize("size", [0.3, 3.0, 40.0])

@@ -173,7 +173,27 @@ def test_a_guard_is_watched_backwards_from_an_end(
     """sin(1 - t), of which the second piece has the zero."""
     monkeypatch.setattr(guards, "_ANEW", after)
     field = waves([(1.0, 0.0)])
-    assert Watch()._pieces(field, -1, 0, 0, wave(0), reach, 0.75) is held
+    assert Watch().pieces(field, -1, 0, 0, wave(0), reach, 0.75) is held
+
+
+@pytest.mark.parametrize(
+    ("guard", "phase", "order", "sense", "reach", "held"),
+    [
+        ((0.0, 0.0), 0.0, 0, 1, 3.0, True),  # sin t
+        ((0.0, 0.0), 0.0, 0, 1, 3.3, False),
+        ((0.0, 0.0), 0.0, 0, -1, 0.5, False),
+        ((0.0, 1.0), -pi / 2, 1, 1, 6.0, True),  # 1 - cos t, over t
+        ((0.0, 1.0), -pi / 2, 1, -1, 6.0, True),
+        ((0.0, -1.0), pi / 2, 1, 1, 0.5, False),  # cos t - 1
+        ((0.0, 0.0), 0.0, 1, 1, 0.5, False),  # sin t over t falls
+        ((0.0, 0.5), -pi / 2 - 0.01, 0, 1, 0.5, False),  # falls from its start
+    ],
+)
+def test_a_guard_that_does_not_fall_at_an_end_is_proved_by_its_derivatives(
+    guard: tuple[float, float], phase: float, order: int, sense: int, reach: float, held: bool
+) -> None:
+    field = waves([guard])
+    assert Watch().rising(field, sense, 0, order, wave(phase), reach) is held
 
 
 def test_a_guard_is_watched_for_the_longest_duration() -> None:

@@ -152,7 +152,7 @@ def test_all_of_a_segment_is_watched(
         return answers["ends"]
 
     monkeypatch.setattr(margins._Table, "positive", positive)
-    monkeypatch.setattr(QuickWatch, "_pieces", pieces)
+    monkeypatch.setattr(QuickWatch, "pieces", pieces)
     monkeypatch.setattr(Watch, "_guard", lambda *_: "balls")
     start, end, one = thin(np.full((SIZE, 2), 3.0)), thin(np.full((SIZE, 2), 5.0)), field(2)
 

@@ -131,7 +131,7 @@ def test_parts_cover_their_patch() -> None:
             ]
             assert inside
             for a, wide, b, high in inside:
-                there = patch_orbits._within(form, (a, wide, b, high))
+                there = patch_orbits.within(form, (a, wide, b, high))
                 local = at(there, ((x - a) / wide, (y - b) / high))
                 assert float(abs(local.mid() - at(form, (x, y)).mid())) < 1e-15
                 assert there.e.rad() >= form.e.rad()

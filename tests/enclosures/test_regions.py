@@ -22,9 +22,11 @@ from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, floats, l
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.numbers.forms import Form, exponential, polynomial
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
+from capsule_sym._enclosures.regions import patch_orbits, patches
 from capsule_sym._enclosures.regions.parts import Patch
-from capsule_sym._enclosures.regions.patch_orbits import PatchOrbits, attempt
-from capsule_sym._enclosures.regions.subdivision import PLANE, begun, patch_orbits, prove
+from capsule_sym._enclosures.regions.patch_orbits import PatchOrbits
+from capsule_sym._enclosures.regions.patches import attempt
+from capsule_sym._enclosures.regions.subdivision import PLANE, begun, prove
 from capsule_sym._orbits.shooting import itinerary
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym.generated.capsule import facts
@@ -207,7 +209,7 @@ def test_a_patch_across_a_border_is_halved_where_its_corners_differ(
     a, g = levels
     shares = ((x - ends[0]) / (ends[1] - ends[0]) for x, ends in ((alpha, ALPHA), (gamma, GAMMA)))
     i, k = (int(share * 2**level) for share, level in zip(shares, levels, strict=True))
-    assert patch_orbits._border(Patch(a, i, g, k), REST) == along
+    assert patches._border(patches._corners(Patch(a, i, g, k), REST)) == along
 
 
 def test_attempt_names_the_itinerary_or_how_to_halve() -> None:
@@ -286,11 +288,11 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path, lines: list[str]) -
 
 def test_the_digest_covers_all_that_proves() -> None:
     graph = grimp.build_graph("capsule_sym")
-    name = patch_orbits.__name__
+    name = patches.__name__
     below = graph.find_upstream_modules(name) | {name}
     home = name.rsplit(".", 2)[0] + "."
     proving = {one for one in below if home in one} | {facts.__name__, itinerary.__name__}
-    assert {one.__name__ for one in closure(patch_orbits)} == proving
+    assert {one.__name__ for one in closure(patches)} == proving
 
 
 def test_a_digest_is_of_what_is_said_not_where(tmp_path: Path) -> None:

@@ -44,6 +44,7 @@ _PRODUCTS = [
 _BY_DEGREE = [[k for k, m in enumerate(MONOMIALS) if sum(m) == n] for n in range(DEGREE + 1)]
 _SMALL = 0.25  # norm below which an exponential is its series
 _ORDER = 10
+_TERMS = 20  # of a series that is not halved
 _ANY = symmetric(1)
 _ALL = range(len(MONOMIALS))
 
@@ -228,12 +229,34 @@ def exponential(rates: Form, h: Form) -> Form:
     found = one
     for k in range(_ORDER, 0, -1):
         found = one + (whole * found) * (arb(1) / k)
-    tail = symmetric(arb(norm) ** (_ORDER + 1) / factorial(_ORDER + 1) * 2)
-    entries = ((i, j, tail) for i in range(size) for j in range(size))
-    found = Form(found.p, found.e + matrix(size, size, entries))
+    tail = arb(norm) ** (_ORDER + 1) / factorial(_ORDER + 1) * 2
+    found = _within(found, tail)
     for _ in range(halvings):
         found = found * found
     return found
+
+
+def series(rates: Form, h: Form, zeros: int) -> Form:
+    """The exponential of a matrix times a number without its first terms, over h^zeros."""
+    size, norm, reach = rates.c.nrows(), largest(rates.hull), upper(h.hull)
+    last = zeros + _TERMS
+    terms = [identity(size)]
+    for k in range(1, last + 1):
+        terms.append((rates * terms[-1]) * (arb(1) / k))
+    found = terms[last]
+    for k in range(last - 1, zeros - 1, -1):
+        found = found * h + terms[k]
+    # Of the terms after the last, norm^k h^(k - zeros)/k!, with the growth of a whole exponential.
+    grown = (arb(norm) * reach).exp()
+    power = arb(norm) ** (last + 1) * arb(reach) ** (_TERMS + 1)
+    return _within(found, power / factorial(last + 1) * grown)
+
+
+def _within(found: Form, radius: Any) -> Form:
+    """A square matrix, each entry with a further radius."""
+    size, around = found.c.nrows(), symmetric(radius)
+    entries = ((i, j, around) for i in range(size) for j in range(size))
+    return Form(found.p, found.e + matrix(size, size, entries))
 
 
 def shifted(rates: Matrix, h: Form, flow: Any) -> Form:

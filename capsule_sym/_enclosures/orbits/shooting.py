@@ -7,13 +7,13 @@ and the parameters. Coordinates that the last segment's guard makes exact at a s
 v_c = 0, P = +-f_b) are put in, not solved for. Rows are, for every segment, its end minus the start
 of the next one, and the condition that the durations are whole periods. A root of a segment's guard
 at the segment's start is divided out, so that the equations stay regular down to the duration 0 at
-which the segment is inserted. Over a patch it is not divided out, since such a segment is too short
-there for the guards' proof anyway.
+which the segment is inserted. Over a patch it is divided out only in a segment whose duration is a
+coordinate of the patch: others are too short there for the guards' proof anyway.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -115,9 +115,16 @@ class Shooting:
         return self._fields[1]
 
     def evaluate(
-        self, values: Sequence[Any], fields: Mapping[int, Any], *, divided: bool = True
+        self,
+        values: Sequence[Any],
+        fields: Mapping[int, Any],
+        *,
+        divided: Container[int] | None = None,
     ) -> Evaluation:
-        """Equations for these values of the columns; roots are `divided` out."""
+        """Equations for these values of the columns.
+
+        Roots are divided out in all segments, or in those that are `divided`.
+        """
         segments = self.itinerary.segments
         nodes = self._nodes(values, fields)
         durations = tuple(values[at] for at in self.durations)
@@ -130,7 +137,8 @@ class Shooting:
             here, following = nodes[i], nodes[(i + 1) % len(segments)]
             end = flow * here.state
             rows = [X, V] if field.stick else [X, V, C]
-            zeros = self.itinerary.zeros(i) if divided and segment.guard else 0
+            short = divided is None or i in divided
+            zeros = self.itinerary.zeros(i) if short and segment.guard else 0
             if zeros:
                 root = X if segment.guard is Guard.GAP else C
                 rows.remove(root)

@@ -7,6 +7,7 @@ vanish at an end of its segment, that root is divided out.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from functools import cache, lru_cache
 from math import ceil, comb, exp, frexp, ldexp
 
@@ -150,8 +151,9 @@ class Watch:
         h: Ball,
         orders: Orders,
         name: str,
+        apart: Container[int] = (),
     ) -> None:
-        """Prove every guard of a segment positive between its ends, or raise Unproved.
+        """Prove every guard of a segment but those `apart` positive, or raise Unproved.
 
         `start` and `end` are affine forms: columns middle, directions and rest.
         """
@@ -160,6 +162,8 @@ class Watch:
             raise Unproved("guards", f"the duration of {name} is not proved positive")
         first, last = orders
         for guard, (before, after) in enumerate(zip(first, last, strict=True)):
+            if guard in apart:
+                continue
             if not self._guard(field, guard, before, after, start, end, longest):
                 what = _NAMES[field.stick][guard]
                 raise Unproved("guards", f"{what} is not proved positive along {name}")
@@ -178,18 +182,34 @@ class Watch:
         if after and longest <= _LONGEST:
             falls = after == 1 and ahead.positive(guard, before, start, longest, -1, True)
             if falls or (
-                before == 0 and self._pieces(field, -1, guard, after, end, longest, longest)
+                before == 0 and self.pieces(field, -1, guard, after, end, longest, longest)
             ):
                 return True
         if not after:
-            return self._pieces(field, 1, guard, before, start, longest, longest)
+            return self.pieces(field, 1, guard, before, start, longest, longest)
         count = max(2, ceil(longest / _LONGEST))
         part = _dyadic(longest / count)
-        return self._pieces(field, -1, guard, after, end, part, part) and self._pieces(
+        return self.pieces(field, -1, guard, after, end, part, part) and self.pieces(
             field, 1, guard, before, start, longest - part * (1 - 1e-12), part
         )
 
-    def _pieces(
+    def rising(
+        self, field: Field, sense: int, guard: int, order: int, state: Matrix, reach: float
+    ) -> bool:
+        """True if a guard is proved positive from an end on over a time, by its derivatives there.
+
+        Those below `order` are not negative there, and neither is that of `order`: on a first
+        piece (guard - terms below order)/time^order increases.
+        """
+        length = _dyadic(min(reach, _LONGEST))
+        for _ in range(_DEEPEST):
+            if self.line(field, sense).positive(guard, order, state, length, 1, True):
+                there = field.flow(arb(sense * length)) * state
+                return self.pieces(field, sense, guard, 0, there, reach - length, reach)
+            length /= 2
+        return False
+
+    def pieces(
         self,
         field: Field,
         sense: int,

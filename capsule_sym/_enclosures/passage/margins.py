@@ -66,8 +66,8 @@ class QuickWatch(Watch):
             self._table(field).positive(
                 guard, self._begun(start), first, ceil(reach / _LENGTH * (1 + 1e-12))
             )
-            and (not before or self._pieces(field, 1, guard, before, start, part, part))
-            and (not after or self._pieces(field, -1, guard, after, end, part, part))
+            and (not before or self.pieces(field, 1, guard, before, start, part, part))
+            and (not after or self.pieces(field, -1, guard, after, end, part, part))
         ) or super()._guard(*balls)
 
 

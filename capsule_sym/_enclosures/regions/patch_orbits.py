@@ -1,7 +1,8 @@
 """All orbits of one itinerary over a patch of the (alpha, gamma) plane, proved in polynomial form.
 
-The equations are those of `equations`, with nothing divided out: a segment inserted at the edge
-of its region is too short there for the guards' proof anyway. Over the patch the orbit is sought as
+The equations are those of `shooting`, with nothing divided out: a segment inserted at the edge
+of its region is too short there for the guards' proof anyway, unless its duration is a coordinate
+(`curve_sides`). Over the patch the orbit is sought as
 x(s) + b, |b| <= radii, with a polynomial x of the place s, and with Y(s) the inverse derivative as
 a polynomial
 
@@ -14,22 +15,17 @@ first and second order in s are propagated exactly, so that only terms of third 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
-from math import log
 
 import numpy as np
 from flint import arb_series
 
-from capsule_sym._enclosures.case import EXACT
 from capsule_sym._enclosures.numbers.balls import (
     Ball,
     Matrix,
     Unproved,
     arb,
-    ball,
     floats,
     matrix,
-    precision,
     thin,
     upper,
 )
@@ -43,32 +39,24 @@ from capsule_sym._enclosures.numbers.forms import (
     identity,
     number,
     polynomial,
+    series,
     shifted,
 )
 from capsule_sym._enclosures.orbits.krawczyk import image_of, newton
 from capsule_sym._enclosures.orbits.proof import held
 from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
 from capsule_sym._enclosures.orbits.stability import Characteristic, prove_stable
-from capsule_sym._enclosures.orbits.steady import guess_of_run
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._enclosures.passage.switches import zeros
-from capsule_sym._enclosures.regions.parts import Outcome, Patch
-from capsule_sym._errors import CapsuleError
-from capsule_sym._map import simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._parameters import Parameters
 
 Part = tuple[float, float, float, float]
 """A part of a patch: middle and radius of s_1, then of s_2."""
 _AXES = ("alpha", "gamma")
-_BITS = 64
-_PERIODS = ((96, 1e-6), (2048, 1e-6), (2048, 1e-4))  # of a run, and its change over a period
 _TRIALS = 5
 _DEEPEST = 4  # halvings of a patch for the proof of its guards
 _LARGEST = 0.9  # bound on the remainder of the unit matrix
-_PROMISING = 0.03  # the same about the polynomial itself, as a guess: above it, radii only grow
-_FAR = 2e3  # times that: beyond it a guess is useless
+_MOST = 8  # halvings at once
 
 
 class TooLarge(Unproved):
@@ -90,16 +78,22 @@ class _Flow:
 
     def __init__(self, index: int, given: Mapping[str, Ball], gamma: Form) -> None:
         self.index = index
-        self._whole = Field(index, {**given, "gamma": gamma.hull})
-        self.stick, self.guards = self._whole.stick, self._whole.guards
+        self.whole = Field(index, {**given, "gamma": gamma.hull})
+        self.stick, self.guards = self.whole.stick, self.whole.guards
+        self.depends, self.guard_slope = self.whole.depends, self.whole.guard_slope
         near, over = (_rates(index, given, value) for value in (gamma.c, gamma.hull))
         self.A = gamma.composed(near[: DEGREE + 1], over[DEGREE + 1])
 
     def flow(self, h: Form) -> Form:
         """exp(A h)."""
-        if not self._whole.depends("gamma"):
-            return shifted(self._whole.A, h, self._whole.flow)
+        if not self.whole.depends("gamma"):
+            return shifted(self.whole.A, h, self.whole.flow)
         return exponential(self.A, h)
+
+    def divided(self, row: Matrix, zeros: int, h: Form) -> tuple[Form, Form]:
+        """`Field.divided` as forms, for a short duration."""
+        value, next_one = (series(self.A, h, zeros + k) for k in range(2))
+        return row * value, row * (self.A * value - next_one * zeros)
 
 
 def _rates(index: int, given: Mapping[str, Ball], gamma: Ball) -> list[Matrix]:
@@ -111,46 +105,77 @@ def _rates(index: int, given: Mapping[str, Ball], gamma: Ball) -> list[Matrix]:
 
 
 class PatchOrbits:
-    """Equations of an itinerary over a patch, about columns that solve them at its middle."""
+    """Equations of an itinerary over a patch, about columns that solve them at its middle.
 
-    def __init__(self, shooting: Shooting, guess: Sequence[Ball], radii: tuple[float, float]):
-        solved = [k for k in range(shooting.unknowns) if k not in held(shooting)]
+    The patch's coordinates are alpha and gamma, or others of the `axes`, in their columns.
+    """
+
+    divided: tuple[int, ...] = ()
+    """Segments in whose equations the root at their start is divided out."""
+    varied: tuple[str, ...] = ()
+    """Parameters that are columns over the patch."""
+    promising = 0.006
+    """Bound as `_LARGEST`, about the polynomial itself: a guess, above which radii only grow."""
+
+    def __init__(
+        self,
+        shooting: Shooting,
+        guess: Sequence[Ball],
+        radii: tuple[float, float],
+        axes: tuple[int, int] | None = None,
+    ) -> None:
+        self.axes = axes or tuple(map(shooting.parameter, _AXES))
+        solved = [k for k in range(shooting.columns) if k not in (*held(shooting), *self.axes)]
         self.centre, there, inverse = newton(shooting, guess, solved, 1e-14)
-        drive = floats(there.by)[:, [shooting.parameter(name) for name in _AXES]]
+        drive = floats(there.by)[:, self.axes]
         self.path = np.zeros((len(solved), len(MONOMIALS)))
         self.path[:, 1:3] = -inverse @ (drive * radii)
         self.given = given = shooting.parameters(self.centre)
-        self.alpha = polynomial([given["alpha"].mid(), radii[0], 0.0])
-        self.gamma = polynomial([given["gamma"].mid(), 0.0, radii[1]])
+        self.radii = radii
+        self.alpha, self.gamma = (
+            self._coordinate(shooting.parameter(name), given[name].mid()) for name in _AXES
+        )
         over = given | {"alpha": self.alpha, "gamma": self.gamma}
-        self.shooting = Shooting(shooting.itinerary, [over[name] for name in PARAMETERS])
+        values = [over[name] for name in PARAMETERS]
+        self.shooting = Shooting(shooting.itinerary, values, self.varied)
         self.solved = tuple(solved)
         self.flows = {
             index: _Flow(index, given, self.gamma) for index in set(shooting.itinerary.fields)
         }
         places = ((at, k, 1) for k, at in enumerate(solved))
-        self._chosen = matrix(self.shooting.columns, len(solved), places)
+        self.chosen = matrix(self.shooting.columns, len(solved), places)
 
-    def halvings(self, count: int) -> tuple[int, ...]:
-        """Directions to halve the patch in: each time the one in which the orbit changes more."""
+    def _coordinate(self, column: int, middle: Ball) -> Form:
+        """A column that is given: constant, but for the patch's coordinates."""
+        reach = (r * (at == column) for at, r in zip(self.axes, self.radii, strict=True))
+        return polynomial([middle, *reach])
+
+    def halvings(self, share: float = 1.0) -> tuple[int, ...]:
+        """Directions to halve the patch in: each time the one in which the orbit changes more.
+
+        One, or so many that the remainder of third order falls to a share, as a guess.
+        """
         reached = np.abs(self.path[:, 1:3]).max(axis=0)
-        found = []
-        for _ in range(count):
+        goal, found = reached.sum() * share ** (1 / 3), list[int]()
+        while not found or (reached.sum() > goal and len(found) < _MOST):
             found.append(int(reached[1] > reached[0]))
             reached[found[-1]] /= 2
         return tuple(found)
 
     def columns(self, radii: Sequence[float]) -> list[Form]:
         """Every unknown over the patch, within radii of its polynomial."""
-        found = [number(self.centre[at]) for at in range(self.shooting.unknowns)]
+        found = [number(self.centre[at]) for at in range(self.shooting.columns)]
+        for at in self.axes:
+            if at < self.shooting.columns:
+                found[at] = self._coordinate(at, self.centre[at])
         for k, at in enumerate(self.solved):
             found[at] = polynomial([self.centre[at], *self.path[k, 1:]], radii[k])
         return found
 
     def evaluate(self, columns: Sequence[Form]) -> tuple[Evaluation, Form]:
         """The equations, and their derivative by the unknowns that are solved for."""
-        found = self.shooting.evaluate(columns, self.flows, divided=False)
-        return found, found.by * self._chosen
+        found = self.shooting.evaluate(columns, self.flows, divided=self.divided)
+        return found, found.by * self.chosen
 
     def enclose(self) -> Evaluation:
         """The segments of all orbits over the patch; raises Unproved without existence."""
@@ -169,15 +194,16 @@ class PatchOrbits:
             tilt = _inverse(near)
             left = _sizes((identity(size) - tilt * near).hull)
             most = max(abs(np.linalg.eigvals(left))) if np.all(np.isfinite(left)) else np.inf
-            if most > (_LARGEST if trial else _PROMISING):
-                raise TooLarge(self.halvings(1 if trial else _missing(most)))
+            if most > (_LARGEST if trial else self.promising):
+                raise TooLarge(self.halvings(1.0 if trial else self.promising / most))
             moved = _sizes((tilt * residual).hull)[:, 0]
             if trial and np.all(image_of(moved, left, radii) < radii):
+                self.unique, self.inverse = radii, inverse
                 return found
             least = np.linalg.solve(np.eye(size) - left, moved)
             radii = 1.3 * least + 0.02 * max(least) + 1e-15
             found, by = self.evaluate(self.columns(radii.tolist()))
-        raise TooLarge(self.halvings(1))
+        raise TooLarge(self.halvings())
 
     def admissible(self, found: Evaluation) -> None:
         """Prove the itinerary of every orbit, or raise Unproved.
@@ -187,22 +213,28 @@ class PatchOrbits:
         watches: dict[Part, tuple[dict[int, Field], Watch]] = {}
         for i, node in enumerate(found.nodes):
             flow, following = found.fields[i], found.nodes[(i + 1) % len(found.nodes)]
-            orders, name = zeros(found.itinerary, i), f"segment {i + 1}, F{flow.index}"
+            name = f"segment {i + 1}, F{flow.index}"
             parts: list[tuple[Part, int]] = [((0.0, 1.0, 0.0, 1.0), 0)]
             while parts:
                 part, depth = parts.pop()
                 fields, watch = watches.setdefault(part, ({}, Watch()))
                 if flow.index not in fields:
                     fields[flow.index] = self._field(flow.index, part)
-                start, end = (_columns(_within(one.state, part)) for one in (node, following))
+                start, end = (_columns(within(one.state, part)) for one in (node, following))
                 try:
                     h = hull(found.durations[i])
-                    watch.segment(fields[flow.index], start, end, h, orders, name)
+                    self.watched(i, watch, fields[flow.index], start, end, h, name)
                 except Unproved:
                     if depth == _DEEPEST:
                         raise
                     along = 0 if flow.stick or depth % 3 == 2 else 1
                     parts += [(half, depth + 1) for half in _halves(part, along)]
+
+    def watched(
+        self, i: int, watch: Watch, field: Field, start: Matrix, end: Matrix, h: Ball, name: str
+    ) -> None:
+        """Prove the guards of segment i over a part, or raise Unproved."""
+        watch.segment(field, start, end, h, zeros(self.shooting.itinerary, i), name)
 
     def _field(self, index: int, part: Part) -> Field:
         """A field over a part of the patch."""
@@ -214,11 +246,6 @@ class PatchOrbits:
         found = self.enclose()
         self.admissible(found)
         return prove_stable(found)
-
-
-def _missing(most: float) -> int:
-    """Halvings after which the remainder of third order may be small: a guess from below."""
-    return 1 + int(log(min(most / _PROMISING, _FAR)) / log(8))
 
 
 def _sizes(found: Matrix) -> np.ndarray:
@@ -242,7 +269,7 @@ def _halves(part: Part, along: int) -> list[Part]:
     return [(a, wide, b + side * high / 2, high / 2) for side in (-1, 1)]
 
 
-def _within(state: Form, part: Part) -> Form:
+def within(state: Form, part: Part) -> Form:
     """A form over a part of its patch."""
     a, wide, b, high = part
     c, x, y, xx, xy, yy = state.p
@@ -266,55 +293,3 @@ def _columns(state: Form) -> Matrix:
         for i in range(SIZE):
             found[i, k] = part[i, 0]
     return found
-
-
-def attempt(patch: Patch, state: tuple[float, ...]) -> Outcome:
-    """Try to prove one stable orbit with one itinerary all over a patch."""
-    alpha, gamma = patch.middle
-    along: tuple[int, ...] = (int(patch.alpha_level > patch.gamma_level),)
-    parameters = Parameters(alpha=alpha, gamma=gamma)
-    for periods, change in _PERIODS:
-        run = simulate(parameters, state, periods=periods)
-        motion = run.steady(change)
-        if motion is not None:
-            break
-    else:
-        return Outcome(None, along, state)
-    reached = tuple(float(x) for x in run.final[1])
-    try:
-        itinerary = Itinerary.of_motion(motion)
-        border = _border(patch, reached)
-        if border is not None:
-            return Outcome(None, (border,), reached)
-        with precision(_BITS):
-            values = EXACT | {"alpha": alpha, "gamma": gamma}
-            given = [ball(values[name]) for name in PARAMETERS]
-            shooting = Shooting(itinerary, given, ("alpha", "gamma"))
-            guess = [*guess_of_run(shooting, run, motion), ball(alpha), ball(gamma)]
-            orbits = PatchOrbits(shooting, guess, patch.radii)
-            along = orbits.halvings(1)
-            orbits.prove()
-    except TooLarge as error:
-        return Outcome(None, error.halvings, reached)
-    except (CapsuleError, ArithmeticError, ValueError):
-        return Outcome(None, along, reached)
-    over = f" over {itinerary.period_number}" if itinerary.period_number > 1 else ""
-    return Outcome(f"{itinerary}{over}", (), reached)
-
-
-def _border(patch: Patch, state: tuple[float, ...]) -> int | None:
-    """Direction in which itineraries differ more among a patch's corners, if they do.
-
-    A guess that saves attempts that cannot succeed.
-    """
-    (alpha, gamma), (wide, high) = patch.middle, patch.radii
-    itineraries: dict[tuple[int, int], Itinerary] = {}
-    for right, up in product((-1, 1), repeat=2):
-        corner = Parameters(alpha=max(alpha + right * wide, 0.0), gamma=gamma + up * high)
-        motion = simulate(corner, state, periods=_PERIODS[0][0]).steady(_PERIODS[-1][1])
-        if motion is None:
-            return None
-        itineraries[right, up] = Itinerary.of_motion(motion).cyclic
-    in_alpha = sum(itineraries[-1, side] != itineraries[1, side] for side in (-1, 1))
-    in_gamma = sum(itineraries[side, -1] != itineraries[side, 1] for side in (-1, 1))
-    return None if in_alpha == in_gamma == 0 else int(in_gamma > in_alpha)

@@ -26,7 +26,7 @@ from capsule_sym._enclosures.certificates.digest import (
     libraries,
     other_libraries,
 )
-from capsule_sym._enclosures.regions import attraction, optimum, patch_orbits
+from capsule_sym._enclosures.regions import attraction, optimum, patches
 from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, DrivePart, Outcome, Patch
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import growing, write_whole
@@ -121,7 +121,7 @@ def _drives() -> list[DrivePart]:
     return [DrivePart(a, i, w, k) for i in range(2**a) for k in range(2**w)]
 
 
-PLANE = Task(Patch, _patches, patch_orbits, "--region")
+PLANE = Task(Patch, _patches, patches, "--region")
 """One stable orbit with one itinerary on all of each patch of the (alpha, gamma) plane."""
 FROM_REST = Task(AlphaPart, _intervals, attraction, "--from-rest")
 """Tendency of the motion from rest, over alpha at both mass ratios."""
