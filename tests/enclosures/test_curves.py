@@ -16,7 +16,7 @@ from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, floats, m
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.numbers.forms import MONOMIALS, hull, polynomial
 from capsule_sym._enclosures.orbits.events import beyond
-from capsule_sym._enclosures.orbits.krawczyk import Tube
+from capsule_sym._enclosures.orbits.krawczyk import Tube, newton
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._enclosures.regions import curve_patches, curve_sides, patch_orbits, patches
 from capsule_sym._enclosures.regions.curve_sides import WithoutSegment, WithSegment
@@ -85,6 +85,12 @@ def curve_of(alpha: float, levels: tuple[int, int] = (10, 8)) -> Curve:
 def touch() -> Curve:
     with precision(64):
         return curve_of(TOUCH[0])
+
+
+@pytest.fixture(scope="module")
+def large_touch() -> Curve:
+    with precision(64):
+        return curve_of(TOUCH[0], (9, 6))
 
 
 @pytest.fixture(scope="module")
@@ -226,23 +232,24 @@ def single_orbits(curve: Curve, shares: tuple[float, ...]) -> list[tuple[Any, fl
     return found
 
 
-def duration(curve: Curve, orbit: Any) -> float:
+def durations(curve: Curve, orbit: Any) -> np.ndarray:
+    """Durations of an orbit, beginning with the segment that the curve's orbit begins with."""
     itinerary, n = curve.event.shooting.itinerary, len(orbit.itinerary)
-    shift = next(k for k in range(n) if itinerary.rotated(k).fields == orbit.itinerary.fields)
-    return float(orbit.durations[(curve.segment - shift) % n])
+    shift = next(k for k in range(n) if orbit.itinerary.rotated(k).fields == itinerary.fields)
+    return np.roll(np.array(orbit.durations, dtype=float), -shift)
 
 
-@pytest.mark.parametrize("name", ["touch", "corner", "landing"])
+@pytest.mark.parametrize("name", ["touch", "large_touch", "corner", "landing"])
 def test_alpha_is_that_of_single_orbits(name: str, request: pytest.FixtureRequest) -> None:
-    """And so is its derivative by the duration, from differences."""
+    """And so are its derivative and those of all durations, from differences."""
     curve = request.getfixturevalue(name)
     side = curve.with_segment()
     found = side.enclose()
     column = side.shooting.parameter("alpha")
-    form, rate = side.columns(side.unique.tolist())[column], side.rates(found)[column, 0]
+    form, rates = side.columns(side.unique.tolist())[column], side.rates(found)
     reach, high = side.radii
     for orbit, gamma in single_orbits(curve, (0.0, 0.5, 0.9)):
-        s = duration(curve, orbit) / reach - 1
+        s = durations(curve, orbit)[curve.segment] / reach - 1
         t = (gamma - curve.patch.middle[1]) / high
         assert abs(s) <= 1
         true = sum((c * s**a * t**b for c, (a, b) in zip(form.p, MONOMIALS, strict=True)), form.e)
@@ -252,9 +259,29 @@ def test_alpha_is_that_of_single_orbits(name: str, request: pytest.FixtureReques
             values = [orbit.values[0] + change, *orbit.values[1:]]
             beside = solve_itinerary(values, orbit.itinerary, list(orbit.z))
             assert beside.success, beside.message
-            moved.append(duration(curve, beside))
-        slope = 2 * step / (moved[1] - moved[0])
-        assert (rate * ball(1, 1e-4)).contains(arb(slope))
+            moved.append(durations(curve, beside))
+        gained = moved[1] - moved[0]
+        for at, gain in [(column, 2 * step), *zip(side.shooting.durations, gained, strict=True)]:
+            slope = gain / gained[curve.segment]
+            assert (rates[at, 0] + ball(0, 1e-4)).contains(arb(slope)), (at, slope, rates[at, 0])
+
+
+@pytest.mark.parametrize("name", ["touch", "large_touch", "corner", "landing"])
+def test_derivatives_of_columns_are_held_at_the_corners(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    """Against the equations at a point, in which all roots are divided out."""
+    curve = request.getfixturevalue(name)
+    side, shooting = curve.with_segment(), curve.event.shooting
+    rates = side.rates(side.enclose())
+    (first, second), (reach, high) = side.axes, side.radii
+    for s, t in product((-1, 1), repeat=2):
+        guess = list(side.centre)
+        guess[first], guess[second] = arb(reach) * (1 + s), guess[second] + t * ball(high)
+        _, there, inverse = newton(shooting, guess, side.solved)
+        slopes = -inverse @ floats(there.by)[:, first]
+        for at, slope in zip(side.solved, slopes, strict=True):
+            assert (rates[at, 0] + ball(0, 1e-9)).contains(arb(slope))
 
 
 @pytest.mark.parametrize(("name", "alpha"), [("touch", TOUCH[0]), ("corner", CORNER[0])])

@@ -25,6 +25,7 @@ Box = tuple[float, float, float, float, str]
 """Ends in alpha, ends on the other axis, and the itinerary."""
 _FURTHER = ("#222222", "#777777", "#bbbbbb")
 _BAR = 0.8
+_CURVE = "one itinerary on each side of a bifurcation curve"
 
 
 @styled
@@ -32,11 +33,12 @@ def draw(path: str, width: float = 6.9) -> Figure:
     """Figure of a record: bars over alpha at both mass ratios, and the plane; open parts white."""
     record = json.loads(Path(path).read_text(encoding="utf-8"))
     colours = dict(zip(record["itineraries"], (*REGIONS, *_FURTHER), strict=False))
+    colours[_CURVE] = "black"
     figure = Figure(figsize=(width, 6.0), layout="constrained")
     bars, plane = figure.subplots(2, 1, sharex=True, height_ratios=(1, 2))
     for axes, name in ((bars, "bars"), (plane, "plane")):
         for low, high, bottom, top, number in record[name]:
-            colour = colours[record["itineraries"][number]]
+            colour = colours[(*record["itineraries"], _CURVE)[number]]
             axes.fill_between([low, high], bottom, top, color=colour, linewidth=0)
     rows = [f"γ = {gamma}, {way}" for way in ("orbit", "from rest") for gamma in GAMMAS]
     shares = [_share(record["bars"], row, row + _BAR) / _BAR for row in (3, 2, 1, 0)]
@@ -98,13 +100,14 @@ def _plane(path: str) -> Iterator[Box]:
     for one in _parts(path):
         patch = parts.Patch(*one["part"])
         (a, g), (da, dg) = patch.middle, patch.radii
-        yield a - da, a + da, g - dg, g + dg, _cycle(one["itinerary"])
+        name = one["itinerary"]
+        yield a - da, a + da, g - dg, g + dg, _CURVE if "|" in name else _cycle(name)
 
 
 def _merged(boxes: Iterable[Box]) -> list[Box]:
     """Boxes with neighbours in alpha as one, where they have the same itinerary."""
     found: list[Box] = []
-    for box in sorted(boxes, key=lambda b: (b[2], b[3], b[0])):
+    for box in sorted(boxes, key=lambda b: (b[2], b[3], b[4], b[0])):
         last = found[-1] if found else None
         if last and last[2:] == box[2:] and box[0] - last[1] < 1e-9:
             found[-1] = (last[0], max(last[1], box[1]), *box[2:])
@@ -113,16 +116,22 @@ def _merged(boxes: Iterable[Box]) -> list[Box]:
     return found
 
 
+def _turned(boxes: Iterable[Box]) -> list[Box]:
+    """Boxes with the axes exchanged."""
+    return [(low, high, left, right, name) for left, right, low, high, name in boxes]
+
+
 def record(enclosed: str, regions: str, from_rest: str) -> dict[str, Any]:
     """Record of the figure."""
     bars = _merged([*_orbits(enclosed), *_from_rest(from_rest)])
-    plane = _merged(_plane(regions))
-    names = sorted({box[4] for box in (*bars, *plane)}, key=lambda name: (len(name), name))
+    plane = _turned(_merged(_turned(_merged(_plane(regions)))))
+    names = {box[4] for box in (*bars, *plane)} - {_CURVE}
+    names = [*sorted(names, key=lambda name: (len(name), name)), _CURVE]
     told = {
         key: [[*(round(x, 6) for x in box[:4]), names.index(box[4])] for box in boxes]
         for key, boxes in (("bars", bars), ("plane", plane))
     }
-    return {"itineraries": names, **told}
+    return {"itineraries": names[:-1], **told}
 
 
 if __name__ == "__main__":
