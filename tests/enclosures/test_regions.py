@@ -342,7 +342,8 @@ def test_a_matrix_that_knows_nothing_is_not_small() -> None:
 
 def test_sizes_of_a_large_residual_prove_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the residual's remainder taken away a patch that is too large would pass."""
-    radii = (6e-3, 6e-2)
+    radii = (9e-3, 9e-2)
+    monkeypatch.setattr(PatchOrbits, "promising", np.inf)
     with pytest.raises(Unproved, match="existence"):
         patch_at(1.9, 2.0, radii).enclose()
     whole = Form.__mul__

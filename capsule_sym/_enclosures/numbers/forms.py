@@ -1,8 +1,8 @@
 """Polynomial forms: numbers or matrices over a box of parameters, with a remainder.
 
-A form is a polynomial of the place s in [-1, 1]^2 of the box, up to the second degree, plus a ball
-e about 0 for terms of third degree. Coefficients are narrow balls or matrices of them. So the joint
-variation of two quantities is kept, which plain balls lose.
+A form is a polynomial of the place s in [-1, 1]^2 of the box, up to the third degree, plus a ball
+e about 0 for terms of fourth degree. Coefficients are narrow balls or matrices of them. So the
+joint variation of two quantities is kept, which plain balls lose.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from capsule_sym._enclosures.numbers.balls import (
     upper,
 )
 
-DEGREE = 2
+DEGREE = 3
 MONOMIALS = tuple(
     sorted(
         ((a, b) for a, b in product(range(DEGREE + 1), repeat=2) if a + b <= DEGREE),
@@ -137,7 +137,7 @@ class Form:
         return Form(found, rest)
 
     def composed(self, terms: Sequence[Any], last: Any) -> Form:
-        """Sum of terms_k d^k, d this form minus its middle; `last` times |d|^3 bounds the rest."""
+        """Sum of terms_k d^k, d this form minus its middle, plus `last` d^(DEGREE + 1)."""
         away = Form((self.c * 0, *self.p[1:]), self.e)
         found = away * terms[DEGREE]
         for k in range(DEGREE - 1, 0, -1):

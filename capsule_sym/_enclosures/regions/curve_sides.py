@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from capsule_sym._enclosures.numbers.balls import Ball, Matrix, Unproved, arb, matrix, upper
 from capsule_sym._enclosures.numbers.fields import SIZE, Field
-from capsule_sym._enclosures.numbers.forms import hull
+from capsule_sym._enclosures.numbers.forms import MONOMIALS, hull
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
 from capsule_sym._enclosures.orbits.stability import prove_stable
@@ -28,7 +28,7 @@ class _Side(PatchOrbits):
     """Orbits on one side of a curve; alpha is a column."""
 
     varied = ("alpha",)
-    promising = 0.012
+    promising = 0.003
 
     def rates(self, found: Evaluation) -> Matrix:
         """Derivative of all columns by the first coordinate, over the patch."""
@@ -49,7 +49,7 @@ class _Side(PatchOrbits):
                 return False
             place.append(away / radius if radius else away)
         s, t = place
-        powers = s, t, s * s, s * t, t * t
+        powers = [s**a * t**b for a, b in MONOMIALS[1:]]
         for k, at in enumerate(self.solved):
             terms = (x * power for x, power in zip(self.path[k, 1:].tolist(), powers, strict=True))
             if not abs(columns[at] - sum(terms, self.centre[at])) < self.unique[k]:

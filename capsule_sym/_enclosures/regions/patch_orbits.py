@@ -2,19 +2,19 @@
 
 The equations are those of `shooting`, with nothing divided out: a segment inserted at the edge
 of its region is too short there for the guards' proof anyway, unless its duration is a coordinate
-(`curve_sides`). Over the patch the orbit is sought as
-x(s) + b, |b| <= radii, with a polynomial x of the place s, and with Y(s) the inverse derivative as
-a polynomial
+of the patch (`curve_sides`). Over the patch the orbit is sought as x(s) + b, |b| <= radii, with a
+polynomial x of the place s, and with Y(s) the inverse derivative as a polynomial
 
     -Y(s) F(x(s)) + (1 - Y(s) F_x(x(s) + b)) b
 
-inside the radii proves that for every s there is one orbit with such a b, and only one. Terms of
-first and second order in s are propagated exactly, so that only terms of third order limit a patch.
+inside the radii proves that for every s there is one orbit with such a b, and only one. Terms
+up to the third order in s are propagated exactly, so that only those of fourth order limit a patch.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import comb
 
 import numpy as np
 from flint import arb_series
@@ -114,7 +114,7 @@ class PatchOrbits:
     """Segments in whose equations the root at their start is divided out."""
     varied: tuple[str, ...] = ()
     """Parameters that are columns over the patch."""
-    promising = 0.006
+    promising = 0.0016
     """Bound as `_LARGEST`, about the polynomial itself: a guess, above which radii only grow."""
 
     def __init__(
@@ -153,10 +153,10 @@ class PatchOrbits:
     def halvings(self, share: float = 1.0) -> tuple[int, ...]:
         """Directions to halve the patch in: each time the one in which the orbit changes more.
 
-        One, or so many that the remainder of third order falls to a share, as a guess.
+        One, or so many that the remainder falls to a share, as a guess.
         """
         reached = np.abs(self.path[:, 1:3]).max(axis=0)
-        goal, found = reached.sum() * share ** (1 / 3), list[int]()
+        goal, found = reached.sum() * share ** (1 / (DEGREE + 1)), list[int]()
         while not found or (reached.sum() > goal and len(found) < _MOST):
             found.append(int(reached[1] > reached[0]))
             reached[found[-1]] /= 2
@@ -180,14 +180,9 @@ class PatchOrbits:
     def enclose(self) -> Evaluation:
         """The segments of all orbits over the patch; raises Unproved without existence."""
         size = len(self.solved)
-        still = [0.0] * size
-        found, by = self.evaluate(self.columns(still))
+        found, by = self.evaluate(self.columns([0.0] * size))
         # Unlike in Newton's method, roots at which segments are inserted are not divided out here.
         inverse = thin(np.linalg.inv(floats(by.c)).astype(np.float64))
-        for k in range(3, len(MONOMIALS)):
-            self.path[:, k] -= floats(inverse * found.residual.p[k])[:, 0]
-        found, by = self.evaluate(self.columns(still))
-        residual = inverse * found.residual
         radii = np.zeros(size)
         for trial in range(_TRIALS):
             near = inverse * by  # close to the unit matrix
@@ -196,6 +191,9 @@ class PatchOrbits:
             most = max(abs(np.linalg.eigvals(left))) if np.all(np.isfinite(left)) else np.inf
             if most > (_LARGEST if trial else self.promising):
                 raise TooLarge(self.halvings(1.0 if trial else self.promising / most))
+            if trial == 0:
+                found = self._refined(found, inverse)
+                residual = inverse * found.residual
             moved = _sizes((tilt * residual).hull)[:, 0]
             if trial and np.all(image_of(moved, left, radii) < radii):
                 self.unique, self.inverse = radii, inverse
@@ -204,6 +202,15 @@ class PatchOrbits:
             radii = 1.3 * least + 0.02 * max(least) + 1e-15
             found, by = self.evaluate(self.columns(radii.tolist()))
         raise TooLarge(self.halvings())
+
+    def _refined(self, found: Evaluation, inverse: Matrix) -> Evaluation:
+        """The equations after terms of higher degree have been added to the polynomials."""
+        for degree in range(2, DEGREE + 1):
+            for k, powers in enumerate(MONOMIALS):
+                if sum(powers) == degree:
+                    self.path[:, k] -= floats(inverse * found.residual.p[k])[:, 0]
+            found, _ = self.evaluate(self.columns([0.0] * len(self.solved)))
+        return found
 
     def admissible(self, found: Evaluation) -> None:
         """Prove the itinerary of every orbit, or raise Unproved.
@@ -257,7 +264,7 @@ def _inverse(near: Form) -> Form:
     one = identity(near.c.nrows())
     away = one - Form(near.p, near.e * 0)
     found = one
-    for _ in range(2):
+    for _ in range(DEGREE):
         found = one + away * found
     return Form(found.p, found.e * 0)
 
@@ -272,18 +279,15 @@ def _halves(part: Part, along: int) -> list[Part]:
 def within(state: Form, part: Part) -> Form:
     """A form over a part of its patch."""
     a, wide, b, high = part
-    c, x, y, xx, xy, yy = state.p
-    return Form(
-        [
-            c + x * a + y * b + xx * (a * a) + xy * (a * b) + yy * (b * b),
-            (x + xx * (2 * a) + xy * b) * wide,
-            (y + xy * a + yy * (2 * b)) * high,
-            xx * (wide * wide),
-            xy * (wide * high),
-            yy * (high * high),
-        ],
-        state.e,
-    )
+    found = []
+    for i, j in MONOMIALS:
+        total = state.c * 0
+        for p, (m, n) in zip(state.p, MONOMIALS, strict=True):
+            if m >= i and n >= j:
+                share = comb(m, i) * arb(a) ** (m - i) * comb(n, j) * arb(b) ** (n - j)
+                total += p * share
+        found.append(total * (arb(wide) ** i * arb(high) ** j))
+    return Form(found, state.e)
 
 
 def _columns(state: Form) -> Matrix:
