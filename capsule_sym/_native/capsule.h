@@ -70,7 +70,11 @@ typedef CAPSULE_TABLE_OF(double, CAPSULE_TERMS, CAPSULE_DEGREE, CAPSULE_LEVELS) 
 typedef struct {
     capsule_parameters parameters;
     capsule_constants field[CAPSULE_FIELD_COUNT];
+#ifdef CAPSULE_DEVICE
+    capsule_table *table; /* in the card's memory, where many runs share them */
+#else
     capsule_table table[CAPSULE_FLOW_COUNT]; /* by contact and drift */
+#endif
     int may_rest;           /* 1 if the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
 

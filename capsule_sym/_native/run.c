@@ -5,26 +5,6 @@
 #include "internal.h"
 #include "number.h"
 
-#ifndef CAPSULE_LANES
-#define CAPSULE_LANES 8 /* at most; fewer for tests of the narrower ways */
-#endif
-
-int capsule_lanes(void)
-{
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (CAPSULE_LANES >= 8 && __builtin_cpu_supports("avx512f") &&
-        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-        return 8;
-    if (CAPSULE_LANES >= 4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        return 4;
-    return 1;
-#elif defined(__aarch64__) && defined(__GNUC__)
-    return CAPSULE_LANES >= 4 ? 4 : 1;
-#else
-    return 1;
-#endif
-}
-
 int capsule_allowed(const capsule_map *map, const capsule_state *s)
 {
     return map && s && capsule_parameters_allowed(&map->parameters) && isfinite(s->x_r) &&
@@ -104,6 +84,31 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
 }
 #endif
 
+#ifdef CAPSULE_DEVICE
+#define field_here field_at
+#else
+#define field_here capsule_code_here(0)->field_at
+
+#ifndef CAPSULE_LANES
+#define CAPSULE_LANES 8 /* at most; fewer for tests of the narrower ways */
+#endif
+
+int capsule_lanes(void)
+{
+#if defined(__x86_64__) && defined(__GNUC__)
+    if (CAPSULE_LANES >= 8 && __builtin_cpu_supports("avx512f") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+        return 8;
+    if (CAPSULE_LANES >= 4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        return 4;
+    return 1;
+#elif defined(__aarch64__) && defined(__GNUC__)
+    return CAPSULE_LANES >= 4 ? 4 : 1;
+#else
+    return 1;
+#endif
+}
+
 const capsule_code *capsule_code_here(int wide)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -178,6 +183,8 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
     return CAPSULE_DONE;
 }
 
+#endif
+
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase)
 {
@@ -193,10 +200,11 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
     state.angle_rest = fma(phase, p->omega, -state.angle);
     if (v_c != 0.0)
         return state;
-    state.plane = state.field = capsule_code_here(0)->field_at(map, &state);
+    state.plane = state.field = field_here(map, &state);
     return state;
 }
 
+#ifndef CAPSULE_DEVICE
 size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
                         int more, const double *times, size_t n, double (*states)[4],
                         capsule_watch *watch)
@@ -205,3 +213,4 @@ size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments,
         return 0;
     return capsule_code_here(0)->states_at(map, segments, count, more, 1, times, n, states, watch);
 }
+#endif

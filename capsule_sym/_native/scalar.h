@@ -8,7 +8,9 @@
 #include "isolate.h"
 
 /* A segment that takes more is undecided: another method reaches further there. */
+#ifndef MOST_EXPANSIONS
 #define MOST_EXPANSIONS 8192
+#endif
 
 /* A state with its exactly known facts, as in capsule_state. */
 typedef struct {

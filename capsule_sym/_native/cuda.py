@@ -1,0 +1,159 @@
+"""Graphics cards by CuPy, and the reasons why there is none."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from threading import local
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput, NotInstalled, check_one_of
+from capsule_sym._native import core_of, live
+from capsule_sym._native.device import BASICS, BLOCK, OPTIONS, source
+from capsule_sym._native.on_card import OnCard
+from capsule_sym._parameters import Scene
+
+DEVICES = ("cpu", "gpu")
+_STACK = 2**14  # bytes of a thread, at most
+_ROOM = 2**28  # bytes that a chunk should have at least
+_SHARE = 0.7  # of the free memory, for a chunk
+
+
+class Facts(NamedTuple):
+    """Facts of the card that computes, or of what is missing."""
+
+    cards: int
+    error: str = ""
+    """Message of the driver that finds no card."""
+    name: str = ""
+    capability: tuple[int, int] = (0, 0)
+    threads: int = 0
+    """Threads on the card at a time, each of which has a stack."""
+    free: int = 0
+    """Bytes of its memory that are free."""
+    driver: int = 0
+    """Version of CUDA that the driver has, as 12040 for 12.4."""
+    toolkit: int = 0
+    """Version of CUDA that compiles."""
+
+
+def refusal(facts: Facts) -> str:
+    """Reason why no runs are possible on a card, empty if they are."""
+    if not facts.cards:
+        return f"no card of CUDA is found{facts.error and f' ({facts.error})'}"
+    if facts.driver // 1000 < facts.toolkit // 1000:
+        driver, toolkit = (f"{v // 1000}.{v % 1000 // 10}" for v in (facts.driver, facts.toolkit))
+        return f"the driver has CUDA {driver}, which is older than CUDA {toolkit} of cupy"
+    if facts.capability < (1, 3):
+        capability = ".".join(map(str, facts.capability))
+        return f"{facts.name}, of compute capability {capability}, has no double precision"
+    need = facts.threads * _STACK + int(_ROOM / _SHARE)
+    if facts.free < need:
+        left, needed = (f"{size / 2**30:.1f} GiB" for size in (facts.free, need))
+        return f"{facts.name} has {left} of free memory, and {needed} are needed"
+    return ""
+
+
+def facts_of(cuda: Any) -> Facts:
+    """Facts of the present card, by the module cupy.cuda."""
+    runtime = cuda.runtime
+    driver, toolkit = runtime.driverGetVersion(), runtime.runtimeGetVersion()
+    if not driver:
+        return Facts(0, "there is no driver")
+    if driver // 1000 < toolkit // 1000:  # an older one answers no further question
+        return Facts(1, driver=driver, toolkit=toolkit)
+    try:
+        cards = runtime.getDeviceCount()
+    except runtime.CUDARuntimeError as error:
+        return Facts(0, " ".join(str(error).split()))
+    of = runtime.getDeviceProperties(cuda.Device().id)
+    return Facts(
+        cards,
+        "",
+        of["name"].decode(),
+        (of["major"], of["minor"]),
+        of["multiProcessorCount"] * of["maxThreadsPerMultiProcessor"],
+        cuda.Device().mem_info[0],
+        driver,
+        toolkit,
+    )
+
+
+class CudaCard:
+    """A card of CUDA, with the kernels of a scene; each thread of the host has a queue of its own."""
+
+    def __init__(self, cupy: Any, facts: Facts, scene: Scene) -> None:
+        self.cuda, self.name = cupy.cuda, f"cuda {facts.name}"
+        self.kernels = cupy.RawModule(code=BASICS + source(scene), options=OPTIONS)
+        self.own = local()
+
+    @property
+    def stream(self) -> Any:
+        """Queue of the present thread."""
+        if not hasattr(self.own, "stream"):
+            self.own.stream = self.cuda.Stream(non_blocking=True)
+        return self.own.stream
+
+    def free(self) -> int:
+        """Bytes that a chunk may take."""
+        return int(_SHARE * self.cuda.Device().mem_info[0])
+
+    def blank(self, size: int) -> Any:
+        """Memory of so many bytes."""
+        with self.stream:
+            return self.cuda.alloc(size)
+
+    def put(self, values: NDArray[Any]) -> Any:
+        """Copy of an array in the card's memory."""
+        values = np.ascontiguousarray(values)
+        held = self.blank(values.nbytes)
+        held.copy_from_host_async(values.ctypes.data, values.nbytes, self.stream)
+        self.stream.synchronize()
+        return held
+
+    def take(self, held: Any, values: NDArray[Any]) -> None:
+        """Copy memory of the card to an array."""
+        held.copy_to_host_async(values.ctypes.data, values.nbytes, self.stream)
+        self.stream.synchronize()
+
+    def launch(self, kernel: str, count: int, *arguments: Any) -> None:
+        """Run a kernel in at least `count` threads, until its end."""
+        given = tuple(a if isinstance(a, np.generic) else np.uintp(a.ptr) for a in arguments)
+        with self.stream:
+            self.kernels.get_function(kernel)((-(-count // BLOCK),), (BLOCK,), given)
+            self.stream.synchronize()
+
+
+@cache
+def _card(scene: Scene) -> OnCard:
+    """Runs of a scene on the present card."""
+    try:
+        cupy = import_module("cupy")
+        cupy.cuda.nvrtc.getVersion()
+    except ModuleNotFoundError as error:
+        raise NotInstalled(error, "gpu") from None
+    except RuntimeError:
+        raise NotInstalled(ModuleNotFoundError(name="nvidia-cuda-nvrtc-cu12"), "gpu") from None
+    facts = facts_of(cupy.cuda)
+    if reason := refusal(facts):
+        raise InvalidInput("device", "gpu", f"cpu here: {reason}")
+    if (binding := core_of(scene)) is None:
+        raise InvalidInput("device", "gpu", "cpu: the C core of the scene is not compiled")
+    return OnCard(binding, scene, CudaCard(cupy, facts, scene))
+
+
+def core_on(device: str, scene: Scene) -> Any:
+    """Binding whose runs compute on a device, "cpu" or "gpu"; None without a compiled core.
+
+    Raises InvalidInput or NotInstalled if there is no such device, with what is missing.
+    """
+    check_one_of("device", device, DEVICES)
+    return core_of(scene) if device == "cpu" else _card(scene)
+
+
+def live_on(device: str, scene: Scene) -> str:
+    """Code that computes on a device, as in records of results; last bits differ between them."""
+    return live(scene) if device == "cpu" else str(core_on(device, scene).card.name)

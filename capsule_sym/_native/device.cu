@@ -1,0 +1,106 @@
+/* Many runs on a graphics card, a thread for each: the scalar step of one run, compiled as CUDA C++ by NVRTC
+   where it runs. A run that double precision does not decide, or whose segment takes very many expansions, is
+   handed back at the start of that segment. Fused multiply-adds are those of number.h: the compiler makes no
+   others (--fmad=false). */
+#define CAPSULE_DEVICE 1
+#define FUSED 1
+#ifndef MOST_EXPANSIONS
+#define MOST_EXPANSIONS 256 /* of a segment: one that takes more would hold up its neighbours */
+#endif
+#ifndef RESIDENT
+#define RESIDENT 2 /* blocks of a multiprocessor, by which the compiler limits registers */
+#endif
+
+#define response kernels_response /* a type there, a function of the tables */
+#include "capsule_kernels.c"
+#undef response
+#undef TERMS
+#include "number.h"
+#undef fused
+#define fused(a, b, c) ((a) * (b) + (c)) /* tables are made without, as in the core: to the same bits */
+#include "tables.c"
+#undef fused
+#define fused(a, b, c) __builtin_fma(a, b, c)
+#include "scalar.h"
+#include "run.c"
+
+/* Bytes of a run's context, and of the tables of a set of flow parameters. */
+extern "C" __global__ void capsule_sizes(int64_t *sizes)
+{
+    sizes[0] = sizeof(capsule_context);
+    sizes[1] = CAPSULE_FLOW_COUNT * sizeof(capsule_table);
+}
+
+/* Tables of sets of flow parameters, a thread for each. */
+extern "C" __global__ void capsule_tables(const capsule_parameters *sets, capsule_table *tables, int64_t count)
+{
+    const int64_t i = (int64_t)blockIdx.x * BLOCK + threadIdx.x;
+    if (i >= count)
+        return;
+    capsule_map map;
+    map.table = tables + i * CAPSULE_FLOW_COUNT;
+    capsule_map_make(&sets[i], &map);
+}
+
+/* States at the starts (x_r, v_r, v_c, phase) of runs. */
+extern "C" __global__ void capsule_starts(const capsule_parameters *rows, const double (*starts)[4],
+                                          capsule_state *states, int64_t count)
+{
+    const int64_t i = (int64_t)blockIdx.x * BLOCK + threadIdx.x;
+    if (i >= count)
+        return;
+    capsule_map map;
+    map.table = NULL;
+    capsule_map_constants(&rows[i], &map);
+    states[i] = capsule_state_at(&map, starts[i][0], starts[i][1], starts[i][2], starts[i][3]);
+}
+
+/* Advances runs to the end of a period, those whose stop is CAPSULE_STOPPED, by `most` expansions or a
+   segment more. `contexts` keep what runs carry from switch to switch, so that a launch may end after any of
+   them without a trace; with `begins` they are made. A block has the tables of its first run in shared memory; a run of another flow reads its own. */
+extern "C" __global__ void __launch_bounds__(BLOCK, RESIDENT)
+capsule_runs(const capsule_parameters *rows, const int32_t *flow, capsule_table *tables,
+             capsule_state *states, capsule_context *contexts, int8_t *stops, double (*strobe)[3],
+             int64_t periods, int32_t position, int32_t begins, int64_t most, int64_t count)
+{
+    __shared__ capsule_table shared[CAPSULE_FLOW_COUNT];
+    const int64_t first = (int64_t)blockIdx.x * BLOCK, i = first + threadIdx.x;
+    if (threadIdx.x == 0)
+        memcpy(shared, tables + (int64_t)flow[first] * CAPSULE_FLOW_COUNT, sizeof shared);
+    __syncthreads();
+    if (i >= count || stops[i] != CAPSULE_STOPPED)
+        return;
+    capsule_map map;
+    map.table = flow[i] == flow[first] ? shared : tables + (int64_t)flow[i] * CAPSULE_FLOW_COUNT;
+    capsule_map_constants(&rows[i], &map);
+    capsule_request request;
+    memset(&request, 0, sizeof request);
+    request.strobe = strobe ? strobe + i * (periods + 1) : NULL;
+    capsule_context context;
+    if (begins) {
+        memset(&context, 0, sizeof context);
+        context.angle = -1.0;
+    } else {
+        context = contexts[i];
+    }
+    context.map = &map, context.request = &request;
+    context.periods = periods, context.position = position;
+    capsule_state state = states[i];
+    int stop = state.period < periods ? CAPSULE_STOPPED : CAPSULE_DONE;
+    if (!capsule_allowed(&map, &state))
+        stop = CAPSULE_REFUSED;
+    for (int64_t done = 0; stop == CAPSULE_STOPPED && done < most;) {
+        const capsule_state before = state;
+        capsule_result p;
+        run_segment(&context, &state, &p);
+        done += 1 + p.evaluations;
+        if (p.outcome != CAPSULE_REGULAR && p.outcome != CAPSULE_END && p.outcome != CAPSULE_NEVER) {
+            state = before;
+            stop = CAPSULE_OPEN;
+        } else if (state.period >= periods) {
+            stop = CAPSULE_DONE;
+        }
+    }
+    states[i] = state, contexts[i] = context;
+    stops[i] = (int8_t)stop;
+}

@@ -1,0 +1,84 @@
+"""What stands in for a card: the device source, compiled by the host's C++ compiler."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._native import core_of
+from capsule_sym._native.device import BLOCK, source
+from capsule_sym._native.on_card import OnCard
+from capsule_sym._parameters import Scene, as_scene
+
+COMPILER = shutil.which("g++")
+FLAGS = ("-std=c++20", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-w")
+FUSED = ("-mfma",) if os.uname().machine == "x86_64" else ()
+"""One instruction in place of libm's function: the same bits."""
+
+
+def compiled(folder: Path, text: str, *options: str) -> ctypes.CDLL:
+    """Library of the device source."""
+    (folder / "device.inc").write_text(text)
+    assert COMPILER is not None
+    shim = Path(__file__).with_name("shim.cpp")
+    command = [COMPILER, *FLAGS, *FUSED, f"-I{folder}", *options, str(shim), "-o"]
+    subprocess.run([*command, str(folder / "shim.so")], check=True, timeout=600)
+    return ctypes.CDLL(str(folder / "shim.so"))
+
+
+@cache
+def library(scene: Scene, block: int = BLOCK, most_expansions: int = 0) -> ctypes.CDLL:
+    """Library of a scene's device source, with so many threads in a block."""
+    folder = Path(mkdtemp(prefix="shim"))
+    options = [f"-DBLOCK={block}"]
+    options += [f"-DMOST_EXPANSIONS={most_expansions}"] if most_expansions else []
+    made = compiled(folder, source(scene), *options)
+    shutil.rmtree(folder)
+    return made
+
+
+class Host:
+    """A card of the host's memory."""
+
+    name = "host"
+
+    def __init__(self, library: ctypes.CDLL, room: int = 2**26) -> None:
+        self.library, self.room = library, room
+        self.launches: list[tuple[str, int]] = []
+
+    def free(self) -> int:
+        return self.room
+
+    def blank(self, size: int) -> Any:
+        return np.full(size, 0xA5, np.uint8)  # as a card's memory, it is not zero
+
+    def put(self, values: Any) -> Any:
+        return np.array(values, order="C")
+
+    def take(self, held: Any, values: Any) -> None:
+        values.view("u1").reshape(-1)[:] = held.view("u1").reshape(-1)
+
+    def launch(self, kernel: str, count: int, *arguments: Any) -> None:
+        self.launches.append((kernel, count))
+        given = [
+            np.uintp(a.ctypes.data) if isinstance(a, np.ndarray) else a for a in arguments
+        ]
+        words = [np.array(a) for a in given]
+        places = (ctypes.c_void_p * len(words))(*(word.ctypes.data for word in words))
+        getattr(self.library, f"launch_{kernel}")(ctypes.c_int64(count), places)
+
+
+def on_host(name: str = "capsule", block: int = BLOCK, most_expansions: int = 0) -> OnCard:
+    """Runs of a scene as on a card."""
+    scene = as_scene(name)
+    binding = core_of(scene)
+    assert binding is not None
+    return OnCard(binding, scene, Host(library(scene, block, most_expansions)))

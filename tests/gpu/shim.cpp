@@ -1,0 +1,46 @@
+// What stands in for a card: the device source as host code, where a loop replaces the launch.
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include <utility>
+
+#define __global__
+#define __shared__ static
+#define __launch_bounds__(...)
+#define __syncthreads() /* thread 0 of a block comes first */
+static struct {
+    unsigned x;
+} threadIdx, blockIdx;
+
+#include "device.inc"
+
+// The first thread of a block, then the others in this order; and of the blocks.
+extern "C" {
+int shim_backwards;
+}
+
+template <class... A, size_t... I>
+static void each(void (*kernel)(A...), int64_t count, void **given, std::index_sequence<I...>)
+{
+    const int64_t blocks = (count + BLOCK - 1) / BLOCK;
+    for (int64_t block = 0; block < blocks; block++) {
+        blockIdx.x = (unsigned)(shim_backwards ? blocks - 1 - block : block);
+        for (unsigned thread = 0; thread < BLOCK; thread++) {
+            threadIdx.x = shim_backwards && thread ? BLOCK - thread : thread;
+            kernel(*(A *)given[I]...);
+        }
+    }
+}
+
+template <class... A> static void launch(void (*kernel)(A...), int64_t count, void **given)
+{
+    each(kernel, count, given, std::index_sequence_for<A...>());
+}
+
+#define LAUNCH(name)                                                                                \
+    extern "C" void launch_##name(int64_t count, void **given) { launch(name, count, given); }
+LAUNCH(capsule_sizes)
+LAUNCH(capsule_tables)
+LAUNCH(capsule_starts)
+LAUNCH(capsule_runs)
