@@ -5,18 +5,17 @@ from __future__ import annotations
 from functools import cache
 from importlib import import_module
 from threading import local
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, NotInstalled, check_one_of
-from capsule_sym._native import core_of, live
-from capsule_sym._native.device import BASICS, BLOCK, OPTIONS, source
+from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._native.device import BASICS, BLOCK, OPTIONS, TABLES, source
 from capsule_sym._native.on_card import OnCard
 from capsule_sym._parameters import Scene
 
-DEVICES = ("cpu", "gpu")
 _STACK = 2**14  # bytes of a thread, at most
 _ROOM = 2**28  # bytes that a chunk should have at least
 _SHARE = 0.7  # of the free memory, for a chunk
@@ -83,11 +82,13 @@ def facts_of(cuda: Any) -> Facts:
 
 
 class CudaCard:
-    """A card of CUDA, with the kernels of a scene; each thread of the host has a queue of its own."""
+    """A card of CUDA with the kernels of a scene; each thread of the host has its own queue."""
 
     def __init__(self, cupy: Any, facts: Facts, scene: Scene) -> None:
         self.cuda, self.name = cupy.cuda, f"cuda {facts.name}"
-        self.kernels = cupy.RawModule(code=BASICS + source(scene), options=OPTIONS)
+        text = BASICS + source(scene)
+        self.runs = cupy.RawModule(code=text, options=OPTIONS)
+        self.tables = cupy.RawModule(code=text, options=(*OPTIONS, "-DTABLES"))
         self.own = local()
 
     @property
@@ -104,7 +105,10 @@ class CudaCard:
     def blank(self, size: int) -> Any:
         """Memory of so many bytes."""
         with self.stream:
-            return self.cuda.alloc(size)
+            try:
+                return self.cuda.alloc(size)
+            except self.cuda.memory.OutOfMemoryError as error:
+                raise refused(str(error)) from None
 
     def put(self, values: NDArray[Any]) -> Any:
         """Copy of an array in the card's memory."""
@@ -122,38 +126,34 @@ class CudaCard:
     def launch(self, kernel: str, count: int, *arguments: Any) -> None:
         """Run a kernel in at least `count` threads, until its end."""
         given = tuple(a if isinstance(a, np.generic) else np.uintp(a.ptr) for a in arguments)
+        module = self.tables if kernel == TABLES else self.runs
         with self.stream:
-            self.kernels.get_function(kernel)((-(-count // BLOCK),), (BLOCK,), given)
+            module.get_function(kernel)((-(-count // BLOCK),), (BLOCK,), given)
             self.stream.synchronize()
 
 
 @cache
-def _card(scene: Scene) -> OnCard:
-    """Runs of a scene on the present card."""
+def card_of(scene: Scene, binding: ModuleType | None) -> OnCard:
+    """Runs of a scene on the present card, beside the binding of its core.
+
+    Raises InvalidInput if a package or the card is missing, or if the card has too little.
+    """
     try:
         cupy = import_module("cupy")
         cupy.cuda.nvrtc.getVersion()
     except ModuleNotFoundError as error:
-        raise NotInstalled(error, "gpu") from None
+        raise refused(str(NotInstalled(error, "gpu"))) from None
     except RuntimeError:
-        raise NotInstalled(ModuleNotFoundError(name="nvidia-cuda-nvrtc-cu12"), "gpu") from None
+        missing = ModuleNotFoundError(name="nvidia-cuda-nvrtc-cu12")
+        raise refused(str(NotInstalled(missing, "gpu"))) from None
     facts = facts_of(cupy.cuda)
     if reason := refusal(facts):
-        raise InvalidInput("device", "gpu", f"cpu here: {reason}")
-    if (binding := core_of(scene)) is None:
-        raise InvalidInput("device", "gpu", "cpu: the C core of the scene is not compiled")
+        raise refused(reason)
+    if binding is None:
+        raise refused("the C core of the scene was not compiled")
     return OnCard(binding, scene, CudaCard(cupy, facts, scene))
 
 
-def core_on(device: str, scene: Scene) -> Any:
-    """Binding whose runs compute on a device, "cpu" or "gpu"; None without a compiled core.
-
-    Raises InvalidInput or NotInstalled if there is no such device, with what is missing.
-    """
-    check_one_of("device", device, DEVICES)
-    return core_of(scene) if device == "cpu" else _card(scene)
-
-
-def live_on(device: str, scene: Scene) -> str:
-    """Code that computes on a device, as in records of results; last bits differ between them."""
-    return live(scene) if device == "cpu" else str(core_on(device, scene).card.name)
+def refused(reason: str) -> InvalidInput:
+    """Error for a card that cannot be used."""
+    return InvalidInput("device", "gpu", f"cpu here: {reason}")

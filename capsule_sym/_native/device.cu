@@ -1,9 +1,12 @@
 /* Many runs on a graphics card, a thread for each: the scalar step of one run, compiled as CUDA C++ by NVRTC
    where it runs. A run that double precision does not decide, or whose segment takes very many expansions, is
    handed back at the start of that segment. Fused multiply-adds are those of number.h: the compiler makes no
-   others (--fmad=false). */
+   others (--fmad=false). With TABLES it is the code that makes tables, which has none, as in the core: so runs
+   have the bits of a core with fused multiply-adds. */
 #define CAPSULE_DEVICE 1
+#ifndef TABLES
 #define FUSED 1
+#endif
 #ifndef MOST_EXPANSIONS
 #define MOST_EXPANSIONS 256 /* of a segment: one that takes more would hold up its neighbours */
 #endif
@@ -15,22 +18,11 @@
 #include "capsule_kernels.c"
 #undef response
 #undef TERMS
-#include "number.h"
-#undef fused
-#define fused(a, b, c) ((a) * (b) + (c)) /* tables are made without, as in the core: to the same bits */
 #include "tables.c"
-#undef fused
-#define fused(a, b, c) __builtin_fma(a, b, c)
 #include "scalar.h"
 #include "run.c"
 
-/* Bytes of a run's context, and of the tables of a set of flow parameters. */
-extern "C" __global__ void capsule_sizes(int64_t *sizes)
-{
-    sizes[0] = sizeof(capsule_context);
-    sizes[1] = CAPSULE_FLOW_COUNT * sizeof(capsule_table);
-}
-
+#ifdef TABLES
 /* Tables of sets of flow parameters, a thread for each. */
 extern "C" __global__ void capsule_tables(const capsule_parameters *sets, capsule_table *tables, int64_t count)
 {
@@ -40,6 +32,13 @@ extern "C" __global__ void capsule_tables(const capsule_parameters *sets, capsul
     capsule_map map;
     map.table = tables + i * CAPSULE_FLOW_COUNT;
     capsule_map_make(&sets[i], &map);
+}
+#else
+/* Bytes of a run's context, and of the tables of a set of flow parameters. */
+extern "C" __global__ void capsule_sizes(int64_t *sizes)
+{
+    sizes[0] = sizeof(capsule_context);
+    sizes[1] = CAPSULE_FLOW_COUNT * sizeof(capsule_table);
 }
 
 /* States at the starts (x_r, v_r, v_c, phase) of runs. */
@@ -104,3 +103,4 @@ capsule_runs(const capsule_parameters *rows, const int32_t *flow, capsule_table 
     states[i] = state, contexts[i] = context;
     stops[i] = (int8_t)stop;
 }
+#endif

@@ -15,6 +15,8 @@ BLOCK = 128
 # The bounds count the fused sums that are written: the compiler makes no others.
 OPTIONS = ("--std=c++20", "--disable-warnings", "--fmad=false", f"-DBLOCK={BLOCK}")
 """Options of NVRTC, to which CuPy adds --device-as-default-execution-space."""
+TABLES = "capsule_tables"
+"""Kernel of the code that is compiled with -DTABLES."""
 BASICS = """\
 typedef signed char int8_t;
 typedef short int16_t;
@@ -27,14 +29,14 @@ typedef long long int64_t;
 """Definitions of C's headers that NVRTC, which has their functions, lacks."""
 
 
-def source(scene: Scene) -> str:
+def source(scene: Scene, sources: Path = Path(__file__).parent) -> str:
     """CUDA C++ of a scene's runs, `device.cu` with the C sources in it, without C's headers.
 
     The C sources are taken as they are, but for two words: a compound literal `(type){...}` is
     `type{...}` in C++, and `restrict` is `__restrict__`.
     """
     kernels = (Path(at) / "c" for at in import_module(scene.package).__path__)
-    folders, seen = [Path(__file__).parent, *kernels], set[str]()
+    folders, seen = [sources, *kernels], set[str]()
 
     def included(found: re.Match[str]) -> str:
         if found[1] == "<" or found[2] in seen:

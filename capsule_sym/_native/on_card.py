@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._native.device import TABLES
 from capsule_sym._native.watch import Watch
 from capsule_sym._parameters import Scene
 
@@ -70,11 +71,11 @@ class OnCard:
         starts = np.column_stack((states, phases))
         each = rows[0].nbytes + starts[0].nbytes + records.itemsize if len(rows) else 1
         for part in _parts(len(rows), self._room(each)):
-            if watch.over:
-                return self.binding.start_many(
-                    rows[part.start :], states[part.start :], phases[part.start :],
-                    records[part.start :], watch,
-                )  # fmt: skip
+            if watch.over:  # then this marks the rest as not begun
+                left = slice(part.start, None)
+                of = rows[left], states[left], phases[left], records[left], watch
+                self.binding.start_many(*of)
+                return
             held = self.card.blank(records[part].nbytes)
             given = self.card.put(rows[part]), self.card.put(starts[part])
             count = part.stop - part.start
@@ -163,9 +164,10 @@ class OnCard:
         new[1:] = (own[1:, self.flow] != own[:-1, self.flow]).any(axis=1)
         sets = own[new]
         tables = card.blank(len(sets) * self.tables)
-        card.launch("capsule_tables", len(sets), card.put(sets), tables, np.int64(len(sets)))
-        flow, context = card.put(np.cumsum(new, dtype=np.int32) - np.int32(1)), card.blank(
-            count * self.context
+        card.launch(TABLES, len(sets), card.put(sets), tables, np.int64(len(sets)))
+        flow, context = (
+            card.put(np.cumsum(new, dtype=np.int32) - np.int32(1)),
+            card.blank(count * self.context),
         )
         marks = None if strobe is None else strobe[part]
         held = card.put(states), context, card.put(now)

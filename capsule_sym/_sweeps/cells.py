@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import simulate
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import TimeUp, Watch, core_of, live
+from capsule_sym._native import TimeUp, Watch, core_on, live
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
@@ -46,13 +45,13 @@ class Abandoned(CapsuleError):
     """Raised if the results of a chunk are no longer wanted."""
 
 
-def compute(part: Sweep, watch: Watch | None = None) -> Block:
-    """Results of all cells of a chunk. No exception of a cell leaves this function.
+def compute(part: Sweep, watch: Watch | None = None, device: str = "cpu") -> Block:
+    """Results of all cells of a chunk, by a device. No exception of a cell leaves this function.
 
     Raises Abandoned soon after the watch is over.
     """
     cells = _Cells(part, watch or Watch())
-    core = core_of(cells.scene)
+    core = core_on(device, cells.scene)
     slow = np.arange(part.size) if core is None else cells.fast(core)
     for i in slow.tolist():
         cells.guarded(i, cells.slow)
@@ -67,7 +66,7 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
         cells.counted() if "itinerary" in part.compute else {},
         {str(i): reasons[i] for i in sorted(reasons)},
         cells.scene.digest,
-        live(cells.scene),
+        live(cells.scene, device),
     )
 
 
@@ -115,7 +114,7 @@ class _Cells:
         self.columns["outcome"][i] = CellOutcome.FAILED
         self.reasons[i] = reason
 
-    def fast(self, core: ModuleType) -> NDArray[np.intp]:
+    def fast(self, core: Any) -> NDArray[np.intp]:
         """Run all cells in the C core; returns the indices of those that it could not decide."""
         count, last, watch = self.part.size, min(self.part.periods, 2 * LONGEST), self.watch
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)

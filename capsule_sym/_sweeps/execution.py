@@ -20,9 +20,9 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import check_count, checked_seconds
-from capsule_sym._native import TimeUp, Watch, check_time, present
+from capsule_sym._native import TimeUp, Watch, check_time, core_on, present
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
@@ -108,6 +108,7 @@ def run_sweep(
     store: str | os.PathLike[str],
     *,
     executor: str | Executor = "threads",
+    device: str = "cpu",
     workers: int | None = None,
     resume: bool = False,
     any_core: bool = False,
@@ -118,11 +119,13 @@ def run_sweep(
     """Run all cells that a store does not hold yet; each finished chunk is written at once.
 
     The executor is "threads", "processes", or any `concurrent.futures.Executor`, such as that of a
-    Dask client. At most `workers` chunks (by default one per core, at most 1,024) are in work at a
-    time: memory does not grow with the sweep, and an interruption loses at most one chunk per
-    worker. Results are the same byte for byte however often a run is stopped and resumed. With
-    `any_core` a store is resumed with a different core, and this no longer holds (see `opened`).
-    `progress` is called with the number of finished cells and of all cells.
+    Dask client. With the `device` "gpu" runs are computed on a graphics card, by threads; larger
+    chunks than the default occupy it better. At most `workers` chunks (by default one per core, at
+    most 1,024) are in work at a time: memory does not grow with the sweep, and an interruption
+    loses at most one chunk per worker. Results are the same byte for byte however often a run is
+    stopped and resumed. With `any_core` a store is resumed with a different core or device, and
+    this no longer holds (see `opened`). `progress` is called with the number of finished cells and
+    of all cells.
 
     The summary has `success`, `status` (a `SweepStatus`), `message` and `statistics`;
     `open_results` reads the results.
@@ -137,9 +140,12 @@ def run_sweep(
     check_count("workers", count, most=MOST_WORKERS)
     if not isinstance(executor, Executor) and executor not in KINDS:
         raise InvalidInput("executor", executor, f"an executor, or one of {', '.join(KINDS)}")
+    core_on(device, sweep.parameters.scene)  # raises before anything is written
+    if device != "cpu":
+        check_one_of("executor", executor, ("threads",))
     limit = Watch(checked_seconds(max_seconds))
     begin, work, finished = perf_counter(), None, False
-    to_store = opened(path, sweep, resume=resume, command=command, any_core=any_core)
+    to_store = opened(path, sweep, resume=resume, command=command, any_core=any_core, device=device)
     try:
         with limit, to_store as to:
             damaged = len(to.check.chunks) + len(to.check.files)
@@ -174,7 +180,7 @@ class _Run:
 
     def all(self, executor: str | Executor) -> None:
         """Run chunks until none is left."""
-        with pool_of(executor, self.workers) as pool:
+        with pool_of(executor, self.workers, self.store.device) as pool:
             try:
                 while self.left:
                     self._give(pool)

@@ -70,12 +70,12 @@ class Pool:
 
 
 class _Threads(Pool):
-    def __init__(self, workers: int) -> None:
+    def __init__(self, workers: int, device: str) -> None:
         super().__init__(ThreadPoolExecutor(workers))
-        self.watch = Watch()
+        self.watch, self.device = Watch(), device
 
     def submit(self, part: Sweep) -> Future[Block]:
-        return self.executor.submit(compute, part, self.watch)
+        return self.executor.submit(compute, part, self.watch, self.device)
 
     def abandon(self) -> None:
         self.watch.stop()
@@ -167,8 +167,8 @@ def compute_while_wanted(part: Sweep) -> Block:
 
 
 @contextmanager
-def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
-    """Pool of a kind, or around a given executor, which stays open.
+def pool_of(executor: str | Executor, workers: int, device: str = "cpu") -> Iterator[Pool]:
+    """Pool of a kind, or around a given executor, which stays open; on a device, of threads.
 
     On an exception, such as an interrupt, it does not wait for unfinished chunks.
     """
@@ -178,7 +178,7 @@ def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
         else:
             yield Pool(executor)
         return
-    pool = _Threads(workers) if executor == "threads" else _Processes(workers)
+    pool = _Threads(workers, device) if executor == "threads" else _Processes(workers)
     try:
         yield pool
     except BaseException:

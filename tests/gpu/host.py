@@ -3,46 +3,55 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import shutil
 import subprocess
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from capsule_sym._native import core_of
-from capsule_sym._native.device import BLOCK, source
+from capsule_sym._native.device import BLOCK, TABLES, source
 from capsule_sym._native.on_card import OnCard
 from capsule_sym._parameters import Scene, as_scene
 
+HERE = Path(__file__).parent
+NATIVE_TESTS = HERE.parent / "native"
 COMPILER = shutil.which("g++")
 FLAGS = ("-std=c++20", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-w")
-FUSED = ("-mfma",) if os.uname().machine == "x86_64" else ()
-"""One instruction in place of libm's function: the same bits."""
+"""Fused sums by libm: with -mfma GCC makes further ones, whatever -ffp-contract is."""
 
 
-def compiled(folder: Path, text: str, *options: str) -> ctypes.CDLL:
-    """Library of the device source."""
+class Library(NamedTuple):
+    """Libraries of the device source: of runs, and of tables."""
+
+    runs: ctypes.CDLL
+    tables: ctypes.CDLL
+
+
+def compiled(text: str, *options: str, program: str = "shim.cpp") -> Library:
+    """Libraries of a text of the device source, in a program around it."""
+    folder = Path(mkdtemp(prefix="shim"))
     (folder / "device.inc").write_text(text)
     assert COMPILER is not None
-    shim = Path(__file__).with_name("shim.cpp")
-    command = [COMPILER, *FLAGS, *FUSED, f"-I{folder}", *options, str(shim), "-o"]
-    subprocess.run([*command, str(folder / "shim.so")], check=True, timeout=600)
-    return ctypes.CDLL(str(folder / "shim.so"))
+    command = [COMPILER, *FLAGS, *options, f"-I{folder}", f"-I{NATIVE_TESTS}"]
+    made = []
+    for name, given, file in (("runs", (), program), ("tables", ("-DTABLES",), "shim.cpp")):
+        to = str(folder / f"{name}.so")
+        subprocess.run([*command, *given, str(HERE / file), "-o", to], check=True, timeout=600)
+        made.append(ctypes.CDLL(to))
+    shutil.rmtree(folder)
+    return Library(*made)
 
 
 @cache
-def library(scene: Scene, block: int = BLOCK, most_expansions: int = 0) -> ctypes.CDLL:
-    """Library of a scene's device source, with so many threads in a block."""
-    folder = Path(mkdtemp(prefix="shim"))
+def library(scene: Scene, block: int = BLOCK, most_expansions: int = 0) -> Library:
+    """Libraries of a scene's device source, with so many threads in a block."""
     options = [f"-DBLOCK={block}"]
     options += [f"-DMOST_EXPANSIONS={most_expansions}"] if most_expansions else []
-    made = compiled(folder, source(scene), *options)
-    shutil.rmtree(folder)
-    return made
+    return compiled(source(scene), *options)
 
 
 class Host:
@@ -50,7 +59,7 @@ class Host:
 
     name = "host"
 
-    def __init__(self, library: ctypes.CDLL, room: int = 2**26) -> None:
+    def __init__(self, library: Library, room: int = 2**26) -> None:
         self.library, self.room = library, room
         self.launches: list[tuple[str, int]] = []
 
@@ -68,12 +77,11 @@ class Host:
 
     def launch(self, kernel: str, count: int, *arguments: Any) -> None:
         self.launches.append((kernel, count))
-        given = [
-            np.uintp(a.ctypes.data) if isinstance(a, np.ndarray) else a for a in arguments
-        ]
+        given = [np.uintp(a.ctypes.data) if isinstance(a, np.ndarray) else a for a in arguments]
         words = [np.array(a) for a in given]
         places = (ctypes.c_void_p * len(words))(*(word.ctypes.data for word in words))
-        getattr(self.library, f"launch_{kernel}")(ctypes.c_int64(count), places)
+        library = self.library.tables if kernel == TABLES else self.library.runs
+        getattr(library, f"launch_{kernel}")(ctypes.c_int64(count), places)
 
 
 def on_host(name: str = "capsule", block: int = BLOCK, most_expansions: int = 0) -> OnCard:

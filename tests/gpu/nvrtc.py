@@ -26,7 +26,7 @@ def library() -> Path | None:
 
 
 def compiled(text: str, options: tuple[str, ...]) -> tuple[bytes, str]:
-    """Machine code of a card, and the log; raises ValueError with the log if it does not compile."""
+    """Machine code of a card, and the log; raises ValueError, with the log, on errors."""
     nvrtc = ctypes.CDLL(str(library()))
     program, size = ctypes.c_void_p(), ctypes.c_size_t()
     nvrtc.nvrtcCreateProgram(ctypes.byref(program), text.encode(), b"device.cu", 0, None, None)

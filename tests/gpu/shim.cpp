@@ -15,7 +15,7 @@ static struct {
 
 #include "device.inc"
 
-// The first thread of a block, then the others in this order; and of the blocks.
+// With it, the first thread of a block, then the others in this order; and of the blocks.
 extern "C" {
 int shim_backwards;
 }
@@ -40,7 +40,10 @@ template <class... A> static void launch(void (*kernel)(A...), int64_t count, vo
 
 #define LAUNCH(name)                                                                                \
     extern "C" void launch_##name(int64_t count, void **given) { launch(name, count, given); }
-LAUNCH(capsule_sizes)
+#ifdef TABLES
 LAUNCH(capsule_tables)
+#else
+LAUNCH(capsule_sizes)
 LAUNCH(capsule_starts)
 LAUNCH(capsule_runs)
+#endif
