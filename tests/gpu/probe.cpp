@@ -7,7 +7,9 @@ static capsule_stop device_run(const capsule_parameters *p, int64_t periods, cap
 {
     static capsule_table tables[CAPSULE_FLOW_COUNT];
     static capsule_context contexts[1];
-    capsule_tables(p, tables, 1);
+    capsule_map map;
+    map.table = tables;
+    capsule_map_make(p, &map);
     if (!event) {
         const int32_t flow = 0;
         int8_t stop = CAPSULE_STOPPED;
@@ -15,9 +17,6 @@ static capsule_stop device_run(const capsule_parameters *p, int64_t periods, cap
         capsule_runs(p, &flow, tables, state, contexts, &stop, NULL, periods, 0, 1, INT64_MAX, 1);
         return (capsule_stop)stop;
     }
-    capsule_map map;
-    map.table = tables;
-    capsule_map_constants(p, &map);
     const capsule_request request = {};
     capsule_context context;
     memset(&context, 0, sizeof context);
@@ -38,6 +37,15 @@ static capsule_stop device_run(const capsule_parameters *p, int64_t periods, cap
 #define PROBE probe_1
 extern "C" {
 #include "probe.h"
+
+// Runs on from a start, or if `goes_on` from a state; returns the stop, and the state.
+int run_to(const capsule_parameters *p, int field, const probe_start *start, int goes_on, int periods,
+           capsule_state *state)
+{
+    if (!goes_on)
+        *state = probed_state(p, field, start);
+    return device_run(p, periods, state, NULL);
+}
 
 // Field and plane of the first switch; 1 if there is one, 0 if none comes, -1 if it is handed back.
 int first(int width, const double *p, const double *start, double phase, int periods, int *field,
