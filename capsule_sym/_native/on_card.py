@@ -49,6 +49,8 @@ class OnCard:
 
     def __init__(self, binding: ModuleType, scene: Scene, card: Card) -> None:
         self.binding, self.card = binding, card
+        self.handed_back = 0
+        """Number of runs that the card has left open so far."""
         names = scene.facts.PARAMETERS
         stops = (stiffness for _, stiffness in scene.facts.STOPS)
         flow = [names.index(name) for name in ("omega", "zeta", "gamma", *stops)]
@@ -111,6 +113,7 @@ class OnCard:
                     if len(open_):
                         of = rows, records, periods, stops, strobe, position, open_, watch
                         left.append(core.submit(self._go_on, *of))
+                        self.handed_back += len(open_)
                     if watch.over:
                         break
                 for future in left:

@@ -25,8 +25,8 @@ def library() -> Path | None:
     return next((path for at in folders for path in Path(at).glob("lib/libnvrtc.so.12")), None)
 
 
-def compiled(text: str, options: tuple[str, ...]) -> tuple[bytes, str]:
-    """Machine code of a card, and the log; raises ValueError, with the log, on errors."""
+def compiled(text: str, options: tuple[str, ...], kind: str = "CUBIN") -> tuple[bytes, str]:
+    """Machine code or PTX, and the log; raises ValueError, with the log, on errors."""
     nvrtc = ctypes.CDLL(str(library()))
     program, size = ctypes.c_void_p(), ctypes.c_size_t()
     nvrtc.nvrtcCreateProgram(ctypes.byref(program), text.encode(), b"device.cu", 0, None, None)
@@ -37,17 +37,17 @@ def compiled(text: str, options: tuple[str, ...]) -> tuple[bytes, str]:
     nvrtc.nvrtcGetProgramLog(program, log)
     if failed:
         raise ValueError(log.value.decode())
-    nvrtc.nvrtcGetCUBINSize(program, ctypes.byref(size))
+    getattr(nvrtc, f"nvrtcGet{kind}Size")(program, ctypes.byref(size))
     binary = ctypes.create_string_buffer(size.value)
-    nvrtc.nvrtcGetCUBIN(program, binary)
+    getattr(nvrtc, f"nvrtcGet{kind}")(program, binary)
     nvrtc.nvrtcDestroyProgram(ctypes.byref(program))
     return binary.raw, log.value.decode()
 
 
 _PART = re.compile(
-    r"Function properties for (\w+)\s+(\d+) bytes stack frame, (\d+) bytes spill stores.*?"
-    r"Used (\d+) registers(.*?)\n",
-    re.DOTALL,
+    r"Function properties for (\w+)\n"
+    r"ptxas[ .]*(\d+) bytes stack frame, (\d+) bytes spill stores.*\n"
+    r"ptxas info *: Used (\d+) registers(.*)\n"
 )
 
 

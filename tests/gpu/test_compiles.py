@@ -1,0 +1,45 @@
+"""The device source by NVRTC, which compiles it for a card without one."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from capsule_sym._native.device import BASICS, BLOCK, OPTIONS, source
+from capsule_sym._parameters import SHIPPED, as_scene
+from tests.gpu.nvrtc import compiled, kernels, library
+
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(library() is None, reason="no nvidia-cuda-nvrtc-cu12 here"),
+]
+BY_CUPY = "--device-as-default-execution-space"
+REGISTERS = 65536
+"""Registers of a multiprocessor of compute capability 9.0, of which a thread has 255 at most."""
+
+
+@pytest.mark.parametrize("scene", SHIPPED)
+def test_it_compiles_for_a_card(scene: str, record_property: pytest.RecordProperty) -> None:
+    text = BASICS + source(as_scene(scene))
+    found = {}
+    for part in ((), ("-DTABLES",)):
+        options = (*OPTIONS, BY_CUPY, "--gpu-architecture=sm_90", "--ptxas-options=-v", *part)
+        binary, log = compiled(text, options)
+        assert binary.startswith(b"\x7fELF")
+        found |= kernels(log)
+    assert set(found) == {"capsule_sizes", "capsule_starts", "capsule_runs", "capsule_tables"}
+    for name, figures in found.items():
+        record_property(name, figures)
+        print(scene, name, figures)
+        assert figures.stack <= 2**14  # what `refusal` counts for each thread
+    assert found["capsule_runs"].registers * 2 * BLOCK <= REGISTERS  # two blocks at a time
+
+
+def test_the_compiler_fuses_nothing_that_is_not_written() -> None:
+    """`mul.f64` and `add.f64` without .rn may be contracted; all of them have it."""
+    options = (*OPTIONS, BY_CUPY, "--gpu-architecture=compute_90")
+    text = compiled(BASICS + source(as_scene("capsule")), options, "PTX")[0].decode()
+    assert len(re.findall(r"\bfma\.rn\.f64", text)) > 1000
+    assert len(re.findall(r"\bmul\.rn\.f64", text)) > 1000
+    assert re.findall(r"\b(?:mul|add|sub|mad)\.f64", text) == []
