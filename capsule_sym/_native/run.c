@@ -5,6 +5,31 @@
 #include "internal.h"
 #include "number.h"
 
+#ifdef CAPSULE_DEVICE
+#define field_here field_at
+#else
+#define field_here capsule_code_here(0)->field_at
+#ifndef CAPSULE_LANES
+#define CAPSULE_LANES 8 /* at most; fewer for tests of the narrower ways */
+#endif
+
+int capsule_lanes(void)
+{
+#if defined(__x86_64__) && defined(__GNUC__)
+    if (CAPSULE_LANES >= 8 && __builtin_cpu_supports("avx512f") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+        return 8;
+    if (CAPSULE_LANES >= 4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        return 4;
+    return 1;
+#elif defined(__aarch64__) && defined(__GNUC__)
+    return CAPSULE_LANES >= 4 ? 4 : 1;
+#else
+    return 1;
+#endif
+}
+#endif
+
 int capsule_allowed(const capsule_map *map, const capsule_state *s)
 {
     return map && s && capsule_parameters_allowed(&map->parameters) && isfinite(s->x_r) &&
@@ -84,31 +109,7 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
 }
 #endif
 
-#ifdef CAPSULE_DEVICE
-#define field_here field_at
-#else
-#define field_here capsule_code_here(0)->field_at
-
-#ifndef CAPSULE_LANES
-#define CAPSULE_LANES 8 /* at most; fewer for tests of the narrower ways */
-#endif
-
-int capsule_lanes(void)
-{
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (CAPSULE_LANES >= 8 && __builtin_cpu_supports("avx512f") &&
-        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-        return 8;
-    if (CAPSULE_LANES >= 4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        return 4;
-    return 1;
-#elif defined(__aarch64__) && defined(__GNUC__)
-    return CAPSULE_LANES >= 4 ? 4 : 1;
-#else
-    return 1;
-#endif
-}
-
+#ifndef CAPSULE_DEVICE
 const capsule_code *capsule_code_here(int wide)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
