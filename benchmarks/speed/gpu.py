@@ -76,8 +76,8 @@ def _measured(
     rate = len(rows) * PERIODS / (perf_counter() - begin) / 1e6
     back = 100.0 * (card.handed_back - before) / len(rows)
     few = slice(None, None, SHARE)
-    some = (part[few] if np.ndim(part) else part for part in (states, phases))
-    off = abs(_ends(rows[few], *some, "cpu") - found[few]).max(axis=1)
+    begun, at = (part[few] if np.ndim(part) else part for part in (states, phases))
+    off = abs(_ends(rows[few], begun, at, "cpu") - found[few]).max(axis=1)
     return OnCard(what, card.card.name, len(rows), rate, goal, back, int((off > 1e-9).sum()))
 
 

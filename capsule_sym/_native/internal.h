@@ -9,6 +9,13 @@
 
 #define TWO_STOPS (CAPSULE_STOP_COUNT == 2)
 
+/* Functions that few segments need, which take no registers from the others on a card. */
+#ifdef CAPSULE_DEVICE
+#define seldom __noinline__
+#else
+#define seldom
+#endif
+
 /* Expansions whose rounding errors may add up at a switch: more with tables economized by rates, in which the
    error of v_r is smaller. */
 #if CAPSULE_REACTION

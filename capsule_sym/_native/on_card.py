@@ -1,4 +1,4 @@
-"""Many runs on a graphics card: sorted, in chunks, with what it leaves open done by the C core."""
+"""Many runs on a graphics card: sorted, in chunks, and continued by the C core if handed back."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class OnCard:
     def __init__(self, binding: ModuleType, scene: Scene, card: Card) -> None:
         self.binding, self.card = binding, card
         self.handed_back = 0
-        """Number of runs that the card has left open so far."""
+        """Number of runs that the card could not decide so far."""
         names = scene.facts.PARAMETERS
         stops = (stiffness for _, stiffness in scene.facts.STOPS)
         flow = [names.index(name) for name in ("omega", "zeta", "gamma", *stops)]
@@ -97,8 +97,8 @@ class OnCard:
     ) -> int:
         """Run every row to the end of period `periods`, as the core's function does.
 
-        Runs that the card leaves open go on in the core, in a thread beside its work. Returns the
-        number of those that this leaves undecided.
+        Runs that the card cannot decide are continued by the core, in a thread beside its work.
+        Returns the number of those that the core cannot decide either.
         """
         assert stride == 1
         watch = watch or Watch()
@@ -112,7 +112,7 @@ class OnCard:
                     open_ = part[stops[part] == self.binding.OPEN]
                     if len(open_):
                         of = rows, records, periods, stops, strobe, position, open_, watch
-                        left.append(core.submit(self._go_on, *of))
+                        left.append(core.submit(self._continue, *of))
                         self.handed_back += len(open_)
                     if watch.over:
                         break
@@ -192,7 +192,7 @@ class OnCard:
             card.take(drawn, marks)
             strobe[part] = marks
 
-    def _go_on(
+    def _continue(
         self,
         rows: Rows,
         records: NDArray[Any],
@@ -203,12 +203,12 @@ class OnCard:
         part: NDArray[np.intp],
         watch: Watch,
     ) -> None:
-        """Run rows by the core, from the segments that the card left open."""
+        """Run rows by the core, from the segments that the card could not decide."""
         states, now = records[part], stops[part]
         marks = None if strobe is None else strobe[part]
         self.binding.run_many(
             rows[part], states, periods, now, marks, position, watch=watch, lanes=1
-        )  # alone: not even the last bits depend on which others are left open
+        )  # alone: not even the last bits depend on the others
         records[part], stops[part] = states, now
         if strobe is not None:
             strobe[part] = marks

@@ -76,7 +76,7 @@ static void resting_state(const capsule_constants *k, double x, double v, double
     out->v_c = out->angle = out->angle_rest = 0.0;
 }
 
-void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
+seldom void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
                   capsule_state *state, capsule_result *p)
 {
     const capsule_request *request = context->request;

@@ -1,4 +1,4 @@
-"""What stands in for a card: the device source, compiled by the host's C++ compiler."""
+"""Stand-in for a card: the device source, compiled by the host's C++ compiler."""
 
 from __future__ import annotations
 

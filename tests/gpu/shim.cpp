@@ -1,4 +1,4 @@
-// What stands in for a card: the device source as host code, where a loop replaces the launch.
+// Stand-in for a card: the device source as host code, where a loop replaces the launch.
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -8,6 +8,7 @@
 #define __global__
 #define __shared__ static
 #define __launch_bounds__(...)
+#define __noinline__ __attribute__((noinline))
 #define __syncthreads() /* thread 0 of a block comes first */
 static struct {
     unsigned x;
@@ -15,7 +16,7 @@ static struct {
 
 #include "device.inc"
 
-// With it, the first thread of a block, then the others in this order; and of the blocks.
+// Blocks, and the threads of a block after its first, in reverse order.
 extern "C" {
 int shim_backwards;
 }

@@ -1,4 +1,4 @@
-"""What stands on runs of a card: many runs, sweeps, basins, their stores, and the measurement."""
+"""Many runs, sweeps, basins, their stores, and the measurement, with runs as on a card."""
 
 from __future__ import annotations
 

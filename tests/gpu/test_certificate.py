@@ -52,10 +52,10 @@ def test_what_is_said_of_a_start_is_true(core: Core, family: str) -> None:
     assert first_false_answer(core, family, WIDTH, range(MOST)) == ""
 
 
-def all_go_on(core: Core) -> bool:
-    """True if each run that ends at a switch, but for a rounding, goes on for another period.
+def all_continue(core: Core) -> bool:
+    """True if each run that ends at a switch, but for a rounding, continues for another period.
 
-    A run that is handed back goes on in the C core, which would not take a state of another field.
+    A run that is handed back continues in the C core, which would not take another field.
     """
     binding = core_of(CAPSULE)
     assert binding is not None
@@ -75,9 +75,9 @@ def all_go_on(core: Core) -> bool:
     return True
 
 
-def test_runs_that_end_at_a_switch_go_on(core: Core) -> None:
+def test_runs_that_end_at_a_switch_continue(core: Core) -> None:
     core.weak.value = 0
-    assert all_go_on(core)
+    assert all_continue(core)
 
 
 @pytest.mark.parametrize("term", SHOWN, ids=lambda term: term.mutant.name)
@@ -87,7 +87,7 @@ def test_without_a_term_a_claim_is_false(core: Core, term: Term) -> None:
         if WIDTH in widths:
             false = first_false_answer if family in CLAIMS else first_false_claim
             if family == INTERRUPTED:
-                assert not all_go_on(core)
+                assert not all_continue(core)
             else:
                 assert false(core, family, WIDTH, range(MOST)), family
 

@@ -22,7 +22,7 @@ class CudaError(RuntimeError):
 
 
 def cuda(facts: Facts, error: str = "") -> Any:
-    """What CuPy's module `cuda` answers on a machine with such a card."""
+    """CuPy's module `cuda`, as on a machine with such a card."""
 
     def count() -> int:
         if error:

@@ -67,16 +67,16 @@ def run(binding: Any, given: tuple[Any, ...], watch: Watch | None = None, **how:
     return Found(records, stops, strobe)
 
 
-def left_open(device: OnCard, given: tuple[Any, ...]) -> tuple[Found, list[int]]:
+def with_handed_back(device: OnCard, given: tuple[Any, ...]) -> tuple[Found, list[int]]:
     """Results, and the rows that the card hands back."""
     handed: list[int] = []
-    go_on = device._go_on
+    go = device._continue
 
     def note(*of: Any) -> None:
         handed.extend(of[6].tolist())
-        go_on(*of)
+        go(*of)
 
-    device._go_on = note  # type: ignore[method-assign]
+    device._continue = note  # type: ignore[method-assign]
     return run(device, given), sorted(handed)
 
 
@@ -84,7 +84,7 @@ def left_open(device: OnCard, given: tuple[Any, ...]) -> tuple[Found, list[int]]
 def test_results_are_those_of_width_1_to_the_last_bit(name: str) -> None:
     """But for a run that rests for ever, whose end the core computes without fused sums."""
     given, device = drawn(name, 3000, 40), on_host(name)
-    found, handed = left_open(device, given)
+    found, handed = with_handed_back(device, given)
     alone = run(device.binding, given, lanes=1)
     assert found.stops.tolist() == alone.stops.tolist()
     assert len(handed) < 150
@@ -123,7 +123,7 @@ def hard() -> tuple[Any, ...]:
 def test_what_is_left_open_is_handed_back_and_nothing_is_dropped(hard: tuple[Any, ...]) -> None:
     """Each run stops as with width 1 alone, whose decisions others judge by 50 digits."""
     device = on_host()
-    found, handed = left_open(device, hard)
+    found, handed = with_handed_back(device, hard)
     alone = run(device.binding, hard, lanes=1)
     assert 0 < len(handed) < len(hard[0]) // 4  # most begin within 1e-9 of degenerate
     assert found.stops.tolist() == alone.stops.tolist()
@@ -132,7 +132,7 @@ def test_what_is_left_open_is_handed_back_and_nothing_is_dropped(hard: tuple[Any
 
 def test_runs_of_very_many_expansions_are_handed_back() -> None:
     given, device = drawn("capsule", 400, 5), on_host(most_expansions=1)
-    found, handed = left_open(device, given)
+    found, handed = with_handed_back(device, given)
     alone = run(device.binding, given, lanes=1)
     assert len(handed) > 300
     assert found.stops.tolist() == alone.stops.tolist()
@@ -193,7 +193,7 @@ def test_results_do_not_depend_on_pauses(
 
 
 def test_launches_take_a_fraction_of_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The clock goes on by what a launch of a card would take, a microsecond an expansion."""
+    """The clock advances by a millisecond for each expansion that a launch may take."""
     device, now = on_host(), [0.0]
     host, asked = device.card, list[int]()
     launch = host.launch

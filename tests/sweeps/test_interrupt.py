@@ -37,7 +37,7 @@ alpha = { from = 0.5, to = 2.0, count = 16 }
 def test_a_chunk_of_days_stops_when_it_is_not_wanted(
     compiled: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cells, "core_of", lambda _: core if compiled else None)
+    monkeypatch.setattr(cells, "core_on", lambda *_: core if compiled else None)
     watch = Watch()
     Timer(0.3, watch.stop).start()
     with pytest.raises(Abandoned):

@@ -15,7 +15,7 @@ from tests.sweeps import chart
 DISK = (0.9, 2.6, 0.55, 1.1)  # centre and half axes, in alpha and gamma
 
 
-def disk(part: Sweep, watch: object = None) -> Block:
+def disk(part: Sweep, *_: object) -> Block:
     """A motion of one kind in an ellipse, of another outside, in place of the map."""
     rows, _, _ = part.columns()
     x, y, a, b = DISK

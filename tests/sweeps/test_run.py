@@ -66,7 +66,7 @@ def test_a_run_says_how_its_cells_ended(tmp_path: Path, monkeypatch: pytest.Monk
             raise RuntimeError("no root")
         slow(self, i)
 
-    monkeypatch.setattr(cells_module, "core_of", lambda _: None)
+    monkeypatch.setattr(cells_module, "core_on", lambda *_: None)
     monkeypatch.setattr(cells_module._Cells, "slow", failing)
     small = chart(3, 3, compute=("itinerary",), chunk=(3, 3))
     summary = run_sweep(small, tmp_path / "failing", workers=1)
@@ -143,7 +143,7 @@ def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.Monke
         check_time()
         slow(self, i)
 
-    monkeypatch.setattr(cells_module, "core_of", lambda _: None)
+    monkeypatch.setattr(cells_module, "core_on", lambda *_: None)
     monkeypatch.setattr(cells_module._Cells, "slow", late)
     small = chart(4, 2, compute=("itinerary",), chunk=(4, 1))
     found = run_sweep(small, tmp_path / "store", executor=Here(), workers=1, max_seconds=1e9)
@@ -381,7 +381,7 @@ def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
     with pytest.raises(KeyboardInterrupt):
         run_sweep(SWEEP, tmp_path / "store", executor=Counting(5), workers=1)
     for module in (cells_module, store_module):
-        monkeypatch.setattr(module, "live", lambda _: "c-other")
+        monkeypatch.setattr(module, "live", lambda *_: "c-other")
     before = contents(tmp_path / "store")
     with pytest.raises(InvalidInput, match=rf"core = 'c-other': must be '{here}', .*--any-core"):
         run_sweep(SWEEP, tmp_path / "store", resume=True)
