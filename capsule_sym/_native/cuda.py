@@ -18,7 +18,7 @@ from capsule_sym._parameters import Scene
 
 _STACK = 2**14  # bytes of a thread, at most
 _ROOM = 2**28  # bytes that a chunk should have at least
-_SHARE = 0.7  # of the free memory, for a chunk
+_SHARE = 0.25  # of the free memory, for a chunk: several threads may have one each
 
 
 class Facts(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from time import perf_counter
 from types import ModuleType
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,16 @@ class Card(Protocol):
         """Run a kernel in at least `count` threads, until its end; memory, or NumPy's numbers."""
 
 
+class _Runs(NamedTuple):
+    rows: Rows
+    records: NDArray[Any]
+    periods: int
+    stops: NDArray[np.int8]
+    strobe: Rows | None
+    position: bool
+    watch: Watch
+
+
 class OnCard:
     """Binding of a scene's core whose `start_many` and `run_many` compute on a card."""
 
@@ -71,16 +81,14 @@ class OnCard:
     ) -> None:
         """Write the state records at the starts of runs, as the core's function does."""
         starts = np.column_stack((states, phases))
-        each = rows[0].nbytes + starts[0].nbytes + records.itemsize if len(rows) else 1
-        for part in _parts(len(rows), self._room(each)):
+        for first in range(0, len(rows), _ROWS):
+            part, left = slice(first, first + _ROWS), slice(first, None)
             if watch.over:  # then this marks the rest as not begun
-                left = slice(part.start, None)
                 of = rows[left], states[left], phases[left], records[left], watch
                 self.binding.start_many(*of)
                 return
-            held = self.card.blank(records[part].nbytes)
+            held, count = self.card.blank(records[part].nbytes), len(rows[part])
             given = self.card.put(rows[part]), self.card.put(starts[part])
-            count = part.stop - part.start
             self.card.launch("capsule_starts", count, *given, held, np.int64(count))
             self.card.take(held, records[part])
 
@@ -101,25 +109,20 @@ class OnCard:
         Returns the number of those that the core cannot decide either.
         """
         assert stride == 1
-        watch = watch or Watch()
         stops[:] = self.binding.STOPPED
-        order = self.order(rows, records)
+        runs = _Runs(rows, records, periods, stops, strobe, position, watch or Watch())
         left: list[Future[None]] = []
         with ThreadPoolExecutor(1) as core:
             try:
-                for part in self._chunks(rows, order, periods, strobe is not None):
-                    self._run(rows, records, periods, stops, strobe, position, part, watch)
-                    open_ = part[stops[part] == self.binding.OPEN]
-                    if len(open_):
-                        of = rows, records, periods, stops, strobe, position, open_, watch
-                        left.append(core.submit(self._continue, *of))
-                        self.handed_back += len(open_)
-                    if watch.over:
-                        break
+                for part in self._chunks(runs):
+                    self._run(runs, part)
+                    undecided = part[stops[part] == self.binding.OPEN]
+                    left.append(core.submit(self._continue, runs, undecided))
+                    self.handed_back += len(undecided)
                 for future in left:
                     future.result()
             except BaseException:
-                watch.stop()  # Ctrl-C comes here
+                runs.watch.stop()  # Ctrl-C comes here
                 raise
         if np.any(stops == self.binding.REFUSED):
             raise ValueError("no runs from some of the states")
@@ -129,91 +132,64 @@ class OnCard:
         """Order in which neighbours run alike: by flow, then other parameters, then the start."""
         columns = [rows[:, i] for i in self.keys]
         columns += [records[name] for name in ("x_r", "v_r", "v_c", "angle")]
-        varying = [column for column in columns if len(column) and (column != column[0]).any()]
+        varying = [column for column in columns if (column != column[:1]).any()]
         return np.lexsort(varying[::-1]) if varying else np.arange(len(rows))
 
-    def _room(self, each: int) -> int:
-        """Rows of a chunk, from the bytes of each; at least one block, or the card refuses."""
-        return max(128, min(_ROWS, self.card.free() // each))
+    def _begins(self, rows: Rows) -> NDArray[np.bool_]:
+        """True for rows whose flow is not that of the row before."""
+        flows = rows[:, self.flow]
+        return np.append(True, (flows[1:] != flows[:-1]).any(axis=1))
 
-    def _chunks(
-        self, rows: Rows, order: NDArray[np.intp], periods: int, strobed: bool
-    ) -> Iterator[NDArray[np.intp]]:
-        """Rows of each chunk, whose data fit the card."""
-        if not len(order):
-            return
-        flows = rows[:, self.flow][order]
-        share = (1 + np.count_nonzero((flows[1:] != flows[:-1]).any(axis=1))) / len(order)
-        each = rows[0].nbytes + self.binding.STATE.itemsize + self.context + 8
-        each += 24 * (periods + 1) * strobed + int(share * self.tables) + 1
-        for part in _parts(len(order), self._room(each)):
-            yield order[part]
+    def _chunks(self, runs: _Runs) -> Iterator[NDArray[np.intp]]:
+        """Rows of each chunk, whose data fit the card, until the watch is over."""
+        order, first = self.order(runs.rows, runs.records), 0
+        each = runs.rows.itemsize * runs.rows.shape[1] + runs.records.itemsize + self.context + 8
+        each += 0 if runs.strobe is None else 24 * (runs.periods + 1)
+        sizes = np.full(len(order), each)
+        sizes[self._begins(runs.rows[order])[: len(order)]] += self.tables
+        ends, room = np.cumsum(sizes), self.card.free() - self.tables
+        while first < len(order) and not runs.watch.over:
+            before = ends[first] - sizes[first]
+            last = max(first + 1, int(np.searchsorted(ends, before + room, "right")))
+            yield order[first : min(last, first + _ROWS)]
+            first = min(last, first + _ROWS)
 
-    def _run(
-        self,
-        rows: Rows,
-        records: NDArray[Any],
-        periods: int,
-        stops: NDArray[np.int8],
-        strobe: Rows | None,
-        position: bool,
-        part: NDArray[np.intp],
-        watch: Watch,
-    ) -> None:
+    def _run(self, runs: _Runs, part: NDArray[np.intp]) -> None:
         """Run a chunk, launch by launch."""
-        card, count = self.card, len(part)
-        own, states, now = rows[part], records[part], stops[part]
-        new = np.ones(count, bool)
-        new[1:] = (own[1:, self.flow] != own[:-1, self.flow]).any(axis=1)
-        sets = own[new]
-        tables = card.blank(len(sets) * self.tables)
+        card, count, stopped = self.card, len(part), self.binding.STOPPED
+        rows, states, stops = runs.rows[part], runs.records[part], runs.stops[part]
+        begins = self._begins(rows)
+        sets = rows[begins]
+        tables, context = card.blank(len(sets) * self.tables), card.blank(count * self.context)
         card.launch(TABLES, len(sets), card.put(sets), tables, np.int64(len(sets)))
-        flow, context = (
-            card.put(np.cumsum(new, dtype=np.int32) - np.int32(1)),
-            card.blank(count * self.context),
-        )
-        marks = None if strobe is None else strobe[part]
-        held = card.put(states), context, card.put(now)
+        flow = card.put(np.cumsum(begins, dtype=np.int32) - np.int32(1))
+        marks = None if runs.strobe is None else runs.strobe[part]
         drawn = np.uintp(0) if marks is None else card.put(marks)
-        given = card.put(own), flow, tables, *held, drawn, np.int64(periods), np.int32(position)
-        most, begins = _FIRST, 1
-        while not watch.over:
-            begun = perf_counter()
-            ends = np.int32(begins), np.int64(most), np.int64(count)
-            card.launch("capsule_runs", count, *given, *ends)
-            card.take(held[2], now)
-            begins, took = 0, perf_counter() - begun
-            if not np.any(now == self.binding.STOPPED):
-                break
+        at, ends = card.put(states), card.put(stops)
+        fixed = card.put(rows), flow, tables, at, context, ends, drawn
+        lasting = np.int64(runs.periods), np.int32(runs.position)
+        most, took, first = _FIRST, _LEAST, np.int32(1)
+        while np.any(stops == stopped) and not runs.watch.over:
             most = most * 2 if took < _LEAST else max(1, most // 2) if took > _MOST else most
-        card.take(held[0], states)
-        records[part], stops[part] = states, now
-        if strobe is not None and marks is not None:
+            begun = perf_counter()
+            of = *fixed, *lasting, first, np.int64(most), np.int64(count)
+            card.launch("capsule_runs", count, *of)
+            card.take(ends, stops)
+            first, took = np.int32(0), perf_counter() - begun
+        card.take(at, states)
+        runs.records[part], runs.stops[part] = states, stops
+        if runs.strobe is not None and marks is not None:
             card.take(drawn, marks)
-            strobe[part] = marks
+            runs.strobe[part] = marks
 
-    def _continue(
-        self,
-        rows: Rows,
-        records: NDArray[Any],
-        periods: int,
-        stops: NDArray[np.int8],
-        strobe: Rows | None,
-        position: bool,
-        part: NDArray[np.intp],
-        watch: Watch,
-    ) -> None:
-        """Run rows by the core, from the segments that the card could not decide."""
-        states, now = records[part], stops[part]
-        marks = None if strobe is None else strobe[part]
-        self.binding.run_many(
-            rows[part], states, periods, now, marks, position, watch=watch, lanes=1
-        )  # alone: not even the last bits depend on the others
-        records[part], stops[part] = states, now
-        if strobe is not None:
-            strobe[part] = marks
-
-
-def _parts(count: int, room: int) -> Iterator[slice]:
-    """Slices of so many rows at most."""
-    return (slice(first, min(first + room, count)) for first in range(0, count, room))
+    def _continue(self, runs: _Runs, part: NDArray[np.intp]) -> None:
+        """Run rows by the core, each alone, from the segments that the card could not decide."""
+        if not len(part):
+            return
+        states, stops = runs.records[part], runs.stops[part]
+        marks = None if runs.strobe is None else runs.strobe[part]
+        of = runs.rows[part], states, runs.periods, stops, marks, runs.position
+        self.binding.run_many(*of, watch=runs.watch, lanes=1)
+        runs.records[part], runs.stops[part] = states, stops
+        if runs.strobe is not None:
+            runs.strobe[part] = marks

@@ -72,9 +72,9 @@ def with_handed_back(device: OnCard, given: tuple[Any, ...]) -> tuple[Found, lis
     handed: list[int] = []
     go = device._continue
 
-    def note(*of: Any) -> None:
-        handed.extend(of[6].tolist())
-        go(*of)
+    def note(runs: Any, part: NDArray[np.intp]) -> None:
+        handed.extend(part.tolist())
+        go(runs, part)
 
     device._continue = note  # type: ignore[method-assign]
     return run(device, given), sorted(handed)
