@@ -14,18 +14,7 @@ from capsule_sym._errors import CapsuleError, check_one_of
 from capsule_sym._native.watch import TimeUp, Watch, check_time, present
 from capsule_sym._parameters import CAPSULE, SHIPPED, Scene
 
-__all__ = [
-    "StaleCore",
-    "TimeUp",
-    "Watch",
-    "check_time",
-    "core",
-    "core_of",
-    "core_on",
-    "live",
-    "present",
-]
-DEVICES = ("cpu", "gpu")
+__all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "core_of", "live", "present"]
 
 
 class StaleCore(CapsuleError, ImportError):
@@ -95,7 +84,7 @@ def core_on(device: str, scene: Scene) -> Any:
 
     Raises InvalidInput if there is no such device, with what is missing.
     """
-    check_one_of("device", device, DEVICES)
+    check_one_of("device", device, ("cpu", "gpu"))
     if device == "cpu":
         return core_of(scene)
     from capsule_sym._native.cuda import card_of  # loads CuPy

@@ -16,7 +16,7 @@ from capsule_sym._native.device import BASICS, BLOCK, OPTIONS, TABLES, source
 from capsule_sym._native.on_card import OnCard
 from capsule_sym._parameters import Scene
 
-_STACK = 2**14  # bytes of a thread, at most
+_STACK = 20 * 2**10  # bytes of a thread, at most
 _ROOM = 2**28  # bytes that a chunk should have at least
 _SHARE = 0.25  # of the free memory, for a chunk: several threads may have one each
 
@@ -26,17 +26,12 @@ class Facts(NamedTuple):
 
     cards: int
     error: str = ""
-    """Message of the driver that finds no card."""
     name: str = ""
     capability: tuple[int, int] = (0, 0)
-    threads: int = 0
-    """Threads on the card at a time, each of which has a stack."""
-    free: int = 0
-    """Bytes of its memory that are free."""
-    driver: int = 0
-    """Version of CUDA that the driver has, as 12040 for 12.4."""
+    threads: int = 0  # at a time, each of which has a stack
+    free: int = 0  # bytes of memory
+    driver: int = 0  # CUDA's version, as 12040 for 12.4; and of what compiles
     toolkit: int = 0
-    """Version of CUDA that compiles."""
 
 
 def refusal(facts: Facts) -> str:

@@ -8,6 +8,7 @@ import subprocess
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
+from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from capsule_sym._parameters import Scene, as_scene
 HERE = Path(__file__).parent
 NATIVE_TESTS = HERE.parent / "native"
 COMPILER = shutil.which("g++")
+_ALONE = Lock()  # for the numbers of thread and block, which a launch has as its own on a card
 FLAGS = ("-std=c++20", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-w")
 """Fused sums by libm: with -mfma GCC makes further ones, whatever -ffp-contract is."""
 
@@ -81,7 +83,8 @@ class Host:
         words = [np.array(a) for a in given]
         places = (ctypes.c_void_p * len(words))(*(word.ctypes.data for word in words))
         library = self.library.tables if kernel == TABLES else self.library.runs
-        getattr(library, f"launch_{kernel}")(ctypes.c_int64(count), places)
+        with _ALONE:
+            getattr(library, f"launch_{kernel}")(ctypes.c_int64(count), places)
 
 
 def on_host(name: str = "capsule", block: int = BLOCK, most_expansions: int = 0) -> OnCard:

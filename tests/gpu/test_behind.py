@@ -108,16 +108,18 @@ def test_basins_and_refined_charts_are_computed_on_a_card(tmp_path: Path) -> Non
 
 def test_the_measurement_counts_what_differs(monkeypatch: pytest.MonkeyPatch, card: OnCard) -> None:
     monkeypatch.setattr(gpu, "PERIODS", 20)
-    monkeypatch.setattr(gpu, "SHARE", 5)
     rows = np.tile([*Parameters().to_dict().values()], (50, 1))
-    found = gpu._measured(card, "runs", rows, 0.0, 0.0, 1.0)
-    assert (found.runs, found.worse, found.device) == (50, 0, "host")
+
+    def differing() -> list[float]:
+        return [goal.value for goal in gpu.ends("runs", rows, 0.0, 0.0, 1.0)][1:]
+
+    assert differing() == [0.0]
+    rate, back, other = gpu.chart("chart", 20, gpu.METRICS, 1.0)
+    assert (rate.unit, back.value, other.value) == ("million periods/s", 0.0, 0.0)
     begun = card.start_many
 
     def moved(rows: Any, states: Any, *others: Any) -> None:
         begun(rows, states + 0.1, *others)
 
     monkeypatch.setattr(card, "start_many", moved)
-    assert gpu._measured(card, "runs", rows, 0.0, 0.0, 1.0).worse == 10
-    chart = gpu._swept(card, "chart", gpu._chart(20, gpu.METRICS), 1.0)
-    assert (chart.runs, chart.worse) == (400, 0)
+    assert differing() == [50.0]

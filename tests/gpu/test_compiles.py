@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from capsule_sym._native.cuda import _STACK
 from capsule_sym._native.device import BASICS, BLOCK, OPTIONS, source
 from capsule_sym._parameters import SHIPPED, as_scene
 from tests.gpu.nvrtc import compiled, kernels, library
@@ -32,7 +33,7 @@ def test_it_compiles_for_a_card(scene: str, record_property: pytest.RecordProper
     for name, figures in found.items():
         record_property(name, figures)
         print(scene, name, figures)
-        assert figures.stack <= 2**14  # what `refusal` counts for each thread
+        assert figures.stack <= _STACK
     assert found["capsule_runs"].registers * 2 * BLOCK <= REGISTERS  # two blocks at a time
 
 

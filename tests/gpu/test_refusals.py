@@ -70,7 +70,7 @@ CASES = {
     "small": (
         CARD._replace(free=2**30),
         "",
-        "NVIDIA H200 has 1.0 GiB of free memory, and 5.1 GiB are needed",
+        "NVIDIA H200 has 1.0 GiB of free memory, and 6.2 GiB are needed",
     ),
     "old driver": (
         CARD._replace(driver=11040),
