@@ -242,7 +242,7 @@ explorer-measure: $(EXPLORER)  ## measure the page in headless Chromium
 
 gpu-check: $(READY)  ## compile the device source for a card and for the host, and check it there; needs g++, no card
 	@$(call bring,gpu)
-	$(BIN)/python -m pytest -q -m "long or not long" $(STILL) tests/gpu
+	$(BIN)/python -m pytest -q -s -m "long or not long" $(STILL) tests/gpu
 
 gpu: $(READY)  ## measure runs on a card of CUDA, and compare them with the core's
 	@$(call bring,gpu)

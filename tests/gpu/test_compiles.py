@@ -21,7 +21,7 @@ REGISTERS = 65536
 
 
 @pytest.mark.parametrize("scene", SHIPPED)
-def test_it_compiles_for_a_card(scene: str, record_property: pytest.RecordProperty) -> None:
+def test_it_compiles_for_a_card(scene: str) -> None:
     text = BASICS + source(as_scene(scene))
     found = {}
     for part in ((), ("-DTABLES",)):
@@ -31,8 +31,7 @@ def test_it_compiles_for_a_card(scene: str, record_property: pytest.RecordProper
         found |= kernels(log)
     assert set(found) == {"capsule_sizes", "capsule_starts", "capsule_runs", "capsule_tables"}
     for name, figures in found.items():
-        record_property(name, figures)
-        print(scene, name, figures)
+        print(f"{scene} {name}: {figures}")  # `make gpu-check` shows them
         assert figures.stack <= _STACK
     assert found["capsule_runs"].registers * 2 * BLOCK <= REGISTERS  # two blocks at a time
 
