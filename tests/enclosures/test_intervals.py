@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -408,20 +409,22 @@ def test_a_plan_keeps_halvings_and_no_claims(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "lines",
     [
-        b"no such file",
-        gzip.compress(b"[]\n"),
-        gzip.compress(b'{"option": "--region", "code": "other"}\n'),
-        gzip.compress(
-            b'{"option": "--from-rest", "code": "other"}\n'
-            b'{"part": [0, 11, 0], "seconds": 1.0, "work": 1.0, "along": [1]}\n'
-        ),
+        "[]",
+        '{"option": "--region", "code": "other"}',
+        '{"option": "--from-rest", "code": "other"}\n'
+        '{"part": [0, 11, 0], "seconds": 1.0, "work": 1.0, "along": [1]}',
     ],
 )
-def test_a_plan_of_something_else_is_refused(tmp_path: Path, lines: bytes) -> None:
-    earlier = tmp_path / "earlier.jsonl.gz"
-    earlier.write_bytes(lines)
+def test_a_plan_of_something_else_is_refused(tmp_path: Path, lines: str) -> None:
+    earlier = tmp_path / "earlier.jsonl"
+    earlier.write_text(lines + "\n")
+    refused = partial(prove, tmp_path / "other.jsonl", 1e-9, workers=1, task=FROM_REST)
     with pytest.raises(InvalidInput, match="enclose --from-rest"):
-        prove(tmp_path / "other.jsonl", 1e-9, workers=1, task=FROM_REST, plan=earlier)
+        refused(plan=earlier)
+    packed = tmp_path / "earlier.jsonl.gz"
+    packed.write_bytes(b"not packed")
+    with pytest.raises(InvalidInput, match="enclose --from-rest"):
+        refused(plan=packed)
 
 
 @pytest.mark.parametrize(("alpha", "ratio"), [(0.003, BOTH), (0.1, BOTH), (0.25, 1)])
