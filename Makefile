@@ -149,7 +149,7 @@ SECONDS ?= 3600
 regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); resumes
 	@mkdir -p results
 	$(BIN)/capsule-sym enclose --region results/regions.jsonl --max-seconds $(SECONDS) --json \
-	    > results/regions.json.part
+	    --plan benchmarks/kept/regions.jsonl.gz > results/regions.json.part
 	@mv results/regions.json.part results/regions.json
 	@cat results/regions.json
 

@@ -33,7 +33,7 @@ def draw(path: str, width: float = 6.9) -> Figure:
     """Figure of a record: bars over alpha at both mass ratios, and the plane; open parts white."""
     record = json.loads(Path(path).read_text(encoding="utf-8"))
     colours = dict(zip(record["itineraries"], (*REGIONS, *_FURTHER), strict=False))
-    colours[_CURVE] = "black"
+    colours[_CURVE] = "#ff7700"
     figure = Figure(figsize=(width, 6.0), layout="constrained")
     bars, plane = figure.subplots(2, 1, sharex=True, height_ratios=(1, 2))
     for axes, name in ((bars, "bars"), (plane, "plane")):
