@@ -186,7 +186,7 @@ def test_orbits_of_both_sides_are_stable_and_admissible(
 
 
 HOLDS = {"touch": 6, "corner": 2, "landing": 2}
-"""Times that a side is asked for an orbit; at a touch the ends of the longer one are glued too."""
+"""Number of gluings; at a touch the ends of the orbits with the segment are glued too."""
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def test_both_sides_are_glued_on_the_curve(
 
 
 @pytest.mark.parametrize(("name", "calls"), HOLDS.items())
-def test_no_more_than_the_gluing_is_asked_for(
+def test_each_gluing_is_checked_once(
     name: str, calls: int, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     curve, seen, held = request.getfixturevalue(name), count(), curve_sides._Side.holds
