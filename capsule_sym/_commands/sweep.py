@@ -43,6 +43,7 @@ _running = several(
 def _check_run() -> None:
     options.check_beside("any_core", needs=("resume",))
     options.check_beside("executor", never=("dask",))
+    options.check_beside("device", never=("dask",))
 
 
 @command()

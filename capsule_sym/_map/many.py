@@ -136,10 +136,11 @@ def simulate_many(
         check_memory("periods", periods, STROBE * min(periods, _MOST_AT_ONCE) * count)
     chosen = default_backend(scene)
     by_lanes = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
-    binding = core_on(device, scene)
-    if device != "cpu" and not (by_lanes and max_segments is None):
-        allowed = f"cpu unless states are kept, final or of up to {_MOST_AT_ONCE} periods, alone"
+    if device == "gpu" and not (by_lanes and max_segments is None):
+        longer = f"stroboscopic states of more than {_MOST_AT_ONCE} periods"
+        allowed = f"cpu for segments, switches, times, {longer}, and with max_segments"
         raise InvalidInput("device", device, allowed)
+    binding = core_on(device, scene)
     if by_lanes and (chosen == "c" or device != "cpu") and max_segments is None:
         threads = threads if device == "cpu" else 1
         return _side_by_side(scene, binding, rows, starts, times, periods, what, watch, threads)

@@ -62,7 +62,7 @@ def facts_of(cuda: Any) -> Facts:
     try:
         cards = runtime.getDeviceCount()
     except runtime.CUDARuntimeError as error:
-        return Facts(0, " ".join(str(error).split()))
+        return Facts(0, str(error))
     of = runtime.getDeviceProperties(cuda.Device().id)
     return Facts(
         cards,
@@ -81,9 +81,11 @@ class CudaCard:
 
     def __init__(self, cupy: Any, facts: Facts, scene: Scene) -> None:
         self.cuda, self.name = cupy.cuda, f"cuda {facts.name}"
+        self.kept = cupy.get_default_memory_pool()
         text = BASICS + source(scene)
         self.runs = cupy.RawModule(code=text, options=OPTIONS)
         self.tables = cupy.RawModule(code=text, options=(*OPTIONS, "-DTABLES"))
+        self.tables.compile()  # once, before several threads need it
         self.own = local()
 
     @property
@@ -95,7 +97,8 @@ class CudaCard:
 
     def free(self) -> int:
         """Bytes that a chunk may take."""
-        return int(_SHARE * self.cuda.Device().mem_info[0])
+        # CuPy keeps what was freed, of ended threads too, and gives it up before memory is out.
+        return int(_SHARE * (self.cuda.Device().mem_info[0] + self.kept.free_bytes()))
 
     def blank(self, size: int) -> Any:
         """Memory of so many bytes."""
@@ -138,6 +141,8 @@ def card_of(scene: Scene, binding: ModuleType | None) -> OnCard:
         cupy.cuda.nvrtc.getVersion()
     except ModuleNotFoundError as error:
         raise refused(str(NotInstalled(error, "gpu"))) from None
+    except ImportError as error:
+        raise refused(str(error)) from error
     except RuntimeError:
         missing = ModuleNotFoundError(name="nvidia-cuda-nvrtc-cu12")
         raise refused(str(NotInstalled(missing, "gpu"))) from None
@@ -146,9 +151,12 @@ def card_of(scene: Scene, binding: ModuleType | None) -> OnCard:
         raise refused(reason)
     if binding is None:
         raise refused("the C core of the scene was not compiled")
-    return OnCard(binding, scene, CudaCard(cupy, facts, scene))
+    try:
+        return OnCard(binding, scene, CudaCard(cupy, facts, scene))
+    except RuntimeError as error:  # of CuPy and CUDA: headers, compiler and driver that do not fit
+        raise refused(str(error)) from error
 
 
 def refused(reason: str) -> InvalidInput:
-    """Error for a card that cannot be used."""
-    return InvalidInput("device", "gpu", f"cpu here: {reason}")
+    """Error for a card that cannot be used, in one line."""
+    return InvalidInput("device", "gpu", f"cpu here: {' '.join(reason.split())}")

@@ -36,6 +36,13 @@ def test_it_compiles_for_a_card(scene: str) -> None:
     assert found["capsule_runs"].registers * 2 * BLOCK <= REGISTERS  # two blocks at a time
 
 
+def test_cupy_has_all_that_it_needs_to_compile_and_adds_no_other_standard() -> None:
+    """It raises RuntimeError without headers of CUDA, of which the source needs none."""
+    given = pytest.importorskip("cupy")._core.core.assemble_cupy_compiler_options(OPTIONS)
+    assert set(OPTIONS) < set(given)
+    assert [option for option in given if "std=" in option] == ["--std=c++20"]
+
+
 def test_the_compiler_fuses_nothing_that_is_not_written() -> None:
     """`mul.f64` and `add.f64` without .rn may be contracted; all of them have it."""
     options = (*OPTIONS, BY_CUPY, "--gpu-architecture=compute_90")

@@ -12,7 +12,8 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, simulate_many
 from capsule_sym._cli import main
-from capsule_sym._native.cuda import Facts, facts_of, refusal
+from capsule_sym._native.cuda import CudaCard, Facts, facts_of, refusal
+from capsule_sym._parameters import CAPSULE
 
 CARD = Facts(1, "", "NVIDIA H200", (9, 0), 132 * 2048, 140 * 2**30, 12090, 12090)
 
@@ -111,6 +112,39 @@ def test_the_compiler_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) 
         simulate_many([Parameters()], device="gpu")
 
 
+def test_what_cupy_lacks_to_compile_is_told_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(**given: Any) -> None:
+        raise RuntimeError("Failed to find CUDA headers.\nPlease install them.")
+
+    module = ModuleType("cupy")
+    module.__dict__.update(cuda=cuda(CARD), RawModule=missing, get_default_memory_pool=list)
+    monkeypatch.setitem(sys.modules, "cupy", module)
+    with pytest.raises(InvalidInput) as raised:
+        simulate_many([Parameters()], device="gpu")
+    told = "Failed to find CUDA headers. Please install them."
+    assert str(raised.value) == f"device = 'gpu': must be cpu here: {told}"
+
+
+def test_a_package_that_cannot_be_loaded_is_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def broken(name: str) -> None:
+        raise ImportError("=====\nlibcuda.so.1: cannot open shared object file\n=====")
+
+    monkeypatch.setattr("capsule_sym._native.cuda.import_module", broken)
+    with pytest.raises(InvalidInput, match=r"must be cpu here: =+ libcuda.so.1: cannot .* =+$"):
+        simulate_many([Parameters()], device="gpu")
+
+
+def test_memory_that_cupy_keeps_is_free_for_a_chunk() -> None:
+    module = SimpleNamespace(
+        cuda=cuda(CARD._replace(free=2**20)),
+        get_default_memory_pool=lambda: SimpleNamespace(free_bytes=lambda: 3 * 2**20),
+        RawModule=lambda **given: SimpleNamespace(compile=lambda: None),
+    )
+    assert CudaCard(module, CARD, CAPSULE).free() == 2**20
+
+
 @pytest.fixture
 def _no_cupy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cupy", None)
@@ -132,11 +166,38 @@ def test_a_command_without_the_package_writes_nothing(
     assert not store.exists()
 
 
-@pytest.mark.parametrize("keep", ["segments", "switches"])
-def test_what_a_card_does_not_keep_is_refused(keep: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("capsule_sym._native.cuda.card_of", lambda scene, binding: binding)
-    with pytest.raises(InvalidInput, match="device = 'gpu': must be cpu unless states are kept"):
-        simulate_many([Parameters()], device="gpu", keep=keep)
+@pytest.mark.usefixtures("_no_cupy")
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"keep": "segments"},
+        {"keep": "switches"},
+        {"keep": [0.0]},
+        {"keep": "stroboscopic", "periods": 8193},
+        {"max_segments": 5},
+    ],
+)
+def test_what_a_card_does_not_keep_is_refused_before_it_is_looked_for(given: Any) -> None:
+    with pytest.raises(InvalidInput, match="device = 'gpu': must be cpu for segments, switches"):
+        simulate_many([Parameters()], device="gpu", **given)
+
+
+def test_a_cluster_is_refused_beside_a_card(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = ["sweep", "--alpha", "0.1:2:5", "--out", str(tmp_path / "store"), "--dask", "local"]
+    with pytest.raises(SystemExit) as ended:
+        main([*line, "--device", "gpu"])
+    assert ended.value.code == 2
+    (told,) = capsys.readouterr().err.splitlines()
+    assert "--device and --dask exclude each other" in told
+    assert not (tmp_path / "store").exists()
+
+
+@pytest.mark.parametrize("device", ["GPU", "", None])
+def test_another_device_is_refused(device: Any) -> None:
+    with pytest.raises(InvalidInput, match=r"device = .*: must be one of cpu, gpu"):
+        simulate_many([Parameters()], keep="segments", device=device)
 
 
 def test_the_cpu_loads_nothing_of_cards() -> None:
