@@ -121,8 +121,8 @@ class OnCard:
                     self.handed_back += len(undecided)
                 for future in left:
                     future.result()
-            except BaseException:
-                runs.watch.stop()  # Ctrl-C comes here
+            except KeyboardInterrupt:  # another error ends no chunk beside this one
+                runs.watch.stop()
                 raise
         if np.any(stops == self.binding.REFUSED):
             raise ValueError("no runs from some of the states")

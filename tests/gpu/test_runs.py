@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.hardcases.starts import random_start
-from capsule_sym import Outcome, simulate
+from capsule_sym import InvalidInput, Outcome, simulate
 from capsule_sym._native import Watch, core_of, on_card
 from capsule_sym._native.on_card import OnCard
 from capsule_sym._parameters import SHIPPED, as_scene
@@ -233,6 +233,22 @@ def test_an_interrupt_ends_a_run_and_what_goes_on_beside_it(
     with pytest.raises(KeyboardInterrupt):
         run(device, drawn("capsule", 50, 1), watch)
     assert watch.stopped
+
+
+def test_an_error_of_one_chunk_does_not_stop_those_beside_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Chunks of a sweep have one watch: stopped, they would hide the reason."""
+    device, watch = on_host(), Watch()
+
+    def full(size: int) -> None:
+        raise InvalidInput("device", "gpu", "cpu here: the memory is full")
+
+    begun = run(device, drawn("capsule", 5, 1), watch)
+    monkeypatch.setattr(device.card, "blank", full)
+    with pytest.raises(InvalidInput, match="the memory is full"):
+        device.run_many(drawn("capsule", 5, 1)[0], begun.records, 2, begun.stops, watch=watch)
+    assert not watch.over
 
 
 def test_a_stopped_run_goes_on_where_it_stopped() -> None:
