@@ -27,7 +27,7 @@ from capsule_sym._enclosures.regions.parts import Patch
 from capsule_sym._enclosures.regions.patch_orbits import PatchOrbits
 from capsule_sym._enclosures.regions.patches import attempt
 from capsule_sym._enclosures.regions.subdivision import PLANE, begun, prove
-from capsule_sym._orbits.shooting import itinerary
+from capsule_sym._orbits.shooting import changes, itinerary
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym.generated.capsule import facts
 
@@ -291,7 +291,9 @@ def test_the_digest_covers_all_that_proves() -> None:
     name = patches.__name__
     below = graph.find_upstream_modules(name) | {name}
     home = name.rsplit(".", 2)[0] + "."
-    proving = {one for one in below if home in one} | {facts.__name__, itinerary.__name__}
+    proving = {one for one in below if home in one} | {
+        one.__name__ for one in (facts, changes, itinerary)
+    }
     assert {one.__name__ for one in closure(patches)} == proving
 
 

@@ -20,7 +20,8 @@ import flint
 
 _LIBRARIES = ("numpy", "python-flint")
 _ROOT, _HOME = __name__.partition(".")[0], __name__.rsplit(".", 2)[0]
-_PROVING = f"{_HOME}.", f"{_ROOT}.generated.capsule.", f"{_ROOT}._orbits.shooting.itinerary"
+_ITINERARIES = tuple(f"{_ROOT}._orbits.shooting.{one}" for one in ("changes", "itinerary"))
+_PROVING = f"{_HOME}.", f"{_ROOT}.generated.capsule.", *_ITINERARIES
 _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef)
 
 

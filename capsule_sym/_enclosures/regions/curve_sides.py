@@ -235,7 +235,7 @@ class WithoutSegment(_Side):
         if self._instant is not None:
             low, high = self._instant - self._window, self._instant + self._window
         slopes = field.flow(arb(low)) * self._slopes
-        rest, wide = upper(h - high), high - low
+        rest, wide = upper(h - high), (high - low) * (1 + 1e-12)
         if not (
             low >= 0
             and h > high

@@ -59,7 +59,7 @@ class Task(NamedTuple):
     part: Callable[..., Part]
     first: Callable[[], list[Any]]
     module: ModuleType
-    """Module whose `attempt` proves a part or tells how to halve it."""
+    """Module whose `attempt` proves a part, or gives how to halve it."""
     option: str
     """Option of `enclose` that writes such files."""
 
