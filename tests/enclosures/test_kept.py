@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._enclosures.case import ALPHA, GAMMA
+from capsule_sym import Parameters, simulate
+from capsule_sym._enclosures.case import ALPHA, GAMMA, GAMMAS
 from capsule_sym._enclosures.regions import attraction, patches
-from capsule_sym._enclosures.regions.parts import AlphaPart, Patch
+from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, Patch
 from capsule_sym._enclosures.regions.subdivision import FROM_REST, PLANE, Task, prove
 
 ROOT = Path(__file__).parents[2]
@@ -21,6 +22,9 @@ TASKS = {"from-rest": FROM_REST, "regions": PLANE}
 def records(name: str) -> list[dict]:
     lines = gzip.decompress((KEPT / f"{name}.jsonl.gz").read_bytes()).splitlines()[1:]
     return [one for one in map(json.loads, lines) if "itinerary" in one]
+
+
+FROM_REST_KEPT = records("from-rest")
 
 
 def share(name: str) -> float:
@@ -67,3 +71,46 @@ def test_a_patch_of_the_plane_is_proved_again(place: float, curve: bool) -> None
     chosen = [one for one in records("regions") if ("|" in one["itinerary"]) == curve]
     one = chosen[int(place * len(chosen))]
     assert patches.attempt(Patch(*one["part"]), (0.0, 0.0, 0.0)).itinerary == one["itinerary"]
+
+
+def simulated(alpha: float, gamma: float) -> str:
+    """Itinerary, from its least rotation, of the motion that a run from rest settles on."""
+    for periods, change in ((1200, 1e-9), (20_000, 1e-9), (20_000, 1e-7)):
+        motion = simulate(Parameters(alpha=alpha, gamma=gamma), periods=periods).steady(change)
+        if motion is not None and motion.period_number == 1:
+            fields = tuple(motion.itinerary)
+            return " ".join(min(fields[k:] + fields[:k] for k in range(len(fields))))
+    raise AssertionError(f"no motion of one period at alpha = {alpha}, gamma = {gamma}")
+
+
+def beside_others(ratio: int) -> list[tuple[AlphaPart, str]]:
+    """Parts at a mass ratio in order, of which the next or the last one has another itinerary."""
+    told = [(AlphaPart(*one["part"]), one["itinerary"].partition(",")[0]) for one in FROM_REST_KEPT]
+    own = sorted((one for one in told if one[0].ratio in (ratio, BOTH)), key=middle)
+    changed = [k for k in range(1, len(own)) if own[k][1] != own[k - 1][1]]
+    return [own[k - side] for k in changed for side in (0, 1)]
+
+
+def middle(one: tuple[AlphaPart, str]) -> float:
+    return one[0].alphas.middle
+
+
+def check_ends(part: AlphaPart, itinerary: str, gamma: str) -> None:
+    alphas = part.alphas
+    for side in (-1, 1):
+        alpha = alphas.middle + side * alphas.radius
+        assert simulated(alpha, float(gamma)) == itinerary, (part, side)
+
+
+@pytest.mark.parametrize("ratio", [0, 1])
+def test_runs_at_the_ends_of_parts_beside_others_have_their_itineraries(ratio: int) -> None:
+    for part, itinerary in beside_others(ratio):
+        check_ends(part, itinerary, GAMMAS[ratio])
+
+
+@pytest.mark.long
+def test_runs_at_the_ends_of_all_parts_have_their_itineraries() -> None:
+    for one in FROM_REST_KEPT:
+        part = AlphaPart(*one["part"])
+        for gamma in part.gammas:
+            check_ends(part, one["itinerary"].partition(",")[0], gamma)
