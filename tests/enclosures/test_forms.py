@@ -51,6 +51,7 @@ PARTS = {
     "middle": polynomial([1.5]),
     "first": polynomial([0, 0.75, -0.5]),
     "second": polynomial([0, 0, 0, 0.5, 0.25, -0.75]),
+    "third": polynomial([0, 0, 0, 0, 0, 0, 0.5, -0.25, 0.75, -0.5]),
     "error": polynomial([], 0.5),
 }
 
