@@ -66,15 +66,18 @@
     }
 typedef CAPSULE_TABLE_OF(double, CAPSULE_TERMS, CAPSULE_DEGREE, CAPSULE_LEVELS) capsule_table;
 
+/* Tables by contact and drift; on a card they are in its memory, where many runs share them. */
+#ifdef CAPSULE_DEVICE
+typedef capsule_table *capsule_table_set;
+#else
+typedef capsule_table capsule_table_set[CAPSULE_FLOW_COUNT];
+#endif
+
 /* Constants of all fields at one parameter set; read-only once made. */
 typedef struct {
     capsule_parameters parameters;
     capsule_constants field[CAPSULE_FIELD_COUNT];
-#ifdef CAPSULE_DEVICE
-    capsule_table *table; /* in the card's memory, where many runs share them */
-#else
-    capsule_table table[CAPSULE_FLOW_COUNT]; /* by contact and drift */
-#endif
+    capsule_table_set table;
     int may_rest;           /* 1 if the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
 

@@ -133,7 +133,7 @@ def test_what_does_not_settle_on_one_period_is_undecided() -> None:
     )
     with pytest.raises(Undecided, match="one period"):
         steady_orbit(doubled)
-    with pytest.raises(Undecided, match="not come to repeat itself"):
+    with pytest.raises(Undecided, match="the factor of the line is 1"):
         from_rest(doubled)
 
 
