@@ -137,6 +137,9 @@ mutations: $(READY)  ## change every value typed from the paper; each change has
 weakenings: $(READY)  ## take each term of the proofs away, or those with ONLY in their name or file; a test has to fail; resumes
 	$(BIN)/python -m tests.weakenings --only '$(ONLY)'
 
+tampering: $(READY)  ## tamper certificates in a hundred ways; both checkers have to refuse them
+	$(BIN)/python -m tests.enclosures.tampering
+
 verify: $(READY) results/enclose.json  ## prove the theory, and Section 4 in ball arithmetic
 	$(BIN)/python -m benchmarks verify
 
@@ -169,8 +172,10 @@ fastest: $(READY)  ## prove the largest average velocity over a box of drives, f
 
 horseshoe: $(READY)  ## prove a horseshoe, and check its certificate with code of its own
 	@mkdir -p results
-	$(BIN)/capsule-sym enclose --horseshoe --out results/horseshoe.json
+	$(BIN)/capsule-sym enclose --horseshoe --out results/horseshoe.json --json \
+	    > results/horseshoe-proved.json.part
 	$(BIN)/python capsule_sym/_enclosures/certificates/horseshoe_checker.py results/horseshoe.json
+	@mv results/horseshoe-proved.json.part results/horseshoe-proved.json
 
 lint: $(READY)  ## check style, format and English
 	$(BIN)/ruff check .

@@ -12,7 +12,17 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks import reached
-from benchmarks.reached import ATTRACTION, ENCLOSED, MUTATIONS, REGIONS, rows
+from benchmarks.reached import (
+    ATTRACTION,
+    ENCLOSED,
+    FASTEST,
+    HORSESHOE,
+    MUTATIONS,
+    REGIONS,
+    TAMPERING,
+    WEAKENINGS,
+    rows,
+)
 from capsule_sym._symbolic import frozen, verify
 from capsule_sym._symbolic.proofs.items import Result
 
@@ -24,8 +34,12 @@ SECTION = {
 GOOD: dict[Path, Any] = {
     MUTATIONS: {"changes": 1562, "survive": 0},
     ENCLOSED: {"sections": [SECTION, SECTION], "orbit_seconds": 0.1, "seconds": 150.0},
-    REGIONS: {"share": 0.9375, "work": 12.0},
-    ATTRACTION: {"share": 0.995, "work": 4000.0},
+    REGIONS: {"share": 0.99951, "work": 14000.0},
+    ATTRACTION: {"share": 1 - 4e-10, "work": 4000.0},
+    FASTEST: {"share": 0.3, "work": 100.0},
+    WEAKENINGS: {"weakenings": 486, "survive": 0},
+    TAMPERING: {"kinds": 120, "trials": 2000, "accepted": 0},
+    HORSESHOE: {"entropy": 0.3222},
 }
 
 
@@ -51,7 +65,7 @@ def results() -> list[Result]:
 def test_without_records_nothing_is_said_to_be_reached() -> None:
     own, *others = rows(results(), 100.0)
     assert own.met
-    assert [row.met for row in others] == [None] * 8
+    assert [row.met for row in others] == [None] * 12
     assert all(row.source.startswith("make ") for row in others)
 
 
@@ -59,8 +73,8 @@ def test_without_records_nothing_is_said_to_be_reached() -> None:
 def test_goals_are_met_by_good_records() -> None:
     write(GOOD)
     told = rows(results(), 100.0)
-    assert [row.met for row in told] == [True] * 9
-    assert told[6].reached.startswith("93.8%")
+    assert [row.met for row in told] == [True] * 13
+    assert told[6].reached.startswith("99.95%")
 
 
 BAD = {
@@ -80,10 +94,16 @@ BAD = {
     ),
     "a gap is left": (ENCLOSED, lambda held: held["sections"][1].update(unproved=1e-10), 5),
     "an interval failed": (ENCLOSED, lambda held: held["sections"][0].update(failed="gluing"), 5),
-    "a patch is missing": (REGIONS, lambda held: held.update(share=0.899), 6),
-    "it took too long": (REGIONS, lambda held: held.update(work=7201.0), 6),
+    "a patch is missing": (REGIONS, lambda held: held.update(share=0.9989), 6),
+    "it took too long": (REGIONS, lambda held: held.update(work=14401.0), 6),
     "slow": (ENCLOSED, lambda held: held.update(orbit_seconds=0.21), 7),
-    "too many begin elsewhere": (ATTRACTION, lambda held: held.update(share=0.989), 8),
+    "too many begin elsewhere": (ATTRACTION, lambda held: held.update(share=1 - 6e-10), 8),
+    "no drive is proved": (FASTEST, lambda held: held.update(share=0.0), 9),
+    "a weakening survives": (WEAKENINGS, lambda held: held.update(survive=1), 10),
+    "too few weakenings": (WEAKENINGS, lambda held: held.update(weakenings=96), 10),
+    "one tampered is accepted": (TAMPERING, lambda held: held.update(accepted=1), 11),
+    "too few kinds": (TAMPERING, lambda held: held.update(kinds=99), 11),
+    "no entropy": (HORSESHOE, lambda held: held.update(entropy=0.0), 12),
     "long": (ENCLOSED, lambda held: held.update(seconds=201.0), 1),
     "a coefficient is missing": (
         ENCLOSED,
@@ -120,7 +140,10 @@ def test_a_damaged_record_is_said_to_be_unreadable() -> None:
     write(GOOD)
     ENCLOSED.write_text("{")
     told = rows(results(), 100.0)
-    assert [row.met for row in told] == [True, None, True, None, None, None, True, None, True]
+    assert [row.met for row in told] == [
+        *(True, None, True, None, None, None, True, None),
+        *[True] * 5,
+    ]
     assert told[3].reached == "unreadable record"
 
 

@@ -85,6 +85,10 @@ def main() -> int:
             file.write(json.dumps(record) + "\n")
             file.flush()
     print(f"{time.perf_counter() - begin:.0f} s for {len(left)} of them")
+    if not given.only:
+        survive = sum(outcome != "noticed" for outcome in outcomes.values())
+        told = {"weakenings": len(outcomes), "survive": survive}
+        given.out.with_suffix(".json").write_text(json.dumps(told) + "\n", encoding="utf-8")
     return shown(outcomes)
 
 
