@@ -10,6 +10,7 @@ import pytest
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._enclosures.case import ALPHA, GAMMA, GAMMAS
+from capsule_sym._enclosures.certificates.digest import other_libraries
 from capsule_sym._enclosures.regions import attraction, patches
 from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, Patch
 from capsule_sym._enclosures.regions.subdivision import FROM_REST, PLANE, Task, prove
@@ -19,9 +20,12 @@ KEPT = ROOT / "benchmarks" / "kept"
 TASKS = {"from-rest": FROM_REST, "regions": PLANE}
 
 
+def lines(name: str) -> list[dict]:
+    return [json.loads(one) for one in gzip.open(KEPT / f"{name}.jsonl.gz")]
+
+
 def records(name: str) -> list[dict]:
-    lines = gzip.decompress((KEPT / f"{name}.jsonl.gz").read_bytes()).splitlines()[1:]
-    return [one for one in map(json.loads, lines) if "itinerary" in one]
+    return [one for one in lines(name) if "itinerary" in one]
 
 
 FROM_REST_KEPT = records("from-rest")
@@ -45,6 +49,16 @@ def test_their_parts_are_those_of_the_subdivision(name: str, task: Task, tmp_pat
     assert len({*proved}) == len(proved)
     assert {*proved} <= {tuple(part) for *_, part, _ in plane.open}
     assert plane.patches == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", TASKS)
+def test_present_code_has_proved_them(name: str) -> None:
+    """After a change of the code that proves, they are to be proved again and replaced."""
+    begin = lines(name)[0]
+    if others := other_libraries(begin["libraries"]):
+        pytest.skip(f"another digest: {others}")
+    assert begin["code"] == TASKS[name].code()
 
 
 def test_the_picture_shows_the_share_from_rest() -> None:
