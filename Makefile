@@ -166,7 +166,7 @@ attraction: $(READY)  ## prove where the motions from rest go, for SECONDS more 
 fastest: $(READY)  ## prove the largest average velocity over a box of drives, for SECONDS more (3600); resumes
 	@mkdir -p results
 	$(BIN)/capsule-sym enclose --fastest results/fastest.jsonl --max-seconds $(SECONDS) --json \
-	    > results/fastest.json.part
+	    --plan benchmarks/kept/fastest.jsonl.gz > results/fastest.json.part
 	@mv results/fastest.json.part results/fastest.json
 	@cat results/fastest.json
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -11,13 +12,14 @@ import pytest
 from capsule_sym import Parameters, simulate
 from capsule_sym._enclosures.case import ALPHA, GAMMA, GAMMAS
 from capsule_sym._enclosures.certificates.digest import other_libraries
-from capsule_sym._enclosures.regions import attraction, patches
-from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, Patch
-from capsule_sym._enclosures.regions.subdivision import FROM_REST, PLANE, Task, prove
+from capsule_sym._enclosures.regions import attraction, optimum, patches
+from capsule_sym._enclosures.regions.optimum import BEST, ROOM
+from capsule_sym._enclosures.regions.parts import BOTH, AlphaPart, DrivePart, Patch
+from capsule_sym._enclosures.regions.subdivision import DRIVES, FROM_REST, PLANE, Task, prove
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "benchmarks" / "kept"
-TASKS = {"from-rest": FROM_REST, "regions": PLANE}
+TASKS = {"from-rest": FROM_REST, "regions": PLANE, "fastest": DRIVES}
 
 
 def lines(name: str) -> list[dict]:
@@ -128,3 +130,38 @@ def test_runs_at_the_ends_of_all_parts_have_their_itineraries() -> None:
         part = AlphaPart(*one["part"])
         for gamma in part.gammas:
             check_ends(part, one["itinerary"].partition(",")[0], gamma)
+
+
+def velocity(alpha: float, omega: float) -> float:
+    """Average velocity of the motion on which a run from rest settles."""
+    motion = simulate(Parameters(alpha=alpha, omega=omega), periods=2000).steady(1e-7)
+    assert motion is not None, (alpha, omega)
+    return motion.progression * omega / (2 * math.pi)
+
+
+def check_corners(chosen: list[dict]) -> None:
+    best = velocity(*map(float, BEST.values()))
+    for part in (DrivePart(*one["part"]) for one in chosen):
+        for side in (-1, 1):
+            for way in (-1, 1):
+                alpha = part.alphas.middle + side * part.alphas.radius
+                omega = part.omegas.middle + way * part.omegas.radius
+                assert velocity(alpha, omega) <= best + ROOM, part
+
+
+def test_runs_at_corners_of_drives_are_not_faster() -> None:
+    """Of some parts, and of the smallest, which are beside the best drive or a bifurcation."""
+    found = records("fastest")
+    smallest = sorted(found, key=lambda one: DrivePart(*one["part"]).area)[:5]
+    check_corners([*smallest, *found[:: len(found) // 20]])
+
+
+@pytest.mark.long
+def test_runs_at_corners_of_all_drives_are_not_faster() -> None:
+    check_corners(records("fastest"))
+
+
+@pytest.mark.parametrize("place", [0.1, 0.5, 0.9])
+def test_drives_are_proved_again(place: float) -> None:
+    one = records("fastest")[int(place * len(records("fastest")))]
+    assert optimum.attempt(DrivePart(*one["part"])).itinerary == one["itinerary"]
