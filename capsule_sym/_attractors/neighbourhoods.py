@@ -69,20 +69,34 @@ def run_rows(
     periods: int,
     scene: Scene,
     threads: int = 1,
+    device: str = "cpu",
     keep: str = "final",
 ) -> Trajectories:
     """Runs of parameter rows from states and phases; raises TimeUp after the time limit."""
     check_time()
     left = present().left
     found = simulate_many(
-        rows, states, phases, periods, keep=keep, max_seconds=left, threads=threads, scene=scene
+        rows,
+        states,
+        phases,
+        periods,
+        keep=keep,
+        max_seconds=left,
+        threads=threads,
+        device=device,
+        scene=scene,
     )
     check_time()
     return found
 
 
 def neighbourhoods(
-    rows: Vector, centres: Vector, periods: NDArray[Any], scene: Scene, threads: int = 1
+    rows: Vector,
+    centres: Vector,
+    periods: NDArray[Any],
+    scene: Scene,
+    threads: int = 1,
+    device: str = "cpu",
 ) -> Neighbourhoods:
     """Ellipsoids about states of stable cycles that the map carries into themselves.
 
@@ -103,7 +117,8 @@ def neighbourhoods(
             these = np.flatnonzero((periods == number) & (radius == 0))
             of = np.repeat(rows[these], starts[0, :, :, 0].size, axis=0)
             begin = starts[these].reshape(-1, 3)
-            ends = run_rows(of, begin, 0.0, turns * number, scene, threads).states
+            given = of, begin, 0.0, turns * number, scene, threads, device
+            ends = run_rows(*given).states
             apart = ends.reshape(starts[these].shape) - centres[these, None, None]
             far = np.linalg.norm(apart @ shapes[these, None], axis=3).max(axis=2)
             inward = far <= shrink[these, None] * reach[these]

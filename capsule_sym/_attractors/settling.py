@@ -23,7 +23,7 @@ from capsule_sym._attractors.neighbourhoods import (
 )
 from capsule_sym._map.many import spread
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import check_time, core_of
+from capsule_sym._native import check_time, core_of, core_on
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._parameters import Scene
@@ -35,7 +35,7 @@ _SETTLED = 1e-9  # the same at the end of its periods
 _NEARLY = 1e-3  # the same at which it may be near to an orbit
 _NEAR = 1e-2  # distance of an orbit, over the size, from the state that starts Newton's method
 _SAME = 1e-8  # the same of two equal orbits
-_BLOCK = 4096  # runs that are followed together and kept at a time limit
+_BLOCK = {"cpu": 2**12, "gpu": 2**17}  # runs followed together and kept at a time limit
 _FAILURES = 20  # ends of one parameter set without a new orbit, before it is given up
 
 
@@ -80,10 +80,14 @@ class Arrivals(NamedTuple):
 
 
 class Settling:
-    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`."""
+    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`.
 
-    def __init__(self, rows: Vector, scene: Scene, threads: int = 1) -> None:
-        self.rows, self.scene, self.threads = rows, scene, threads
+    Runs are computed on a device. Raises InvalidInput if there is no such device.
+    """
+
+    def __init__(self, rows: Vector, scene: Scene, threads: int = 1, device: str = "cpu") -> None:
+        core_on(device, scene)
+        self.rows, self.scene, self.threads, self.device = rows, scene, threads, device
         self.cycles: list[list[Cycle]] = [[] for _ in rows]
         nothing = Neighbourhoods(np.empty((0, 3)), np.empty((0, 3, 3)))
         self.near: list[Neighbourhoods] = [nothing for _ in rows]
@@ -96,9 +100,8 @@ class Settling:
         counts = [len(cycle.states) for _, cycle in found]
         at = np.repeat([row for row, _ in found], counts)
         states = np.concatenate([cycle.states for _, cycle in found])
-        near = neighbourhoods(
-            self.rows[at], states, np.repeat(counts, counts), self.scene, self.threads
-        )
+        of = self.rows[at], states, np.repeat(counts, counts), self.scene
+        near = neighbourhoods(*of, self.threads, self.device)
         for (row, cycle), last in zip(found, np.cumsum(counts).tolist(), strict=True):
             these = slice(last - len(cycle.states), last)
             joined = (
@@ -142,8 +145,9 @@ class Settling:
         have arrived. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
-        for first in range(0, len(times), _BLOCK):
-            block = np.arange(first, min(first + _BLOCK, len(times)))
+        size = _BLOCK[self.device]
+        for first in range(0, len(times), size):
+            block = np.arange(first, min(first + size, len(times)))
             self._follow(groups, runs, times, block, periods, find, report)
         return runs
 
@@ -262,7 +266,7 @@ class Settling:
         for number in np.unique(periods[good]).tolist():
             these = good[periods[good] == number]
             given = rows[these], found[these], 0.0, number, self.scene, self.threads
-            marks = run_rows(*given, keep="stroboscopic")
+            marks = run_rows(*given, self.device, "stroboscopic")
             for i in np.flatnonzero(marks.success).tolist():
                 at = int(these[i])
                 cycles[at] = _once(marks[i], number, float(multipliers[at]), scales[at])
@@ -278,10 +282,10 @@ class Settling:
         short: int,
     ) -> tuple[NDArray[np.intp], Vector]:
         """Runs that succeed, and their states at the last marks, (n, short + 1, 3)."""
-        of = self.scene, self.threads
+        of = self.scene, self.threads, self.device
         run = run_rows(self.rows[groups[left]], ends[left], times[left], ahead, *of)
         left, begin = left[run.success], run.states[run.success]
-        run = run_rows(self.rows[groups[left]], begin, 0.0, short, *of, keep="stroboscopic")
+        run = run_rows(self.rows[groups[left]], begin, 0.0, short, *of, "stroboscopic")
         marks = run.kept[np.repeat(run.success, np.diff(run.offsets))]
         return left[run.success], marks.reshape(-1, short + 1, 3)
 

@@ -28,12 +28,7 @@ _running = several(
     executor=option(
         "", type=click.Choice(["threads", "processes"]), default="threads", show_default=True
     ),
-    device=option(
-        "Device that computes; gpu is a graphics card of CUDA.",
-        type=click.Choice(["cpu", "gpu"]),
-        default="cpu",
-        show_default=True,
-    ),
+    device=options.on_device("Device that computes"),
     workers=option("Number of parallel chunks.  [default: one per core]", type=int),
     dask=option("Address of a Dask scheduler; local starts a cluster.", metavar="ADDRESS"),
     max_seconds=options.max_seconds(),

@@ -95,7 +95,11 @@ typedef struct {
     int64_t work; /* since then */
 } capsule_watch;
 
+#ifdef CAPSULE_DEVICE
+#define CAPSULE_WORK 1
+#else
 #define CAPSULE_WORK 8192
+#endif
 
 /* Checks a watch; true to stop. A null watch never stops. */
 static inline int capsule_over(const capsule_watch *watch)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
-from threading import local
+from threading import Lock, local
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -12,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, NotInstalled
-from capsule_sym._native.device import BASICS, BLOCK, OPTIONS, TABLES, source
+from capsule_sym._native.device import BASICS, BLOCK, COMPILED, OPTIONS, source
 from capsule_sym._native.on_card import OnCard
 from capsule_sym._parameters import Scene
 
 _STACK = 20 * 2**10  # bytes of a thread, at most
 _ROOM = 2**28  # bytes that a chunk should have at least
-_SHARE = 0.25  # of the free memory, for a chunk: several threads may have one each
+_SHARE = 0.25  # of the free memory, for a chunk: at most three are there at a time
 
 
 class Facts(NamedTuple):
@@ -28,7 +30,7 @@ class Facts(NamedTuple):
     error: str = ""
     name: str = ""
     capability: tuple[int, int] = (0, 0)
-    threads: int = 0  # at a time, each of which has a stack
+    threads: int = 0  # at a time, each of which needs a stack
     free: int = 0  # bytes of memory
     driver: int = 0  # CUDA's version, as 12040 for 12.4; and of what compiles
     toolkit: int = 0
@@ -83,10 +85,11 @@ class CudaCard:
         self.cuda, self.name = cupy.cuda, f"cuda {facts.name}"
         self.kept = cupy.get_default_memory_pool()
         text = BASICS + source(scene)
-        self.runs = cupy.RawModule(code=text, options=OPTIONS)
-        self.tables = cupy.RawModule(code=text, options=(*OPTIONS, "-DTABLES"))
-        self.tables.compile()  # once, before several threads need it
-        self.own = local()
+        self.modules = {
+            option: cupy.RawModule(code=text, options=(*OPTIONS, *option.split()))
+            for option in ("", *COMPILED.values())
+        }
+        self.own, self.compiling = local(), Lock()
 
     @property
     def stream(self) -> Any:
@@ -95,6 +98,15 @@ class CudaCard:
             self.own.stream = self.cuda.Stream(non_blocking=True)
         return self.own.stream
 
+    @contextmanager
+    def _used(self) -> Iterator[None]:
+        """Use of the card in the present thread's queue; its errors are those of a refusal."""
+        with self.stream:
+            try:
+                yield
+            except (RuntimeError, MemoryError) as error:  # of CUDA, and of CuPy's memory
+                raise refused(str(error)) from None
+
     def free(self) -> int:
         """Bytes that a chunk may take."""
         # CuPy keeps what was freed, of ended threads too, and gives it up before memory is out.
@@ -102,31 +114,31 @@ class CudaCard:
 
     def blank(self, size: int) -> Any:
         """Memory of so many bytes."""
-        with self.stream:
-            try:
-                return self.cuda.alloc(size)
-            except self.cuda.memory.OutOfMemoryError as error:
-                raise refused(str(error)) from None
+        with self._used():
+            return self.cuda.alloc(size)
 
     def put(self, values: NDArray[Any]) -> Any:
         """Copy of an array in the card's memory."""
         values = np.ascontiguousarray(values)
         held = self.blank(values.nbytes)
-        held.copy_from_host_async(values.ctypes.data, values.nbytes, self.stream)
-        self.stream.synchronize()
+        with self._used():
+            held.copy_from_host_async(values.ctypes.data, values.nbytes, self.stream)
+            self.stream.synchronize()
         return held
 
     def take(self, held: Any, values: NDArray[Any]) -> None:
         """Copy memory of the card to an array."""
-        held.copy_to_host_async(values.ctypes.data, values.nbytes, self.stream)
-        self.stream.synchronize()
+        with self._used():
+            held.copy_to_host_async(values.ctypes.data, values.nbytes, self.stream)
+            self.stream.synchronize()
 
     def launch(self, kernel: str, count: int, *arguments: Any) -> None:
         """Run a kernel in at least `count` threads, until its end."""
         given = tuple(a if isinstance(a, np.generic) else np.uintp(a.ptr) for a in arguments)
-        module = self.tables if kernel == TABLES else self.runs
-        with self.stream:
-            module.get_function(kernel)((-(-count // BLOCK),), (BLOCK,), given)
+        with self._used():
+            with self.compiling:  # once, at a module's first launch
+                function = self.modules[COMPILED.get(kernel, "")].get_function(kernel)
+            function((-(-count // BLOCK),), (BLOCK,), given)
             self.stream.synchronize()
 
 
@@ -147,6 +159,8 @@ def card_of(scene: Scene, binding: ModuleType | None) -> OnCard:
         missing = ModuleNotFoundError(name="nvidia-cuda-nvrtc-cu12")
         raise refused(str(NotInstalled(missing, "gpu"))) from None
     facts = facts_of(cupy.cuda)
+    if card_of.cache_info().currsize:
+        facts = facts._replace(threads=0)  # the stacks are there, for another scene
     if reason := refusal(facts):
         raise refused(reason)
     if binding is None:

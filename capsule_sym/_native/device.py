@@ -16,12 +16,17 @@ BLOCK = 128
 OPTIONS = ("--std=c++20", "--disable-warnings", "--fmad=false", f"-DBLOCK={BLOCK}")
 """Options of NVRTC, to which CuPy adds --device-as-default-execution-space."""
 TABLES = "capsule_tables"
-"""Kernel of the code that is compiled with -DTABLES."""
+"""Kernel that makes tables."""
+COMPILED = {TABLES: "-DTABLES", "capsule_motions": "-DORBITS", "capsule_orbits": "-DORBITS"}
+"""Options of kernels that are compiled apart from those of runs."""
 BASICS = """\
 typedef signed char int8_t;
 typedef short int16_t;
+typedef unsigned char uint8_t;
 typedef int int32_t;
 typedef long long int64_t;
+typedef unsigned long long uint64_t;
+#define offsetof(type, member) ((size_t) &((type *)0)->member)
 #define __builtin_fma fma
 #define INFINITY __longlong_as_double(0x7ff0000000000000)
 #define NAN __longlong_as_double(0x7ff8000000000000)

@@ -9,7 +9,8 @@
 
 #define TWO_STOPS (CAPSULE_STOP_COUNT == 2)
 
-/* Functions that few segments need, which take no registers from the others on a card. */
+/* Functions that take no registers from others on a card: those that few segments need, and those that are called
+   from several places. */
 #ifdef CAPSULE_DEVICE
 #define seldom __noinline__
 #else
@@ -83,8 +84,13 @@ typedef struct {
 extern const capsule_code capsule_code_plain, capsule_code_fused, capsule_code_wide,
     capsule_code_wide_fused;
 
-/* Functions for this processor. */
+/* Functions for this processor; a card has one of each. */
 const capsule_code *capsule_code_here(int wide);
+#ifdef CAPSULE_DEVICE
+#define code_here(function) function
+#else
+#define code_here(function) capsule_code_here(0)->function
+#endif
 
 /* True if maps at two parameter sets have the same tables. */
 static inline int capsule_same_flows(const capsule_parameters *p, const capsule_parameters *q)

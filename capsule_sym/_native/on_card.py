@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from threading import BoundedSemaphore
 from time import perf_counter
 from types import ModuleType
 from typing import Any, NamedTuple, Protocol
@@ -18,6 +19,10 @@ from capsule_sym._parameters import Scene
 _LEAST, _MOST = 0.05, 0.2  # seconds of a launch: between launches a watch and Ctrl-C are seen
 _FIRST = 64  # expansions of the first launch, of each run
 _ROWS = 2**20  # most of a chunk
+_MOTIONS = 2**16  # the same of motions, whose work is not paused
+_WORK = 2048  # most expansions of a motion
+_TURNS = 3  # chunks on the card at a time, each with its share of the memory
+_EVENTS, _SEGMENTS = 128, 64  # room of a motion: switches of two periods; segments
 
 Rows = NDArray[np.float64]
 
@@ -55,15 +60,16 @@ class _Runs(NamedTuple):
 
 
 class OnCard:
-    """Binding of a scene's core whose `start_many` and `run_many` compute on a card."""
+    """Binding of a scene's core whose functions of many runs and motions compute on a card."""
 
     def __init__(self, binding: ModuleType, scene: Scene, card: Card) -> None:
         self.binding, self.card = binding, card
-        self.handed_back = 0
+        self.handed_back, self.turns = 0, BoundedSemaphore(_TURNS)
         """Number of runs that the card could not decide so far."""
         names = scene.facts.PARAMETERS
         stops = (stiffness for _, stiffness in scene.facts.STOPS)
-        flow = [names.index(name) for name in ("omega", "zeta", "gamma", *stops)]
+        of_drive = () if scene.facts.PULSED else ("omega",)
+        flow = [names.index(name) for name in (*of_drive, "zeta", "gamma", *stops)]
         self.flow = flow
         """Indices of the parameters of a linear flow, then of the others."""
         self.keys = flow + [i for i in range(len(names)) if i not in flow]
@@ -111,27 +117,146 @@ class OnCard:
         assert stride == 1
         stops[:] = self.binding.STOPPED
         runs = _Runs(rows, records, periods, stops, strobe, position, watch or Watch())
-        left: list[Future[None]] = []
-        with ThreadPoolExecutor(1) as core:
-            try:
-                for part in self._chunks(runs):
-                    self._run(runs, part)
-                    undecided = part[stops[part] == self.binding.OPEN]
-                    left.append(core.submit(self._continue, runs, undecided))
-                    self.handed_back += len(undecided)
-                for future in left:
-                    future.result()
-            except KeyboardInterrupt:  # another error ends no chunk beside this one
-                runs.watch.stop()
-                raise
+        each = records.itemsize + self.context + 8
+        each += 0 if strobe is None else 24 * (periods + 1)
+        chunks = self._chunks(rows, self.order(rows, records), each, _ROWS, runs.watch)
+
+        def run(part: NDArray[np.intp]) -> NDArray[np.intp]:
+            self._run(runs, part)
+            return part[stops[part] == self.binding.OPEN]
+
+        self._all(chunks, run, lambda part: self._continue(runs, part), runs.watch)
         if np.any(stops == self.binding.REFUSED):
             raise ValueError("no runs from some of the states")
         return int(np.count_nonzero(stops == self.binding.OPEN))
 
-    def order(self, rows: Rows, records: NDArray[Any]) -> NDArray[np.intp]:
+    def steady_many(
+        self,
+        rows: Rows,
+        records: NDArray[Any],
+        strobe: Rows,
+        tolerance: float,
+        stops: NDArray[np.int8],
+        motions: NDArray[Any],
+        switches: NDArray[np.uint8],
+        watch: Watch | None = None,
+    ) -> None:
+        """Find the periodic motions of finished runs, as the core's function does."""
+        given = {"rows": rows, "states": records, "strobe": strobe}
+        found = {"stops": stops, "motions": motions, "switches": switches}
+        fixed = np.int64(strobe.shape[1] - 1), np.float64(tolerance)
+        room = min(_EVENTS, switches.shape[1])
+
+        def core(given: dict[str, Any], found: dict[str, Any]) -> None:
+            self.binding.steady_many(*given.values(), tolerance, *found.values(), watch)
+
+        self._motions("capsule_motions", given, fixed, self.binding.EVENT, room, found, core, watch)
+
+    def orbit_many(
+        self,
+        rows: Rows,
+        states: Rows,
+        period_numbers: NDArray[np.int32],
+        stops: NDArray[np.int8],
+        orbits: NDArray[Any],
+        fields: NDArray[np.uint8],
+        energies: bool = False,
+        forces: bool = False,
+        gradients: bool = False,
+        watch: Watch | None = None,
+    ) -> None:
+        """Solve for the periodic motions near states, as the core's function does."""
+        given = {"rows": rows, "states": states, "periods": period_numbers}
+        found = {"stops": stops, "orbits": orbits, "fields": fields}
+        requested = energies, forces, gradients
+        room = min(_SEGMENTS, fields.shape[1])
+
+        def core(given: dict[str, Any], found: dict[str, Any]) -> None:
+            self.binding.orbit_many(*given.values(), *found.values(), *requested, watch)
+
+        if gradients:
+            core(given, found)
+            return
+        fixed = np.int8(energies), np.int8(forces)
+        self._motions(
+            "capsule_orbits", given, fixed, self.binding.SEGMENT, room, found, core, watch
+        )
+
+    def _motions(
+        self,
+        kernel: str,
+        given: dict[str, NDArray[Any]],
+        fixed: tuple[np.generic, ...],
+        item: Any,
+        room: int,
+        found: dict[str, NDArray[Any]],
+        core: Callable[[dict[str, Any], dict[str, Any]], None],
+        watch: Watch | None,
+    ) -> None:
+        """Results of motions, those whose stop is DONE; the core repeats what the card leaves.
+
+        Of the last result, bytes of each segment, the card writes at most `room`.
+        """
+        rows, stops, watch = given["rows"], found["stops"], watch or Watch()
+        chosen = np.flatnonzero(stops == self.binding.DONE)
+        stops[chosen] = self.binding.STOPPED
+        name = list(found)[-1]
+        narrow = found | {name: found[name][:, :room]}
+        each = room * item.itemsize + sum(a[:1].nbytes for a in (*given.values(), *narrow.values()))
+        order = chosen[self.order(rows[chosen], given["states"][chosen])]
+
+        def run(part: NDArray[np.intp]) -> NDArray[np.intp]:
+            card, count = self.card, len(part)
+            at, flow, tables = self._flows(rows[part])
+            held = [card.put(a[part]) for k, a in given.items() if k != "rows"]
+            blank = card.blank(count * room * item.itemsize)
+            made = [card.put(a[part]) for a in narrow.values()]
+            lasting = blank, np.int64(room), np.int64(_WORK)
+            card.launch(
+                kernel, count, at, flow, tables, *held, *fixed, *lasting, *made, np.int64(count)
+            )
+            for array, one in zip(narrow.values(), made, strict=True):
+                values = array[part]
+                card.take(one, values)
+                array[part] = values
+            return part[stops[part] != self.binding.DONE]
+
+        def again(part: NDArray[np.intp]) -> None:
+            of = {k: np.zeros_like(a[part]) for k, a in found.items()}
+            core({k: a[part] for k, a in given.items()}, of)
+            for k, values in of.items():
+                found[k][part] = values
+
+        self._all(self._chunks(rows, order, each, _MOTIONS, watch), run, again, watch)
+
+    def _all(
+        self,
+        chunks: Iterator[NDArray[np.intp]],
+        run: Callable[[NDArray[np.intp]], NDArray[np.intp]],
+        rest: Callable[[NDArray[np.intp]], None],
+        watch: Watch,
+    ) -> None:
+        """Run each chunk on the card, and what it leaves by the core, in a thread beside it."""
+        left: list[Future[None]] = []
+        with ThreadPoolExecutor(1) as core:
+            try:
+                for part in chunks:
+                    with self.turns:
+                        undecided = run(part)
+                    if len(undecided):
+                        left.append(core.submit(rest, undecided))
+                        self.handed_back += len(undecided)
+                for future in left:
+                    future.result()
+            except KeyboardInterrupt:  # another error ends no chunk beside this one
+                watch.stop()
+                raise
+
+    def order(self, rows: Rows, states: NDArray[Any]) -> NDArray[np.intp]:
         """Order in which neighbours run alike: by flow, then other parameters, then the start."""
         columns = [rows[:, i] for i in self.keys]
-        columns += [records[name] for name in ("x_r", "v_r", "v_c", "angle")]
+        start = ("x_r", "v_r", "v_c", "angle")
+        columns += [states[name] for name in start] if states.dtype.names else [*states.T]
         varying = [column for column in columns if (column != column[:1]).any()]
         return np.lexsort(varying[::-1]) if varying else np.arange(len(rows))
 
@@ -140,33 +265,39 @@ class OnCard:
         flows = rows[:, self.flow]
         return np.append(True, (flows[1:] != flows[:-1]).any(axis=1))
 
-    def _chunks(self, runs: _Runs) -> Iterator[NDArray[np.intp]]:
-        """Rows of each chunk, whose data fit the card, until the watch is over."""
-        order, first = self.order(runs.rows, runs.records), 0
-        each = runs.rows.itemsize * runs.rows.shape[1] + runs.records.itemsize + self.context + 8
-        each += 0 if runs.strobe is None else 24 * (runs.periods + 1)
-        sizes = np.full(len(order), each)
-        sizes[self._begins(runs.rows[order])[: len(order)]] += self.tables
+    def _chunks(
+        self, rows: Rows, order: NDArray[np.intp], each: int, most: int, watch: Watch
+    ) -> Iterator[NDArray[np.intp]]:
+        """Rows of each chunk, whose data fit the card, until the watch is over.
+
+        A row has `each` bytes besides its parameters and their tables.
+        """
+        first, sizes = 0, np.full(len(order), each + rows[:1].nbytes)
+        sizes[self._begins(rows[order])[: len(order)]] += self.tables
         ends, room = np.cumsum(sizes), self.card.free() - self.tables
-        while first < len(order) and not runs.watch.over:
+        while first < len(order) and not watch.over:
             before = ends[first] - sizes[first]
             last = max(first + 1, int(np.searchsorted(ends, before + room, "right")))
-            yield order[first : min(last, first + _ROWS)]
-            first = min(last, first + _ROWS)
+            yield order[first : min(last, first + most)]
+            first = min(last, first + most)
+
+    def _flows(self, rows: Rows) -> tuple[Any, Any, Any]:
+        """Rows on the card, the number of each one's flow, and the tables of the flows."""
+        begins = self._begins(rows)
+        sets = rows[begins]
+        tables = self.card.blank(len(sets) * self.tables)
+        self.card.launch(TABLES, len(sets), self.card.put(sets), tables, np.int64(len(sets)))
+        flow = np.cumsum(begins, dtype=np.int32) - np.int32(1)
+        return self.card.put(rows), self.card.put(flow), tables
 
     def _run(self, runs: _Runs, part: NDArray[np.intp]) -> None:
         """Run a chunk, launch by launch."""
         card, count, stopped = self.card, len(part), self.binding.STOPPED
-        rows, states, stops = runs.rows[part], runs.records[part], runs.stops[part]
-        begins = self._begins(rows)
-        sets = rows[begins]
-        tables, context = card.blank(len(sets) * self.tables), card.blank(count * self.context)
-        card.launch(TABLES, len(sets), card.put(sets), tables, np.int64(len(sets)))
-        flow = card.put(np.cumsum(begins, dtype=np.int32) - np.int32(1))
+        states, stops, context = runs.records[part], runs.stops[part], count * self.context
         marks = None if runs.strobe is None else runs.strobe[part]
         drawn = np.uintp(0) if marks is None else card.put(marks)
         at, ends = card.put(states), card.put(stops)
-        fixed = card.put(rows), flow, tables, at, context, ends, drawn
+        fixed = *self._flows(runs.rows[part]), at, card.blank(context), ends, drawn
         lasting = np.int64(runs.periods), np.int32(runs.position)
         most, took, first = _FIRST, _LEAST, np.int32(1)
         while np.any(stops == stopped) and not runs.watch.over:
@@ -184,8 +315,6 @@ class OnCard:
 
     def _continue(self, runs: _Runs, part: NDArray[np.intp]) -> None:
         """Run rows by the core, each alone, from the segments that the card could not decide."""
-        if not len(part):
-            return
         states, stops = runs.records[part], runs.stops[part]
         marks = None if runs.strobe is None else runs.strobe[part]
         of = runs.rows[part], states, runs.periods, stops, marks, runs.position

@@ -5,10 +5,7 @@
 #include "internal.h"
 #include "number.h"
 
-#ifdef CAPSULE_DEVICE
-#define field_here field_at
-#else
-#define field_here capsule_code_here(0)->field_at
+#ifndef CAPSULE_DEVICE
 #ifndef CAPSULE_LANES
 #define CAPSULE_LANES 8 /* at most; fewer for tests of the narrower ways */
 #endif
@@ -118,8 +115,9 @@ const capsule_code *capsule_code_here(int wide)
 #endif
     return wide ? &capsule_code_wide : &capsule_code_plain;
 }
+#endif
 
-capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
+seldom capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
                          const capsule_request *request, size_t *written, capsule_outcome *open)
 {
     if (!written || !open)
@@ -136,15 +134,22 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
     context.request = request;
     context.periods = periods;
     context.position = request->position || request->segments;
+#ifdef CAPSULE_DEVICE
+    const int wide = 0;
+#else
     const capsule_code *const code = capsule_code_here(0), *const wide_code = capsule_code_here(1);
     capsule_wide_table tables[CAPSULE_FLOW_COUNT];
     context.wide = tables;
+#endif
     const int64_t pause = request->strobe && request->rows ? state->period + request->rows / 2 : periods;
     while (state->period < periods) {
         if (((request->segments || request->events) && *written == request->room) || state->period >= pause)
             return CAPSULE_FULL;
         capsule_result p;
         const capsule_state before = *state;
+#ifdef CAPSULE_DEVICE
+        run_segment(&context, state, &p);
+#else
         int wide = request->precision == CAPSULE_DOUBLE_DOUBLE;
         if (!wide)
             code->run_segment(&context, state, &p);
@@ -156,6 +161,7 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
             *state = before;
             wide_code->run_segment(&context, state, &p);
         }
+#endif
         if (p.stopped)
             return CAPSULE_STOPPED;
         if (p.outcome != CAPSULE_REGULAR && p.outcome != CAPSULE_END &&
@@ -184,8 +190,6 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
     return CAPSULE_DONE;
 }
 
-#endif
-
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase)
 {
@@ -201,17 +205,15 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
     state.angle_rest = fma(phase, p->omega, -state.angle);
     if (v_c != 0.0)
         return state;
-    state.plane = state.field = field_here(map, &state);
+    state.plane = state.field = code_here(field_at)(map, &state);
     return state;
 }
 
-#ifndef CAPSULE_DEVICE
 size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
                         int more, const double *times, size_t n, double (*states)[4],
                         capsule_watch *watch)
 {
     if (!map || !segments || !times || !states)
         return 0;
-    return capsule_code_here(0)->states_at(map, segments, count, more, 1, times, n, states, watch);
+    return code_here(states_at)(map, segments, count, more, 1, times, n, states, watch);
 }
-#endif

@@ -68,9 +68,8 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
     capsule_state probe = *state;
     *motion = (capsule_motion){0};
     probe.period = 0;
-    capsule_stop stop = capsule_run(
-        map, &probe, 1, &(capsule_request){.segments = &next, .room = 1, .watch = watch}, &written,
-        open);
+    const capsule_request first = {.segments = &next, .room = 1, .watch = watch};
+    capsule_stop stop = capsule_run(map, &probe, 1, &first, &written, open);
     if (!written)
         return stop;
     motion->field = next.field;

@@ -50,7 +50,7 @@ def compute(part: Sweep, watch: Watch | None = None, device: str = "cpu") -> Blo
 
     Raises Abandoned soon after the watch is over.
     """
-    cells = _Cells(part, watch or Watch())
+    cells = _Cells(part, watch or Watch(), device)
     core = core_on(device, cells.scene)
     slow = np.arange(part.size) if core is None else cells.fast(core)
     for i in slow.tolist():
@@ -82,8 +82,9 @@ class _Cells:
     `order` is the sorting permutation, `back` its inverse.
     """
 
-    def __init__(self, part: Sweep, watch: Watch) -> None:
-        self.part, self.watch, self.scene = part, watch, part.parameters.scene
+    def __init__(self, part: Sweep, watch: Watch, device: str) -> None:
+        self.part, self.watch, self.device = part, watch, device
+        self.scene = part.parameters.scene
         rows, states, phases = part.columns()
         self.order = np.lexsort([rows[:, i] for i in _shared(self.scene)])
         self.back = np.argsort(self.order)
@@ -163,6 +164,7 @@ class _Cells:
             energies="energies" in self.part.compute,
             forces="forces" in self.part.compute,
             watch=self.watch,
+            device=self.device,
             scene=self.scene,
         )
         # The run starts at the angle 0 and ends in the field in which it began.

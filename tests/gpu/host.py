@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._native import core_of
-from capsule_sym._native.device import BLOCK, TABLES, source
+from capsule_sym._native.device import BLOCK, COMPILED, source
 from capsule_sym._native.on_card import OnCard
 from capsule_sym._parameters import Scene, as_scene
 
@@ -27,10 +27,18 @@ FLAGS = ("-std=c++20", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-w")
 
 
 class Library(NamedTuple):
-    """Libraries of the device source: of runs, and of tables."""
+    """Libraries of the device source: of runs, of tables, and of motions."""
 
     runs: ctypes.CDLL
     tables: ctypes.CDLL
+    orbits: ctypes.CDLL | None = None
+
+    def of(self, kernel: str) -> ctypes.CDLL:
+        """Library that has a kernel."""
+        found = {"-DTABLES": self.tables, "-DORBITS": self.orbits}
+        library = found[COMPILED[kernel]] if kernel in COMPILED else self.runs
+        assert library is not None
+        return library
 
 
 def compiled(text: str, *options: str, program: str = "shim.cpp") -> Library:
@@ -40,9 +48,14 @@ def compiled(text: str, *options: str, program: str = "shim.cpp") -> Library:
     assert COMPILER is not None
     command = [COMPILER, *FLAGS, *options, f"-I{folder}", f"-I{NATIVE_TESTS}"]
     made = []
-    for name, given, file in (("runs", (), program), ("tables", ("-DTABLES",), "shim.cpp")):
+    parts = [("runs", "", program), ("tables", "-DTABLES", "shim.cpp")]
+    if program == "shim.cpp":
+        parts.append(("orbits", "-DORBITS", program))
+    for name, given, file in parts:
         to = str(folder / f"{name}.so")
-        subprocess.run([*command, *given, str(HERE / file), "-o", to], check=True, timeout=600)
+        subprocess.run(
+            [*command, *given.split(), str(HERE / file), "-o", to], check=True, timeout=600
+        )
         made.append(ctypes.CDLL(to))
     shutil.rmtree(folder)
     return Library(*made)
@@ -82,9 +95,8 @@ class Host:
         given = [np.uintp(a.ctypes.data) if isinstance(a, np.ndarray) else a for a in arguments]
         words = [np.array(a) for a in given]
         places = (ctypes.c_void_p * len(words))(*(word.ctypes.data for word in words))
-        library = self.library.tables if kernel == TABLES else self.library.runs
         with _ALONE:
-            getattr(library, f"launch_{kernel}")(ctypes.c_int64(count), places)
+            getattr(self.library.of(kernel), f"launch_{kernel}")(ctypes.c_int64(count), places)
 
 
 def on_host(name: str = "capsule", block: int = BLOCK, most_expansions: int = 0) -> OnCard:

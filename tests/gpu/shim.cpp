@@ -43,6 +43,9 @@ template <class... A> static void launch(void (*kernel)(A...), int64_t count, vo
     extern "C" void launch_##name(int64_t count, void **given) { launch(name, count, given); }
 #ifdef TABLES
 LAUNCH(capsule_tables)
+#elif defined(ORBITS)
+LAUNCH(capsule_motions)
+LAUNCH(capsule_orbits)
 #else
 LAUNCH(capsule_sizes)
 LAUNCH(capsule_starts)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,8 @@ from capsule_sym import (
     InvalidInput,
     Parameters,
     Sweep,
+    attractors,
+    continue_attractors,
     open_results,
     refine_sweep,
     run_basin,
@@ -21,7 +25,9 @@ from capsule_sym import (
     simulate_many,
 )
 from capsule_sym._native import core
+from capsule_sym._native.device import COMPILED
 from capsule_sym._native.on_card import OnCard
+from capsule_sym._parameters import SHIPPED, as_scene
 from tests.gpu.host import COMPILER, on_host
 
 pytestmark = [
@@ -62,7 +68,9 @@ def test_a_limit_of_time_ends_many_runs_with_what_they_have() -> None:
 def sweep() -> Sweep:
     alpha, gamma = np.linspace(0.02, 1.0, 12), np.linspace(1.0, 4.0, 6)
     axes = Axis.of("alpha", alpha), Axis.of("gamma", gamma)
-    return Sweep(axes, periods=200, compute=("itinerary", "progression", "energies"))
+    return Sweep(
+        axes, periods=200, compute=("itinerary", "progression", "energies", "forces", "multipliers")
+    )
 
 
 def test_a_sweep_agrees_with_that_of_the_processor_and_its_store_names_the_card(
@@ -76,9 +84,11 @@ def test_a_sweep_agrees_with_that_of_the_processor_and_its_store_names_the_card(
         assert there.attrs["core"] == "host"
         for name in ("itinerary", "outcome", "period_number"):
             assert (here[name].values == there[name].values).all(), name
-        for name in ("progression", "work"):
+        names = "progression", "work", "peak_force", "multipliers"
+        for name in names:
             close = np.isclose(here[name].values, there[name].values, 1e-9, 1e-12, equal_nan=True)
             assert close.all(), name
+    assert {name for name, _ in card.card.launches} >= {*COMPILED}  # type: ignore[attr-defined]
     with pytest.raises(InvalidInput, match="must be 'host'"):
         run_sweep(sweep(), tmp_path / "gpu", resume=True)
     again = run_sweep(sweep(), tmp_path / "gpu", resume=True, device="gpu")
@@ -104,6 +114,32 @@ def test_basins_and_refined_charts_are_computed_on_a_card(tmp_path: Path) -> Non
     ):
         assert there.attrs["core"] == "host"
         assert (here["itinerary"].values == there["itinerary"].values).all()
+
+
+def test_attractors_and_their_fractions_are_computed_on_a_card(card: OnCard) -> None:
+    system = Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    box = {"x_r": (-2.0, 2.0), "v_r": (-2.0, 2.0)}
+    here, there = (attractors(system, box, count=100, device=d) for d in ("cpu", "gpu"))
+    assert here.numbers.tolist() == there.numbers.tolist()
+    assert [one.itinerary for one in here.attractors] == [one.itinerary for one in there.attractors]
+    assert len(here.attractors) > 1
+    assert {name for name, _ in card.card.launches} >= {"capsule_runs"}  # type: ignore[attr-defined]
+    along = [
+        continue_attractors(system, "alpha", [2.7, 2.8], box, count=50, device=device)
+        for device in ("cpu", "gpu")
+    ]
+    counts = [[one.counts.tolist() for one in found.branches] for found in along]
+    assert counts[0] == counts[1]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_rows_share_a_flow_if_the_core_shares_its_tables(name: str) -> None:
+    """The core makes no table again where the parameters of its flows are the same."""
+    scene, device = as_scene(name), on_host(name)
+    text = (files(scene.package) / "c" / "capsule_interface.h").read_text()
+    said = text.partition("CAPSULE_FLOW_PARAMETERS(of)")[2].partition("#define")[0]
+    names = re.findall(r"of\((\w+)\)", said)
+    assert sorted(scene.facts.PARAMETERS[i] for i in device.flow) == sorted(names)
 
 
 def test_the_measurement_counts_what_differs(monkeypatch: pytest.MonkeyPatch, card: OnCard) -> None:

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from capsule_sym._native.cuda import _STACK
-from capsule_sym._native.device import BASICS, BLOCK, OPTIONS, source
+from capsule_sym._native.device import BASICS, BLOCK, COMPILED, OPTIONS, source
 from capsule_sym._parameters import SHIPPED, as_scene
 from tests.gpu.nvrtc import compiled, kernels, library
 
@@ -24,16 +24,17 @@ REGISTERS = 65536
 def test_it_compiles_for_a_card(scene: str) -> None:
     text = BASICS + source(as_scene(scene))
     found = {}
-    for part in ((), ("-DTABLES",)):
+    for part in ((), ("-DTABLES",), ("-DORBITS",)):
         options = (*OPTIONS, BY_CUPY, "--gpu-architecture=sm_90", "--ptxas-options=-v", *part)
         binary, log = compiled(text, options)
         assert binary.startswith(b"\x7fELF")
         found |= kernels(log)
-    assert set(found) == {"capsule_sizes", "capsule_starts", "capsule_runs", "capsule_tables"}
+    assert set(found) == {"capsule_sizes", "capsule_starts", "capsule_runs", *COMPILED}
     for name, figures in found.items():
         print(f"{scene} {name}: {figures}")  # `make gpu-check` shows them
         assert figures.stack <= _STACK
-    assert found["capsule_runs"].registers * 2 * BLOCK <= REGISTERS  # two blocks at a time
+    for name in ("capsule_runs", "capsule_motions", "capsule_orbits"):
+        assert found[name].registers * 2 * BLOCK <= REGISTERS  # two blocks at a time
 
 
 def test_cupy_has_all_that_it_needs_to_compile_and_adds_no_other_standard() -> None:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, simulate_many
 from capsule_sym._cli import main
-from capsule_sym._native.cuda import CudaCard, Facts, facts_of, refusal
-from capsule_sym._parameters import CAPSULE
+from capsule_sym._native.cuda import CudaCard, Facts, card_of, facts_of, refusal
+from capsule_sym._parameters import CAPSULE, as_scene
 
 CARD = Facts(1, "", "NVIDIA H200", (9, 0), 132 * 2048, 140 * 2**30, 12090, 12090)
 
@@ -145,6 +147,50 @@ def test_memory_that_cupy_keeps_is_free_for_a_chunk() -> None:
     assert CudaCard(module, CARD, CAPSULE).free() == 2**20
 
 
+@pytest.mark.parametrize("error", [CudaError, MemoryError])
+def test_an_error_of_the_card_in_the_middle_of_work_is_told_in_one_line(error: Any) -> None:
+    def failing(*given: Any) -> None:
+        raise error("cudaErrorIllegalAddress:\nan illegal memory access")
+
+    of = cuda(CARD)
+    of.Stream = lambda **given: nullcontext()
+    of.alloc = failing
+    module = SimpleNamespace(
+        cuda=of,
+        get_default_memory_pool=list,
+        RawModule=lambda **given: SimpleNamespace(get_function=lambda name: failing),
+    )
+    card = CudaCard(module, CARD, CAPSULE)
+    told = "must be cpu here: cudaErrorIllegalAddress: an illegal memory access"
+    for work in (lambda: card.launch("capsule_runs", 1), lambda: card.put(np.zeros(3))):
+        with pytest.raises(InvalidInput, match=told):
+            work()
+
+
+def test_stacks_that_another_scene_has_need_no_more_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A card of 8 GiB has room for stacks once."""
+    module = ModuleType("cupy")
+    module.__dict__.update(
+        cuda=cuda(CARD._replace(free=8 * 2**30)),
+        get_default_memory_pool=list,
+        RawModule=lambda **given: None,
+    )
+    monkeypatch.setitem(sys.modules, "cupy", module)
+    monkeypatch.setattr("capsule_sym._native.cuda.OnCard", lambda *of: of)
+    card_of.cache_clear()
+    try:
+        card_of(CAPSULE, ModuleType("core"))
+        module.cuda = cuda(CARD._replace(free=2 * 2**30))  # type: ignore[attr-defined]
+        card_of(as_scene("slope"), ModuleType("core"))
+        card_of.cache_clear()
+        with pytest.raises(InvalidInput, match=r"2.0 GiB of free memory, and 6.2 GiB are needed"):
+            card_of(CAPSULE, ModuleType("core"))
+    finally:
+        card_of.cache_clear()
+
+
 @pytest.fixture
 def _no_cupy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cupy", None)
@@ -152,7 +198,14 @@ def _no_cupy(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("_no_cupy")
 @pytest.mark.parametrize(
-    "line", [["sweep", "--alpha", "0.1:2:5"], ["basin", "--x-r", "-1:1:5"]], ids=["sweep", "basin"]
+    "line",
+    [
+        ["sweep", "--alpha", "0.1:2:5"],
+        ["basin", "--x-r", "-1:1:5"],
+        ["attractors", "--x-r", "-1:1"],
+        ["attractors", "--x-r", "-1:1", "--alpha", "0.5:1:3"],
+    ],
+    ids=lambda line: " ".join(line[::2]),
 )
 def test_a_command_without_the_package_writes_nothing(
     tmp_path: Path, line: list[str], capsys: pytest.CaptureFixture[str]

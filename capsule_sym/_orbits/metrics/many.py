@@ -18,7 +18,7 @@ from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import checked_rows, spread
 from capsule_sym._map.native import core
-from capsule_sym._native import Watch, present
+from capsule_sym._native import Watch, core_on, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym.generated.capsule.interface import ORBIT_STATUSES, STOPS, OrbitStatus, Stop
@@ -118,6 +118,7 @@ def performance_many(
     forces: bool = True,
     gradients: bool = False,
     watch: Watch | None = None,
+    device: str = "cpu",
     scene: Scene = CAPSULE,
 ) -> Performances:
     """Periodic motions near given states, with metrics as of `performance`.
@@ -125,10 +126,11 @@ def performance_many(
     `parameters` are rows of the scene's parameters, (n, 7) in the paper's, or one row; `states` are
     (n, 3) or one (x_r, v_r, v_c) at forcing angle 0; `period_numbers` are the excitation periods of
     each motion. All are dimensionless. Only requested metrics are computed. Motions that are not
-    reached in the time of `watch` (by default the present one) are left out. Raises InvalidInput
-    for a value that is not allowed, and without a C core.
+    reached in the time of `watch` (by default the present one) are left out. With the `device`
+    "gpu" a graphics card computes them; gradients are then computed on the CPU. Raises InvalidInput
+    for a value that is not allowed, without a C core, and for a card that is not there.
     """
-    binding = core(scene)
+    binding = core(scene) if device == "cpu" else core_on(device, scene)
     rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)), scene)
     count = len(rows)
     starts = np.ascontiguousarray(spread("states", states, (count, 3)))
