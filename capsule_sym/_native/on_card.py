@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from threading import BoundedSemaphore
 from time import perf_counter
 from types import ModuleType
@@ -25,6 +27,7 @@ _TURNS = 3  # chunks on the card at a time, each with its share of the memory
 _EVENTS, _SEGMENTS = 128, 64  # room of a motion: switches of two periods; segments
 
 Rows = NDArray[np.float64]
+Arrays = tuple[NDArray[Any], ...]
 
 
 class Card(Protocol):
@@ -120,12 +123,9 @@ class OnCard:
         each = records.itemsize + self.context + 8
         each += 0 if strobe is None else 24 * (periods + 1)
         chunks = self._chunks(rows, self.order(rows, records), each, _ROWS, runs.watch)
-
-        def run(part: NDArray[np.intp]) -> NDArray[np.intp]:
-            self._run(runs, part)
-            return part[stops[part] == self.binding.OPEN]
-
-        self._all(chunks, run, lambda part: self._continue(runs, part), runs.watch)
+        self._all(
+            chunks, partial(self._run, runs), partial(self._continue, runs), stops, runs.watch
+        )
         if np.any(stops == self.binding.REFUSED):
             raise ValueError("no runs from some of the states")
         return int(np.count_nonzero(stops == self.binding.OPEN))
@@ -142,15 +142,14 @@ class OnCard:
         watch: Watch | None = None,
     ) -> None:
         """Find the periodic motions of finished runs, as the core's function does."""
-        given = {"rows": rows, "states": records, "strobe": strobe}
-        found = {"stops": stops, "motions": motions, "switches": switches}
+        given, found = (rows, records, strobe), (stops, motions, switches)
         fixed = np.int64(strobe.shape[1] - 1), np.float64(tolerance)
-        room = min(_EVENTS, switches.shape[1])
+        room = min(_EVENTS, switches.shape[1]), self.binding.EVENT.itemsize
 
-        def core(given: dict[str, Any], found: dict[str, Any]) -> None:
-            self.binding.steady_many(*given.values(), tolerance, *found.values(), watch)
+        def core(given: Arrays, found: Arrays) -> None:
+            self.binding.steady_many(*given, tolerance, *found, watch)
 
-        self._motions("capsule_motions", given, fixed, self.binding.EVENT, room, found, core, watch)
+        self._motions("capsule_motions", given, fixed, room, found, core, watch or Watch())
 
     def orbit_many(
         self,
@@ -166,74 +165,66 @@ class OnCard:
         watch: Watch | None = None,
     ) -> None:
         """Solve for the periodic motions near states, as the core's function does."""
-        given = {"rows": rows, "states": states, "periods": period_numbers}
-        found = {"stops": stops, "orbits": orbits, "fields": fields}
-        requested = energies, forces, gradients
-        room = min(_SEGMENTS, fields.shape[1])
+        given, found = (rows, states, period_numbers), (stops, orbits, fields)
+        fixed = np.int8(energies), np.int8(forces)
+        room = min(_SEGMENTS, fields.shape[1]), self.binding.SEGMENT.itemsize
 
-        def core(given: dict[str, Any], found: dict[str, Any]) -> None:
-            self.binding.orbit_many(*given.values(), *found.values(), *requested, watch)
+        def core(given: Arrays, found: Arrays) -> None:
+            self.binding.orbit_many(*given, *found, energies, forces, gradients, watch)
 
         if gradients:
             core(given, found)
-            return
-        fixed = np.int8(energies), np.int8(forces)
-        self._motions(
-            "capsule_orbits", given, fixed, self.binding.SEGMENT, room, found, core, watch
-        )
+        else:
+            self._motions("capsule_orbits", given, fixed, room, found, core, watch or Watch())
 
     def _motions(
         self,
         kernel: str,
-        given: dict[str, NDArray[Any]],
+        given: Arrays,
         fixed: tuple[np.generic, ...],
-        item: Any,
-        room: int,
-        found: dict[str, NDArray[Any]],
-        core: Callable[[dict[str, Any], dict[str, Any]], None],
-        watch: Watch | None,
+        room: tuple[int, int],
+        found: Arrays,
+        core: Callable[[Arrays, Arrays], None],
+        watch: Watch,
     ) -> None:
-        """Results of motions, those whose stop is DONE; the core repeats what the card leaves.
+        """Results of motions whose stop, the first result, is DONE; undecided ones by the core.
 
-        Of the last result, bytes of each segment, the card writes at most `room`.
+        `room` is that of a motion's switches or segments, and the size of each. The last result has
+        their fields.
         """
-        rows, stops, watch = given["rows"], found["stops"], watch or Watch()
+        (rows, states, _), (stops, records, fields) = given, found
         chosen = np.flatnonzero(stops == self.binding.DONE)
         stops[chosen] = self.binding.STOPPED
-        name = list(found)[-1]
-        narrow = found | {name: found[name][:, :room]}
-        each = room * item.itemsize + sum(a[:1].nbytes for a in (*given.values(), *narrow.values()))
-        order = chosen[self.order(rows[chosen], given["states"][chosen])]
+        narrow = stops, records, fields[:, : room[0]]
+        each = math.prod(room) + sum(a[:1].nbytes for a in (*given[1:], *narrow))
+        order = chosen[self.order(rows[chosen], states[chosen])]
 
-        def run(part: NDArray[np.intp]) -> NDArray[np.intp]:
+        def run(part: NDArray[np.intp]) -> None:
             card, count = self.card, len(part)
-            at, flow, tables = self._flows(rows[part])
-            held = [card.put(a[part]) for k, a in given.items() if k != "rows"]
-            blank = card.blank(count * room * item.itemsize)
-            made = [card.put(a[part]) for a in narrow.values()]
-            lasting = blank, np.int64(room), np.int64(_WORK)
-            card.launch(
-                kernel, count, at, flow, tables, *held, *fixed, *lasting, *made, np.int64(count)
-            )
-            for array, one in zip(narrow.values(), made, strict=True):
+            of = *self._flows(rows[part]), *(card.put(a[part]) for a in given[1:]), *fixed
+            own = card.blank(count * math.prod(room)), np.int64(room[0]), np.int64(_WORK)
+            made = [card.put(a[part]) for a in narrow]
+            card.launch(kernel, count, *of, *own, *made, np.int64(count))
+            for array, held in zip(narrow, made, strict=True):
                 values = array[part]
-                card.take(one, values)
+                card.take(held, values)
                 array[part] = values
-            return part[stops[part] != self.binding.DONE]
+            stops[part[stops[part] != self.binding.DONE]] = self.binding.OPEN
 
         def again(part: NDArray[np.intp]) -> None:
-            of = {k: np.zeros_like(a[part]) for k, a in found.items()}
-            core({k: a[part] for k, a in given.items()}, of)
-            for k, values in of.items():
-                found[k][part] = values
+            repeated = tuple(np.zeros_like(a[part]) for a in found)
+            core(tuple(a[part] for a in given), repeated)
+            for array, values in zip(found, repeated, strict=True):
+                array[part] = values
 
-        self._all(self._chunks(rows, order, each, _MOTIONS, watch), run, again, watch)
+        self._all(self._chunks(rows, order, each, _MOTIONS, watch), run, again, stops, watch)
 
     def _all(
         self,
         chunks: Iterator[NDArray[np.intp]],
-        run: Callable[[NDArray[np.intp]], NDArray[np.intp]],
+        run: Callable[[NDArray[np.intp]], None],
         rest: Callable[[NDArray[np.intp]], None],
+        stops: NDArray[np.int8],
         watch: Watch,
     ) -> None:
         """Run each chunk on the card, and what it leaves by the core, in a thread beside it."""
@@ -242,7 +233,8 @@ class OnCard:
             try:
                 for part in chunks:
                     with self.turns:
-                        undecided = run(part)
+                        run(part)
+                    undecided = part[stops[part] == self.binding.OPEN]
                     if len(undecided):
                         left.append(core.submit(rest, undecided))
                         self.handed_back += len(undecided)

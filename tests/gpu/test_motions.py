@@ -153,7 +153,8 @@ def test_a_weakened_metric_is_noticed() -> None:
     """Another weight of the damper's loss in the device source, and no other."""
     text, term = source(CAPSULE), "*loss += weight * damper_power(c, v_r);"
     assert text.count(term) == 1
-    wrong = compiled(text.replace(term, "*loss += 0.999 * weight * damper_power(c, v_r);"), "-DBLOCK=1")
+    other = text.replace(term, "*loss += 0.999 * weight * damper_power(c, v_r);")
+    wrong = compiled(other, "-DBLOCK=1")
     device, ends = on_host(), ends_of("capsule", 100, 3)
     changed = OnCard(device.binding, CAPSULE, Host(wrong))
     seen = differing(motions_of(changed, ends), motions_of(device, ends))
