@@ -18,7 +18,7 @@ from capsule_sym._native.device import BASICS, BLOCK, COMPILED, OPTIONS, source
 from capsule_sym._native.on_card import OnCard
 from capsule_sym._parameters import Scene
 
-_STACK = 20 * 2**10  # bytes of a thread, at most
+_STACK = 22 * 2**10  # bytes of a thread, at most
 _ROOM = 2**28  # bytes that a chunk should have at least
 _SHARE = 0.25  # of the free memory, for a chunk: at most three are there at a time
 

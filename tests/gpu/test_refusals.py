@@ -73,7 +73,7 @@ CASES = {
     "small": (
         CARD._replace(free=2**30),
         "",
-        "NVIDIA H200 has 1.0 GiB of free memory, and 6.2 GiB are needed",
+        "NVIDIA H200 has 1.0 GiB of free memory, and 6.7 GiB are needed",
     ),
     "old driver": (
         CARD._replace(driver=11040),
@@ -185,7 +185,7 @@ def test_stacks_that_another_scene_has_need_no_more_memory(
         module.cuda = cuda(CARD._replace(free=2 * 2**30))  # type: ignore[attr-defined]
         card_of(as_scene("slope"), ModuleType("core"))
         card_of.cache_clear()
-        with pytest.raises(InvalidInput, match=r"2.0 GiB of free memory, and 6.2 GiB are needed"):
+        with pytest.raises(InvalidInput, match=r"2.0 GiB of free memory, and 6.7 GiB are needed"):
             card_of(CAPSULE, ModuleType("core"))
     finally:
         card_of.cache_clear()
