@@ -35,7 +35,8 @@ _SETTLED = 1e-9  # the same at the end of its periods
 _NEARLY = 1e-3  # the same at which it may be near to an orbit
 _NEAR = 1e-2  # distance of an orbit, over the size, from the state that starts Newton's method
 _SAME = 1e-8  # the same of two equal orbits
-_BLOCK = {"cpu": 2**12, "gpu": 2**17}  # runs followed together and kept at a time limit
+_BLOCK = 4096  # runs that are followed together and kept at a time limit
+_ON_CARD = 2**17  # the same on a card, which has as many threads
 _FAILURES = 20  # ends of one parameter set without a new orbit, before it is given up
 
 
@@ -145,7 +146,7 @@ class Settling:
         have arrived. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
-        size = _BLOCK[self.device]
+        size = _BLOCK if self.device == "cpu" else _ON_CARD
         for first in range(0, len(times), size):
             block = np.arange(first, min(first + size, len(times)))
             self._follow(groups, runs, times, block, periods, find, report)

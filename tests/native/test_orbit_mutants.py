@@ -23,7 +23,7 @@ CHANGED = ("sensitivities.c", "orbit.c", "metrics.c", "extrema.c")
 MUTANTS = {
     "times of switches that stay": ("later[k] /= -guard[BY_TIME];", "later[k] = 0.0;"),
     "v_c that sticking leaves": ("if (next->drift == 0.0)", "if (0)"),
-    "a period that stays": ("{[PARAMETER + OMEGA_AT] = run->end_by_omega}", "{0.0}"),
+    "a period that stays": ("end_by[PARAMETER + OMEGA_AT] = run->end_by_omega;", ""),
     "v_c at rest": ("at->state[2][2] = 0.0;", "at->state[2][2] = 1.0;"),
     "Newton's method not at its end": ("#define ROUNDINGS 16.0", "#define ROUNDINGS 1e11"),
     "corrections that are rounding": ("#define STAGNANT 1e-9", "#define STAGNANT 0.0"),
