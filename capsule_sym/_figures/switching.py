@@ -21,6 +21,8 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.statespace import top_view, window
 from capsule_sym._figures.style import Colours, describe, field_colour, mathematical, styled
 from capsule_sym._map import Trajectory
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._orbits.shooting.stability import field as rates
 from capsule_sym._parameters import Parameters, of_paper
 from capsule_sym._study.arcs import opening
 from capsule_sym._study.boundaries import Array, lines
@@ -29,7 +31,6 @@ from capsule_sym._study.sections import (
     SIGNS,
     Section,
     abscissa,
-    derivatives,
     line_point,
     sections,
 )
@@ -113,11 +114,12 @@ def _fields(parameters: Parameters, name: str, field: int, axes: Axes) -> None:
     if line is None:
         return
     (_, low), (_, high) = sorted(line.tolist(), key=lambda end: end[1])
+    constants = NumpyBackend().constants(field, parameters)
     count = max(2, round((high - low) / 0.9))
     for v_r in np.linspace(low, high, count + 2)[1:-1]:
         x_r, _, _ = line_point(parameters, name, v_r)
         for cosine, shade in ((1.0, "0.0"), (-1.0, "0.55")):
-            step, turn, _ = derivatives(parameters, field, (x_r, v_r), cosine)
+            step, turn, _ = rates(constants, (x_r, v_r, 0.0), cosine)
             size = np.hypot(step, turn)
             axes.quiver(x_r, v_r, step / size, turn / size, color=shade, **_ARROW)
 
@@ -153,7 +155,8 @@ def _vectors(section: Section, parameters: Parameters, axes: Axes) -> None:
         # A field may go the same way, so that a normal is seen beside it.
         arrow(middle, normal, name, "0.65", 1.25 * normal - aside, 3.0)
     for field, after in (*((source, False) for source in sources), (target, True)):
-        step, _, rise = derivatives(parameters, field, (x_r, v_r), 1.0)
+        constants = NumpyBackend().constants(field, parameters)
+        step, _, rise = rates(constants, (x_r, v_r, 0.0), 1.0)
         way = np.array([step, rise]) / size
         way *= (0.75 if after else -0.75) / np.hypot(*way)
         start, end = (middle, way) if after else (way, middle)

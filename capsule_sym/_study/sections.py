@@ -125,13 +125,3 @@ def _middle_part(parameters: Parameters, line: str) -> tuple[float, float]:
     reach = c.force_change(0.0, p.alpha)
     slope = c.force_change(1.0, 0.0)
     return float((turn - reach) / slope), float((turn + reach) / slope)
-
-
-def derivatives(
-    parameters: Parameters, field: int, place: tuple[float, float], cosine: float
-) -> tuple[float, float, float]:
-    """(x_r', v_r', v_c') of a field on P1 = 0 at (x_r, v_r) and cos(omega tau), Eqs. (7)-(12)."""
-    c, (x_r, v_r) = NumpyBackend().constants(field, parameters), place
-    gap = x_r - parameters.delta
-    driven = c.v_c_rate(c.margin_at(x_r, gap, v_r)) if c.drift else 0.0
-    return v_r, c.v_rate(x_r, gap, v_r, cosine), driven

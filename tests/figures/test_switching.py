@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 from capsule_sym import InvalidInput, plot_switching, simulate
 from capsule_sym._figures.style import mathematical
 from capsule_sym._figures.switching import draw_section
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._orbits.shooting.stability import field as rates
 from capsule_sym._study import sections
 from capsule_sym._study.data import Store
 from capsule_sym._study.sections import (
     SCHEMATIC,
     Section,
-    derivatives,
     line_point,
 )
 from tests.figures import SAFE
@@ -96,7 +97,8 @@ def test_line_points_are_on_their_lines() -> None:
 def test_arrows_are_the_fields(field: int, cosine: float) -> None:
     time = 0.0 if cosine > 0 else np.pi / SCHEMATIC.omega
     expected = derivative(SCHEMATIC, field, time, np.array([0.3, -0.4, 0.0, 0.0]))[:3]
-    assert derivatives(SCHEMATIC, field, (0.3, -0.4), cosine) == pytest.approx(expected)
+    constants = NumpyBackend().constants(field, SCHEMATIC)
+    assert rates(constants, (0.3, -0.4, 0.0), cosine) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("which", "shown"), [(3, FIG3), (4, FIG4), (5, FIG5)])
