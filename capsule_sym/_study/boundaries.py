@@ -31,7 +31,9 @@ def surfaces(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Arra
     pressed = _clip(rectangle, (1.0, 0.0, -delta))
     found: dict[str, Array] = {}
     for first, half, stick in ((1, free, 2), (4, pressed, 5)):
-        force = np.array([*_slopes(p, stick), _force_at_origin(p, stick)])
+        c = NumpyBackend().constants(stick, p)
+        at_origin = c.force(0.0, -delta, 0.0)
+        force = np.array([c.force_change(1.0, 0.0), c.force_change(0.0, 1.0), at_origin])
         above, below = (force + np.array([0.0, 0.0, bound]) for bound in (-p.f_b, p.f_b))
         parts = (_clip(half, above), _clip(_clip(half, -above), below), _clip(half, -below))
         found |= {f"S{first + i}": part for i, part in enumerate(parts) if len(part) > 2}
@@ -53,9 +55,9 @@ def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
         ("L3", 1.0, 5, p.f_b),
         ("L4", 1.0, 5, -p.f_b),
     ):
-        c, (stiffness, damper) = NumpyBackend().constants(stick, p), _slopes(p, stick)
+        c = NumpyBackend().constants(stick, p)
         middle = np.array([c.position_at(bound, 0.0), 0.0])
-        along = reach * np.array([-damper, stiffness])
+        along = reach * np.array([-c.force_change(0.0, 1.0), c.force_change(1.0, 0.0)])
         whole = np.array([middle - along, middle + along])
         found[name] = within(whole, [*rectangle, (side, 0.0, -side * delta)])
     upper, lower = np.clip(corners(p), -reach, reach)
@@ -78,17 +80,6 @@ def corners(parameters: Parameters) -> tuple[float, float]:
         return np.copysign(np.inf, p.f_b - p.delta), -np.inf
     c = NumpyBackend().constants(2, p)
     return c.velocity_at(p.f_b), c.velocity_at(-p.f_b)
-
-
-def _slopes(parameters: Parameters, stick: int) -> tuple[float, float]:
-    """Derivatives of the interaction force with respect to x_r and v_r."""
-    c = NumpyBackend().constants(stick, parameters)
-    return c.force_change(1.0, 0.0), c.force_change(0.0, 1.0)
-
-
-def _force_at_origin(parameters: Parameters, stick: int) -> float:
-    c = NumpyBackend().constants(stick, parameters)
-    return float(c.force(0.0, -parameters.delta, 0.0))
 
 
 def _clip(polygon: Array, half_plane: Sequence[float] | Array) -> Array:
