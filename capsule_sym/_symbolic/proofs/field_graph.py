@@ -7,7 +7,7 @@ Elsewhere derivatives of any order prove that motions continue, and in one way o
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from itertools import product, starmap
 
@@ -88,14 +88,19 @@ def _boundary() -> Iterator[tuple[Relation, ...]]:
 _PULLS = tuple(one.pull for one in ANY_LEVEL if one.stick)
 
 
-def complete(names: Sequence[str]) -> bool:
-    """Check that each state at rest or at a stop is on one of the surfaces, lines and corners."""
-    sets = [PIECES[name].relations for name in names]
+def covered(pieces: Sequence[str], cases: Iterable[tuple[Relation, ...]]) -> bool:
+    """Check that every consistent case lies in one of the pieces."""
+    sets = [PIECES[name].relations for name in pieces]
     return all(
         any(all(implies(case, relation) for relation in one) for one in sets)
-        for case in _boundary()
+        for case in cases
         if consistent(case)
     )
+
+
+def complete(names: Sequence[str]) -> bool:
+    """Check that each state at rest or at a stop is on one of the surfaces, lines and corners."""
+    return covered(names, _boundary())
 
 
 @cache

@@ -10,9 +10,10 @@ import sympy as sp
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import LINES, PIECES, disjoint, empty, meets
 from capsule_sym._symbolic.model.model import P3, P4, SEGMENTS
-from capsule_sym._symbolic.model.proof import always_solvable, consistent, implies
+from capsule_sym._symbolic.model.proof import always_solvable
 from capsule_sym._symbolic.model.switching import derivatives
 from capsule_sym._symbolic.model.symbols import delta, f_b, omega, v_c, v_r, x_r, zeta
+from capsule_sym._symbolic.proofs.field_graph import covered
 from capsule_sym._symbolic.proofs.items import vanishes
 from capsule_sym._symbolic.proofs.relations import Texts, derived, scope
 from capsule_sym._symbolic.proofs.rows import FACTS, FILTERS, checker
@@ -39,15 +40,7 @@ def _impact_cases() -> tuple[tuple[Relation, ...], ...]:
     return tuple(case for case in cases if not isinstance(case[1], sp.Eq))
 
 
-@checker
-def covered(pieces: Sequence[str], cases: Sequence[tuple[Relation, ...]]) -> bool:
-    """Check that every consistent case lies in one of the pieces."""
-    sets = [PIECES[name].relations for name in pieces]
-    return all(
-        any(all(implies(case, relation) for relation in one) for one in sets)
-        for case in cases
-        if consistent(case)
-    )
+checker(covered)
 
 
 @checker
