@@ -122,13 +122,9 @@ def _searched(
     now, sign = duration * 0, 0
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
 
-    def rate(h: Number) -> Expansion:
+    def rate(h: Number, with_slow: bool | None = None) -> Expansion:
         at = motion(h) if h > 0 else motion.origin
-        return _signed(_rate(numbers, c, at, quantity), sign)
-
-    def rate_of_forced(with_slow: bool, h: Number) -> Expansion:
-        at = motion(h) if h > 0 else motion.origin
-        return _signed(_rate_of_forced(numbers, c, at, quantity, with_slow), sign)
+        return _signed(_rate(numbers, c, at, quantity, with_slow), sign)
 
     while now < duration:
         check_time()
@@ -147,7 +143,8 @@ def _searched(
         for with_slow in (True, False) if c.q < 0 else (False,):
             slow = quasistatic.rate(c, with_slow)
             if slow is not None and (low == high or not after):
-                about, most = partial(rate_of_forced, with_slow), min(_REACH / slow, duration - now)
+                about = partial(rate, with_slow=with_slow)
+                most = min(_REACH / slow, duration - now)
                 low, high, after = _further(about(now), after, rounding, high, most, numbers.unit)
         if sign and after < 0 and now + high < duration:
             time = polish(about, (now + low, now + high), numbers.unit)
@@ -166,23 +163,18 @@ def _in_fifty_digits(
     return (Extremum(kind, float(time), float(value)) for kind, time, value in found)
 
 
-def _rate(numbers: Backend, c: Any, at: Point, quantity: int) -> Expansion:
+def _rate(numbers: Backend, c: Any, at: Point, quantity: int, with_slow: bool | None) -> Expansion:
     """Expansion of a quantity's rate, or of a positive multiple of it.
 
     The remainder of an expansion bounds a derivative, and so also the remainder of its derivatives.
+    With `with_slow` given the reach is much longer: the fast free part is only bounded.
     """
     guard, side, order = _guard_of(c, quantity)
-    e = expand(numbers, c, at)[guard]
-    e = Expansion(e.values[order:], e.errors[order:], e.rest, e.growth)
-    return _of_force(numbers, c, at, quantity, _signed(e, side))
-
-
-def _rate_of_forced(
-    numbers: Backend, c: Any, at: Point, quantity: int, with_slow: bool
-) -> Expansion:
-    """The same rate in an expansion of much longer reach: the fast free part is only bounded."""
-    guard, side, order = _guard_of(c, quantity)
-    e = quasistatic.expand_forced(numbers, c, at, order, with_slow)[guard]
+    if with_slow is None:
+        e = expand(numbers, c, at)[guard]
+        e = Expansion(e.values[order:], e.errors[order:], e.rest, e.growth)
+    else:
+        e = quasistatic.expand_forced(numbers, c, at, order, with_slow)[guard]
     return _of_force(numbers, c, at, quantity, _signed(e, side))
 
 
