@@ -23,6 +23,7 @@ from capsule_sym._study.boundaries import Array, Limits, lines, surfaces
 
 EYE = (24.0, -64.0)  # elevation and azimuth in degrees
 _TINT = 0.16
+_ROOM = 0.06  # of a box, left free around what it holds
 _WALL = "#9aa7b5"
 
 
@@ -32,10 +33,6 @@ class Box(NamedTuple):
     x_r: Limits
     v_r: Limits
     v_c: Limits
-
-    def holds(self, point: Iterable[float]) -> bool:
-        """True if a state is inside."""
-        return all(low <= v <= high for v, (low, high) in zip(point, self, strict=True))
 
     def around(self, point: Iterable[float], fraction: float) -> Box:
         """A box of the same shape and a fraction of the size, centred on a state."""
@@ -47,12 +44,12 @@ class Box(NamedTuple):
         )
 
 
-def box_of(drawn: Iterable[Arc], room: float = 0.06) -> Box:
+def box_of(drawn: Iterable[Arc]) -> Box:
     """The smallest box that holds arcs and the plane P1 = 0, and some room around them."""
     states = np.concatenate([np.column_stack(arc.states) for arc in drawn])
     low, high = states.min(axis=0), states.max(axis=0)
     low[2], high[2] = min(low[2], 0.0), max(high[2], 0.0)
-    spare = room * (high - low)
+    spare = _ROOM * (high - low)
     spare[spare == 0] = 0.1
     return Box(*zip((low - spare).tolist(), (high + spare).tolist(), strict=True))
 

@@ -193,7 +193,8 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     They repeat if the fields are equal and the states close. Segments may be longer than a period.
     Stick without end comes first, if the run ends with more than a period of it.
     """
-    period, omega, scene = _periodic(trajectory)
+    p = trajectory.parameters
+    period, omega, scene = p.period, p.omega, p.scene
     last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
     if drift(last.field, scene) == 0 and not last.target and float(last.duration) > period:
         change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
@@ -228,11 +229,6 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
         seen[period_number] = change
         if (guess := _guess(cycle, period_number, scene)) is not None:
             yield Ending(*guess, change / size)
-
-
-def _periodic(run: Trajectory) -> tuple[float, float, Scene]:
-    p = run.parameters
-    return p.period, p.omega, p.scene
 
 
 class _RunSegment(NamedTuple):
@@ -412,13 +408,13 @@ def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
 
 def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:
     """Itinerary and unknowns of a run over one period of an orbit, from phase 0 to phase 0."""
-    _, omega, scene = _periodic(run)
+    omega = run.parameters.omega
     segments = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in run.segments]
     if len(segments) > 1 and segments[0].field == segments[-1].field:
         # The period starts in the middle of a segment: the last segment is its first part.
         joined = segments[-1]._replace(duration=segments[-1].duration + segments[0].duration)
         segments = [*segments[1:-1], joined]
-    return _guess(segments, period_number, scene)
+    return _guess(segments, period_number, run.parameters.scene)
 
 
 def _near(orbit: Orbit, guess: Sequence[float]) -> bool:

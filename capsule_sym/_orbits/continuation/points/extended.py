@@ -57,12 +57,11 @@ def orbit_at(
     values: Sequence[Number],
     itinerary: Itinerary,
     z: Vector,
-    iterations: int = 0,
     kept: ShootingSystem | None = None,
 ) -> Orbit:
     """Orbit with these unknowns, which need not be a solution, in the numbers of a backend."""
     system = shooting(numbers, values, itinerary, z, kept)
-    return Orbit(tuple(values), itinerary, z, system, numbers.name, iterations)
+    return Orbit(tuple(values), itinerary, z, system, numbers.name)
 
 
 class Evaluation(NamedTuple):
