@@ -32,8 +32,6 @@ class Arc:
     """
 
     field: int
-    source: str
-    target: str
     time: Array
     x_r: Array
     v_r: Array
@@ -50,11 +48,6 @@ class Arc:
     def stick(self) -> bool:
         """True if the capsule is at rest, as in F2 and F5 of the paper's scene."""
         return bool(self.scene.facts.FIELDS[self.field][1] == 0)
-
-    @property
-    def contact(self) -> bool:
-        """True if the mass touches a stop, as in F4, F5 and F6 of the paper's scene."""
-        return bool(self.scene.facts.FIELDS[self.field][0])
 
 
 def arcs(motion: Motion, periods: int) -> list[Arc]:
@@ -114,8 +107,7 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
             if high == stop:
                 states[-1] = [float(value) for value in segment.end_state]
             x_r, v_r, v_c = states.T
-            planes = segment.source, segment.target
-            found.append(Arc(segment.field, *planes, time / period, x_r, v_r, v_c, x_c, scene))
+            found.append(Arc(segment.field, time / period, x_r, v_r, v_c, x_c, scene))
     return found
 
 
