@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import Backend, Number, backend
-from capsule_sym._map.expansion import Guard, Point
+from capsule_sym._map.expansion import Guard, Point, side_of
 from capsule_sym._map.location import Flow, SegmentStart
 from capsule_sym._map.location import Start as Beginning
 from capsule_sym._parameters import Parameters
@@ -77,11 +77,21 @@ class _Approach:
                 begun = (self.field, self.x_r, v_r, self.v_c, self.phase)
                 flow = flow_from(numbers, self.parameters, *begun)
                 point = flow(h)
-                above = flow.guard(self.guard, point) + numbers.number(distance)
+                above = guard_at(flow, self.guard, point) + numbers.number(distance)
                 return above, _rate(flow, self.guard, point)
 
             v_r, _ = workspace().findroot(excess, self.touch, tol=1e-40)
         return Start(self.parameters, (self.x_r, float(v_r), self.v_c), self.phase, periods=2)
+
+
+def guard_at(flow: Flow, guard: Guard, point: Point) -> Number:
+    """Value of a guard at a point."""
+    c = flow.c
+    if guard is Guard.GAP:
+        return side_of(c) * point.gap
+    if guard is Guard.DRIFT:
+        return c.drift * point.v_c
+    return c.friction_guard(-1 if guard is Guard.UPPER else 1, point.margin)
 
 
 def flow_from(

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
+from benchmarks.hardcases.cases import guard_at
 from capsule_sym._bench.model import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.digits import fifty_digits
@@ -80,7 +81,7 @@ def _row(name: str, method: Method, tolerance: float, brackets: Sequence[Bracket
 
 def _brent(b: Bracket, tolerance: float) -> float:
     def value(h: float) -> float:
-        return float(b.flow.guard(b.guard, b.flow(h)))
+        return float(guard_at(b.flow, b.guard, b.flow(h)))
 
     rtol = max(tolerance, _LEAST_RTOL)
     return float(brentq(value, b.low, b.high, xtol=tolerance * b.low, rtol=rtol))
@@ -103,7 +104,7 @@ def _newton(b: Bracket, tolerance: float) -> float:
 
 def _value_and_slope(b: Bracket, h: float) -> tuple[float, float]:
     c, point = b.flow.c, b.flow(h)
-    value = float(b.flow.guard(b.guard, point))
+    value = float(guard_at(b.flow, b.guard, point))
     if b.guard is Guard.GAP:
         return value, float(point.v_r if c.contact else -point.v_r)
     if b.guard is Guard.DRIFT:
@@ -122,7 +123,7 @@ def _brackets(start: Start) -> Iterator[Bracket]:
         time = float(true.duration)
         while width > 2.0**-20:
             low, high = time * (1 - width), time * (1 + _UNEVEN * width)
-            if flow.guard(guard, flow(low)) > 0 > flow.guard(guard, flow(high)):
+            if guard_at(flow, guard, flow(low)) > 0 > guard_at(flow, guard, flow(high)):
                 yield Bracket(flow, guard, low, high, true.duration)
                 break
             width /= 2

@@ -19,7 +19,6 @@ from capsule_sym._map.expansion import (
     expand,
     pulsed,
     reaction_of,
-    side_of,
     watched,
 )
 from capsule_sym._map.isolation import Search, polish, positive_at, search
@@ -60,17 +59,12 @@ class SegmentStart:
     start: Start
 
 
-@dataclass(frozen=True)
-class Tangency:
-    """Guard that came within its error bound of zero and turned back, some time after the start.
+Tangency = tuple[Outcome, Number]
+"""Guard that came within its error bound of zero and turned back, some time after the start.
 
-    GRAZE for the gap (line L9), SLIDING_TANGENCY for friction's guards (lines L1 to L4). This
-    precision cannot decide if it touched, missed, or crossed twice.
-    """
-
-    outcome: Outcome
-    guard: Guard
-    duration: Number
+GRAZE for the gap (line L9), SLIDING_TANGENCY for friction's guards (lines L1 to L4). This precision
+cannot decide if it touched, missed, or crossed twice.
+"""
 
 
 @dataclass(frozen=True)
@@ -241,17 +235,6 @@ class Flow:
             terms = (abs(start.v_r) + terms_v + impulse) / (c.gamma + 1)
         return error_x, error_v, units * terms + unit * abs(v_c)
 
-    def guard(self, guard: Guard, point: Point) -> Number:
-        """Value of a guard at a point."""
-        c = self.c
-        if guard is Guard.GAP:
-            return side_of(c) * point.gap
-        if guard is Guard.BACK:
-            return point.other
-        if guard is Guard.DRIFT:
-            return c.drift * point.v_c
-        return c.friction_guard(-1 if guard is Guard.UPPER else 1, point.margin)
-
 
 def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
     """First switch of the segment within (0, limit], at the latest an edge of pulses.
@@ -267,7 +250,7 @@ def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
         return at_edge
     # The edge may lie anywhere within its error: positive up to here covers all cases.
     found = _locate_guard(flow, edge + error, watch)
-    on_the_way = tuple(t for t in found.tangencies if t.duration < edge)
+    on_the_way = tuple(one for one in found.tangencies if one[1] < edge)
     if found.outcome in (Outcome.END, Outcome.NEVER):
         point = flow(edge)
         return replace(at_edge, point=point, evaluations=flow.evaluations, tangencies=on_the_way)
@@ -343,7 +326,7 @@ def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Swit
             if turned is None:
                 outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])
                 return Switch(outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies))
-            tangencies += [Tangency(_tangency(guard), guard, now) for guard in stuck]
+            tangencies += [(_tangency(guard), now) for guard in stuck]
             horizon = turned
         if now + horizon >= limit:
             # A state that rests forever does so at the end too, whatever the instant of the

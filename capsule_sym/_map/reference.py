@@ -178,7 +178,7 @@ class Run:
                     end_state=(end_state.x_r, end_state.v_r, end_state.v_c),
                     duration=switch.duration,
                     outcome=switch.outcome,
-                    tangencies=tuple((t.outcome, t.duration) for t in switch.tangencies),
+                    tangencies=switch.tangencies,
                     evaluations=switch.evaluations,
                     position=position,
                     advance=advance,
@@ -274,7 +274,7 @@ class Run:
                 switch,
                 duration=float(switch.duration),
                 point=Point(*(None if value is None else float(value) for value in switch.point)),
-                tangencies=tuple(replace(t, duration=float(t.duration)) for t in switch.tangencies),
+                tangencies=tuple((outcome, float(at)) for outcome, at in switch.tangencies),
             )
 
     def _arrive(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from benchmarks.hardcases.cases import guard_at
 from capsule_sym import Outcome, Parameters
 from capsule_sym._map.backend import MpmathBackend, NumpyBackend
 from capsule_sym._map.expansion import Guard
@@ -107,10 +108,10 @@ def guard_values(parameters: Parameters, start: SegmentStart, times: Any) -> dic
 def root_near(flow: Flow, guard: Guard, guess: Any, width: Any) -> Any:
     """The root of a guard by bisection, in an interval on which its sign is seen to change."""
     low, high = guess - width, guess + width
-    assert flow.guard(guard, flow(low)) > 0 > flow.guard(guard, flow(high))
+    assert guard_at(flow, guard, flow(low)) > 0 > guard_at(flow, guard, flow(high))
     for _ in range(60):
         middle = (low + high) / 2
-        if flow.guard(guard, flow(middle)) > 0:
+        if guard_at(flow, guard, flow(middle)) > 0:
             low = middle
         else:
             high = middle
@@ -127,7 +128,7 @@ def check_against_samples(parameters: Parameters, start: SegmentStart, switch: S
         point = switch.point
         flow = flow_of(parameters, start)
         assert switch.guards
-        assert all(abs(flow.guard(guard, point)) < 1e-12 for guard in switch.guards), switch
+        assert all(abs(guard_at(flow, guard, point)) < 1e-12 for guard in switch.guards), switch
         return
     if switch.outcome is not Outcome.REGULAR:
         assert switch.guards == ()
@@ -136,7 +137,8 @@ def check_against_samples(parameters: Parameters, start: SegmentStart, switch: S
     precise = flow_of(parameters, start, precise=True)
     at = precise(mpf(end))
     slope = (
-        precise.guard(guard, precise(mpf(end) * (1 + mpf(2) ** -40))) - precise.guard(guard, at)
+        guard_at(precise, guard, precise(mpf(end) * (1 + mpf(2) ** -40)))
+        - guard_at(precise, guard, at)
     ) / (end * mpf(2) ** -40)
     scale = 1 + max(map(abs, (at.x_r, at.v_r, at.v_c)))
     # The accuracy contract 8 u (t + M / |g'|), and room for the parameters' own rounding.
