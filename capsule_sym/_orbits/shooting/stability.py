@@ -41,7 +41,7 @@ class Orbit(Protocol):
     def backend(self) -> str: ...
 
 
-def field(c: Any, state: Vector, cosine: Number) -> Vector:
+def field(c: Any, state: Sequence[Number] | Vector, cosine: Number) -> Vector:
     """Right side (x_r', v_r', v_c') of the segment with constants `c`, Eqs. (7)-(12)."""
     x_r, v_r, v_c = state
     place = x_r, x_r - c.own_stop(), v_r, cosine
