@@ -169,8 +169,10 @@ class Surveyor:
         """Best cells, distant from each other, those of one branch more than others."""
         chosen, branches, length = list[int](), list[Any](), self._length(len(points))
         for i in order.tolist():
-            own = tuple(one.branch(i) for one in found.motions)
             near = abs(points[i] - points[chosen]).max(axis=1) if chosen else np.empty(0)
+            if near.min(initial=np.inf) < length:
+                continue
+            own = tuple(one.branch(i) for one in found.motions)
             least = np.array([4.0 if own == other else 1.0 for other in branches]) * length
             if np.all(near >= least):
                 chosen.append(i)

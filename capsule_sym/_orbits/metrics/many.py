@@ -5,8 +5,6 @@ It serves the cells of a sweep, and the inner loop of an optimiser.
 
 from __future__ import annotations
 
-import itertools
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -163,29 +161,25 @@ def multipliers_of(
     They are nan if the matrix is not finite.
     """
     found = np.full((len(monodromy), 3), np.nan, complex)
-    slides = []
-    for i, (matrix, stuck) in enumerate(zip(monodromy.tolist(), sticks.tolist(), strict=True)):
-        if not all(map(math.isfinite, itertools.chain(*matrix))):
-            continue
-        if stuck:
-            found[i, :2] = _two_of(matrix)
-            found[i, 2] = 0.0
-        else:
-            slides.append(i)
-    if slides:
+    finite = np.isfinite(monodromy).all(axis=(1, 2))
+    stuck = finite & (np.asarray(sticks) != 0)
+    found[stuck, :2], found[stuck, 2] = _two_of(monodromy[stuck]), 0.0
+    if (slides := finite & ~stuck).any():
         free = np.linalg.eigvals(monodromy[slides])
         order = np.argsort(-abs(free), axis=-1, kind="stable")
         found[slides] = np.take_along_axis(free, order, axis=-1)
     return found
 
 
-def _two_of(a: list[list[float]]) -> tuple[complex, complex]:
-    """Eigenvalues of a singular matrix besides 0: the remaining polynomial is quadratic."""
-    half = (a[0][0] + a[1][1] + a[2][2]) / 2
-    minors = sum(a[i][i] * a[k][k] - a[i][k] * a[k][i] for i, k in ((0, 1), (0, 2), (1, 2)))
+def _two_of(a: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Eigenvalues (n, 2) of singular matrices besides 0: the remaining polynomial is quadratic."""
+    half = (a[:, 0, 0] + a[:, 1, 1] + a[:, 2, 2]) / 2
+    pairs = ((0, 1), (0, 2), (1, 2))
+    minors = sum(a[:, i, i] * a[:, k, k] - a[:, i, k] * a[:, k, i] for i, k in pairs)
     apart = half * half - minors
-    if apart < 0:
-        root = math.sqrt(-apart)
-        return complex(half, root), complex(half, -root)
-    larger = half + math.copysign(math.sqrt(apart), half)
-    return larger, minors / larger if larger else 0.0
+    root = np.sqrt(abs(apart))
+    larger = half + np.copysign(root, half)
+    smaller = np.divide(minors, larger, out=np.zeros_like(half), where=larger != 0)
+    real, turned = np.stack([larger, smaller], axis=1), half + 1j * root
+    both: NDArray[np.complex128] = np.stack([turned, turned.conj()], axis=1)
+    return np.where((apart < 0)[:, None], both, real)
