@@ -25,6 +25,7 @@ _GENERATIONS = 120  # of a search at most
 _LOOK = 8  # generations after which searches that promise nothing end
 _PROMISED = 4.0  # times what a search gained in these it may gain later
 _MERGED = 1e-3  # of the bounds, between two searches that are one
+_KNOWN = 1e-9  # units of the objective, by which a search betters a known optimum
 LAST, FINEST = 1e-4, 1e-11  # of the bounds: steps of a search that decides a result
 LONGER = 2  # times, that runs may take where a result is decided
 _REFUSED = 1e6  # units of the objective, beyond a limit
@@ -90,10 +91,12 @@ def refined(
     size: float,
     finest: float,
     longer: int = 1,
+    known: Sequence[Place] = (),
 ) -> list[Spot]:
     """The best places near some, the best first; `size` and `finest` are steps, of the bounds.
 
-    Searches end where they come near a better one, or will hardly reach the level or the best.
+    Searches end where they come near a better one or a known optimum, or will hardly reach the
+    level or the best.
     """
     if core_of(program.system.scene) is None:
         return sorted((Spot(one.worst, one.u, one) for one in places), key=lambda one: one.worst)
@@ -105,7 +108,7 @@ def refined(
         search.step()
         search.left &= search.reach > finest
         if generation % _LOOK == _LOOK - 1:
-            search.drop(level)
+            search.drop(level, known)
     found = zip(search.worst.tolist(), search.u, places, strict=True)
     spots = [Spot(*one) for one in found]
     return sorted(spots, key=lambda one: one.worst)
@@ -183,8 +186,11 @@ class _Searches:
         self.shape[some] += c_most * np.einsum("nc,nci,ncj->nij", weights, taken, taken)
         self.size[some] *= np.exp(np.minimum(1.0, (c_size / damping) * (far / normal - 1)))
 
-    def drop(self, level: float) -> None:
+    def drop(self, level: float, known: Sequence[Place]) -> None:
         """End searches that come near a better one, or will hardly reach the best."""
+        for place in known:
+            near = abs(self.u - place.u).max(axis=1) < _MERGED
+            self.left &= ~(near & (self.worst > place.worst - _KNOWN))
         best = min(level, float(self.worst.min()))
         with np.errstate(invalid="ignore"):
             gain = self.before - self.worst

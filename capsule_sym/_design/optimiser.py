@@ -120,7 +120,9 @@ class Optimiser:
         """Look near to places, and then around the best, for what is better."""
         size = _FIRST
         for _ in range(_TURNS):
-            for spot in refined(self.program, begin, self.level, size, _FINE)[:_FOLLOWED]:
+            known = [rest.found.place for rest in self.rests]
+            spots = refined(self.program, begin, self.level, size, _FINE, known=known)
+            for spot in spots[:_FOLLOWED]:
                 if spot.worst < self.level - _BETTER and (place := spot.place(self.program)):
                     self.look(place)
             near = min(self.open + [rest.found.place for rest in self.rests], key=_worst)

@@ -125,8 +125,9 @@ class Surveyor:
         chosen = self._apart(points, found, self._ranked(points, found))[: survey.follow]
         if not chosen:
             return []
-        at = self._closed(points, found, chosen)
-        some = [self.candidate(at, i) for i in np.flatnonzero(np.isfinite(at.merit)).tolist()]
+        begin = self._closed(points, found, chosen)
+        ends = climb(self.program, begin, _STEPS, self._length(len(points)))
+        some = self._chosen(begin, ends, survey)
         places = [self.program.place(one.u, one.motions) for one in some]
         return [place for place in places if place is not None and not place.beyond]
 
