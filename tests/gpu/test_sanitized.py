@@ -22,6 +22,7 @@ from capsule_sym._native.device import source
 from capsule_sym._native.on_card import OnCard
 from capsule_sym._parameters import as_scene
 from tests.gpu.host import Host, compiled
+from tests.gpu.test_motions import ends_of, motions_of
 from tests.gpu.test_runs import drawn, run
 sanitized = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DBLOCK=32", "-g")
 for name, change in {runs}:
@@ -30,8 +31,9 @@ for name, change in {runs}:
     if change:
         assert text.count(change[0]) == 1
         text = text.replace(*change)
-    card = Host(compiled(text, *sanitized))
-    run(OnCard(core_of(scene), scene, card), drawn(name, 150, 10))
+    device = OnCard(core_of(scene), scene, Host(compiled(text, *sanitized)))
+    run(device, drawn(name, 150, 10))
+    motions_of(device, ends_of(name, 150, 10))
     print("ran", name)
 """
 
