@@ -83,6 +83,7 @@ class CudaCard:
 
     def __init__(self, cupy: Any, facts: Facts, scene: Scene) -> None:
         self.cuda, self.name = cupy.cuda, f"cuda {facts.name}"
+        self.failures = RuntimeError, MemoryError, cupy.cuda.compiler.CompileException
         self.kept = cupy.get_default_memory_pool()
         text = BASICS + source(scene)
         self.modules = {
@@ -104,13 +105,14 @@ class CudaCard:
         with self.stream:
             try:
                 yield
-            except (RuntimeError, MemoryError) as error:  # of CUDA, and of CuPy's memory
+            except self.failures as error:
                 raise refused(str(error)) from None
 
     def free(self) -> int:
         """Bytes that a chunk may take."""
         # CuPy keeps what was freed, of ended threads too, and gives it up before memory is out.
-        return int(_SHARE * (self.cuda.Device().mem_info[0] + self.kept.free_bytes()))
+        with self._used():
+            return int(_SHARE * (self.cuda.Device().mem_info[0] + self.kept.free_bytes()))
 
     def blank(self, size: int) -> Any:
         """Memory of so many bytes."""

@@ -91,7 +91,7 @@ capsule_motions(const capsule_parameters *rows, const int32_t *flow, capsule_tab
     events += i * room;
     stops[i] = (int8_t)orbits::capsule_steady(&map, &states[i], strobe + i * (last + 1) + 1, (int)last,
                                               tolerance, events, (size_t)room, &watch, &motions[i], &open);
-    for (int k = 0; k < motions[i].switches; k++)
+    for (int k = 0; k < motions[i].switches && k < room; k++)
         switches[i * room + k] = (uint8_t)events[k].field;
 }
 
@@ -114,7 +114,7 @@ capsule_orbits(const capsule_parameters *rows, const int32_t *flow, capsule_tabl
     const capsule_orbit_request request = {.segments = segments, .room = (size_t)room, .energies = energies,
                                            .forces = forces, .watch = &watch};
     stops[i] = (int8_t)orbits::capsule_solve_orbit(&map, states[i], periods[i], &request, &found[i]);
-    for (int k = 0; k < found[i].segments; k++)
+    for (int k = 0; k < found[i].segments && k < room; k++)
         fields[i * room + k] = (uint8_t)segments[k].field;
 }
 #else

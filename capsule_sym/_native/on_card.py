@@ -142,6 +142,7 @@ class OnCard:
         watch: Watch | None = None,
     ) -> None:
         """Find the periodic motions of finished runs, as the core's function does."""
+        watch = watch or Watch()
         given, found = (rows, records, strobe), (stops, motions, switches)
         fixed = np.int64(strobe.shape[1] - 1), np.float64(tolerance)
         room = min(_EVENTS, switches.shape[1]), self.binding.EVENT.itemsize
@@ -149,7 +150,7 @@ class OnCard:
         def core(given: Arrays, found: Arrays) -> None:
             self.binding.steady_many(*given, tolerance, *found, watch)
 
-        self._motions("capsule_motions", given, fixed, room, found, core, watch or Watch())
+        self._motions("capsule_motions", given, fixed, room, found, core, watch)
 
     def orbit_many(
         self,
@@ -165,6 +166,7 @@ class OnCard:
         watch: Watch | None = None,
     ) -> None:
         """Solve for the periodic motions near states, as the core's function does."""
+        watch = watch or Watch()
         given, found = (rows, states, period_numbers), (stops, orbits, fields)
         fixed = np.int8(energies), np.int8(forces)
         room = min(_SEGMENTS, fields.shape[1]), self.binding.SEGMENT.itemsize
@@ -175,7 +177,7 @@ class OnCard:
         if gradients:
             core(given, found)
         else:
-            self._motions("capsule_orbits", given, fixed, room, found, core, watch or Watch())
+            self._motions("capsule_orbits", given, fixed, room, found, core, watch)
 
     def _motions(
         self,
@@ -205,7 +207,8 @@ class OnCard:
             own = card.blank(count * math.prod(room)), np.int64(room[0]), np.int64(_WORK)
             made = [card.put(a[part]) for a in narrow]
             card.launch(kernel, count, *of, *own, *made, np.int64(count))
-            for array, held in zip(narrow, made, strict=True):
+            pairs = [*zip(narrow, made, strict=True)]
+            for array, held in reversed(pairs):  # the stop last, which vouches for the others
                 values = array[part]
                 card.take(held, values)
                 array[part] = values
@@ -214,7 +217,7 @@ class OnCard:
         def again(part: NDArray[np.intp]) -> None:
             repeated = tuple(np.zeros_like(a[part]) for a in found)
             core(tuple(a[part] for a in given), repeated)
-            for array, values in zip(found, repeated, strict=True):
+            for array, values in reversed([*zip(found, repeated, strict=True)]):
                 array[part] = values
 
         self._all(self._chunks(rows, order, each, _MOTIONS, watch), run, again, stops, watch)

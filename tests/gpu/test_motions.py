@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ctypes import c_int
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -159,3 +160,24 @@ def test_a_weakened_metric_is_noticed() -> None:
     changed = OnCard(device.binding, CAPSULE, Host(wrong))
     seen = differing(motions_of(changed, ends), motions_of(device, ends))
     assert seen == {"damper_loss", "work"}
+
+
+def test_the_core_beside_a_card_has_a_watch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that an interrupt stops it too, where the caller has none."""
+    ends, device, watches = ends_of("capsule", 50, 2), on_host(), list[Any]()
+    core = device.binding
+
+    def steady(*given: Any) -> None:
+        watches.append(given[-1])
+        core.steady_many(*given)
+
+    def orbit(*given: Any) -> None:
+        watches.append(given[-1])
+        core.orbit_many(*given)
+
+    beside = SimpleNamespace(**vars(core) | {"steady_many": steady, "orbit_many": orbit})
+    monkeypatch.setattr(device, "binding", beside)
+    monkeypatch.setattr(on_card, "_WORK", 1)
+    motions_of(device, ends)
+    assert len(watches) == 2
+    assert all(isinstance(one, Watch) for one in watches)

@@ -24,6 +24,10 @@ class CudaError(RuntimeError):
     """An error of CUDA's runtime, as CuPy raises it."""
 
 
+class CompileError(Exception):
+    """An error of the compiler, which is no RuntimeError in CuPy."""
+
+
 def cuda(facts: Facts, error: str = "") -> Any:
     """CuPy's module `cuda`, as on a machine with such a card."""
 
@@ -50,6 +54,8 @@ def cuda(facts: Facts, error: str = "") -> Any:
         ),
         Device=lambda: SimpleNamespace(id=0, mem_info=(facts.free, 2 * facts.free)),
         nvrtc=SimpleNamespace(getVersion=lambda: (12, 9)),
+        compiler=SimpleNamespace(CompileException=CompileError),
+        Stream=lambda **given: nullcontext(),
     )
 
 
@@ -147,13 +153,12 @@ def test_memory_that_cupy_keeps_is_free_for_a_chunk() -> None:
     assert CudaCard(module, CARD, CAPSULE).free() == 2**20
 
 
-@pytest.mark.parametrize("error", [CudaError, MemoryError])
+@pytest.mark.parametrize("error", [CudaError, MemoryError, CompileError])
 def test_an_error_of_the_card_in_the_middle_of_work_is_told_in_one_line(error: Any) -> None:
     def failing(*given: Any) -> None:
         raise error("cudaErrorIllegalAddress:\nan illegal memory access")
 
     of = cuda(CARD)
-    of.Stream = lambda **given: nullcontext()
     of.alloc = failing
     module = SimpleNamespace(
         cuda=of,
