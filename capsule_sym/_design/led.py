@@ -21,7 +21,7 @@ from capsule_sym._map.labelled import package
 from capsule_sym._map.many import simulate_many
 from capsule_sym._native import check_time, core_of
 
-_GENERATIONS = 120  # of a search at most
+_GENERATIONS = 120, 40  # of a search at most: at least so many, and so many a variable
 _LOOK = 8  # generations after which searches that promise nothing end
 _PROMISED = 4.0  # times what a search gained in these it may gain later
 _MERGED = 1e-3  # of the bounds, between two searches that are one
@@ -101,7 +101,8 @@ def refined(
     if core_of(program.system.scene) is None:
         return sorted((Spot(one.worst, one.u, one) for one in places), key=lambda one: one.worst)
     search = _Searches(program, places, size, longer)
-    for generation in range(_GENERATIONS):
+    least, each = _GENERATIONS
+    for generation in range(max(least, each * len(program.names))):
         check_time()
         if not search.left.any():
             break
