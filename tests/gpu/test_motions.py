@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capsule_sym import Parameters, simulate_many
+from capsule_sym import Parameters, performance_many, simulate_many
 from capsule_sym._native import Watch, core_of, on_card
 from capsule_sym._native.device import source
 from capsule_sym._native.on_card import OnCard
-from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._parameters import CAPSULE, SHIPPED, as_scene
 from capsule_sym.generated.capsule.interface import OrbitStatus
 from tests.gpu.host import COMPILER, Host, compiled, on_host
