@@ -89,6 +89,8 @@ def guard_at(flow: Flow, guard: Guard, point: Point) -> Number:
     c = flow.c
     if guard is Guard.GAP:
         return side_of(c) * point.gap
+    if guard is Guard.BACK:
+        return point.other
     if guard is Guard.DRIFT:
         return c.drift * point.v_c
     return c.friction_guard(-1 if guard is Guard.UPPER else 1, point.margin)

@@ -12,7 +12,7 @@ from tests.enclosures.certified import produced
 from tests.enclosures.tampering import claims, files, keys, numbers, segments
 from tests.enclosures.tampering.kind import KINDS
 
-assert {claims, files, keys, numbers, segments}, "each module adds its kinds"
+ADDED = claims, files, keys, numbers, segments  # modules that add their kinds
 FEW = {checker: 3, second_checker: 1}  # of a kind and a certificate, in a quick test
 EACH = ("orbit 0.003", "orbit 0.7", "bifurcation 1", "run")
 
