@@ -15,6 +15,7 @@ from capsule_sym._orbits.metrics.many import MOST_SEGMENTS, Performances, perfor
 from capsule_sym._parameters import Scene
 
 _REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
+_REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
 _NEAR = 1e-2  # distance of the closed motion from its run
 _ARRIVED = 1e-7  # distance at which a run has arrived at its motion
 Vector = NDArray[np.float64]
@@ -109,6 +110,10 @@ def _arrived(
         change = abs(last - before).max(axis=1)
         # This number of periods is skipped if another one repeats better.
         some = np.flatnonzero((change <= _REPEATED * size) & (change < least) & (numbers == 0))
+        # A chance return is not one of the whole period.
+        changes = abs(marks[some, -number:] - marks[some, -2 * number : -number]).max(axis=(1, 2))
+        spread = np.inf if number == 1 else abs(marks[some] - last[some, None]).max(axis=(1, 2))
+        some = some[changes <= np.minimum(_REPEATS * size[some], _APART * spread)]
         if not len(some):
             continue
         least[some] = change[some]

@@ -76,35 +76,42 @@ static void economize(const bases *b, real (*a)[RESPONSES], int from, int to, in
     }
 }
 
-/* Coefficients n = 0 .. FULL + 1 of a response in powers of s; their magnitudes, which the recurrence sums
+/* Coefficients n = 0 .. FULL + 1 of the responses in powers of s; their magnitudes, which the recurrence sums
    without signs; and their errors in units of these. */
-static void response(const segment *c, const segment_sizes *b, double reach, int which, real *phi,
-                     double *size, int *units)
+typedef struct {
+    real phi[FULL + 2][RESPONSES];
+    double size[FULL + 2][RESPONSES];
+    int units[FULL + 2];
+} coefficients;
+
+static void responses_make(const segment *c, const segment_sizes *b, double reach, coefficients *r)
 {
-    real term = num(which == 1 ? 0.0 : which == 3 ? reach : 1.0); /* of the drive */
-    const int parity = which == 3;
-    phi[0] = num(0.0), size[0] = 0.0;
-    phi[1] = num(which == 1 ? reach : 0.0), size[1] = which == 1 ? reach : 0.0;
-    units[0] = units[1] = 0;
+    memset(r, 0, sizeof *r);
+    r->phi[1][1] = num(reach), r->size[1][1] = reach;
+    real even = num(1.0), odd = num(reach); /* terms of the drives cos(omega h) and sin(omega h)/omega */
     for (int n = 0; n < FULL; n++) {
+        const real index = num((double)n);
+        real drive[RESPONSES];
+        for (int k = 0; k < RESPONSES; k++)
+            drive[k] = num(k == 0 && n == 0 ? 1.0 : 0.0);
 #if CAPSULE_PULSED
+        (void)even, (void)odd;
         const int drive_units = RESPONSE_NEXT_DRIVE_UNITS;
 #else
         const int drive_units = RESPONSE_NEXT_DRIVE_UNITS + n / 2 * FORCING_NEXT_BEFORE_UNITS;
+        real *term = n % 2 ? &odd : &even;
+        drive[2 + n % 2] = *term;
+        *term = forcing_next(c, index, num(reach), *term);
 #endif
-        const int last_units = RESPONSE_NEXT_LAST_UNITS + units[n + 1];
-        const int before_units = RESPONSE_NEXT_BEFORE_UNITS + units[n];
-        units[n + 2] = last_units > before_units ? last_units : before_units;
-        units[n + 2] = units[n + 2] > drive_units ? units[n + 2] : drive_units;
-        const real drive = n % 2 == parity ? term : num(0.0), index = num((double)n);
-        if (n % 2 == parity)
-#if CAPSULE_PULSED
-            term = num(0.0);
-#else
-            term = which == 0 ? num(0.0) : forcing_next(c, index, num(reach), term);
-#endif
-        phi[n + 2] = response_next(c, index, num(reach), drive, phi[n + 1], phi[n]);
-        size[n + 2] = response_next_size(b, n, reach, fabs(near_to(drive)), size[n + 1], size[n]);
+        const int last_units = RESPONSE_NEXT_LAST_UNITS + r->units[n + 1];
+        const int before_units = RESPONSE_NEXT_BEFORE_UNITS + r->units[n];
+        r->units[n + 2] = last_units > before_units ? last_units : before_units;
+        r->units[n + 2] = r->units[n + 2] > drive_units ? r->units[n + 2] : drive_units;
+        for (int k = 0; k < RESPONSES; k++) {
+            r->phi[n + 2][k] = response_next(c, index, num(reach), drive[k], r->phi[n + 1][k], r->phi[n][k]);
+            r->size[n + 2][k] =
+                response_next_size(b, n, reach, fabs(near_to(drive[k])), r->size[n + 1][k], r->size[n][k]);
+        }
     }
 }
 
@@ -123,16 +130,15 @@ static int evaluation_units(int n)
 
 /* Bound on the Taylor remainder of a response after coefficient FULL at s = 1. With
    y = phi^(FULL), sqrt(y'^2 + K y^2) grows at most by the drive's derivative per unit of time. */
-static double remainder_of(const segment_sizes *b, double reach, int which, const real *phi)
+static double remainder_of(const segment_sizes *b, double reach, int which, const coefficients *r)
 {
-    double scale = 1.0;
-    for (int n = 1; n <= FULL + 1; n++) /* reach^(FULL + 1) omega^FULL/(FULL + 1)! */
-        scale *= (n <= FULL - (which == 3) ? b->omega : 1.0) * reach / n;
-    const double last = near_to(phi[FULL + 1]);
-    const double before = near_to(phi[FULL]) * sqrt(b->K) * reach / (FULL + 1);
+    const double last = near_to(r->phi[FULL + 1][which]);
+    const double before = near_to(r->phi[FULL][which]) * sqrt(b->K) * reach / (FULL + 1);
+    double grown = which >= 2;
+    for (int n = 1; which >= 2 && n <= FULL + 1; n++) /* reach^(FULL + 1) omega^FULL/(FULL + 1)! */
+        grown *= (n <= FULL - (which == 3) ? b->omega : 1.0) * reach / n;
     /* For B the drive's derivative is omega^(FULL - 1). */
-    const double grown = which == 3 ? scale * reach : which == 2 ? scale * reach : 0.0;
-    return 1.0001 * (hypot(last, before) + grown);
+    return 1.0001 * (hypot(last, before) + grown * reach);
 }
 
 /* Relation of the second guard's coefficients (Q's change at rest, v_c's in drift) to those of x_r: two
@@ -224,16 +230,16 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
     (void)field, (void)c;
 #else
     const double h = t->reach;
-    const capsule_start push = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-    const capsule_start kick = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
+    /* Position, gap, speeds, margin and drive of the starts. */
 #if CAPSULE_PULSED
-    const capsule_start *start[RESPONSES] = {&push, &kick};
+    const capsule_start start[RESPONSES] = {{0.0}, {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0}};
     const double impulse[RESPONSES] = {h, 0.0};
 #else
     const double omega = c->omega, half = sin(0.5 * omega * h) / omega;
-    const capsule_start cosine = {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
-    const capsule_start sine = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0};
-    const capsule_start *start[RESPONSES] = {&push, &kick, &cosine, &sine};
+    const capsule_start start[RESPONSES] = {{0.0},
+                                            {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0},
+                                            {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0},
+                                            {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0}};
     const double turned = sin(omega * h) / omega, versine = 2.0 * half * half;
 #if CAPSULE_REACTION
     const double impulse[RESPONSES] = {h, 0.0, h, 0.0};
@@ -242,17 +248,20 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
     const double impulse[RESPONSES] = {h, 0.0, turned, versine};
 #endif
 #endif
-    capsule_constants unit = *field;
-    unit.drift = 0.0;
-    unit.m = 1.0; /* of the drive alone: these starts have no spring */
+    capsule_constants unit[RESPONSES];
+    double changes[RESPONSES][3];
     for (int k = 0; k < RESPONSES; k++) {
-        double change[3];
-        unit.push = k == 0;
+        unit[k] = *field;
+        unit[k].drift = 0.0;
+        unit[k].m = 1.0; /* of the drive alone: these starts have no spring */
+        unit[k].push = k == 0;
 #if !CAPSULE_PULSED
-        unit.alpha = k == 3 ? 1.0 / omega : k == 2;
+        unit[k].alpha = k == 3 ? 1.0 / omega : k == 2;
 #endif
-        capsule_flow(&unit, start[k], h, change);
-        const double gained = change[1] - (k == 1);
+    }
+    capsule_flow_each(unit, start, RESPONSES, h, changes[0]);
+    for (int k = 0; k < RESPONSES; k++) {
+        const double *change = changes[k], gained = change[1] - (k == 1);
         double second_whole =
             c->drift != 0.0
                 ? (impulse[k] - gained - force_change(c, 0.0, h * (k == 1) * c->m)) / (c->gamma + 1.0)
@@ -271,35 +280,45 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
 #endif
 }
 
-/* Bernstein forms of both guards on the whole reach and on its halves, and their ranges. */
+/* Bernstein forms of both guards on the whole reach and on its halves, and their ranges; side by side for all
+   responses. */
 static void forms_make(const bases *b, const real (*x)[RESPONSES], const real (*second)[RESPONSES], table *t)
 {
-    for (int k = 0; k < RESPONSES; k++) {
-        for (int j = 1; j <= DEGREE; j++) {
-            real x_sum = num(0.0), second_sum = num(0.0);
-            for (int n = 1; n <= j && n <= TERMS + 1; n++) {
+    enum { ALL = 2 * RESPONSES };
+    real work[DEGREE + 1][ALL];
+    for (int j = 0; j <= DEGREE; j++) {
+        for (int k = 0; k < ALL; k++)
+            work[j][k] = num(0.0);
+        for (int n = 1; n <= j && n <= TERMS + 1; n++)
+            for (int k = 0; k < RESPONSES; k++) {
                 if (n <= TERMS)
-                    x_sum = mad(b->bernstein[j][n], x[n][k], x_sum);
-                second_sum = mad(b->bernstein[j][n], second[n][k], second_sum);
+                    work[j][k] = mad(b->bernstein[j][n], x[n][k], work[j][k]);
+                work[j][RESPONSES + k] = mad(b->bernstein[j][n], second[n][k], work[j][RESPONSES + k]);
             }
-            t->x_form[0][k][j - 1] = x_sum;
-            t->second_form[0][k][j - 1] = second_sum;
-            t->limit[k][X_RANGE] = larger(t->limit[k][X_RANGE], 1.0001 * fabs(near_to(x_sum)));
-            t->limit[k][SECOND_RANGE] = larger(t->limit[k][SECOND_RANGE], 1.0001 * fabs(near_to(second_sum)));
+        for (int k = 0; j && k < RESPONSES; k++) {
+            const real *one = work[j] + k, *other = one + RESPONSES;
+            t->x_form[0][k][j - 1] = *one;
+            t->second_form[0][k][j - 1] = *other;
+            t->limit[k][X_RANGE] = larger(t->limit[k][X_RANGE], 1.0001 * fabs(near_to(*one)));
+            t->limit[k][SECOND_RANGE] = larger(t->limit[k][SECOND_RANGE], 1.0001 * fabs(near_to(*other)));
         }
-        /* Half as long each: the left half's form (de Casteljau), whose coefficient 0 is 0. */
-        for (int l = 1; l < LEVELS; l++)
-            for (int which = 0; which < 2; which++) {
-                real work[DEGREE + 1];
-                const real *long_ = which ? t->second_form[l - 1][k] : t->x_form[l - 1][k];
-                real *half = which ? t->second_form[l][k] : t->x_form[l][k];
-                work[0] = num(0.0);
-                memcpy(work + 1, long_, DEGREE * sizeof *work);
-                for (int i = 1; i <= DEGREE; i++) {
-                    for (int j = 0; j + i <= DEGREE; j++)
-                        work[j] = mean(work[j], work[j + 1]);
-                    half[i - 1] = work[0];
-                }
+    }
+    /* Half as long each: the left half's form (de Casteljau), whose coefficient 0 is 0. */
+    for (int l = 1; l < LEVELS; l++) {
+        real half[DEGREE][ALL];
+        for (int i = 1; i <= DEGREE; i++) {
+            for (int j = 0; j + i <= DEGREE; j++)
+                for (int k = 0; k < ALL; k++)
+                    work[j][k] = mean(work[j][k], work[j + 1][k]);
+            memcpy(half[i - 1], work[0], sizeof *half);
+        }
+        for (int k = 0; k < ALL; k++)
+            work[0][k] = num(0.0);
+        memcpy(work + 1, half, sizeof half);
+        for (int i = 0; i < DEGREE; i++)
+            for (int k = 0; k < RESPONSES; k++) {
+                t->x_form[l][k][i] = half[i][k];
+                t->second_form[l][k][i] = half[i][RESPONSES + k];
             }
     }
 }
@@ -334,41 +353,48 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         t->from_position[n - 1] = to_second.by[n];
         t->from_rate[n - 1] = to_second.rate[n];
     }
-    real x[FULL + 2][RESPONSES], second[TERMS + 2][RESPONSES];
-    double rest[RESPONSES];
+    coefficients of;
+    responses_make(c, z, t->reach, &of);
+    real(*x)[RESPONSES] = of.phi, second[TERMS + 2][RESPONSES];
+    double rest[RESPONSES], sum[5][RESPONSES] = {{0}};
     memset(second, 0, sizeof second);
-    for (int k = 0; k < RESPONSES; k++) {
-        real phi[FULL + 2];
-        double size[FULL + 2];
-        int units[FULL + 2];
-        response(c, z, t->reach, k, phi, size, units);
-        rest[k] = remainder_of(z, t->reach, k, phi);
-        for (int n = 0; n <= FULL; n++)
-            x[n][k] = phi[n];
-        for (int n = 1; n <= FULL; n++) {
-            const double off = (units[n] + evaluation_units(n)) * UNIT;
-            const int at = n - to_second.behind;
-            /* From P's change (in drift over gamma), with products and quotients; if it needs coefficient n
-               + 1 of x_r, that has a larger error, and two more units in its evaluation. */
-            double second_off = off + (FORCE_CHANGE_UNITS + 8) * UNIT;
-            if (at == n)
-                second_off += (units[n + 1] - units[n] + 2) * UNIT;
-            double second_size =
-                near_to(to_second.by[n]) * size[at] + fabs(near_to(to_second.rate[n])) * size[at + 1];
+    for (int k = 0; k < RESPONSES; k++)
+        rest[k] = remainder_of(z, t->reach, k, &of);
+    for (int n = 1; n <= FULL; n++) {
+        const double off = (of.units[n] + evaluation_units(n)) * UNIT;
+        const int at = n - to_second.behind;
+        /* From P's change (in drift over gamma), with products and quotients; if it needs coefficient n
+           + 1 of x_r, that has a larger error, and two more units in its evaluation. */
+        double second_off = off + (FORCE_CHANGE_UNITS + 8) * UNIT;
+        if (at == n)
+            second_off += (of.units[n + 1] - of.units[n] + 2) * UNIT;
 #if CAPSULE_REACTION
-            /* Two more sums, and the drive's coefficient, whose error is less than a response's and which
-               cancels the term that it drives: so its size counts. */
-            second_off += 2 * UNIT;
+        /* Two more sums, and the drive's coefficient, whose error is less than a response's and which
+           cancels the term that it drives: so its size counts. */
+        second_off += 2 * UNIT;
+#endif
+        const double by = near_to(to_second.by[n]), rate = fabs(near_to(to_second.rate[n]));
+        for (int k = 0; k < RESPONSES; k++) {
+            const double size = of.size[n][k];
+            double second_size = by * of.size[at][k] + rate * of.size[at + 1][k];
+#if CAPSULE_REACTION
             second_size += fabs(near_to(to_second.reaction[n][k]));
 #endif
-            t->limit[k][X_ERROR] += off * size[n];
-            t->v_error[k] += off * n * size[n] / t->reach;
-            t->limit[k][SECOND_ERROR] += second_off * second_size;
-            t->x_speed[k] += n * size[n];
+            sum[0][k] += off * size;
+            sum[1][k] += off * n * size / t->reach;
+            sum[2][k] += second_off * second_size;
+            t->x_speed[k] += n * size;
             t->second_speed[k] += n * second_size;
-            t->limit[k][X_BEND] += n * (n - 1) * size[n];
-            t->limit[k][SECOND_BEND] += n * (n - 1) * second_size;
+            sum[3][k] += n * (n - 1) * size;
+            sum[4][k] += n * (n - 1) * second_size;
         }
+    }
+    for (int k = 0; k < RESPONSES; k++) {
+        t->limit[k][X_ERROR] = sum[0][k];
+        t->v_error[k] = sum[1][k];
+        t->limit[k][SECOND_ERROR] = sum[2][k];
+        t->limit[k][X_BEND] = sum[3][k];
+        t->limit[k][SECOND_BEND] = sum[4][k];
     }
     wholes_make(field, c, (const real(*)[RESPONSES])x, &to_second, t);
     double change[RESPONSES] = {0}, speed[RESPONSES] = {0}, bend[RESPONSES] = {0}, tail[RESPONSES] = {0}, unused[2][RESPONSES] = {{0}};

@@ -32,8 +32,8 @@ def _term(name: str, old: str, new: str, shown: dict[str, tuple[str, ...]]) -> T
 TERMS: tuple[Term, ...] = (
     _term("rounding of doubles", "#define UNIT 0x1p-53", "0x1p-80", {"moving": DOUBLES}),
     _term("rounding of 106 bits", "#define UNIT 0x1p-102", "0x1p-160", {"moving": WIDE}),
-    _term("rounding of a response's coefficients", "(units[n] + evaluation_units(n)) * UNIT", "0.0", {"moving": ALL}),
-    _term("Taylor's remainder", "1.0001 * (hypot(last, before) + grown)", "0.0", {"late": WIDE}),
+    _term("rounding of a response's coefficients", "(of.units[n] + evaluation_units(n)) * UNIT", "0.0", {"moving": ALL}),
+    _term("Taylor's remainder", "1.0001 * (hypot(last, before) + grown * reach)", "0.0", {"late": WIDE}),
     _term("the remainder's rate", "((FULL + 1) * rest[k] + speed[k]) / t->reach", "0.0", {"late": WIDE}),
     _term("x_r's own error", "e.limit[X_ERROR]", "all(0.0)", {"moving": ALL}),
     _term("P's or v_c's own error", "e.limit[SECOND_ERROR]", "all(0.0)", {"moving": ALL}),
