@@ -18,6 +18,7 @@ from capsule_sym._design.cells import Grid
 from capsule_sym._design.program import Program
 from capsule_sym._design.settled import attracting
 from capsule_sym._orbits.metrics.many import Performances, performance_many
+from capsule_sym._processes import processors
 
 _PENALTY = 10.0  # units of the objective for a limit exceeded by its own unit
 _FALLS = 1e-4  # least share of the predicted decrease
@@ -133,7 +134,14 @@ def moved(program: Program, places: Places, u: Matrix) -> Places:
         begin = np.where(np.isfinite(begin), begin, places.states[:, j])
         allowed = grid.allowed
         rows = np.where(allowed[:, None], grid.rows, places.rows[:, j])
-        one = performance_many(rows, begin, places.numbers[:, j], gradients=True, scene=grid.scene)
+        one = performance_many(
+            rows,
+            begin,
+            places.numbers[:, j],
+            gradients=True,
+            threads=processors(),
+            scene=grid.scene,
+        )
         one.records["status"][~allowed] = 255
         found.append(one)
     return places_of(program, u, found, places.numbers)

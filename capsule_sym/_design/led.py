@@ -152,6 +152,8 @@ class _Searches:
         self.worst[some[better]] = first[better]
         self.u[some[better]] = tried[rows, order[:, 0]][better]
         alive = np.isfinite(first)
+        plain = alive & (values == first[:, None]).all(axis=1)
+        self.left[some[plain]] = False  # there is no way
         self.size[some[~alive]] /= 2
         taken = (tried - self.mean[some, None]) / self.size[some, None, None]
         taken = np.take_along_axis(taken, order[:, : len(self.weights), None], axis=1)

@@ -13,6 +13,7 @@ from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import present
 from capsule_sym._orbits.metrics.many import MOST_SEGMENTS, Performances, performance_many
 from capsule_sym._parameters import Scene
+from capsule_sym._processes import processors
 
 _REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
 _REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
@@ -81,6 +82,7 @@ def settle_many(
             length,
             keep="stroboscopic",
             max_seconds=present().left,
+            threads=processors(),
             scene=scene,
         )
         left = left[run.success]
@@ -117,7 +119,9 @@ def _arrived(
         if not len(some):
             continue
         least[some] = change[some]
-        found = performance_many(rows[some], last[some], number, gradients=gradients, scene=scene)
+        found = performance_many(
+            rows[some], last[some], number, gradients=gradients, threads=processors(), scene=scene
+        )
         good = attracting(found, gradients)
         far = abs(last[some] - found.states).max(axis=1)
         nearer = (far <= _NEAR * size[some]) & (far < abs(before[some] - found.states).max(axis=1))

@@ -23,6 +23,7 @@ from capsule_sym._design.quantities import dimensionless
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time, core_of, present
 from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._processes import processors
 
 _SEEN = 256  # excitation periods of a run that shows if starts lead to a motion
 _CLIMBERS = 32  # searches side by side
@@ -189,7 +190,14 @@ class Surveyor:
             grid = Grid(self.program, scenario, points[chosen])
             states, numbers = one.found.states[chosen], one.period_numbers[chosen]
             motions.append(
-                performance_many(grid.rows, states, numbers, gradients=True, scene=grid.scene)
+                performance_many(
+                    grid.rows,
+                    states,
+                    numbers,
+                    gradients=True,
+                    threads=processors(),
+                    scene=grid.scene,
+                )
             )
         numbers = np.stack([one.period_numbers[chosen] for one in found.motions], axis=1)
         return places_of(self.program, points[chosen], motions, numbers)

@@ -152,7 +152,7 @@ def simulate_many(
         start = (x_r, v_r, v_c), float(times[i]), int(periods)
         return run_one(p, start, kept, max_segments, watch, chosen, share=count)
 
-    return _one_by_one(scene, rows, starts, kept, what, _shared(one, count, threads, watch))
+    return _one_by_one(scene, rows, starts, kept, what, shared(one, count, threads, watch))
 
 
 def _rows(
@@ -234,9 +234,7 @@ def _times(phases: ArrayLike, lengths: NDArray[np.float64]) -> NDArray[np.float6
     return times
 
 
-def _shared(
-    work: Callable[[int], _Result], count: int, threads: int, watch: Watch
-) -> list[_Result]:
+def shared(work: Callable[[int], _Result], count: int, threads: int, watch: Watch) -> list[_Result]:
     """Results of work(0), ..., work(count - 1) by several threads, which Ctrl-C stops."""
     if threads == 1 or count == 1:
         return [work(i) for i in range(count)]
@@ -336,7 +334,7 @@ def _side_by_side(
         return int(binding.run_many(*of))
 
     status = _FINISHED.repeat(count)
-    if sum(_shared(run_share, shares, shares, watch)):
+    if sum(shared(run_share, shares, shares, watch)):
         for i in np.flatnonzero(stops == binding.OPEN).tolist():
             marks = None if strobe is None else strobe[i]
             run = Run(NumpyBackend(scene), scene.Parameters(*rows[i].tolist()), True, watch)

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._map.checks import check_count
 from capsule_sym._map.itinerary import begun
-from capsule_sym._map.many import checked_rows, spread
+from capsule_sym._map.many import checked_rows, shared, spread
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch, core_on, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
@@ -23,6 +24,7 @@ from capsule_sym.generated.capsule.interface import ORBIT_STATUSES, STOPS, Orbit
 
 MOST_SEGMENTS = 256
 """Largest number of segments in a period from forcing angle 0; a motion with more is not found."""
+_AT_ONCE, _SHARES = 8, 4  # motions that a thread takes at a time at least, and how often at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +118,7 @@ def performance_many(
     forces: bool = True,
     gradients: bool = False,
     watch: Watch | None = None,
+    threads: int = 1,
     device: str = "cpu",
     scene: Scene = CAPSULE,
 ) -> Performances:
@@ -131,6 +134,7 @@ def performance_many(
     binding = core(scene) if device == "cpu" else core_on(device, scene)
     rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)), scene)
     count = len(rows)
+    check_count("threads", threads)
     starts = np.ascontiguousarray(spread("states", states, (count, 3)))
     given = spread("period_numbers", period_numbers, (count,))
     periods = given.astype(np.int32)
@@ -138,18 +142,16 @@ def performance_many(
         raise InvalidInput("period_numbers", period_numbers, "whole numbers >= 1")
     stops, records = np.zeros(count, np.int8), np.zeros(count, scene.interface.ORBIT)
     fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
-    binding.orbit_many(
-        rows,
-        starts,
-        periods,
-        stops,
-        records,
-        fields,
-        energies,
-        forces,
-        gradients,
-        watch or present(),
-    )
+    threads = threads if device == "cpu" else 1
+    size = max(1, count if threads == 1 else _AT_ONCE, -(-count // (_SHARES * threads)))
+    watch = watch or (present() if threads == 1 else Watch(present().left))
+
+    def solve(i: int) -> None:
+        own = slice(i * size, (i + 1) * size)
+        results, what = (stops[own], records[own], fields[own]), (energies, forces, gradients)
+        binding.orbit_many(rows[own], starts[own], periods[own], *results, *what, watch)
+
+    shared(solve, -(-count // size), threads, watch)
     return Performances(records, stops, fields, scene)
 
 

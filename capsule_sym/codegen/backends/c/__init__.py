@@ -68,6 +68,7 @@ class C(Backend):
             "segment_constants": self.cases("{}", {}),
             "field_constants": real.cases("num({}.0)", own),
             "kernels": self.kernels(),
+            "one_over": ", ".join(f"1.0 / {n}" for n in range(1, derived.series_terms + 4)),
             "real_formulas": "\n".join(map(real.function, derived.formulas)),
             "bound_formulas": "\n".join(map(bound.function, derived.sizes)),
             "units": ", ".join(f"{name} = {number}" for name, number in derived.units.items()),
