@@ -7,6 +7,7 @@ side. If the starts do not settle on the motions found, the path back to the cel
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -98,7 +99,7 @@ class Surveyor:
             self.flat = f"{told} at each of {known.sum()} surveyed places, and nothing changes it"
             return []
         # A few cells may vary less than the objective does.
-        self.program = replace(self.program, unit=self.program.unit * max(1.0, slope))
+        self.program = replace(self.program, unit=_rounded(self.program.unit * max(1.0, slope)))
         begin = self._closed(points, found, self._apart(points, found, order))
         self.program.tell("survey, searches")
         return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), survey)
@@ -302,8 +303,13 @@ class Surveyor:
         for limit, slacks in zip(self.program.limits, abs(found.slacks[moving].T), strict=True):
             largest = slacks[np.isfinite(slacks)].max(initial=0.0)
             units.append(abs(limit.value) or float(largest) or 1.0)
-        unit = float(upper - lower) or 1e-300
+        unit = _rounded(float(upper - lower) or 1e-300)
         self.program = replace(self.program, unit=unit, limit_units=tuple(units))
+
+
+def _rounded(unit: float) -> float:
+    """The nearest power of two: a value over it, and times it again, is the same value."""
+    return 2.0 ** round(math.log2(unit))
 
 
 def spread(dimension: int, count: int, seed: int) -> Any:

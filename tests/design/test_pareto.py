@@ -170,7 +170,7 @@ def test_both_metrics_count_in_their_worst_motion() -> None:
 @pytest.mark.parametrize(
     "changed",
     [
-        {"subject_to": ["cost_of_transport <= 3", "peak_force <= 4"]},
+        {"subject_to": ["cost_of_transport <= 2.5", "peak_force <= 4"]},
         {"starts": [(0, 0, 0), (0.1, 0, 0)]},
         pytest.param({"tolerances": {"zeta": 0.1}}, marks=pytest.mark.long),
     ],
