@@ -29,6 +29,7 @@ _LOOKS = (4, 4, 8)  # excitation periods between tests for the return of a run
 _ARRIVED = 1e-9  # distance, over the motion's size, at which a run has returned
 _MOST_LEARNED = 16  # attempts to solve for the attractors of lost runs
 _SECTIONS = 15  # states at once between two sides of a boundary
+_TIGHT = 1e-12  # distance, over the size, of two sides, above that at which rounding decides
 _APART = 1e-6  # distance, over the size, at which two runs beside the boundary are apart
 _REPEATED = 1e-4  # the same, at which the edge state repeats well enough for Newton's method
 _CLOSED = 1e-2  # the same, from which Newton's method may converge to it
@@ -94,13 +95,14 @@ class Basin:
                 return found
         patience = patience or self.patience
         while left.size and done < patience:
-            came = self.destinations.arrivals(ends, phases, max(2, patience - done))
-            back = (came.numbers == 0) | (self.distance(came.states) <= _ARRIVED * self.size)
-            apart = self.distance(came.states[back])
-            found[left[back]] = done + came.periods[back] + self._ahead(apart)
+            length = min(max(done, _LOOKS[-1]), patience - done) if self.near else patience - done
+            came = self.destinations.arrivals(ends, phases, max(2, length))
+            apart = self.distance(came.states)
+            back = (came.numbers == 0) | (apart <= max(self.near, _ARRIVED * self.size))
+            found[left[back]] = done + came.periods[back] + self._ahead(apart[back])
             # A run that repeats itself may be on an edge state, which it leaves after a long time.
-            open_ = came.repeats & ~back & (came.numbers == NONE)
-            self._learn(came.states[open_])
+            open_ = ~back & (came.numbers == NONE)
+            self._learn(came.states[open_ & came.repeats])
             open_ &= self.destinations.neighbourhoods.contain(came.states) == NONE
             left, ends, phases = left[open_], came.states[open_], np.zeros(int(open_.sum()))
             done += int(came.periods[open_].min(initial=patience))
@@ -150,20 +152,19 @@ class Basin:
                 ends = ends[self.destinations.neighbourhoods.contain(ends) == NONE]
 
     def narrow(self, time: float, inside: Vector, outside: Vector) -> tuple[Vector, Vector]:
-        """The two nearest states on a line of which the first returns and the second is lost.
+        """Two near states on a line of which the first returns and the second is lost.
 
         `inside`, (3,), returns and `outside`, (3,), is lost. Of several boundaries between them it
         is the one nearest to `inside` among the states tried.
         """
         shares = np.arange(1, _SECTIONS + 1)[:, None] / (_SECTIONS + 1)
-        while True:
+        while abs(outside - inside).max() > _TIGHT * self.size:
             between = inside + (outside - inside) * shares
             line = np.vstack([inside, between, outside])
             lost = self.lost(np.full(_SECTIONS, time), between)
             i = int(lost.argmax()) if lost.any() else _SECTIONS
-            if np.array_equal(line[i], inside) and np.array_equal(line[i + 1], outside):
-                return inside, outside
             inside, outside = line[i], line[i + 1]
+        return inside, outside
 
     def edge_state(self, time: float, inside: Vector, outside: Vector) -> Orbit | None:
         """Periodic orbit to which the boundary between two states leads; None if there is none.

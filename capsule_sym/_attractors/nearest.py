@@ -1,11 +1,17 @@
-"""Point of a basin's boundary nearest to the motion, where the boundary is smooth.
+"""Point of a basin's boundary nearest to the motion.
 
-There the boundary is the stable manifold of its edge state. A run from the boundary tends to that
-orbit; a run from beside it leaves along the unstable direction. The component of a run in that
-direction, where the run is nearest to the edge state, is 0 on the boundary and smooth across it.
-Secants find this root to rounding. Sampling minimises the root over direction and time; the spread
-of the samples follows the best samples. This also works at kinks of the boundary, where runs change
-their itinerary.
+The boundary is the stable manifold of its edge state. A run from the boundary tends to that orbit;
+a run from beside it leaves along the unstable direction. The component of a run in that direction,
+where the run is nearest to the edge state, is 0 on the boundary and smooth across it. Secants find
+this root to rounding, and differences its slopes by time and direction.
+
+The least radius is often at a kink of the boundary, where runs change their itinerary. The BFGS
+method descends along kinks too, if a step ends where the slope along it has risen [1]. Where it
+stalls, the shortest mean of the slopes on all sides of the kink shows the way [2].
+
+[1] Lewis, Overton, Mathematical Programming 141, 135-163 (2013), doi:10.1007/s10107-012-0514-2.
+[2] Burke, Lewis, Overton, SIAM Journal on Optimization 15, 751-779 (2005),
+doi:10.1137/030601296.
 """
 
 from __future__ import annotations
@@ -15,16 +21,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._map import simulate
-from capsule_sym._map.many import Trajectories
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import jacobian
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
-_STEP = 1e-8  # share of a radius for its finite difference
+_STEP = 1e-8  # share of a radius for its finite difference, and steps of time and direction
 _SECANTS = 8
 _SOLVED = 1e-13  # relative change of a radius by a secant at which it is the root
 _ACCEPTED = 1e-10  # the same for acceptance after all secants
@@ -34,15 +40,15 @@ _ON = 1e-3  # the same, at which it is on it, so that the root is one of the bou
 _LONGEST = 1024  # excitation periods from the boundary to the edge state, and along it
 _TRANSIT, _DIGITS = 24, 23.0  # of these, the approach; logarithm of the growth along the edge state
 _FIRST_DIGITS = 6.0  # the same for the first secants, doubled for each next one
-_SAMPLES, _KEPT = 32, 8  # number of samples of a generation, and of those kept
-_GENERATIONS = 60
-# Of directions at the start of a descent, and of time as a share of the forcing's period.
-_SPREADS = (2e-2, 1e-3, 1e-3, 1e-4, 1e-4, 1e-5)
-_GAINED = 1e-9  # relative gain of a descent below which the search ends
-_THINNEST = 1e-6  # least spread, as a share of the largest
-_FITS = 0.05  # share of the spread of values by which a model may differ from them
-_FARTHEST_TRIAL = 3.0  # distance of a model's minimum, in units of the spread
-_FLAT = 1e-10  # relative difference of the best radii at which the search ends
+_STEPS = 100  # largest number of steps of the descent
+_WIDE = 2e-2  # length of the first one, in direction and time as a share of the forcing's period
+_SHARES = 2.0 ** np.arange(2, -14, -1)  # shares of a step that are tried at once
+_ZOOMS = 3  # times that shares are tried
+_RISEN = 0.5  # largest share of the first slope that is left at the end of a step
+_FLAT = 1e-11  # relative gain of a step at which it stalls
+_BESIDE = 1e-3, 1e-5, 1e-7  # distances of points beside a kink
+_AT_KINK = 16  # number of these points
+_WHOLE = 1e3  # weight of the condition that the weights of a mean have the sum 1
 Vector = NDArray[np.float64]
 
 
@@ -86,9 +92,10 @@ class Surface:
         for periods in self.periods:
             pair = np.stack([radii[left], radii[left] * (1 + _STEP)])
             states = origin[left] + pair[..., None] * along[left]
-            twice = np.tile(phases[left], 2)
-            run = self.basin.run(twice, states.reshape(-1, 3), periods, "stroboscopic")
-            steps, near = self._steps(run, len(left))
+            (here, beyond), near = self._components(np.tile(phases[left], (2, 1)), states, periods)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                steps = -here / (beyond - here)
+            steps = np.where((near <= _NEAR) & np.isfinite(steps), steps, np.inf)
             most = _MOST_MOVED * guess[left]
             step = np.clip(steps * radii[left] * _STEP, -most, most)
             radii[left] += step
@@ -99,113 +106,149 @@ class Surface:
                 break
         return np.where(moved <= _ACCEPTED, radii, np.inf)
 
-    def _steps(self, run: Trajectories, count: int) -> tuple[Vector, Vector]:
-        """Steps to the roots, (count,), in units of the difference of each pair of runs.
+    def slopes(self, times: Vector, directions: Vector, radii: Vector) -> Vector:
+        """Derivatives of the boundary's radii by time and direction, (n, 1 + m).
 
-        Also the least distances of the runs from the edge state, over the size.
+        Time is counted in periods of the forcing. A step along the direction changes nothing.
         """
-        # All end at the same phase 0; runs that start at another phase have one state less.
-        parts = [run[i] for i in range(len(run))]
-        common = min(map(len, parts))
-        pairs = np.stack([part[len(part) - common :] for part in parts]).reshape(
-            2, count, common, 3
-        )
-        apart = pairs[:, :, :, None] - self.marks
-        distance = np.linalg.norm(apart, axis=4).max(axis=0).reshape(count, -1)
-        nearest_at = distance.argmin(axis=1)
-        rows, (k, j) = np.arange(count), np.divmod(nearest_at, len(self.marks))
-        near = distance[rows, nearest_at] / self.basin.size
-        along = np.einsum("pni,ni->pn", apart[:, rows, k, j], self.left[j])
+        n, m = directions.shape
+        phases = self.basin.phases(times)
+        # No step passes the phase at which runs are compared.
+        way = np.where(phases < self.basin.period / 2, 1.0, -1.0)
+        moved_times = np.tile(times, (m + 2, 1))
+        moved_times[1] = np.mod(times + way * _STEP * self.basin.period, self.basin.length)
+        moved = np.tile(directions, (m + 2, 1, 1))
+        moved[2:] += _STEP * np.eye(m)[:, None]
+        origin = self.basin.state(moved_times.ravel()).reshape(m + 2, n, 3)
+        states = origin + radii[:, None] * (moved @ self.knocks.T)
+        phases = self.basin.phases(moved_times)
+        at, _ = self._components(phases, states, self.periods[-1])
+        change = at[1:] - at[0]
+        change[0] *= way
+        # A step of the knock by a share of itself is one of all its components.
+        grown = np.einsum("mn,nm->n", change[1:], directions)
         with np.errstate(divide="ignore", invalid="ignore"):
-            steps = -along[0] / (along[1] - along[0])
-        return np.where((near <= _NEAR) & np.isfinite(steps), steps, np.inf), near
+            slopes: Vector = (-change * radii / grown).T
+        slopes[:, 1:] -= np.sum(slopes[:, 1:] * directions, axis=1)[:, None] * directions
+        return slopes
+
+    def _components(self, phases: Vector, states: Vector, periods: int) -> tuple[Vector, Vector]:
+        """Components of runs in the unstable direction, (k, n), where they are near the edge state.
+
+        The k runs of each of n groups, from phases (k, n) and states (k, n, 3), are compared at the
+        same time. Also the groups' distances from the edge state then, over the size, (n,).
+        """
+        run = self.basin.run(phases.ravel(), states.reshape(-1, 3), periods, "stroboscopic")
+        # All end at the same phase 0; runs that start at another phase have one state less.
+        common = int(np.diff(run.offsets).min())
+        last = run.offsets[1:, None] + np.arange(-common, 0)
+        apart = run.kept[last].reshape(*phases.shape, common, 1, 3) - self.marks
+        distance = np.linalg.norm(apart, axis=4).max(axis=0).reshape(phases.shape[1], -1)
+        nearest_at = distance.argmin(axis=1)
+        rows, (k, j) = np.arange(phases.shape[1]), np.divmod(nearest_at, len(self.marks))
+        near = distance[rows, nearest_at] / self.basin.size
+        return np.einsum("pni,ni->pn", apart[:, rows, k, j], self.left[j]), near
+
+
+class _Points(NamedTuple):
+    """Points of the boundary: places in time and direction, (n, 1 + m), radii, and their slopes.
+
+    Time is counted in periods of the forcing.
+    """
+
+    places: Vector
+    radii: Vector
+    slopes: Vector
+
+    def at(self, rows: Any) -> _Points:
+        """Some of the points."""
+        return _Points(self.places[rows], self.radii[rows], self.slopes[rows])
+
+    def lowest(self) -> _Points:
+        """Point with the least radius."""
+        return self.at([self.radii.argmin()])
 
 
 def nearest(surface: Surface, place: Place, random: np.random.Generator) -> Place:
-    """Point of the boundary with the least radius near a given one.
+    """Point of the boundary with the least radius near a given one."""
+    first = np.array([[place.time / surface.basin.period, *place.direction]])
+    point, metric = _boundary(surface, first, np.array([place.radius])), None
+    for _ in range(_STEPS if len(point.radii) else 0):
+        slope = point.slopes[0]
+        if metric is None:
+            metric = _WIDE / float(np.linalg.norm(slope)) * np.eye(len(slope))
+        new = _along(surface, point, -metric @ slope)
+        if new is None or _stalls(point, new):
+            new, metric = _beside_kink(surface, point, random), None
+            if new is None:
+                break
+        else:
+            metric = _updated(metric, new.places[0] - point.places[0], new.slopes[0] - slope)
+        point = new
+    if not len(point.radii):
+        return place
+    time, direction = point.places[0, 0] * surface.basin.period, point.places[0, 1:]
+    return Place(float(np.mod(time, surface.basin.length)), direction, float(point.radii[0]))
 
-    Each descent starts at the best point of the one before. The search ends when a descent finds no
-    better point, or ends in a smooth minimum.
-    """
-    for spread in _SPREADS:
-        before = place.radius
-        place, smooth = _descend(surface, place, spread, random)
-        if smooth or (spread < _SPREADS[0] and place.radius > before * (1 - _GAINED)):
-            break
-    return place
+
+def _stalls(old: _Points, new: _Points) -> bool:
+    """True if a new point is hardly lower than an old one."""
+    return bool(new.radii[0] >= (1 - _FLAT) * old.radii[0])
 
 
-def _descend(
-    surface: Surface, place: Place, wide: float, random: np.random.Generator
-) -> tuple[Place, bool]:
-    """Point of a smaller radius, and True if it is a smooth minimum.
+def _updated(metric: Vector, step: Vector, turn: Vector) -> Vector | None:
+    """Inverse curvature after a step, on which the slope turns; None if it has not risen."""
+    risen = float(step @ turn)
+    if risen <= 0:
+        return None
+    one = np.eye(len(step)) - np.outer(step, turn) / risen
+    updated: Vector = one @ metric @ one.T + np.outer(step, step) / risen
+    return updated
 
-    Samples are normal about a mean, with the spread of the better samples of the last generation. A
-    quadratic model of a generation proposes one sample of the next.
-    """
-    count, best = len(place.direction), place
-    basis = np.linalg.svd(place.direction[None])[2][1:]  # at right angles to the direction
-    mean, trial, slope, known, centre = *np.zeros((4, count)), place.radius
-    spread: Any = wide * np.eye(count)
-    for _ in range(_GENERATIONS):
-        w = random.normal(size=(_SAMPLES, count))
-        w[0] = np.linalg.solve(spread, trial - mean)
-        z = mean + w @ spread.T
-        times = np.mod(place.time + z[:, 0] * surface.basin.period, surface.basin.length)
-        directions = place.direction + z[:, 1:] @ basis
-        directions /= np.linalg.norm(directions, axis=1)[:, None]
-        most = _MOST_MOVED * centre
-        radii = surface.radii(times, directions, centre + np.clip(w @ slope, -most, most))
-        found, order = np.isfinite(radii), np.argsort(radii)[:_KEPT]
-        first = order[0]
-        if radii[first] < best.radius:
-            best, known = (
-                Place(float(times[first]), directions[first], float(radii[first])),
-                z[first],
-            )
-        if found.sum() < _SAMPLES // 2:
-            # The boundary exists on a part of the rays only; more of them reach it near the best
-            # one.
-            spread, slope, mean, trial, centre = spread / 3, 0 * slope, known, known, best.radius
+
+def _along(surface: Surface, point: _Points, way: Vector) -> _Points | None:
+    """Lowest point on a way down, among those where the slope has risen if there are such."""
+    place, radius = point.places[0], float(point.radii[0])
+    fall, shares = float(way @ point.slopes[0]), _SHARES
+    for _ in range(_ZOOMS):
+        guess = radius + np.maximum(shares * fall, -_MOST_MOVED * radius)
+        points = _boundary(surface, place + shares[:, None] * way, guess)
+        lower = points.radii < radius
+        risen = points.at(lower & (points.slopes @ way > _RISEN * fall))
+        if len(risen.radii):
+            return risen.lowest()
+        reached = (points.places - place) @ way / (way @ way)
+        low = float(reached[lower].max(initial=0.0))
+        high = float(shares[shares > low].min(initial=2 * shares.max()))
+        shares = low + (high - low) * np.linspace(0, 1, len(shares) + 2)[1:-1]
+    return points.at(lower).lowest() if lower.any() else None
+
+
+def _beside_kink(surface: Surface, point: _Points, random: np.random.Generator) -> _Points | None:
+    """Lower point on the way that leads down on all sides of a kink; None if there is none."""
+    for distance in _BESIDE:
+        moves = random.normal(size=(_AT_KINK, len(point.places[0])))
+        moves *= distance / np.linalg.norm(moves, axis=1)[:, None]
+        beside = _boundary(surface, point.places + moves, np.repeat(point.radii, _AT_KINK))
+        slopes = np.concatenate([point.slopes, beside.slopes])
+        slopes /= np.linalg.norm(slopes, axis=1).max()
+        # The shortest mean has an angle of less than 90 degrees with each slope.
+        equations = np.vstack([slopes.T, np.full(len(slopes), _WHOLE)])
+        mean = nnls(equations, np.append(np.zeros(len(slopes.T)), _WHOLE))[0] @ slopes
+        size = float(np.linalg.norm(mean))
+        if size * distance <= _FLAT:
             continue
-        model = _model(w[found], radii[found])
-        if model.gain <= _FLAT * best.radius:
-            return best, True
-        if radii[order[-1]] - radii[first] <= _FLAT * best.radius:
-            break
-        around = z[order] - mean
-        sizes, axes = np.linalg.svd(around / math.sqrt(_KEPT), full_matrices=False)[1:]
-        narrower = axes.T * np.maximum(sizes, _THINNEST * sizes[0])
-        slope = np.linalg.solve(spread.T, model.gradient) @ narrower
-        trial, centre = mean + spread @ model.least, float(radii[first])
-        mean, spread = z[order].mean(axis=0), narrower
-    return best, False
+        new = _along(surface, point, -distance / size * mean)
+        if new is not None and not _stalls(point, new):
+            return new
+    return None
 
 
-class _Model(NamedTuple):
-    """Quadratic model of values: gradient (m,) at 0, place of its minimum, and its gain.
-
-    The gain is infinite if there is no minimum, or if the model does not fit.
-    """
-
-    gradient: Vector
-    least: Vector
-    gain: float
-
-
-def _model(w: Vector, values: Vector) -> _Model:
-    """Quadratic model of values, (n,), at places w, (n, m)."""
-    count = w.shape[1]
-    rows, columns = np.triu_indices(count)
-    terms = np.column_stack([np.ones(len(w)), w, w[:, rows] * w[:, columns]])
-    fit: Any = np.linalg.lstsq(terms, values, rcond=None)[0]
-    gradient, curvature = fit[1 : 1 + count], np.zeros((count, count))
-    curvature[rows, columns] = fit[1 + count :]
-    curvature = curvature + curvature.T
-    if not (np.linalg.eigvalsh(curvature) > 0).all():
-        return _Model(gradient, np.zeros(count), math.inf)
-    least: Any = np.linalg.solve(curvature, -gradient)
-    gain = float(-gradient @ least) / 2
-    fits = np.std(values - terms @ fit) <= _FITS * np.std(values)
-    within = least * min(1.0, _FARTHEST_TRIAL / float(np.linalg.norm(least)))
-    return _Model(gradient, within, gain if fits else math.inf)
+def _boundary(surface: Surface, places: Vector, guess: Vector) -> _Points:
+    """Points of the boundary at places, (n, 1 + m); those where none is found are left out."""
+    times = np.mod(places[:, 0] * surface.basin.period, surface.basin.length)
+    directions = places[:, 1:] / np.linalg.norm(places[:, 1:], axis=1)[:, None]
+    radii = surface.radii(times, directions, guess)
+    slopes = surface.slopes(times, directions, np.where(np.isfinite(radii), radii, guess))
+    found = np.isfinite(radii) & np.isfinite(slopes).all(axis=1)
+    return _Points(np.column_stack([places[:, 0], directions]), radii, slopes).at(found)

@@ -27,7 +27,7 @@ _CLOSE = 1e-3  # share of the radius that a generation has to gain, while only s
 _QUIET = 3  # generations without a gain, before the boundary is evaluated
 _FINEST = 1e-5  # the same gain, if the boundary has no edge state
 _RAYS, _ON_RAY = 24, 7  # knocks of a generation that are shortened, and states on each at once
-_NEAR = 0.1  # share of the smallest knock within which a run has returned
+_NEAR = 0.1  # share of the smallest knock, in its largest weight, within which a run has returned
 _SLOWEST = 0.06  # share of a generation with the longest returns
 _ASIDE = 0.1  # distance from the best knock, in direction and angle of time
 _LEAST = 1e-6  # least share of the radius by which the last knocks are smaller
@@ -70,6 +70,7 @@ class Search:
         self.basin, self.knocks, self.samples = basin, knocks, samples
         self.random, self.say = np.random.default_rng(seed), progress or (lambda said: None)
         self.unit = basin.size / float(abs(knocks).max())
+        self.near = _NEAR * float(abs(knocks).sum(axis=0).min())
         self.largest = _LARGEST * self.unit if largest is None else float(largest)
         self.gain = _CLOSE
         self.best: Place | None = None
@@ -139,7 +140,7 @@ class Search:
                 return True
             if radius >= self.largest:
                 return False
-            self.basin.near = _NEAR * radius
+            self.basin.near = self.near * radius
             radius = min(2 * radius, self.largest)
 
     def _shrink(self, gain: float) -> None:
@@ -223,25 +224,29 @@ class Search:
 
     def _take(self, place: Place) -> None:
         self.best, self.radius, self.edge = place, place.radius, None
-        self.basin.near = _NEAR * place.radius
+        self.basin.near = self.near * place.radius
 
     def _close(self) -> bool:
         """Take the nearest point of the boundary at the best knock, from its edge state."""
-        assert self.best is not None
-        time, along = self.best.time, self.knocks @ self.best.direction
-        origin = self.basin.state(np.array([time]))[0]
-        ends = (origin + share * self.radius * along for share in (1 - 2 * _CLOSE, 1))
-        inside, outside = self.basin.narrow(time, *ends)
-        edge = self.basin.edge_state(time, inside, outside)
-        if edge is None:
-            return False
-        component = int(abs(along).argmax())
-        radius = float((outside - origin)[component] / along[component])
-        surface = Surface(self.basin, edge, self.knocks)
-        found = nearest(surface, self.best._replace(radius=radius), self.random)
-        if self._is_lost(found, found.radius * (1 - BESIDE)) or not self._is_lost(
-            found, found.radius * (1 + BESIDE)
-        ):
+        for _ in range(_ROUNDS):
+            assert self.best is not None
+            time, along = self.best.time, self.knocks @ self.best.direction
+            origin = self.basin.state(np.array([time]))[0]
+            ends = (origin + share * self.radius * along for share in (1 - 2 * _CLOSE, 1))
+            inside, outside = self.basin.narrow(time, *ends)
+            edge = self.basin.edge_state(time, inside, outside)
+            if edge is None:
+                return False
+            component = int(abs(along).argmax())
+            radius = float((outside - origin)[component] / along[component])
+            surface = Surface(self.basin, edge, self.knocks)
+            found = nearest(surface, self.best._replace(radius=radius), self.random)
+            if not self._is_lost(found, found.radius * (1 - BESIDE)):
+                break
+            # Another part of the boundary is in front of this one.
+            times, directions = np.array([found.time]), found.direction[None]
+            self._shorten(times, directions, np.array([found.radius * (1 - BESIDE)]))
+        if not self._is_lost(found, found.radius * (1 + BESIDE)):
             return False
         self._take(found)
         self.edge = edge
@@ -281,7 +286,7 @@ class Search:
             here = (rows * _CHILDREN + first)[gained]
             times[gained], directions[gained] = t[here], d[here]
             radii[gained] = tried.ravel()[here]
-            spread *= np.where(gained, 1.2, 0.6)
+            spread = np.minimum(_WIDE, spread * np.where(gained, 1.2, 0.6))
         nearer = radii < (1 - self._least) * self.radius
         return self._shorten(times[nearer], directions[nearer], radii[nearer])
 
