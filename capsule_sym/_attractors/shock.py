@@ -34,8 +34,8 @@ Vector = NDArray[np.float64]
 class Shock(Result):
     """Smallest knock after which a motion is lost; dimensionless.
 
-    The knock leads onto the boundary of the motion's basin. A knock larger by a factor 1 + 1e-9
-    loses the motion; if `status` is FOUND, the motion returns from one smaller by as much. If no
+    The knock leads onto the boundary of the motion's basin. If `status` is FOUND, a knock larger by
+    a factor 1 + 1e-9 loses the motion, and the motion returns from one smaller by as much. If no
     knock was found, it and its related values are None, and `size` is the radius up to which knocks
     were tried.
     """
@@ -148,9 +148,9 @@ def minimal_shock(
     ones are found during the search. All quantities are dimensionless.
 
     If the boundary of the motion's basin leads to a periodic edge state, the knock is the nearest
-    point of that boundary, to rounding. It is not proved that no other part of the boundary is
-    nearer: at the end `samples` smaller knocks are tried, none of which loses the motion. `seed`
-    determines them. After `max_seconds` the result is the best so far.
+    point of that boundary, within 1e-6 of its size. It is not proved that no other part of the
+    boundary is nearer: at the end `samples` smaller knocks are tried, none of which loses the
+    motion. `seed` determines them. After `max_seconds` the result is the best so far.
 
     Raises InvalidInput for a value that is not allowed, such as an unstable orbit.
     """
