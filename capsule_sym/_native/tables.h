@@ -232,11 +232,12 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
     const double h = t->reach;
     /* Position, gap, speeds, margin and drive of the starts. */
 #if CAPSULE_PULSED
-    const capsule_start start[RESPONSES] = {{0.0}, {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0}};
+    const capsule_start start[RESPONSES] = {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0},
+                                            {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0}};
     const double impulse[RESPONSES] = {h, 0.0};
 #else
     const double omega = c->omega, half = sin(0.5 * omega * h) / omega;
-    const capsule_start start[RESPONSES] = {{0.0},
+    const capsule_start start[RESPONSES] = {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0},
                                             {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0},
                                             {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0},
                                             {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0}};
