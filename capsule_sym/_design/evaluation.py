@@ -202,8 +202,13 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
     return Motion(parameters, None, orbit=solved) if solved.success else None
 
 
-def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | None:
-    """The motion continued to other parameters; None if it is lost."""
+def continue_motion(
+    motion: Motion, parameters: SceneParameters, again: bool = True
+) -> Motion | None:
+    """The motion continued to other parameters; None if it is lost.
+
+    A run `again` finds it, or one that it becomes, where the core does not close it next to it.
+    """
     if motion.found is not None:
         found, state, phase = _moved(motion, motion.found, parameters), motion.state.tolist(), 0.0
     else:
@@ -214,7 +219,7 @@ def continue_motion(motion: Motion, parameters: SceneParameters) -> Motion | Non
         phase = min(phase, math.nextafter(parameters.period, 0.0))
     if found is not None and found.admissible:
         return found
-    return settle(parameters, state, phase)
+    return settle(parameters, state, phase) if again or motion.found is None else None
 
 
 def agrees(one: Motion, other: Motion | None) -> bool:

@@ -35,6 +35,7 @@ from capsule_sym._design.polish import (
     with_limit,
 )
 from capsule_sym._design.program import Place, Program
+from capsule_sym._design.slide import room, slid
 from capsule_sym._design.stationary import rough
 from capsule_sym._design.survey import Survey, Surveyor
 from capsule_sym._map.dragging import mean_force
@@ -43,6 +44,7 @@ from capsule_sym._parameters import SceneDevice
 
 _FIRST, _AGAIN, _NEAR = 0.02, 1e-3, 0.01  # of the bounds: first steps of searches
 _FINE = 1e-6  # of the bounds: the last steps, before conditions are solved
+_COARSE = 1e-6  # of the bounds: the last steps where not all digits are asked for
 _EFFORT = 200  # orbits that are solved for until a better place is looked for
 _TURNS = 3  # of looks around the best, each after searches near to what is better
 _FOLLOWED = 3  # of these, of which conditions are solved
@@ -50,6 +52,7 @@ _BOUNDED = 2  # places where they cannot be solved, that are looked at to the en
 _BETTER = 1e-8  # units of the objective
 _RIDDLED = 0.02  # of neighbours on different motions
 _SCATTERED = "near to it {:.0%} of neighbours lead elsewhere: better places may lie between"
+_HOPEFUL = 0.1  # units of the objective that a search for a boundary may gain
 _BESIDE = 0.99  # of friction: a mean force that nearly drags the device
 Vector = NDArray[np.float64]
 
@@ -57,8 +60,8 @@ Vector = NDArray[np.float64]
 class Optimiser:
     """One optimisation, from its survey to its result; a surrounding watch limits its time."""
 
-    def __init__(self, program: Program) -> None:
-        self.program, self.surveyor = program, Surveyor(program)
+    def __init__(self, program: Program, digits: bool = True) -> None:
+        self.program, self.surveyor, self.digits = program, Surveyor(program), digits
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
         """The best place that was passed."""
@@ -162,7 +165,7 @@ class Optimiser:
         """Result of a place, with a hint if needed."""
         found = optimum_of(rest)
         hint = "" if found.status is OptimumStatus.OPTIMAL else _beside_dragging(found)
-        if found.bifurcation in (BASIN, KINK):
+        if self.digits and found.bifurcation in (BASIN, KINK):
             share = scattered(self.program, rest.found.place)
             hint += f"; {_SCATTERED.format(share)}" if share > _RIDDLED else ""
         return replace(found, message=found.message + hint)
@@ -180,7 +183,7 @@ class Optimiser:
         """Best place next to a given one within a basin boundary, or borders that meet."""
         if ends_uphill(self.program, place, lost=True):
             return self.at_boundary(place)
-        if rest := self.solved(place, EFFORT):
+        if self.digits and (rest := self.solved(place, EFFORT)):
             return rest
         program, kind, limit = self.program, KINK, place.worst
         motion = max(place.motions, key=lambda motion: motion.multiplier)
@@ -189,33 +192,51 @@ class Optimiser:
         elif jumps_beside(program, place):
             return self.at_boundary(place)
         size = LAST if kind == KINK else _NEAR
-        spot = refined(program, [place], np.inf, size, FINEST, LONGER)[0]
-        place = spot.place(program) or place
+        place = self.last(program, place, size)
         limit = place.worst if kind == KINK else limit
         found = rough(program, place)
         return Rest(program, found, whole=True, bifurcation=kind, limit=limit)
 
+    def last(self, program: Program, place: Place, size: float) -> Place:
+        """The end of a search from a place that decides a result."""
+        if self.digits:
+            return refined(program, [place], np.inf, size, FINEST, LONGER)[0].place(program) or place
+        place = slid(program, place)
+        if room(program, place):
+            near = refined(program, [place], np.inf, size, _COARSE)[0].place(program)
+            place = slid(program, near or place)
+        return place
+
+    def marked(self, place: Place) -> Rest:
+        """A place with the bound that it is at."""
+        program, kind = self.program, KINK
+        if ends_uphill(program, place, lost=True) or jumps_beside(program, place):
+            kind = BASIN
+        found = rough(program, place)
+        return Rest(program, found, whole=True, bifurcation=kind, limit=place.worst)
+
     def at_boundary(self, place: Place) -> Rest:
         """The best place of a basin boundary next to one, that is smooth; else itself."""
-        if scattered(self.program, place) <= _RIDDLED:
+        if not self.digits:
+            place = self.last(self.program, place, LAST)
+        elif scattered(self.program, place) <= _RIDDLED:
             place = along_boundary(self.program, place)
         place = stepped_back(self.program, place)
         found = rough(self.program, place)
         return Rest(self.program, found, whole=True, bifurcation=BASIN, limit=place.worst)
 
-    def from_place(self, u: Vector) -> Optimum | None:
-        """Optimum next to a place; None if none is within the limits."""
+    def from_place(self, u: Vector, level: float = np.inf) -> Optimum | None:
+        """Optimum next to a place; None if it is not within the limits, or not below a level."""
         inside = [place for place in self.go(self.program, u) if not place.beyond]
-        if not inside:
+        if not inside or inside[0].worst > level:
             return None
         rest = self.solved(inside[0])
         if rest is None:
-            led = next((place for place in inside if led_to(self.program, place)), None)
-            if led is None:
-                rest = Rest(self.program, rough(self.program, inside[0]), bifurcation=NOT_LED)
-            else:
-                near = refined(self.program, [led], np.inf, _NEAR, _FINE)[0].place(self.program)
-                rest = self.solved(near or led) or self.bounded(near or led)
+            led = next(place for place in inside if led_to(self.program, place))
+            if led is not inside[0] and led.worst > level + _HOPEFUL:
+                return None
+            near = self.last(self.program, led, _NEAR)
+            rest = self.solved(near) or self.marked(near)
         self.found = self.optimum(rest)
         return self.result
 
@@ -267,7 +288,7 @@ class Optimiser:
         first = program.begin(u)
         if first is None:
             return []
-        search = Search(program, first, reach)
+        search = Search(replace(program, again=self.digits), first, reach)
         places = search.run()
         self.evaluations += search.evaluations - 1
         if not program.elastic and (self.best is None or places[0].rank < self.best.rank):

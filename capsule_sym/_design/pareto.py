@@ -32,6 +32,7 @@ from capsule_sym._native import Watch
 
 _NEARER = (0.03, 0.01, 0.003)  # the same, around the points found
 _AROUND = 16  # cells around each point, each time
+_CLIMBERS = 6  # searches side by side with a bound
 _BETWEEN = 7  # drives between neighbouring points
 _FAR = 0.1  # of the bounds, between neighbouring points that may be on different branches
 _TINY = 1e-3  # least width of a gap, in the metrics' ranges
@@ -108,7 +109,8 @@ class _Gap(NamedTuple):
 class _Fronts:
     def __init__(self, program: Program, cost: Function, points: int) -> None:
         self.program, self.cost, self.count = program, cost, points
-        self.optimisers = Optimiser(program), Optimiser(replace(program, function=cost, sign=1))
+        other = replace(program, function=cost, sign=1)
+        self.optimisers = tuple(Optimiser(one, digits=False) for one in (program, other))
         self.ends: tuple[_Point, ...] = ()
         self.found: list[_Point] = []
         self.gaps: list[_Gap] = []
@@ -247,15 +249,19 @@ class _Fronts:
     def best(self, column: int, bound: float) -> _Point | None:
         """Best of a metric with the other at most at a bound, both in the sense of minimisation."""
         begin = self.cells.starts(column, bound, self.ranges)
-        for reach in _NEARER[:2]:
-            self.cells.look_near(np.array(begin), reach, _AROUND)
-            begin = self.cells.starts(column, bound, self.ranges)
-        found = [self.search(column, bound, u) for u in begin]
-        whole = [point for point in found if point is not None]
-        return min(whole, key=lambda point: point.both[column], default=None)
+        goal = np.full(2, bound)
+        goal[column] = min(self.cells.within(column, bound))
+        self.cells.climb(self.cells.held(column, bound, self.ranges), goal, self.ranges, _CLIMBERS)
+        begin = self.cells.starts(column, bound, self.ranges)
+        best: _Point | None = None
+        for u in begin:
+            best = self.search(column, bound, u, best) or best
+        return best
 
-    def search(self, column: int, bound: float, u: Vector) -> _Point | None:
-        """The same next to a place."""
+    def search(
+        self, column: int, bound: float, u: Vector, known: _Point | None = None
+    ) -> _Point | None:
+        """The same next to a place; None if it is not better than a known one."""
         program, sign = self.programs(column), self.program.sign
         if column == 0:
             held = Limit(f"{self.names[1]} <= {bound:.6g}", self.cost, bound, -1)
@@ -268,10 +274,12 @@ class _Fronts:
             limits=(*program.limits, held),
             limit_units=(*program.limit_units, float(self.ranges[1 - column])),
         )
-        optimum = Optimiser(program).from_place(u)
+        level = np.inf if known is None else known.both[column] / program.unit
+        optimum = Optimiser(program, digits=False).from_place(u, level)
         if optimum is None or not self.whole(optimum):
             return None
-        return self.point(optimum, column, len(self.program.limits))
+        point = self.point(optimum, column, len(self.program.limits))
+        return point if known is None or point.both[column] < known.both[column] else None
 
     def point(self, optimum: Optimum, column: int, before: int | None = None) -> _Point:
         """Optimum of a metric as a point of the front; `before` limits precede its bound."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,6 +155,8 @@ class Program:
     """Called with messages of progress."""
     budget: Budget | None = None
     """Limit of a search's work; None for as much as it needs."""
+    again: bool = True
+    """True if a motion that is lost on the way to other variables is looked for by a run."""
     seeds: tuple[tuple[float, float, float], ...] = ()
     """Starts of some of the searched motions, if all stable ones are considered."""
 
@@ -207,7 +210,7 @@ class Program:
 
     def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """Motions continued to other variables; None if one is lost."""
-        return self._moved(evaluation.continue_motion, motions, u)
+        return self._moved(partial(evaluation.continue_motion, again=self.again), motions, u)
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """The orbits of the same itineraries at other variables, admissible or not."""

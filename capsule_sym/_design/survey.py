@@ -92,7 +92,7 @@ class Surveyor:
         if not core:
             begun = [(points[i], self.program.settled(points[i])) for i in order[: survey.follow]]
             return [Candidate(u, motions) for u, motions in begun if motions]
-        begin = self._closed(points, found, self._apart(points, found, order))
+        begin = self.closed(points, found, self._apart(points, found, order))
         slope = float(abs(begin.slope[0]).max())
         if not slope and np.isfinite(begin.merit[0]) and np.ptp(found.worst[known]) == 0.0:
             told = f"{self.program.name} is {abs(found.worst[order[0]]):g}"
@@ -100,7 +100,7 @@ class Surveyor:
             return []
         # A few cells may vary less than the objective does.
         self.program = replace(self.program, unit=_rounded(self.program.unit * max(1.0, slope)))
-        begin = self._closed(points, found, self._apart(points, found, order))
+        begin = self.closed(points, found, self._apart(points, found, order))
         self.program.tell("survey, searches")
         return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), survey)
 
@@ -127,7 +127,7 @@ class Surveyor:
         chosen = self._apart(points, found, self._ranked(points, found))[: survey.follow]
         if not chosen:
             return []
-        begin = self._closed(points, found, chosen)
+        begin = self.closed(points, found, chosen)
         ends = climb(self.program, begin, _STEPS, self._length(len(points)))
         some = self._chosen(begin, ends, survey)
         places = [self.program.place(one.u, one.motions) for one in some]
@@ -184,7 +184,7 @@ class Surveyor:
                 break
         return chosen
 
-    def _closed(self, points: Matrix, found: Overview, chosen: Sequence[int]) -> Places:
+    def closed(self, points: Matrix, found: Overview, chosen: Sequence[int]) -> Places:
         """Places of some cells, with derivatives."""
         motions = []
         for scenario, one in zip(self.program.scenarios, found.motions, strict=True):

@@ -7,18 +7,22 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._design.climb import climb
 from capsule_sym._design.overview import overview
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, Limit
-from capsule_sym._design.survey import Survey, spread
-from capsule_sym._native import check_time
+from capsule_sym._design.survey import Survey, Surveyor, spread
+from capsule_sym._native import check_time, core_of
 
 _CELLS = 4  # factor of the cells of a survey, with both metrics
 _CHILDREN = 2  # factor of the cells around the front in each round
 _REACHES = (0.1, 0.03, 0.01)  # of the bounds: distances of these cells, round by round
 _LAYERS = 3  # fronts, each without the ones before, that get cells around them
+_GOALS, _CLIMBERS = 6, 24  # trade-offs that searches try to better, and how many of each
+_STEPS = 20  # of each
+_WAYS = (0.5, 0.75, 0.9, 1.0)  # of their ways, where starts may lead to better motions
 _APART = 0.05  # of the bounds, between starts of searches with one bound
-_PROMISING = 0.005  # of the ranges: largest difference of a start from the best one
+_PROMISING = 0.015  # of the ranges: largest difference of a start from the best one
 _STARTS = 2  # number of starts with one bound
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -36,8 +40,46 @@ class Tradeoffs:
         """Run cells within the bounds, then nearer and nearer to the best trade-offs."""
         self.draw = np.random.default_rng(survey.seed)
         self.look(spread(len(self.program.names), _CELLS * survey.samples, survey.seed))
+        if len(front := self.edge(1)):
+            both = self.both[front[::-1]]
+            ranges = np.maximum(np.ptp(both, axis=0), 1e-300)
+            far = np.append(0.0, np.cumsum(abs(np.diff(both, axis=0) / ranges).sum(axis=1)))
+            for share in (np.arange(_GOALS) + 0.5) / _GOALS:
+                goal = both[np.searchsorted(far, share * far[-1])]
+                self.climb(self.held(0, goal[1], ranges), goal, ranges, _CLIMBERS)
         for reach in _REACHES:
             self.look_near(self.u[self.edge()], reach, _CHILDREN * survey.samples)
+
+    def held(self, column: int, bound: float, ranges: Vector) -> Program:
+        """Problem of the best of a metric with the other within a bound, over their ranges."""
+        sign, functions = self.program.sign, (self.program.function, self.cost)
+        limit = Limit("", functions[1 - column], bound, -1)
+        if column:
+            limit = limit._replace(value=sign * bound, sign=-sign)
+        return replace(
+            self.program,
+            function=functions[column],
+            sign=1 if column else sign,
+            limits=(*self.program.limits, limit),
+            limit_units=(*self.program.sizes[: len(self.program.limits)], float(ranges[1 - column])),
+            unit=float(ranges[column]),
+        )
+
+    def climb(self, program: Program, goal: Vector, ranges: Vector, count: int) -> None:
+        """Run cells on the ways of searches of a problem, from those nearest to both metrics."""
+        if core_of(program.system.scene) is None:
+            return
+        chosen, apart = list[int](), 0.5 * len(self.u) ** (-1 / self.u.shape[1])
+        for i in np.argsort(((self.both - goal) / ranges).max(axis=1), kind="stable").tolist():
+            if all(abs(self.u[i] - self.u[j]).max() > apart for j in chosen):
+                chosen.append(i)
+                if len(chosen) == count:
+                    break
+        u = self.u[chosen]
+        found = overview(program, u, program.scenarios)
+        begin = Surveyor(program).closed(u, found, np.flatnonzero(np.isfinite(found.worst)))
+        ends = climb(program, begin, _STEPS, apart / 2)
+        self.look(np.vstack([begin.u + share * (ends.u - begin.u) for share in _WAYS]))
 
     def look_near(self, u: Matrix, reach: float, count: int) -> None:
         """Run cells around places, at most at the distance `reach`."""
@@ -60,14 +102,19 @@ class Tradeoffs:
         """Keep cells (n, k) with both metrics (n, 2)."""
         self.u, self.both = np.vstack([self.u, u]), np.vstack([self.both, both])
 
-    def edge(self) -> NDArray[np.intp]:
+    def edge(self, layers: int = _LAYERS) -> NDArray[np.intp]:
         """Cells dominated by few others: the first fronts, one behind another."""
         left, chosen = np.lexsort(self.both.T), list[NDArray[np.intp]]()
-        for _ in range(_LAYERS):
+        for _ in range(layers):
             before = np.minimum.accumulate(np.append(np.inf, self.both[left, 0]))[:-1]
             front = self.both[left, 0] < before
             chosen, left = [*chosen, left[front]], left[~front]
         return np.concatenate(chosen)
+
+    def within(self, column: int, bound: float) -> Vector:
+        """A metric of the cells with the other within a bound."""
+        found: Vector = self.both[self.both[:, 1 - column] <= bound, column]
+        return found
 
     def starts(self, column: int, bound: float, ranges: Vector) -> list[Vector]:
         """Starts for the best of a metric with the other within a bound."""
