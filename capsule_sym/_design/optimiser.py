@@ -44,7 +44,7 @@ from capsule_sym._parameters import SceneDevice
 
 _FIRST, _AGAIN, _NEAR = 0.02, 1e-3, 0.01  # of the bounds: first steps of searches
 _FINE = 1e-6  # of the bounds: the last steps, before conditions are solved
-_COARSE = 1e-6  # of the bounds: the last steps where not all digits are asked for
+_COARSE = 1e-4  # of the bounds: the last steps where not all digits are asked for
 _EFFORT = 200  # orbits that are solved for until a better place is looked for
 _TURNS = 3  # of looks around the best, each after searches near to what is better
 _FOLLOWED = 3  # of these, of which conditions are solved
@@ -128,6 +128,8 @@ class Optimiser:
             for spot in spots[:_FOLLOWED]:
                 if spot.worst < self.level - _BETTER and (place := spot.place(self.program)):
                     self.look(place)
+            if not self.digits:
+                break
             near = min(self.open + [rest.found.place for rest in self.rests], key=_worst)
             if near is self.seen:
                 break

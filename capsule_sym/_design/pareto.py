@@ -133,10 +133,19 @@ class _Fronts:
                 for end in self.ends:
                     self.add(end)
                 self.cells.look_around(survey)
+                self.ends = tuple(map(self.bettered, range(2), self.ends[::-1]))[::-1]
                 self.fill(*self.ends, self.count - 2)
                 self.mend()
                 self.part()
         self.done = True
+
+    def bettered(self, column: int, end: _Point) -> _Point:
+        """The best of a metric, from the best cell if it is better."""
+        i = int(np.argmin(self.cells.both[:, column]))
+        if self.cells.both[i, column] > end.both[column] - _SAME * self.ranges[column]:
+            return end
+        optimum = Optimiser(self.programs(column), digits=False).from_place(self.cells.u[i])
+        return self.point(optimum, column) if optimum and self.whole(optimum) else end
 
     def programs(self, column: int) -> Program:
         """Problem that minimises the first metric, or the second, in units."""
@@ -159,7 +168,8 @@ class _Fronts:
             share = 1 - share if count % 2 == 0 else share
         bound = low.both[column] + share * (high.both[column] - low.both[column])
         self.program.tell(f"point {len(self.found) + 1} of {self.count}")
-        point = self.best(1 - column, bound)
+        beside = high if column == 0 else low
+        point = self.best(1 - column, bound, beside)
         if point is None:
             self.missed += 1
             return
@@ -168,7 +178,7 @@ class _Fronts:
         if slack and point.optimum.success and point.optimum.bifurcation not in (BASIN, KINK):
             # In a gap: slightly better than one end is the other end.
             wanted = point.both[1 - column] - _SAME * self.ranges[1 - column]
-            other = self.best(column, wanted)
+            other = self.best(column, wanted, high if column else low)
             if other is None:
                 self.missed += 1
                 return
@@ -246,13 +256,19 @@ class _Fronts:
         """True if two points are equal."""
         return self.length(one, other) < 3 * _SAME
 
-    def best(self, column: int, bound: float) -> _Point | None:
-        """Best of a metric with the other at most at a bound, both in the sense of minimisation."""
+    def best(self, column: int, bound: float, beside: _Point) -> _Point | None:
+        """Best of a metric with the other at most at a bound, both in the sense of minimisation.
+
+        Searches begin at cells, and at the point `beside` if it is on another branch.
+        """
         begin = self.cells.starts(column, bound, self.ranges)
         goal = np.full(2, bound)
         goal[column] = min(self.cells.within(column, bound))
         self.cells.climb(self.cells.held(column, bound, self.ranges), goal, self.ranges, _CLIMBERS)
         begin = self.cells.starts(column, bound, self.ranges)
+        u = self.program.u_of(beside.optimum.system)
+        if all(abs(u - one).max() > _FAR for one in begin):
+            begin.append(u)
         best: _Point | None = None
         for u in begin:
             best = self.search(column, bound, u, best) or best

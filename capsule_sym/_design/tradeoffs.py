@@ -15,11 +15,11 @@ from capsule_sym._design.survey import Survey, Surveyor, spread
 from capsule_sym._native import check_time, core_of
 
 _CELLS = 4  # factor of the cells of a survey, with both metrics
-_CHILDREN = 2  # factor of the cells around the front in each round
+_CHILDREN = 1  # factor of the cells around the front in each round
 _REACHES = (0.1, 0.03, 0.01)  # of the bounds: distances of these cells, round by round
 _LAYERS = 3  # fronts, each without the ones before, that get cells around them
 _GOALS, _CLIMBERS = 6, 24  # trade-offs that searches try to better, and how many of each
-_STEPS = 20  # of each
+_STEPS = 12  # of each
 _WAYS = (0.5, 0.75, 0.9, 1.0)  # of their ways, where starts may lead to better motions
 _APART = 0.05  # of the bounds, between starts of searches with one bound
 _PROMISING = 0.015  # of the ranges: largest difference of a start from the best one
