@@ -20,6 +20,7 @@ from capsule_sym._design.led import (
     refined,
     scattered,
     stepped_back,
+    worst_at,
 )
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
@@ -28,7 +29,6 @@ from capsule_sym._design.polish import (
     EFFORT,
     KINK,
     MARGIN,
-    NOT_LED,
     Rest,
     bifurcation_of,
     polish,
@@ -44,8 +44,10 @@ from capsule_sym._parameters import SceneDevice
 
 _FIRST, _AGAIN, _NEAR = 0.02, 1e-3, 0.01  # of the bounds: first steps of searches
 _FINE = 1e-6  # of the bounds: the last steps, before conditions are solved
-_COARSE = 1e-4  # of the bounds: the last steps where not all digits are asked for
+_BETWEEN = 3e-3  # of the bounds: first steps from a cell of many
+_COARSE = 1e-4  # of the bounds: the last steps of searches that are not precise
 _EFFORT = 200  # orbits that are solved for until a better place is looked for
+_LITTLE = 100  # the same, where many searches follow
 _TURNS = 3  # of looks around the best, each after searches near to what is better
 _FOLLOWED = 3  # of these, of which conditions are solved
 _BOUNDED = 2  # places where they cannot be solved, that are looked at to the end
@@ -58,10 +60,14 @@ Vector = NDArray[np.float64]
 
 
 class Optimiser:
-    """One optimisation, from its survey to its result; a surrounding watch limits its time."""
+    """One optimisation, from its survey to its result; a surrounding watch limits its time.
 
-    def __init__(self, program: Program, digits: bool = True) -> None:
-        self.program, self.surveyor, self.digits = program, Surveyor(program), digits
+    If it is not to be `precise`, places at boundaries of basins have about eight digits, and it is
+    not looked for better ones around the result: many searches of a front replace that.
+    """
+
+    def __init__(self, program: Program, precise: bool = True) -> None:
+        self.program, self.surveyor, self.precise = program, Surveyor(program), precise
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
         """The best place that was passed."""
@@ -124,11 +130,12 @@ class Optimiser:
         size = _FIRST
         for _ in range(_TURNS):
             known = [rest.found.place for rest in self.rests]
-            spots = refined(self.program, begin, self.level, size, _FINE, known=known)
+            finest = _FINE if self.precise else _COARSE
+            spots = refined(self.program, begin, self.level, size, finest, known=known)
             for spot in spots[:_FOLLOWED]:
                 if spot.worst < self.level - _BETTER and (place := spot.place(self.program)):
                     self.look(place)
-            if not self.digits:
+            if not self.precise:
                 break
             near = min(self.open + [rest.found.place for rest in self.rests], key=_worst)
             if near is self.seen:
@@ -167,7 +174,7 @@ class Optimiser:
         """Result of a place, with a hint if needed."""
         found = optimum_of(rest)
         hint = "" if found.status is OptimumStatus.OPTIMAL else _beside_dragging(found)
-        if self.digits and found.bifurcation in (BASIN, KINK):
+        if self.precise and found.bifurcation in (BASIN, KINK):
             share = scattered(self.program, rest.found.place)
             hint += f"; {_SCATTERED.format(share)}" if share > _RIDDLED else ""
         return replace(found, message=found.message + hint)
@@ -183,9 +190,11 @@ class Optimiser:
 
     def bounded(self, place: Place) -> Rest:
         """Best place next to a given one within a basin boundary, or borders that meet."""
+        if not self.precise:
+            return self.bounded_near(place, LAST)
         if ends_uphill(self.program, place, lost=True):
             return self.at_boundary(place)
-        if self.digits and (rest := self.solved(place, EFFORT)):
+        if rest := self.solved(place, EFFORT):
             return rest
         program, kind, limit = self.program, KINK, place.worst
         motion = max(place.motions, key=lambda motion: motion.multiplier)
@@ -194,53 +203,59 @@ class Optimiser:
         elif jumps_beside(program, place):
             return self.at_boundary(place)
         size = LAST if kind == KINK else _NEAR
-        place = self.last(program, place, size)
+        spot = refined(program, [place], np.inf, size, FINEST, LONGER)[0]
+        place = spot.place(program) or place
         limit = place.worst if kind == KINK else limit
         found = rough(program, place)
         return Rest(program, found, whole=True, bifurcation=kind, limit=limit)
 
-    def last(self, program: Program, place: Place, size: float) -> Place:
-        """The end of a search from a place that decides a result."""
-        if self.digits:
-            return refined(program, [place], np.inf, size, FINEST, LONGER)[0].place(program) or place
+    def bounded_near(self, place: Place, size: float) -> Rest:
+        """The same, at a boundary within about 1e-8 of the bounds; `size` is of the first step."""
+        program = self.program
         place = slid(program, place)
         if room(program, place):
             near = refined(program, [place], np.inf, size, _COARSE)[0].place(program)
             place = slid(program, near or place)
-        return place
-
-    def marked(self, place: Place) -> Rest:
-        """A place with the bound that it is at."""
-        program, kind = self.program, KINK
+        if rest := self.solved(place):
+            return rest
+        motion, kind = max(place.motions, key=lambda motion: motion.multiplier), KINK
         if ends_uphill(program, place, lost=True) or jumps_beside(program, place):
-            kind = BASIN
+            kind, back = BASIN, stepped_back(program, place)
+            place = place if back.beyond else back
+        elif motion.multiplier > 1 - MARGIN:
+            kind = bifurcation_of(motion)
         found = rough(program, place)
         return Rest(program, found, whole=True, bifurcation=kind, limit=place.worst)
 
     def at_boundary(self, place: Place) -> Rest:
         """The best place of a basin boundary next to one, that is smooth; else itself."""
-        if not self.digits:
-            place = self.last(self.program, place, LAST)
-        elif scattered(self.program, place) <= _RIDDLED:
+        if scattered(self.program, place) <= _RIDDLED:
             place = along_boundary(self.program, place)
         place = stepped_back(self.program, place)
         found = rough(self.program, place)
         return Rest(self.program, found, whole=True, bifurcation=BASIN, limit=place.worst)
 
-    def from_place(self, u: Vector, level: float = np.inf) -> Optimum | None:
-        """Optimum next to a place; None if it is not within the limits, or not below a level."""
+    def from_place(self, u: Vector, level: float) -> Optimum | None:
+        """Optimum next to a place; None if it is beyond the limits, or not below a level."""
         inside = [place for place in self.go(self.program, u) if not place.beyond]
         if not inside or inside[0].worst > level:
             return None
-        rest = self.solved(inside[0])
+        rest = self.solved(inside[0], _LITTLE)
         if rest is None:
-            led = next(place for place in inside if led_to(self.program, place))
-            if led is not inside[0] and led.worst > level + _HOPEFUL:
+            led = self.led(inside, u)
+            if led is None or led.worst > level + _HOPEFUL:
                 return None
-            near = self.last(self.program, led, _NEAR)
-            rest = self.solved(near) or self.marked(near)
+            rest = self.bounded_near(led, _BETWEEN)
         self.found = self.optimum(rest)
         return self.result
+
+    def led(self, places: Sequence[Place], u: Vector) -> Place | None:
+        """The first of places to which starts lead, as they do to the one at `u`."""
+        worst = worst_at(self.program, np.array([place.u for place in places])).tolist()
+        for one, place in zip(worst, places, strict=True):
+            if abs(one - place.worst) < _BETTER or np.array_equal(place.u, u):
+                return place
+        return None
 
     def nowhere(self, moving: bool) -> Optimum:
         """Result if no start leads to a motion, or to one on which all limits are defined."""
@@ -290,7 +305,7 @@ class Optimiser:
         first = program.begin(u)
         if first is None:
             return []
-        search = Search(replace(program, again=self.digits), first, reach)
+        search = Search(replace(program, again=self.precise), first, reach)
         places = search.run()
         self.evaluations += search.evaluations - 1
         if not program.elastic and (self.best is None or places[0].rank < self.best.rank):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design.borders import Distance, distances
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.polish import BASIN, KINK, NOT_LED, Rest
+from capsule_sym._design.polish import BASIN, KINK, Rest
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.quantities import System, of, values_of
 from capsule_sym._map.result import Result
@@ -34,7 +34,7 @@ class OptimumStatus(StrEnum):
     #: of
     #: itinerary, of stability, or of the basin; see `bifurcation` and `limit`.
     OPTIMAL_AT_BORDER = "optimal-at-border"
-    #: The result does not satisfy the conditions of an optimum, or no start settles on its motion.
+    #: The result does not satisfy the conditions of an optimum.
     NOT_CONVERGED = "not-converged"
     #: No place within the bounds satisfies all constraints.
     INFEASIBLE = "infeasible"
@@ -206,8 +206,6 @@ def _told(rest: Rest) -> tuple[OptimumStatus, str]:
     """Status of the result, and a sentence."""
     if not rest.whole:
         message = "the best place found does not satisfy the conditions of an optimum"
-        if rest.bifurcation == NOT_LED:
-            message = "no start settles on the best motion found"
         return OptimumStatus.NOT_CONVERGED, message
     limit = f"{rest.program.sign * rest.program.unit * rest.limit:.9g}"
     messages = {

@@ -24,14 +24,14 @@ from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.polish import BASIN, KINK
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, Limit, System, function_of
+from capsule_sym._design.quantities import Function, System, function_of
 from capsule_sym._design.survey import Survey
 from capsule_sym._design.tradeoffs import Tradeoffs
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
 
 _NEARER = (0.03, 0.01, 0.003)  # the same, around the points found
-_AROUND = 16  # cells around each point, each time
+_AROUND = 8  # cells around each point, each time
 _CLIMBERS = 6  # searches side by side with a bound
 _BETWEEN = 7  # drives between neighbouring points
 _FAR = 0.1  # of the bounds, between neighbouring points that may be on different branches
@@ -110,13 +110,13 @@ class _Fronts:
     def __init__(self, program: Program, cost: Function, points: int) -> None:
         self.program, self.cost, self.count = program, cost, points
         other = replace(program, function=cost, sign=1)
-        self.optimisers = tuple(Optimiser(one, digits=False) for one in (program, other))
+        self.optimisers = tuple(Optimiser(one, precise=False) for one in (program, other))
         self.ends: tuple[_Point, ...] = ()
         self.found: list[_Point] = []
         self.gaps: list[_Gap] = []
         self.missed = 0
         """Number of bounds without an optimum."""
-        self.cells = Tradeoffs(program, cost)
+        self.cells = Tradeoffs((program, other))
         self.ranges = np.ones(2)
         self.done = False
 
@@ -124,6 +124,7 @@ class _Fronts:
         """Find the ends, the cells between them, and the points."""
         for one in self.optimisers:
             one.run(survey)
+        self.cells = Tradeoffs([one.program for one in self.optimisers])
         best, least = (one.result for one in self.optimisers)
         if all(map(self.whole, (best, least))):
             self.ends = self.point(least, 1), self.point(best, 0)
@@ -133,8 +134,9 @@ class _Fronts:
                 for end in self.ends:
                     self.add(end)
                 self.cells.look_around(survey)
-                self.ends = tuple(map(self.bettered, range(2), self.ends[::-1]))[::-1]
-                self.fill(*self.ends, self.count - 2)
+                low, high = self.bettered(1, self.ends[0]), self.bettered(0, self.ends[1])
+                self.ends = low, high
+                self.fill(low, high, self.count - 2)
                 self.mend()
                 self.part()
         self.done = True
@@ -144,7 +146,8 @@ class _Fronts:
         i = int(np.argmin(self.cells.both[:, column]))
         if self.cells.both[i, column] > end.both[column] - _SAME * self.ranges[column]:
             return end
-        optimum = Optimiser(self.programs(column), digits=False).from_place(self.cells.u[i])
+        optimiser = Optimiser(self.programs(column), precise=False)
+        optimum = optimiser.from_place(self.cells.u[i], np.inf)
         return self.point(optimum, column) if optimum and self.whole(optimum) else end
 
     def programs(self, column: int) -> Program:
@@ -208,22 +211,24 @@ class _Fronts:
         return f"{self.names[column]} is {greatest}: {point.held}"
 
     def mend(self) -> None:
-        """Improve the points that cells around them dominate."""
+        """Improve the points that cells around them dominate, or the branch of the point before."""
         kept = self.undominated([*self.ends, *self.found])
         places = np.array([self.program.u_of(point.optimum.system) for point in kept])
         for reach in _NEARER:
             self.cells.look_near(places, reach, _AROUND * len(places))
-        for point in kept:
+        for i, point in enumerate(kept):
             cheaper = np.flatnonzero(self.cells.both[:, 1] <= point.both[1])
             best = cheaper[np.argmin(self.cells.both[cheaper, 0])]
             if self.cells.both[best, 0] < point.both[0] - _SAME * self.ranges[0]:
                 self.mended(point, self.cells.u[best])
+            elif i and abs(places[i] - places[i - 1]).max() > _FAR:
+                self.mended(point, places[i - 1])
 
     def mended(self, point: _Point, u: Vector) -> None:
         """Replace a point by one next to a better place, also in gaps."""
         first = any(gap.first is point for gap in self.gaps)
-        better = self.search(int(first), point.both[1 - first], u)
-        if better is not None and better.both[first] < point.both[first]:
+        better = self.search(int(first), point.both[1 - first], u, point)
+        if better is not None:
             self.add(better)
             self.gaps = [
                 gap._replace(
@@ -264,7 +269,7 @@ class _Fronts:
         begin = self.cells.starts(column, bound, self.ranges)
         goal = np.full(2, bound)
         goal[column] = min(self.cells.within(column, bound))
-        self.cells.climb(self.cells.held(column, bound, self.ranges), goal, self.ranges, _CLIMBERS)
+        self.cells.climb(column, goal, self.ranges, _CLIMBERS)
         begin = self.cells.starts(column, bound, self.ranges)
         u = self.program.u_of(beside.optimum.system)
         if all(abs(u - one).max() > _FAR for one in begin):
@@ -278,20 +283,9 @@ class _Fronts:
         self, column: int, bound: float, u: Vector, known: _Point | None = None
     ) -> _Point | None:
         """The same next to a place; None if it is not better than a known one."""
-        program, sign = self.programs(column), self.program.sign
-        if column == 0:
-            held = Limit(f"{self.names[1]} <= {bound:.6g}", self.cost, bound, -1)
-        else:
-            text = f"{self.names[0]} {'>=' if sign < 0 else '<='} {sign * bound:.6g}"
-            held = Limit(text, self.program.function, sign * bound, -sign)
-        program = replace(
-            program,
-            progress=None,
-            limits=(*program.limits, held),
-            limit_units=(*program.limit_units, float(self.ranges[1 - column])),
-        )
+        program = self.cells.held(column, bound, self.ranges)
         level = np.inf if known is None else known.both[column] / program.unit
-        optimum = Optimiser(program, digits=False).from_place(u, level)
+        optimum = Optimiser(program, precise=False).from_place(u, level)
         if optimum is None or not self.whole(optimum):
             return None
         point = self.point(optimum, column, len(self.program.limits))

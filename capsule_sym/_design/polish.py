@@ -41,8 +41,6 @@ BASIN = "basin boundary"
 """Bound of a place beyond which the starts settle elsewhere."""
 KINK = "kink"
 """Bound of a place with no better neighbour, without solved conditions."""
-NOT_LED = "not led to"
-"""Mark of a place on whose motion no start settles."""
 MARGIN = 1e-2
 """Of the largest multiplier, if stability bounds the best and no margin is required."""
 _MARGINS = (0.5, 0.25, 0.125)  # of it, from which the limit is extrapolated

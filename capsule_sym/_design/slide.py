@@ -7,21 +7,25 @@ halved until it is short.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.led import LONGER, worst_at
+from capsule_sym._design.led import led_to
 from capsule_sym._design.program import Place, Program
+from capsule_sym._design.quantities import dimensionless
 from capsule_sym._map.labelled import package
+from capsule_sym._map.many import simulate_many
 from capsule_sym._native import check_time
 
 _TURNS = 6  # ways one after another, each with its limits
-_FIRST, _LONGEST, _LAST = 1e-3, 0.02, 1e-9  # of the bounds: steps
+_FIRST, _LONGEST, _LAST = 1e-3, 0.02, 1e-8  # of the bounds: steps
 _ACTIVE = 1e-6  # slack of an active limit
 _PRECISE = 1e-9  # the same, after a correction
-_SAME = 1e-9  # units of the objective, of one motion reached by two runs
+_RUN = 256  # excitation periods at least of a run, after which another is to come nearer
+_NEAR = 1e-2  # distance of a run from a motion it comes to, over the motion's size
 _CORRECTIONS = 3
 _LEVEL = 1e-6  # slope, of the objective's own, that counts as none
 _BETTER = 1e-9  # units of the objective, that a way has to gain
@@ -38,12 +42,13 @@ class _Way(NamedTuple):
 
 def slid(program: Program, place: Place) -> Place:
     """The end of a way downhill from a place, as far as the starts lead to its motions."""
+    first, own = place, replace(program, again=False)
     for _ in range(_TURNS):
-        end = _slid(program, place)
+        end = _slid(own, place)
         if end.worst > place.worst - _BETTER:
             break
         place = end
-    return place
+    return place if place is first or led_to(program, place) else first
 
 
 def room(program: Program, place: Place) -> int:
@@ -83,9 +88,23 @@ def _way(program: Program, place: Place) -> _Way | None:
 
 
 def _led(program: Program, place: Place) -> bool:
-    """True if runs from the starts end on motions that are as good."""
-    (worst,) = worst_at(program, place.u[None], [place], LONGER)
-    return bool(abs(worst - place.worst) < _SAME)
+    """True if runs from the starts come nearer and nearer to the motions of a place."""
+    systems = program.systems_at(place.u)
+    for scenario, system, motion in zip(program.scenarios, systems, place.motions, strict=True):
+        if motion.found is None:
+            return led_to(program, place)
+        own = dimensionless(system)
+        row, state = np.array([[*own.to_dict().values()]]), np.array([scenario.state])
+        length = -(-_RUN // motion.period_number) * motion.period_number
+        off, near = np.inf, _NEAR * (1 + abs(motion.state).max())
+        for _ in range(2):
+            run = simulate_many(row, state, 0.0, length, scene=own.scene)
+            state, before, off = run.states, off, float(abs(run.states[0] - motion.state).max())
+            if not run.success[0]:
+                return False
+        if not (off < _NEAR * near or off < min(before, near)):
+            return False
+    return True
 
 
 def _moved(program: Program, place: Place, way: _Way, step: float) -> Place | None:

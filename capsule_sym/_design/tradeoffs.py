@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from capsule_sym._design.climb import climb
 from capsule_sym._design.overview import overview
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, Limit
+from capsule_sym._design.quantities import Limit
 from capsule_sym._design.survey import Survey, Surveyor, spread
 from capsule_sym._native import check_time, core_of
 
@@ -22,7 +23,7 @@ _GOALS, _CLIMBERS = 6, 24  # trade-offs that searches try to better, and how man
 _STEPS = 12  # of each
 _WAYS = (0.5, 0.75, 0.9, 1.0)  # of their ways, where starts may lead to better motions
 _APART = 0.05  # of the bounds, between starts of searches with one bound
-_PROMISING = 0.015  # of the ranges: largest difference of a start from the best one
+_PROMISING = 0.005  # of the ranges: largest difference of a start from the best one
 _STARTS = 2  # number of starts with one bound
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -31,53 +32,57 @@ Matrix = NDArray[np.float64]
 class Tradeoffs:
     """Cells `u` (n, k) with `both` metrics (n, 2), in the sense of minimisation."""
 
-    def __init__(self, program: Program, cost: Function) -> None:
-        self.program, self.cost = program, cost
+    def __init__(self, programs: Sequence[Program]) -> None:
+        self.programs, program = programs, programs[0]
         self.u, self.both = np.empty((0, len(program.names))), np.empty((0, 2))
         self.draw = np.random.default_rng(0)
 
     def look_around(self, survey: Survey) -> None:
         """Run cells within the bounds, then nearer and nearer to the best trade-offs."""
         self.draw = np.random.default_rng(survey.seed)
-        self.look(spread(len(self.program.names), _CELLS * survey.samples, survey.seed))
+        self.look(spread(self.u.shape[1], _CELLS * survey.samples, survey.seed))
         if len(front := self.edge(1)):
             both = self.both[front[::-1]]
             ranges = np.maximum(np.ptp(both, axis=0), 1e-300)
             far = np.append(0.0, np.cumsum(abs(np.diff(both, axis=0) / ranges).sum(axis=1)))
             for share in (np.arange(_GOALS) + 0.5) / _GOALS:
                 goal = both[np.searchsorted(far, share * far[-1])]
-                self.climb(self.held(0, goal[1], ranges), goal, ranges, _CLIMBERS)
+                self.climb(0, goal, ranges, _CLIMBERS)
         for reach in _REACHES:
             self.look_near(self.u[self.edge()], reach, _CHILDREN * survey.samples)
 
     def held(self, column: int, bound: float, ranges: Vector) -> Program:
-        """Problem of the best of a metric with the other within a bound, over their ranges."""
-        sign, functions = self.program.sign, (self.program.function, self.cost)
-        limit = Limit("", functions[1 - column], bound, -1)
-        if column:
-            limit = limit._replace(value=sign * bound, sign=-sign)
+        """Problem of the best of a metric with the other within a bound, over its range."""
+        other, program = self.programs[1 - column], self.programs[column]
+        sign = "<=" if other.sign > 0 else ">="
+        text = f"{other.name} {sign} {other.sign * bound:.6g}"
+        limit = Limit(text, other.function, other.sign * bound, -other.sign)
         return replace(
-            self.program,
-            function=functions[column],
-            sign=1 if column else sign,
-            limits=(*self.program.limits, limit),
-            limit_units=(*self.program.sizes[: len(self.program.limits)], float(ranges[1 - column])),
-            unit=float(ranges[column]),
+            program,
+            progress=None,
+            limits=(*program.limits, limit),
+            limit_units=(*program.limit_units, float(ranges[1 - column])),
         )
 
-    def climb(self, program: Program, goal: Vector, ranges: Vector, count: int) -> None:
-        """Run cells on the ways of searches of a problem, from those nearest to both metrics."""
+    def climb(self, column: int, goal: Vector, ranges: Vector, count: int) -> None:
+        """Run cells on the ways of searches that better one metric of a goal, from cells near it.
+
+        They are near if none of both metrics is much worse.
+        """
+        program = self.held(column, float(goal[1 - column]), ranges)
         if core_of(program.system.scene) is None:
             return
+        program = replace(program, unit=float(ranges[column]))
         chosen, apart = list[int](), 0.5 * len(self.u) ** (-1 / self.u.shape[1])
         for i in np.argsort(((self.both - goal) / ranges).max(axis=1), kind="stable").tolist():
-            if all(abs(self.u[i] - self.u[j]).max() > apart for j in chosen):
+            if len(chosen) == count:
+                break
+            if np.all(abs(self.u[chosen] - self.u[i]).max(axis=1) > apart):
                 chosen.append(i)
-                if len(chosen) == count:
-                    break
         u = self.u[chosen]
         found = overview(program, u, program.scenarios)
-        begin = Surveyor(program).closed(u, found, np.flatnonzero(np.isfinite(found.worst)))
+        known = np.flatnonzero(np.isfinite(found.worst)).tolist()
+        begin = Surveyor(program).closed(u, found, known)
         ends = climb(program, begin, _STEPS, apart / 2)
         self.look(np.vstack([begin.u + share * (ends.u - begin.u) for share in _WAYS]))
 
@@ -88,8 +93,9 @@ class Tradeoffs:
 
     def look(self, u: Matrix) -> Matrix:
         """Run cells, keep those within the limits, and return both metrics of these."""
-        limits = *self.program.limits, Limit("", self.cost, 0.0, -1)
-        found = overview(replace(self.program, limits=limits), u, self.program.scenarios)
+        program, cost = self.programs
+        limits = *program.limits, Limit("", cost.function, 0.0, -1)
+        found = overview(replace(program, limits=limits), u, program.scenarios)
         check_time()
         both: Matrix = np.column_stack([found.worst, -found.slacks[:, -1]])
         good = np.isfinite(both).all(axis=1)
