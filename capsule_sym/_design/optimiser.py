@@ -108,7 +108,8 @@ class Optimiser:
         inside = (places[0] for places in runs if not places[0].beyond)
         begin = sorted(inside, key=_worst)
         self.look(begin[0])
-        self.search(begin)
+        if self.precise or self.open:
+            self.search(begin)
         if more := self.surveyor.more(survey):
             self.search(more)
         for place in sorted(self.open, key=_worst)[:_BOUNDED]:
