@@ -116,7 +116,6 @@ class _Fronts:
         self.gaps: list[_Gap] = []
         self.missed = 0
         """Number of bounds without an optimum."""
-        self.cells = Tradeoffs((program, other))
         self.ranges = np.ones(2)
         self.done = False
 
@@ -135,7 +134,7 @@ class _Fronts:
                     self.add(end)
                 self.cells.look_around(survey)
                 low, high = self.bettered(1, self.ends[0]), self.bettered(0, self.ends[1])
-                self.ends = low, high
+                self.ends, self.ranges = (low, high), abs(np.subtract(low.both, high.both))
                 self.fill(low, high, self.count - 2)
                 self.mend()
                 self.part()
@@ -148,7 +147,9 @@ class _Fronts:
             return end
         optimiser = Optimiser(self.programs(column), precise=False)
         optimum = optimiser.from_place(self.cells.u[i], np.inf)
-        return self.point(optimum, column) if optimum and self.whole(optimum) else end
+        if optimum is None or not self.whole(optimum):
+            return end
+        return min(end, self.point(optimum, column), key=lambda point: point.both[column])
 
     def programs(self, column: int) -> Program:
         """Problem that minimises the first metric, or the second, in units."""

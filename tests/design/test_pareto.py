@@ -140,6 +140,21 @@ def test_a_front_in_parts_has_all_of_its_points_and_no_cell_beats_one(scene, cou
     assert all(part.begins and part.ends for part in found.parts)
 
 
+@pytest.mark.long
+def test_a_branch_on_which_few_cells_are_good_is_on_the_front() -> None:
+    base, over = Parameters(zeta=0.02, beta=10.0), {"alpha": (0.2, 3.0), "omega": (0.3, 2.5)}
+    found = pareto("speed", "peak_force", over, base, points=20)
+    assert found.success
+    drives = [(a, o) for a in np.linspace(1.9, 2.4, 21) for o in np.linspace(0.386, 0.392, 13)]
+    cells = [one for one in metrics_of([base.replace(alpha=a, omega=o) for a, o in drives]) if one]
+    assert len(cells) > 100
+    # Basins are riddled at the edge of this branch: places near to a point may be slightly better.
+    riddled = 1e-3 * np.ptp(found.values)
+    for value, cost in zip(found.values, found.costs, strict=True):
+        cheaper = [abs(one["velocity"]) for one in cells if one["peak_force"] <= cost]
+        assert max(cheaper, default=0.0) < value + riddled
+
+
 def test_one_point_may_be_best_in_both() -> None:
     found = pareto("speed", "peak_force - speed*100", {"alpha": (0.7, 0.9)}, points=5, samples=4)
     assert len(found.points) == 1
