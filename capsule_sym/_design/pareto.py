@@ -201,8 +201,9 @@ class _Fronts:
         lengths = self.length(low, first), self.length(last, high)
         count -= len(new)
         before = round(count * lengths[0] / (sum(lengths) or 1.0))
+        known = len(self.found)
         self.fill(low, first, before)
-        self.fill(last, high, count - before)
+        self.fill(last, high, count - max(before, len(self.found) - known))
 
     def told(self, point: _Point, column: int) -> str:
         """Reason why a part ends, or begins, at the best point of a metric."""
