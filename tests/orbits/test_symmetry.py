@@ -16,6 +16,7 @@ from capsule_sym import (
     Branch,
     Ending,
     Itinerary,
+    Orbit,
     Parameters,
     continue_bifurcation,
     continue_orbit,
@@ -27,8 +28,16 @@ from capsule_sym import (
     whole_orbit,
 )
 from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.points import extended
-from capsule_sym._orbits.continuation.points.kinds import ADDING, CORNER, CROSSING, GRAZING
+from capsule_sym._orbits.continuation.points.extended import EventSolution, ExtendedSystem
+from capsule_sym._orbits.continuation.points.kinds import (
+    ADDING,
+    CORNER,
+    CROSSING,
+    DURATIONS,
+    GRAZING,
+)
 from capsule_sym._orbits.shooting.equations import ShootingSystem, shooting
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice
@@ -184,14 +193,47 @@ def test_it_does_so_however_durations_are_rounded(
 
     def rounded(*given: Any) -> ShootingSystem:
         system = evaluate(*given)
-        noise = 1 + 2e-16 * random.normal(size=system.residual.shape)
-        return replace(system, residual=system.residual * noise, by_z=system.by_z * noise)
+        noise, added = 1e-16 * random.normal(size=(2, *system.residual.shape))
+        residual = system.residual * (1 + 2 * noise) + added
+        return replace(system, residual=residual, by_z=system.by_z * (1 + 2 * noise))
 
     branch = over_alpha(0.1, 2.0, delta=1.2)
     one = next(one for one in branch.bifurcations if one.type == CROSSING)
     monkeypatch.setattr(extended, "shooting", rounded)
     curve = continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
     assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+
+
+def test_a_zero_of_rounding_beside_a_point_is_no_other_point(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The stick that lasts as the third power of the contact is 0 to rounding before the contact.
+
+    Newton's method seldom ends there; here it always does.
+    """
+    solved = Family.solved
+    found: list[EventSolution | None] = []
+
+    def ended(
+        family: Family, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
+    ) -> EventSolution | None:
+        if orbit.itinerary.fields != (1, 4, 1, 2, 3, 2) or segments != (3, 5):
+            return solved(family, orbit, names, segments)
+        beside = family.corrected_at(family.unknowns(orbit), DURATIONS + 1, 1.5e-5)
+        assert beside is not None
+        at, free = beside.at.orbit, tuple(axis.path for axis in family.axes)
+        system = ExtendedSystem(family.numbers, at.values, free, at.itinerary, segments)
+        unknowns = system.unknowns(at)
+        found.append(system._solution(system.evaluate(unknowns), unknowns, 1))
+        return found[-1]
+
+    branch = over_alpha(0.1, 2.0, delta=1.2)
+    one = next(one for one in branch.bifurcations if one.type == CROSSING)
+    monkeypatch.setattr(Family, "solved", ended)
+    curve = continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
+    assert found[0] is not None
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert [m.types for m in curve.codimension_two] == [(CROSSING, GRAZING)]
 
 
 def test_half_a_motion_has_the_equations_of_the_whole() -> None:

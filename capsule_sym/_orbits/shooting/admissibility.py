@@ -21,7 +21,7 @@ DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
 EDGE, BEFORE_END = "edge", "before end"
 KINKS = (Guard.EDGE, Guard.GAP, Guard.BACK)
 """Guards beyond which other forces act."""
-_ROUNDINGS = 32  # in a duration, of the longest one
+_ROUNDINGS = 32  # in a duration, of the longest one; in a landing's margin, of the friction
 _NEAR = 1e-5  # share of a segment within which a minimum counts as that at its end
 
 
@@ -73,18 +73,23 @@ def inequalities(
     alone = itinerary.mirrored and len(itinerary.scene.facts.STOPS) == 1
     stiffness = itinerary.scene.facts.STOPS[0][1]
     hidden = _ROUNDINGS * numbers.unit * max(flow.h for flow in flows)
+    # A duration hidden by rounding is not known to be negative.
+    durations = [abs(flow.h) if abs(flow.h) <= hidden else flow.h for flow in flows]
     for i, flow in enumerate(flows):
         if i in zero_segments:
             continue
         before, after = (i - 1) % n, (i + 1) % n
-        # A duration hidden by rounding is not known to be negative.
-        duration = abs(flow.h) if abs(flow.h) <= hidden else flow.h
-        found.append(Inequality(DURATION, i, None, duration, flow.h))
+        found.append(Inequality(DURATION, i, None, durations[i], flow.h))
         # A segment of negative duration invalidates the inequalities of its neighbours.
-        if any(flows[k].h <= 0 for k in (before, i, after) if k not in zero_segments):
+        if any(durations[k] <= 0 for k in (before, i, after) if k not in zero_segments):
             continue
         if flow.segment.guard is Guard.DRIFT and after not in zero_segments:
-            found.append(Inequality(LANDING, i, None, _landing(itinerary, flows, i), flow.h))
+            landing, c = _landing(itinerary, flows, i), flow.c
+            faint = _ROUNDINGS * numbers.unit * abs(c.friction_at(c.drift))
+            # Nor is the margin of a landing on stick, which is 0 where the stick has no duration.
+            if not flows[after].c.drift and abs(landing) <= faint:
+                landing = faint
+            found.append(Inequality(LANDING, i, None, landing, flow.h))
         if flow.segment.guard in KINKS and after not in zero_segments:
             found += _at_end(itinerary, flows, i)
         if alone and getattr(flow.c, stiffness) != 0:

@@ -109,7 +109,8 @@ def first_event(family: Family, old: State, new: State, failing: list[Inequality
     """First event between two states; None if nothing fails or it is not located."""
     shares = [_failing_share(old.held, failed) for failed in failing]
     found = [_locate(family, old, new, *one) for one in zip(failing, shares, strict=True)]
-    events = [one for one in found if one is not None]
+    located = [one for one in found if one is not None]
+    events = [one for one in located if not any(_may_be(family, one, other) for other in located)]
     if not events:
         return None
     nearest = min(one.share for one in events)
@@ -119,6 +120,19 @@ def first_event(family: Family, old: State, new: State, failing: list[Inequality
     together = [one for one in events if one.share - nearest < family.settings.same_share]
     # A segment that shrinks to 0 may let other inequalities fail with it; it is the event.
     return min(together, key=lambda one: one.failed.kind != DURATION)
+
+
+def _may_be(family: Family, one: Event, other: Event) -> bool:
+    """True if an event may be another one, of a shrinking segment, which is known better.
+
+    Where two conditions vanish together, one of them to higher order, its zero is that of rounding
+    and may be found before the other's. The uncertainties of equal events are about equal.
+    """
+    errors = one.solution.uncertainties
+    if other.failed.kind != DURATION or max(errors) <= 2 * max(other.solution.uncertainties):
+        return False
+    both = zip(*(family.problem.values(at.solution.orbit) for at in (one, other)), strict=True)
+    return all(abs(a - b) <= error for (a, b), error in zip(both, errors, strict=True))
 
 
 def hides(family: Family, old: State, new: State, event: Event) -> bool:
