@@ -137,6 +137,7 @@ class _Fronts:
                 self.ends, self.ranges = (low, high), abs(np.subtract(low.both, high.both))
                 self.fill(low, high, self.count - 2)
                 self.mend()
+                self.complete()
                 self.part()
         self.done = True
 
@@ -225,6 +226,18 @@ class _Fronts:
                 self.mended(point, self.cells.u[best])
             elif i and abs(places[i] - places[i - 1]).max() > _FAR:
                 self.mended(point, places[i - 1])
+
+    def complete(self) -> None:
+        """Find points on the longest steps, in place of those that others dominate."""
+        kept = self.undominated([*self.ends, *self.found])
+        for _ in range(self.count - len(kept)):
+            steps = [
+                (self.length(*pair) if self.gap_after(kept, i) is None else 0.0, i)
+                for i, pair in enumerate(pairwise(kept))
+            ]
+            i = max(steps)[1]
+            self.fill(kept[i], kept[i + 1], 1)
+            kept = self.undominated([*self.ends, *self.found])
 
     def mended(self, point: _Point, u: Vector) -> None:
         """Replace a point by one next to a better place, also in gaps."""

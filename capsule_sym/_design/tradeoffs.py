@@ -81,6 +81,7 @@ class Tradeoffs:
                 chosen.append(i)
         u = self.u[chosen]
         found = overview(program, u, program.scenarios)
+        check_time()
         known = np.flatnonzero(np.isfinite(found.worst)).tolist()
         begin = Surveyor(program).closed(u, found, known)
         ends = climb(program, begin, _STEPS, apart / 2)
