@@ -163,6 +163,8 @@ class Basin:
             line = np.vstack([inside, between, outside])
             lost = self.lost(np.full(_SECTIONS, time), between)
             i = int(lost.argmax()) if lost.any() else _SECTIONS
+            if np.array_equal(line[i], inside) and np.array_equal(line[i + 1], outside):
+                break  # they are neighbours
             inside, outside = line[i], line[i + 1]
         return inside, outside
 

@@ -21,11 +21,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._map import simulate
+from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import jacobian
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -234,6 +234,7 @@ def _beside_kink(surface: Surface, point: _Points, random: np.random.Generator) 
         slopes /= np.linalg.norm(slopes, axis=1).max()
         # The shortest mean has an angle of less than 90 degrees with each slope.
         equations = np.vstack([slopes.T, np.full(len(slopes), _WHOLE)])
+        nnls = package("scipy.optimize", "design").nnls
         mean = nnls(equations, np.append(np.zeros(len(slopes.T)), _WHOLE))[0] @ slopes
         size = float(np.linalg.norm(mean))
         if size * distance <= _FLAT:

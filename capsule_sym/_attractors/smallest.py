@@ -4,7 +4,7 @@ Knocks at all times of the motion's period are sampled on spheres in the state s
 shrinks to the smallest knock that loses the motion. New samples are drawn all over the sphere, near
 the best knock, and near those from which the motion takes longest to return: they are next to the
 boundary of its basin. From the best knock the boundary leads to its edge state, which gives the
-nearest point to rounding (`nearest`). At the end samples within that distance are tried again.
+nearest point (`nearest`). At the end samples within that distance are tried again.
 """
 
 from __future__ import annotations
@@ -245,7 +245,10 @@ class Search:
                 break
             # Another part of the boundary is in front of this one.
             times, directions = np.array([found.time]), found.direction[None]
-            self._shorten(times, directions, np.array([found.radius * (1 - BESIDE)]))
+            if not self._shorten(times, directions, np.array([found.radius * (1 - BESIDE)])):
+                return False
+        else:
+            return False
         if not self._is_lost(found, found.radius * (1 + BESIDE)):
             return False
         self._take(found)

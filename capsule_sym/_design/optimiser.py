@@ -192,7 +192,7 @@ class Optimiser:
     def bounded(self, place: Place) -> Rest:
         """Best place next to a given one within a basin boundary, or borders that meet."""
         if not self.precise:
-            return self.bounded_near(place, LAST)
+            return self.bounded_near(place, _COARSE)
         if ends_uphill(self.program, place, lost=True):
             return self.at_boundary(place)
         if rest := self.solved(place, EFFORT):
@@ -214,7 +214,7 @@ class Optimiser:
         """The same, at a boundary within about 1e-8 of the bounds; `size` is of the first step."""
         program = self.program
         place = slid(program, place)
-        if room(program, place):
+        if size > _COARSE and room(program, place):
             near = refined(program, [place], np.inf, size, _COARSE)[0].place(program)
             place = slid(program, near or place)
         if rest := self.solved(place):

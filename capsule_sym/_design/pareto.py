@@ -27,10 +27,11 @@ from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, System, function_of
 from capsule_sym._design.survey import Survey
 from capsule_sym._design.tradeoffs import Tradeoffs
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
 
-_NEARER = (0.03, 0.01, 0.003)  # the same, around the points found
+_NEARER = (0.03, 0.01, 0.003)  # of the bounds: distances of cells around the points found
 _AROUND = 8  # cells around each point, each time
 _CLIMBERS = 6  # searches side by side with a bound
 _BETWEEN = 7  # drives between neighbouring points
@@ -68,7 +69,7 @@ def pareto(
     have the endpoints and their reasons. All else is as in `optimise`, including the units. After
     `max_seconds` the front has the points found so far.
 
-    Raises InvalidInput as `optimise` does.
+    Raises InvalidInput as `optimise` does, and where one metric is best and the other not finite.
     """
     check_count("points", points, *POINTS)
     survey = checked_survey(samples, seed, follow)
@@ -125,21 +126,34 @@ class _Fronts:
             one.run(survey)
         self.cells = Tradeoffs([one.program for one in self.optimisers])
         best, least = (one.result for one in self.optimisers)
-        if all(map(self.whole, (best, least))):
-            self.ends = self.point(least, 1), self.point(best, 0)
-            first, last = (np.array(end.both) for end in self.ends)
-            if last[1] > first[1] and last[0] < first[0]:
-                self.ranges = abs(last - first)
-                for end in self.ends:
-                    self.add(end)
-                self.cells.look_around(survey)
-                low, high = self.bettered(1, self.ends[0]), self.bettered(0, self.ends[1])
-                self.ends, self.ranges = (low, high), abs(np.subtract(low.both, high.both))
+        whole = all(map(self.whole, (best, least)))
+        if whole and self.between(self.point(least, 1), self.point(best, 0)):
+            self.cells.look_around(survey)
+            low, high = self.bettered(1, self.ends[0]), self.bettered(0, self.ends[1])
+            if self.between(low, high):
                 self.fill(low, high, self.count - 2)
                 self.mend()
                 self.complete()
                 self.part()
         self.done = True
+
+    def between(self, low: _Point, high: _Point) -> bool:
+        """Set the ends and the ranges; True if a front is between them."""
+        for column, end in enumerate((high, low)):
+            if not math.isfinite(end.both[1 - column]):
+                other, own = self.names[1 - column], self.names[column]
+                allowed = f"finite where {own} is best, as by a limit such as 'speed >= 0.01'"
+                raise InvalidInput(("against", "metric")[column], other, allowed)
+        known = self.ends
+        self.ends = low, high
+        for end in self.ends:
+            if end not in known:
+                self.add(end)
+        gained = low.both[0] - high.both[0], high.both[1] - low.both[1]
+        if min(gained) <= 0:
+            return False
+        self.ranges = np.array(gained)
+        return True
 
     def bettered(self, column: int, end: _Point) -> _Point:
         """The best of a metric, from the best cell if it is better."""
@@ -230,7 +244,7 @@ class _Fronts:
     def complete(self) -> None:
         """Find points on the longest steps, in place of those that others dominate."""
         kept = self.undominated([*self.ends, *self.found])
-        for _ in range(self.count - len(kept)):
+        for _ in range(self.count - len(kept) if len(kept) > 1 else 0):
             steps = [
                 (self.length(*pair) if self.gap_after(kept, i) is None else 0.0, i)
                 for i, pair in enumerate(pairwise(kept))

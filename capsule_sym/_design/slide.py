@@ -54,7 +54,7 @@ def slid(program: Program, place: Place) -> Place:
 def room(program: Program, place: Place) -> int:
     """Number of directions in which a boundary beside a place may extend."""
     bounds = (place.u <= 0.0) | (place.u >= 1.0)
-    return len(place.u) - int(bounds.sum()) - int((place.slacks < _ACTIVE).sum()) - 1
+    return max(0, len(place.u) - int(bounds.sum()) - int((place.slacks < _ACTIVE).sum()) - 1)
 
 
 def _slid(program: Program, place: Place) -> Place:

@@ -221,3 +221,12 @@ def test_what_is_not_allowed_is_refused(changed, field) -> None:
     with pytest.raises(InvalidInput) as caught:
         pareto(**given)
     assert caught.value.field == field
+
+
+def test_a_metric_that_is_not_finite_at_the_end_of_a_front_is_told() -> None:
+    """The least force does not move the capsule, whose cost of transport is infinite."""
+    how = {"points": 5, "maximise": False, "samples": 32}
+    with pytest.raises(InvalidInput, match=r"metric = 'cost_of_transport': must be finite where"):
+        pareto("cost_of_transport", "peak_force", BOUNDS, **how)
+    found = pareto("cost_of_transport", "peak_force", BOUNDS, subject_to=["speed >= 0.05"], **how)
+    assert len(found.points) == 5

@@ -127,9 +127,10 @@ def performance_many(
     `parameters` are rows of the scene's parameters, (n, 7) in the paper's, or one row; `states` are
     (n, 3) or one (x_r, v_r, v_c) at forcing angle 0; `period_numbers` are the excitation periods of
     each motion. All are dimensionless. Only requested metrics are computed. Motions that are not
-    reached in the time of `watch` (by default the present one) are left out. With the `device`
-    "gpu" a graphics card computes them; gradients are then computed on the CPU. Raises InvalidInput
-    for a value that is not allowed, without a C core, and for a card that is not there.
+    reached in the time of `watch` (by default the present one) are left out. `threads` share them.
+    With the `device` "gpu" a graphics card computes them; gradients are then computed on the CPU.
+    Raises InvalidInput for a value that is not allowed, without a C core, and for a card that is
+    not there.
     """
     binding = core(scene) if device == "cpu" else core_on(device, scene)
     rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)), scene)
