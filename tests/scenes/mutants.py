@@ -43,7 +43,7 @@ BEHIND = (
     # The remainder of the drive's series in doubles is less than the form's tail.
     _term("terms of the drive left out", "economize(b, to_second.reaction, FULL, TERMS, 0, to_second.reaction_left, unused[0], unused[1])", "economize(b, to_second.reaction, FULL, TERMS, 0, unused[0], unused[0], unused[1])", "late bound"),
     # Beside 20 units and more of each term.
-    _term("units of the coefficient behind", "(units[n + 1] - units[n] + 2) * UNIT", "0.0", "from a bound"),
+    _term("units of the coefficient behind", "(of.units[n + 1] - of.units[n] + 2) * UNIT", "0.0", "from a bound"),
     # As for the friction bounds (tests/native/mutants.py).
     _term("distance of the stops", "stops_apart(b) > apart", "1", "from stop to stop"),
     # An isolation allows for means of 50 halvings, far more than it takes.
