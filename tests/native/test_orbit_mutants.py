@@ -94,6 +94,45 @@ PEAKED = [
 # Friction is so weak beside P that v_c comes back by 4 f_b/P of itself a period, some 1e-4: a
 # rounding of the run is a correction thousands of times as large.
 SLOWLY = Parameters(alpha=3e4, omega=0.7, delta=3e6, zeta=0.1, gamma=1.0)
+ROUNDED = [
+    Parameters(
+        1.9129971052158024,
+        2.1686615044531696,
+        0.3254749604168795,
+        0.03177860223950555,
+        27.48296345254292,
+        1.872567274490781,
+        1.0,
+    ),
+    Parameters(
+        2.998760297177118,
+        0.4228681790825429,
+        0.6593882831090137,
+        0.06784893172284591,
+        11.69398242129951,
+        3.028596091559377,
+        1.0,
+    ),
+    Parameters(
+        0.3656849254260202,
+        0.6028038876906743,
+        0.5699406828341114,
+        0.057269445925474234,
+        17.022024919628354,
+        1.3586922928317446,
+        1.0,
+    ),
+    Parameters(
+        1.864040084559151,
+        0.4564364049490021,
+        0.7788102662768914,
+        0.06018309980915948,
+        16.829713562317906,
+        4.167211658517079,
+        1.0,
+    ),
+]
+"""Motions of one period at which corrections stop at some hundred roundings."""
 # The second correction from here is larger than half the first.
 CROOKED = (0.8628, 0.4042, 0.8994)
 STUB = """
@@ -239,6 +278,10 @@ def off(library: Library, motions: list[Known], slowly: NDArray[np.float64]) -> 
     far = library.orbit(p, (1.3358, 0.3703, -0.0298), periods)["status"][0]
     closed = library.orbit(p, CROOKED, periods)["status"][0]
     slow = library.orbit(SLOWLY, slowly * (1 + 1e-7), 1)["status"][0]
+    for one in ROUNDED:
+        ends = simulate(one, periods=200).final[1]
+        if library.orbit(one, ends, 1)["status"][0] != OrbitStatus.CLOSED:
+            return np.inf
     as_known = twice == far == OrbitStatus.CHANGED and closed == slow == OrbitStatus.CLOSED
     return worst if as_known else np.inf
 
