@@ -192,7 +192,7 @@ class Optimiser:
     def bounded(self, place: Place) -> Rest:
         """Best place next to a given one within a basin boundary, or borders that meet."""
         if not self.precise:
-            return self.bounded_near(place, _COARSE)
+            return self.bounded_near(place, along=False)
         if ends_uphill(self.program, place, lost=True):
             return self.at_boundary(place)
         if rest := self.solved(place, EFFORT):
@@ -210,12 +210,12 @@ class Optimiser:
         found = rough(program, place)
         return Rest(program, found, whole=True, bifurcation=kind, limit=limit)
 
-    def bounded_near(self, place: Place, size: float) -> Rest:
-        """The same, at a boundary within about 1e-8 of the bounds; `size` is of the first step."""
+    def bounded_near(self, place: Place, along: bool) -> Rest:
+        """The same, at a boundary within about 1e-8 of the bounds, with a search `along` it."""
         program = self.program
         place = slid(program, place)
-        if size > _COARSE and room(program, place):
-            near = refined(program, [place], np.inf, size, _COARSE)[0].place(program)
+        if along and room(program, place):
+            near = refined(program, [place], np.inf, _BETWEEN, _COARSE)[0].place(program)
             place = slid(program, near or place)
         if rest := self.solved(place):
             return rest
@@ -246,7 +246,7 @@ class Optimiser:
             led = self.led(inside, u)
             if led is None or led.worst > level + _HOPEFUL:
                 return None
-            rest = self.bounded_near(led, _BETWEEN)
+            rest = self.bounded_near(led, along=True)
         self.found = self.optimum(rest)
         return self.result
 

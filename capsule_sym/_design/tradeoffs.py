@@ -73,13 +73,9 @@ class Tradeoffs:
         if core_of(program.system.scene) is None:
             return
         program = replace(program, unit=float(ranges[column]))
-        chosen, apart = list[int](), 0.5 * len(self.u) ** (-1 / self.u.shape[1])
-        for i in np.argsort(((self.both - goal) / ranges).max(axis=1), kind="stable").tolist():
-            if len(chosen) == count:
-                break
-            if np.all(abs(self.u[chosen] - self.u[i]).max(axis=1) > apart):
-                chosen.append(i)
-        u = self.u[chosen]
+        apart = 0.5 * len(self.u) ** (-1 / self.u.shape[1])
+        order = np.argsort(((self.both - goal) / ranges).max(axis=1), kind="stable")
+        u = self.distant(order, apart, count)
         found = overview(program, u, program.scenarios)
         check_time()
         known = np.flatnonzero(np.isfinite(found.worst)).tolist()
@@ -127,11 +123,17 @@ class Tradeoffs:
         """Starts for the best of a metric with the other within a bound."""
         within = np.flatnonzero(self.both[:, 1 - column] <= bound)
         worse = self.both[within, column] / ranges[column]
-        chosen = list[Vector]()
-        for i in np.argsort(worse, kind="stable").tolist():
-            if len(chosen) == _STARTS or worse[i] > worse.min() + _PROMISING:
+        order = np.argsort(worse, kind="stable")
+        order = order[worse[order] <= worse.min(initial=np.inf) + _PROMISING]
+        return list(self.distant(within[order], _APART, _STARTS))
+
+    def distant(self, order: NDArray[np.intp], apart: float, most: int) -> Matrix:
+        """The first cells in an order that are distant from each other, (n, k)."""
+        chosen = list[int]()
+        for i in order.tolist():
+            if len(chosen) == most:
                 break
-            u = self.u[within[i]]
-            if all(abs(u - one).max() > _APART for one in chosen):
-                chosen.append(u)
-        return chosen
+            if np.all(abs(self.u[chosen] - self.u[i]).max(axis=1) > apart):
+                chosen.append(i)
+        found: Matrix = self.u[chosen]
+        return found
