@@ -33,6 +33,7 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
 _STEP = 1e-5  # step of a multiplier's differences, in the unknowns and the parameters
 Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 class Distance(NamedTuple):
@@ -103,18 +104,19 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
     return guard_by(c, one.guard, gap, v_r, by, turned, angle)
 
 
-def multiplier_by(motion: Motion) -> Vector:
+def multiplier_by(motion: Motion, which: Mask) -> Vector:
     """Derivatives (7,) of the largest modulus of a multiplier along the branch; 0 without an orbit.
 
-    The monodromy matrix is that of the segments, whether or not the orbit is closed: it is smooth
-    in the unknowns and the parameters, also at a fold. The differences are along the branch's
-    tangent.
+    They are taken by parameters in the mask `which` (7,), the others are 0. The monodromy matrix is
+    that of the segments, whether or not the orbit is closed: it is smooth in the unknowns and the
+    parameters, also at a fold. The differences are along the branch's tangent.
     """
     parameters, orbit = motion.parameters, motion.orbit
     found = np.zeros(len(parameters.scene.facts.PARAMETERS))
     if orbit is None:
         return found
-    for k, along in enumerate(orbit.by_parameter.T.astype(float)):
+    for k in np.flatnonzero(which).tolist():
+        along = orbit.by_parameter[:, k].astype(float)
         step, ends = _STEP / max(1.0, abs(along).max()), []
         for way in (-step, step):
             values = [float(value) + way * (i == k) for i, value in enumerate(orbit.values)]

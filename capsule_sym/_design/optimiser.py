@@ -26,7 +26,6 @@ from capsule_sym._design.local import Search
 from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
 from capsule_sym._design.polish import (
     BASIN,
-    EFFORT,
     KINK,
     MARGIN,
     Rest,
@@ -46,7 +45,7 @@ _FIRST, _AGAIN, _NEAR = 0.02, 1e-3, 0.01  # of the bounds: first steps of search
 _FINE = 1e-6  # of the bounds: the last steps, before conditions are solved
 _BETWEEN = 3e-3  # of the bounds: first steps from a cell of many
 _COARSE = 1e-4  # of the bounds: the last steps of searches that are not precise
-_EFFORT = 200  # orbits that are solved for until a better place is looked for
+_EFFORT = 200  # orbits that are solved for next to a place
 _LITTLE = 100  # the same, where many searches follow
 _TURNS = 3  # of looks around the best, each after searches near to what is better
 _FOLLOWED = 3  # of these, of which conditions are solved
@@ -76,6 +75,8 @@ class Optimiser:
         """The best place, around which it was looked for better ones."""
         self.open: list[Place] = []
         """Places that the starts lead to, without conditions that could be solved."""
+        self.tried: list[tuple[Place, int]] = []
+        """Places next to which no conditions could be solved, with the effort of it."""
         self.found: Optimum | None = None
 
     @property
@@ -139,7 +140,7 @@ class Optimiser:
             if not self.precise:
                 break
             near = min(self.open + [rest.found.place for rest in self.rests], key=_worst)
-            if near is self.seen:
+            if self.seen is not None and near.worst > self.seen.worst - _BETTER:
                 break
             self.seen = near
             spots = around(self.program, near, 0)
@@ -184,10 +185,13 @@ class Optimiser:
         """The optimum next to a place, if the starts lead to it; None if none is found."""
         if ends_uphill(self.program, place):
             return None
-        rest = polish(self.program, place, effort)
-        if rest is None or not rest.whole or not led_to(self.program, rest.found.place):
+        if any(spent >= effort and _alike(one, place) for one, spent in self.tried):
             return None
-        return with_limit(rest)
+        rest = polish(self.program, place, effort)
+        if rest is not None and rest.whole and led_to(self.program, rest.found.place):
+            return with_limit(rest)
+        self.tried.append((place, effort if rest is None else _EFFORT))
+        return None
 
     def bounded(self, place: Place) -> Rest:
         """Best place next to a given one within a basin boundary, or borders that meet."""
@@ -195,7 +199,7 @@ class Optimiser:
             return self.bounded_near(place, along=False)
         if ends_uphill(self.program, place, lost=True):
             return self.at_boundary(place)
-        if rest := self.solved(place, EFFORT):
+        if rest := self.solved(place):
             return rest
         program, kind, limit = self.program, KINK, place.worst
         motion = max(place.motions, key=lambda motion: motion.multiplier)
@@ -325,6 +329,13 @@ class Optimiser:
 
 def _worst(place: Place) -> float:
     return place.worst
+
+
+def _alike(one: Place, other: Place) -> bool:
+    """True for places near to each other whose motions have the same itineraries."""
+    pairs = zip(one.motions, other.motions, strict=True)
+    same = all(first.itinerary == second.itinerary for first, second in pairs)
+    return same and bool(abs(one.u - other.u).max() < _NEAR)
 
 
 def _beside_dragging(found: Optimum) -> str:

@@ -154,9 +154,9 @@ def optimum_of(rest: Rest) -> Optimum:
     metrics = of(place.motions[0].metrics, program.scenarios[0].system(system))
     value = sign * unit * place.worst + 0.0  # 0 without a sign
     status, message = _told(rest)
-    slopes = (
-        sign * unit * (found.weights @ place.objective_by - found.multipliers @ place.slacks_by)
-    )
+    slacks_by = place.slacks_by.copy()
+    slacks_by[:asked] = program.at(place.u, place.motions, every=True).slacks_by
+    slopes = sign * unit * (found.weights @ place.objective_by - found.multipliers @ slacks_by)
     held = zip(
         product(
             range(len(program.scenarios)), zip(program.texts, program.sizes.tolist(), strict=True)

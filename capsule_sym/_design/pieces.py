@@ -169,18 +169,17 @@ class Piece:
         """Scenarios and keys of peaks that may become the largest, and make the objective worse."""
         plain = replace(self.program, margin=None).at(u, motions)
         for which, motion in enumerate(motions):
-            forces = _forces(motion, _ALIKE)
-            if len(forces) < 2:
-                continue
+            forces, kept, matters = _forces(motion, _ALIKE), list[tuple[int, int]](), False
             for key in sorted(forces, key=lambda key: -forces[key].value):
                 one = self._with_peak(u, motions, which, key)
                 assert one is not None
                 less = one.objective - plain.objective, plain.slacks - one.slacks
                 changes = any(np.any(row < 0) for row in less)
-                if forces[key].value == max(force.value for force in forces.values()) or (
-                    changes and all(np.all(row <= 0) for row in less)
-                ):
-                    yield which, key
+                matters |= changes
+                if not kept or (changes and all(np.all(row <= 0) for row in less)):
+                    kept.append(key)
+            if matters:  # without another peak, or where none counts, the largest needs no name
+                yield from ((which, key) for key in kept)
 
     def _keys(self, u: Vector, motions: Sequence[Motion]) -> Iterator[_Key]:
         """All inequalities of the motions, in units of the variables."""

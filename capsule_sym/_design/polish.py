@@ -20,7 +20,7 @@ from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.local import Search
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import Budget, Exhausted, Place, Program
-from capsule_sym._design.stationary import Stationary, balanced, stationary
+from capsule_sym._design.stationary import Stationary, adjusted, balanced, stationary
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.points.kinds import (
@@ -161,7 +161,7 @@ def _with_limit(rest: Rest) -> Rest:
     assert program.margin is not None
     for share in _MARGINS:
         margin = min(program.margin, MARGIN) * share
-        narrow = on_piece(replace(program, margin=margin), found.place)
+        narrow = _next(replace(program, margin=margin), found)
         if narrow is None or not narrow.whole:
             break
         if not narrow.at_margin:  # the best is stable within the given margin
@@ -219,6 +219,16 @@ def _elsewhere(program: Program, rest: Rest) -> Rest | None:
         if other is not None and other.whole and other.found.place.worst <= here.worst + _WORSE:
             return other
     return None
+
+
+def _next(program: Program, near: Stationary) -> Rest | None:
+    """Best place on the piece of an optimum of the program with a slightly larger margin."""
+    piece = Piece(program, near.place)
+    first = piece.at(near.place.u)
+    found = None if first is None else adjusted(piece, first, near)
+    if first is not None and found is not None and found.minimal and _as_good(found, first):
+        return Rest(program, found, piece, whole=True)
+    return on_piece(program, near.place)
 
 
 def on_piece(program: Program, place: Place) -> Rest | None:

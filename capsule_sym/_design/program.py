@@ -248,8 +248,11 @@ class Program:
             found.append(moved)
         return tuple(found)
 
-    def at(self, u: Vector, motions: tuple[Motion, ...]) -> Place:
-        """Objective and slacks of motions at u."""
+    def at(self, u: Vector, motions: tuple[Motion, ...], every: bool = False) -> Place:
+        """Objective and slacks of motions at u.
+
+        Multipliers are differentiated by the variables only, unless by `every` parameter.
+        """
         objective, slacks = list[tuple[float, Vector]](), list[tuple[float, Vector]]()
         for one, motion, system in zip(self.scenarios, motions, self.systems_at(u), strict=True):
             found, factors = of(motion.metrics, system), one.weights(system)
@@ -259,11 +262,9 @@ class Program:
             held = [limit.slack(found) for limit in self.limits]
             if self.margin is not None:
                 slack = 1 - self.margin - motion.multiplier
-                near = slack < _FAR
-                slope = (
-                    multiplier_by(motion) if near else np.zeros(len(motion.metrics["work"].slope))
-                )
-                held.append((slack, -slope @ dimensionless_slopes(system)))
+                by = dimensionless_slopes(system)
+                which = (by if every else self.by_u(by)).any(axis=1) & (slack < _FAR)
+                held.append((slack, -multiplier_by(motion, which) @ by))
             slacks += [
                 (slack / size, slope * factors / size)
                 for (slack, slope), size in zip(held, self.sizes, strict=True)

@@ -104,6 +104,21 @@ def stationary(model: Model, place: Place) -> Stationary | None:
     return found
 
 
+def adjusted(model: Model, place: Place, near: Stationary) -> Stationary | None:
+    """Stationary place with the active constraints of a near one; None if an orbit is lost.
+
+    Those of other constraints that it exceeds become active, and those that pull no longer.
+    """
+    forces = np.append(near.weights, near.multipliers)
+    with suppress(np.linalg.LinAlgError):
+        own = _Conditions(model, place)
+        point = own.at(own.start)
+        if len(forces) == len(own.active):
+            own.active = forces > 0
+            return own.solved(point)
+    return None
+
+
 def balanced(model: Slopes, place: Place) -> Stationary:
     """Multipliers at a place with which near constraints balance the objectives' slopes.
 
@@ -260,20 +275,22 @@ class _Conditions(_Balance):
 
         Curvatures are computed again if the residual decreases slowly.
         """
-        best, reached, along, second, worse = point, math.inf, np.empty(0), np.empty(0), 0
+        best, reached, worse = point, math.inf, 0
+        base, second = np.empty(0), np.empty(0)
         with suppress(np.linalg.LinAlgError):  # where an orbit is lost
             for _ in range(_STEPS):
                 size = abs(self.residual(point)).max()
-                if fresh := size > _SLOW * reached or not along.size:
-                    along = self.along(point)
-                    second = self.curvature(point, along)
+                along = self.along(point)
+                if fresh := size > _SLOW * reached or not base.size:
+                    base, second = along, self.curvature(point, along)
                 # A step onto the constraints may change the slopes along them.
                 worse = 0 if size < reached else worse + fresh
                 if size < reached:
                     best, reached = point, size
                 if reached < _ENOUGH or worse > _PATIENCE:
                     break
-                point = self.stepped(point, along, second)
+                turn = base.T @ along
+                point = self.stepped(point, along, turn.T @ second @ turn)
         return best
 
     def along(self, point: _Point) -> Matrix:

@@ -1,0 +1,67 @@
+"""Newton's method on a problem whose constraint is curved, beside SciPy's solver."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from capsule_sym._design.program import Place
+from capsule_sym._design.stationary import adjusted, stationary
+
+CENTRE, RADIUS, TARGET = np.array([0.5, 0.3, 0.4]), 0.25, np.array([0.9, 0.5, 0.8])
+
+
+def objective(u):
+    return float(np.exp(u[2] - u[0]) * (u - TARGET) @ (u - TARGET))
+
+
+def slack(u):
+    return RADIUS**2 - float((u - CENTRE) @ (u - CENTRE))
+
+
+class Sphere:
+    """The objective within a sphere; it counts its calls."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def by_u(self, rows):
+        return rows
+
+    def smooth(self, place):
+        return 1.0
+
+    def at(self, u):
+        self.calls += 1
+        weight = np.exp(u[2] - u[0])
+        by = 2 * weight * (u - TARGET) + objective(u) * np.array([-1.0, 0.0, 1.0])
+        values = np.array([objective(u)]), np.array([slack(u)])
+        return Place(u, (), values[0], by[None], values[1], -2 * (u - CENTRE)[None])
+
+
+@pytest.fixture(scope="module")
+def expected():
+    limit = {"type": "ineq", "fun": slack}
+    return minimize(objective, CENTRE, constraints=limit, tol=1e-15, method="SLSQP")
+
+
+@pytest.mark.parametrize(("begin", "most"), [((0.72, 0.4, 0.6), 40), ((0.62, 0.35, 0.45), 100)])
+def test_newton_converges_along_a_curved_constraint(begin, most, expected) -> None:
+    # With the tangent of an earlier place steps repeat where they are done: it takes 50 % more
+    # places, and rests at a residual of 1e-12.
+    model = Sphere()
+    found = stationary(model, model.at(np.array(begin)))
+    assert found.minimal
+    assert found.residual < 5e-13
+    assert model.calls <= most
+    np.testing.assert_allclose(found.place.u, expected.x, atol=1e-7)
+    assert found.multipliers[0] > 0.1
+
+
+def test_known_active_constraints_are_used_first(expected) -> None:
+    model = Sphere()
+    near = stationary(model, model.at(np.array([0.72, 0.4, 0.6])))
+    model.calls = 0
+    found = adjusted(model, model.at(np.array([0.62, 0.35, 0.45])), near)
+    assert found.minimal
+    assert model.calls <= 50  # 82 where they are looked for
+    np.testing.assert_allclose(found.place.u, expected.x, atol=1e-7)
