@@ -46,6 +46,7 @@ _LOST = 1e-4  # units of the objective, that a step off a boundary loses at most
 _PAIRS, _BOX, _APART = 256, 0.01, 1e-7  # neighbours, their distance from a place and each other
 _LEAP = 1e-3  # units of the objective, between neighbours on different motions
 _LONG, _STAYS = 2048, 1e-6  # excitation periods of a run, and how near to its motion it ends
+_CLOSEST = 1e-8  # of the bounds, around an optimum at a border
 _BESIDE = (1e-6, 1e-5, 1e-4, 1e-3)  # of the bounds, uphill, where a basin boundary is looked for
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -261,14 +262,29 @@ def ends_uphill(program: Program, place: Place, lost: bool = False) -> bool:
     return False
 
 
+def led_beside(program: Program, place: Place) -> bool:
+    """True if the starts lead to the motions of a place, or from places close around it.
+
+    At a border between itineraries each period may have a switch that takes long to be decided.
+    """
+    worst, most = _close_around(program, place, _CLOSEST)
+    return bool(np.any(abs(worst - place.worst) <= most))
+
+
 def jumps_beside(program: Program, place: Place) -> bool:
     """True if the starts lead elsewhere from places close around one."""
-    draw, (far, *_) = np.random.default_rng(0), _BESIDE
+    worst, most = _close_around(program, place, _BESIDE[0])
+    elsewhere = (worst - place.worst > most) & (worst < _REFUSED)
+    return bool(np.any(elsewhere) or np.any(np.isinf(worst)))
+
+
+def _close_around(program: Program, place: Place, far: float) -> tuple[Vector, float]:
+    """The worst objective at places around one (n,), and its largest change on the same motions."""
+    draw = np.random.default_rng(0)
     points = place.u + far * draw.uniform(-1, 1, (_AROUND, len(place.u)))
     worst = worst_at(program, np.clip(points, 0.0, 1.0), [place], LONGER)
     steep = float(np.linalg.norm(program.by_u(place.objective_by), axis=1).max())
-    most = place.worst + _JUMP * steep * far * np.sqrt(len(place.u)) + _ROUNDING
-    return bool(np.any((worst > most) & (worst < _REFUSED)) or np.any(np.isinf(worst)))
+    return worst, _JUMP * steep * far * np.sqrt(len(place.u)) + _ROUNDING
 
 
 def _uphill(program: Program, place: Place) -> Vector | None:

@@ -16,6 +16,7 @@ from capsule_sym._design.led import (
     around,
     ends_uphill,
     jumps_beside,
+    led_beside,
     led_to,
     refined,
     scattered,
@@ -188,8 +189,10 @@ class Optimiser:
         if any(spent >= effort and _alike(one, place) for one, spent in self.tried):
             return None
         rest = polish(self.program, place, effort)
-        if rest is not None and rest.whole and led_to(self.program, rest.found.place):
-            return with_limit(rest)
+        if rest is not None and rest.whole:
+            led = led_beside if rest.held else led_to
+            if led(self.program, rest.found.place):
+                return with_limit(rest)
         self.tried.append((place, effort if rest is None else _EFFORT))
         return None
 

@@ -263,8 +263,8 @@ class Program:
             if self.margin is not None:
                 slack = 1 - self.margin - motion.multiplier
                 by = dimensionless_slopes(system)
-                which = (by if every else self.by_u(by)).any(axis=1) & (slack < _FAR)
-                held.append((slack, -multiplier_by(motion, which) @ by))
+                moved = np.any(by if every else self.by_u(by), axis=1)
+                held.append((slack, -multiplier_by(motion, moved & (slack < _FAR)) @ by))
             slacks += [
                 (slack / size, slope * factors / size)
                 for (slack, slope), size in zip(held, self.sizes, strict=True)

@@ -50,3 +50,14 @@ def test_a_search_of_six_variables_goes_on_until_it_rests() -> None:
     assert found["wrong"] == []
     # The least work that 100,000 cells and their polish find; after 120 generations: 0.604941.
     assert found["value"] < 0.6048996733 + 1e-7
+
+
+@pytest.mark.long
+def test_an_optimum_on_a_border_is_judged_beside_it() -> None:
+    # There each period of a run has a switch that the core leaves to the reference map.
+    given = problem(161)
+    found = optimise(given.metric, given.over, given.base, **given.options)
+    assert wrong(given, found) == []
+    assert found.status is OptimumStatus.OPTIMAL_AT_BORDER
+    assert found.border is not None
+    assert found.residual < 1e-9
