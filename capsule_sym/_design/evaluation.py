@@ -31,7 +31,8 @@ from capsule_sym._parameters import Scene, SceneParameters
 
 _BLOCK = 64  # excitation periods before the first test for a settled motion
 _PERIODS = 1024  # excitation periods within which a motion has to settle
-_SAME = 1e-6  # distance of two equal motions
+SAME = 1e-6  # distance of two equal motions
+COMPARED = ("progression", "work", "peak_force")  # metrics in which they are compared
 _NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 Vector = NDArray[np.float64]
@@ -226,11 +227,10 @@ def agrees(one: Motion, other: Motion | None) -> bool:
     """True if two motions at nearly the same parameters are equal."""
     if other is None or one.period_number != other.period_number:
         return False
-    names = ("progression", "work", "peak_force")
     return all(
         abs(one.metrics[name].value - other.metrics[name].value)
-        <= _SAME * (1 + abs(one.metrics[name].value))
-        for name in names
+        <= SAME * (1 + abs(one.metrics[name].value))
+        for name in COMPARED
     )
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.evaluation import agrees
+from capsule_sym._design.evaluation import COMPARED, SAME, agrees
 from capsule_sym._design.overview import overview
 from capsule_sym._design.program import KEPT, STABLE, Place, Program
 from capsule_sym._design.quantities import dimensionless
@@ -263,28 +263,36 @@ def ends_uphill(program: Program, place: Place, lost: bool = False) -> bool:
 
 
 def led_beside(program: Program, place: Place) -> bool:
-    """True if the starts lead to the motions of a place, or from places close around it.
+    """True if the starts lead to the motions of a place from one of some places close around it.
 
-    At a border between itineraries each period may have a switch that takes long to be decided.
+    Exactly on a border between itineraries each period of a run may have a switch that takes long
+    to be decided.
     """
-    worst, most = _close_around(program, place, _CLOSEST)
-    return bool(np.any(abs(worst - place.worst) <= most))
+    if program.among == STABLE or core_of(program.system.scene) is None:
+        return led_to(program, place)
+    found = overview(program, _close_around(place, _CLOSEST), program.scenarios, longer=LONGER)
+    same = np.ones(_AROUND, bool)
+    for motion, one in zip(place.motions, found.motions, strict=True):
+        same &= one.period_numbers == motion.period_number
+        for name in COMPARED:
+            value = motion.metrics[name].value
+            same &= abs(one.found[name] - value) <= SAME * (1 + abs(value))
+    return bool(same.any())
 
 
 def jumps_beside(program: Program, place: Place) -> bool:
     """True if the starts lead elsewhere from places close around one."""
-    worst, most = _close_around(program, place, _BESIDE[0])
-    elsewhere = (worst - place.worst > most) & (worst < _REFUSED)
-    return bool(np.any(elsewhere) or np.any(np.isinf(worst)))
-
-
-def _close_around(program: Program, place: Place, far: float) -> tuple[Vector, float]:
-    """The worst objective at places around one (n,), and its largest change on the same motions."""
-    draw = np.random.default_rng(0)
-    points = place.u + far * draw.uniform(-1, 1, (_AROUND, len(place.u)))
-    worst = worst_at(program, np.clip(points, 0.0, 1.0), [place], LONGER)
+    far, *_ = _BESIDE
+    worst = worst_at(program, _close_around(place, far), [place], LONGER)
     steep = float(np.linalg.norm(program.by_u(place.objective_by), axis=1).max())
-    return worst, _JUMP * steep * far * np.sqrt(len(place.u)) + _ROUNDING
+    most = place.worst + _JUMP * steep * far * np.sqrt(len(place.u)) + _ROUNDING
+    return bool(np.any((worst > most) & (worst < _REFUSED)) or np.any(np.isinf(worst)))
+
+
+def _close_around(place: Place, far: float) -> Matrix:
+    """Random points around a place."""
+    points = place.u + far * np.random.default_rng(0).uniform(-1, 1, (_AROUND, len(place.u)))
+    return np.clip(points, 0.0, 1.0)
 
 
 def _uphill(program: Program, place: Place) -> Vector | None:

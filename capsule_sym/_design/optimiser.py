@@ -46,12 +46,13 @@ _FIRST, _AGAIN, _NEAR = 0.02, 1e-3, 0.01  # of the bounds: first steps of search
 _FINE = 1e-6  # of the bounds: the last steps, before conditions are solved
 _BETWEEN = 3e-3  # of the bounds: first steps from a cell of many
 _COARSE = 1e-4  # of the bounds: the last steps of searches that are not precise
-_EFFORT = 200  # orbits that are solved for next to a place
-_LITTLE = 100  # the same, where many searches follow
+_EFFORT = 200  # orbits that are solved for until a better place is looked for
+_MOST, _LITTLE = 600, 100  # the same, at the end, and where many searches follow
 _TURNS = 3  # of looks around the best, each after searches near to what is better
 _FOLLOWED = 3  # of these, of which conditions are solved
 _BOUNDED = 2  # places where they cannot be solved, that are looked at to the end
 _BETTER = 1e-8  # units of the objective
+_CLEARLY = 1e-5  # the same, of a place next to one where no conditions could be solved
 _RIDDLED = 0.02  # of neighbours on different motions
 _SCATTERED = "near to it {:.0%} of neighbours lead elsewhere: better places may lie between"
 _HOPEFUL = 0.1  # units of the objective that a search for a boundary may gain
@@ -77,7 +78,7 @@ class Optimiser:
         self.open: list[Place] = []
         """Places that the starts lead to, without conditions that could be solved."""
         self.tried: list[tuple[Place, int]] = []
-        """Places next to which no conditions could be solved, with the effort of it."""
+        """Places next to which no optimum was found that starts lead to, with the effort of it."""
         self.found: Optimum | None = None
 
     @property
@@ -186,14 +187,14 @@ class Optimiser:
         """The optimum next to a place, if the starts lead to it; None if none is found."""
         if ends_uphill(self.program, place):
             return None
-        if any(spent >= effort and _alike(one, place) for one, spent in self.tried):
+        if any(spent >= effort and _no_better(place, one) for one, spent in self.tried):
             return None
         rest = polish(self.program, place, effort)
         if rest is not None and rest.whole:
             led = led_beside if rest.held else led_to
             if led(self.program, rest.found.place):
                 return with_limit(rest)
-        self.tried.append((place, effort if rest is None else _EFFORT))
+        self.tried.append((place, effort if rest is None else _MOST))
         return None
 
     def bounded(self, place: Place) -> Rest:
@@ -202,7 +203,7 @@ class Optimiser:
             return self.bounded_near(place, along=False)
         if ends_uphill(self.program, place, lost=True):
             return self.at_boundary(place)
-        if rest := self.solved(place):
+        if rest := self.solved(place, _MOST):
             return rest
         program, kind, limit = self.program, KINK, place.worst
         motion = max(place.motions, key=lambda motion: motion.multiplier)
@@ -334,11 +335,14 @@ def _worst(place: Place) -> float:
     return place.worst
 
 
-def _alike(one: Place, other: Place) -> bool:
-    """True for places near to each other whose motions have the same itineraries."""
-    pairs = zip(one.motions, other.motions, strict=True)
-    same = all(first.itinerary == second.itinerary for first, second in pairs)
-    return same and bool(abs(one.u - other.u).max() < _NEAR)
+def _no_better(place: Place, one: Place) -> bool:
+    """True for a place near to one, not clearly better, and on the same itineraries."""
+    pairs = zip(place.motions, one.motions, strict=True)
+    return (
+        place.worst > one.worst - _CLEARLY
+        and bool(abs(place.u - one.u).max() < _NEAR)
+        and all(a.itinerary == b.itinerary and a.period_number == b.period_number for a, b in pairs)
+    )
 
 
 def _beside_dragging(found: Optimum) -> str:

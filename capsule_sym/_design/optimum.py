@@ -155,7 +155,8 @@ def optimum_of(rest: Rest) -> Optimum:
     value = sign * unit * place.worst + 0.0  # 0 without a sign
     status, message = _told(rest)
     slacks_by = place.slacks_by.copy()
-    slacks_by[:asked] = program.at(place.u, place.motions, every=True).slacks_by
+    if rest.at_margin:
+        slacks_by[:asked] = program.at(place.u, place.motions, every=True).slacks_by
     slopes = sign * unit * (found.weights @ place.objective_by - found.multipliers @ slacks_by)
     held = zip(
         product(

@@ -166,19 +166,25 @@ class Piece:
     def _peaks(
         self, u: Vector, motions: tuple[Motion, ...]
     ) -> Iterator[tuple[int, tuple[int, int]]]:
-        """Scenarios and keys of peaks that may become the largest, and make the objective worse."""
+        """Scenarios and keys of peaks: the largest, and those that may be and make things worse.
+
+        None where only one peak counts.
+        """
         plain = replace(self.program, margin=None).at(u, motions)
         for which, motion in enumerate(motions):
             forces, kept, matters = _forces(motion, _ALIKE), list[tuple[int, int]](), False
+            largest = max((force.value for force in forces.values()), default=0.0)
             for key in sorted(forces, key=lambda key: -forces[key].value):
                 one = self._with_peak(u, motions, which, key)
                 assert one is not None
                 less = one.objective - plain.objective, plain.slacks - one.slacks
                 changes = any(np.any(row < 0) for row in less)
                 matters |= changes
-                if not kept or (changes and all(np.all(row <= 0) for row in less)):
+                if forces[key].value == largest or (
+                    changes and all(np.all(row <= 0) for row in less)
+                ):
                     kept.append(key)
-            if matters:  # without another peak, or where none counts, the largest needs no name
+            if matters or len(kept) > 1:
                 yield from ((which, key) for key in kept)
 
     def _keys(self, u: Vector, motions: Sequence[Motion]) -> Iterator[_Key]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
@@ -156,19 +157,19 @@ def with_limit(rest: Rest) -> Rest:
 
 def _with_limit(rest: Rest) -> Rest:
     """The same."""
-    found, program = rest.found, rest.program
+    program, last = rest.program, rest
     margins, values = [], []
     assert program.margin is not None
     for share in _MARGINS:
         margin = min(program.margin, MARGIN) * share
-        narrow = _next(replace(program, margin=margin), found)
+        narrow = _next(replace(program, margin=margin), last)
         if narrow is None or not narrow.whole:
             break
         if not narrow.at_margin:  # the best is stable within the given margin
             return rest
         margins.append(margin)
         values.append(narrow.found.place.worst)
-        found, rest = narrow.found, replace(rest, bifurcation=bifurcation_of(narrow.critical))
+        last, rest = narrow, replace(rest, bifurcation=bifurcation_of(narrow.critical))
     if not values:
         return rest
     fitted = np.polynomial.Polynomial.fit(margins, values, len(values) - 1)
@@ -221,14 +222,18 @@ def _elsewhere(program: Program, rest: Rest) -> Rest | None:
     return None
 
 
-def _next(program: Program, near: Stationary) -> Rest | None:
-    """Best place on the piece of an optimum of the program with a slightly larger margin."""
-    piece = Piece(program, near.place)
-    first = piece.at(near.place.u)
-    found = None if first is None else adjusted(piece, first, near)
-    if first is not None and found is not None and found.minimal and _as_good(found, first):
-        return Rest(program, found, piece, whole=True)
-    return on_piece(program, near.place)
+def _next(program: Program, last: Rest) -> Rest | None:
+    """Best place on the piece of the last one, with a smaller margin of stability."""
+    near = last.found.place
+    if last.piece is not None:
+        piece = copy(last.piece)
+        piece.program = program
+        first = piece.at(near.u)
+        if first is not None and (found := adjusted(piece, first, last.found)) is not None:
+            close = abs(found.place.u - near.u).max() < _REACH
+            if close and found.minimal and _as_good(found, first):
+                return Rest(program, found, piece, whole=True)
+    return on_piece(program, near)
 
 
 def on_piece(program: Program, place: Place) -> Rest | None:

@@ -81,7 +81,7 @@ class Place:
 
     The objective is to be minimised, over its unit; a slack is the distance to its limit, over its
     unit. `objective` is (m,), `slacks` (n,), in the order of scenarios, for each its limits, then
-    its stability.
+    its stability. Derivatives of the stability are by the variables only.
     """
 
     u: Vector

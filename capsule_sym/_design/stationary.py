@@ -107,15 +107,13 @@ def stationary(model: Model, place: Place) -> Stationary | None:
 def adjusted(model: Model, place: Place, near: Stationary) -> Stationary | None:
     """Stationary place with the active constraints of a near one; None if an orbit is lost.
 
-    Those of other constraints that it exceeds become active, and those that pull no longer.
+    Both have the same constraints. Others that are exceeded become active, and those with a
+    negative multiplier inactive.
     """
-    forces = np.append(near.weights, near.multipliers)
     with suppress(np.linalg.LinAlgError):
         own = _Conditions(model, place)
-        point = own.at(own.start)
-        if len(forces) == len(own.active):
-            own.active = forces > 0
-            return own.solved(point)
+        own.active = np.append(near.weights, near.multipliers) > _ROUNDING
+        return own.solved(own.at(own.start))
     return None
 
 

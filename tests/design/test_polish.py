@@ -5,12 +5,15 @@ import pytest
 from scipy.integrate import quad
 
 from capsule_sym import Parameters, continue_orbit, solve_orbit
-from capsule_sym._design.led import along_boundary, refined
+from capsule_sym._design import pieces
+from capsule_sym._design.led import along_boundary, led_beside, refined
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimum import optimum_of
+from capsule_sym._design.pieces import Piece
 from capsule_sym._design.polish import MARGIN, on_piece, polish, with_limit
 from capsule_sym._design.program import Place
+from capsule_sym._orbits.continuation.parameter_paths import Slope
 
 REST = (0.0, 0.0, 0.0)
 FOLD = Parameters(
@@ -140,3 +143,49 @@ def test_where_two_peaks_of_a_force_are_equal_each_of_them_is_a_constraint() -> 
     for way in np.random.default_rng(1).uniform(-1e-4, 1e-4, (20, 2)):
         beside = program.begin(np.clip(rest.found.place.u + way, 0, 1))
         assert beside.worst > rest.found.place.worst
+
+
+def test_slopes_by_fixed_parameters_hold_at_a_margin() -> None:
+    def solved(base):
+        program, place = at("velocity/work", {"delta": (0.15, 0.65)}, base, True, 0.05, u=0.1)
+        return optimum_of(polish(program, place))
+
+    slopes = solved(FOLD).slopes
+    assert set(slopes) >= {"alpha", "omega", "zeta", "beta", "gamma"}
+    for name, slope in slopes.items():
+        value, step = getattr(FOLD, name), 1e-5 * getattr(FOLD, name)
+        above, below = (solved(FOLD.replace(**{name: value + by})) for by in (step, -step))
+        assert above.multiplier == pytest.approx(0.95, abs=1e-8)
+        assert slope == pytest.approx((above.value - below.value) / (2 * step), abs=1e-7)
+
+
+def test_peaks_that_are_equal_to_the_last_bit_are_both_constraints(monkeypatch) -> None:
+    base = Parameters(alpha=1.654722, omega=0.314057, delta=0.5502924, zeta=0.021266992)
+    over = {"beta": (0.0, 30.0), "gamma": (0.5, 8.0)}
+    program, place = at("peak_force", over, base, False, u=[0.0093, 0.9949])
+    there = polish(program, place).found.place
+
+    def tied(motion, least):
+        found = known(motion, least)
+        largest = max(force.value for force in found.values())
+        near = {key for key, force in found.items() if force.value > largest - 1e-9}
+        assert len(near) == 2
+        return {
+            key: Slope(largest, found[key].slope) if key in near else found[key] for key in found
+        }
+
+    known = pieces._forces
+    monkeypatch.setattr(pieces, "_forces", tied)
+    assert len(Piece(program, there).peaks) == 2
+
+
+def test_each_start_has_to_lead_to_its_own_motion_beside_a_place() -> None:
+    base = Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
+    starts = ((0.5, -0.9, -0.9), (0.4, 0.9, 0.1))
+    program = program_of("velocity", {"alpha": (2.4, 2.6)}, base, True, (), None, starts, None)
+    place = program.begin(np.array([0.5]))
+    first, second = place.motions
+    assert first.metrics["velocity"].value * second.metrics["velocity"].value < 0
+    assert led_beside(program, place)
+    for motions in ((first, first), (second, second), (second, first)):
+        assert not led_beside(program, program.place(place.u, motions))

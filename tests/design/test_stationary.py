@@ -46,8 +46,8 @@ def expected():
 
 @pytest.mark.parametrize(("begin", "most"), [((0.72, 0.4, 0.6), 40), ((0.62, 0.35, 0.45), 100)])
 def test_newton_converges_along_a_curved_constraint(begin, most, expected) -> None:
-    # With the tangent of an earlier place steps repeat where they are done: it takes 50 % more
-    # places, and rests at a residual of 1e-12.
+    # With the tangent of an earlier place steps repeat where they are done: it takes 54 and 120
+    # places, and rests at a residual of 3e-12.
     model = Sphere()
     found = stationary(model, model.at(np.array(begin)))
     assert found.minimal
@@ -63,5 +63,5 @@ def test_known_active_constraints_are_used_first(expected) -> None:
     model.calls = 0
     found = adjusted(model, model.at(np.array([0.62, 0.35, 0.45])), near)
     assert found.minimal
-    assert model.calls <= 50  # 82 where they are looked for
+    assert model.calls <= 50  # 75 where they are looked for
     np.testing.assert_allclose(found.place.u, expected.x, atol=1e-7)
