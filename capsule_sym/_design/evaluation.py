@@ -8,7 +8,7 @@ itinerary. No other module of the package names the source of the metrics.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
@@ -31,8 +31,7 @@ from capsule_sym._parameters import Scene, SceneParameters
 
 _BLOCK = 64  # excitation periods before the first test for a settled motion
 _PERIODS = 1024  # excitation periods within which a motion has to settle
-SAME = 1e-6  # distance of two equal motions
-COMPARED = ("progression", "work", "peak_force")  # metrics in which they are compared
+_SAME = 1e-6  # distance of two equal motions
 _NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 Vector = NDArray[np.float64]
@@ -225,13 +224,18 @@ def continue_motion(
 
 def agrees(one: Motion, other: Motion | None) -> bool:
     """True if two motions at nearly the same parameters are equal."""
-    if other is None or one.period_number != other.period_number:
+    if other is None:
         return False
-    return all(
-        abs(one.metrics[name].value - other.metrics[name].value)
-        <= SAME * (1 + abs(one.metrics[name].value))
-        for name in COMPARED
-    )
+    return bool(alike(one, other.period_number, {k: v.value for k, v in other.metrics.items()}))
+
+
+def alike(motion: Motion, period_numbers: Any, metrics: Mapping[str, Any] | Performances) -> Any:
+    """Mask of motions that equal one at nearly the same parameters, by their metrics."""
+    same = period_numbers == motion.period_number
+    for name in ("progression", "work", "peak_force"):
+        value = motion.metrics[name].value
+        same = same & (abs(metrics[name] - value) <= _SAME * (1 + abs(value)))
+    return same
 
 
 def _named(values: Vector, gradients: Vector) -> dict[str, Slope]:

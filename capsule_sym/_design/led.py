@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.evaluation import COMPARED, SAME, agrees
+from capsule_sym._design.evaluation import agrees, alike
 from capsule_sym._design.overview import overview
 from capsule_sym._design.program import KEPT, STABLE, Place, Program
 from capsule_sym._design.quantities import dimensionless
@@ -273,10 +273,7 @@ def led_beside(program: Program, place: Place) -> bool:
     found = overview(program, _close_around(place, _CLOSEST), program.scenarios, longer=LONGER)
     same = np.ones(_AROUND, bool)
     for motion, one in zip(place.motions, found.motions, strict=True):
-        same &= one.period_numbers == motion.period_number
-        for name in COMPARED:
-            value = motion.metrics[name].value
-            same &= abs(one.found[name] - value) <= SAME * (1 + abs(value))
+        same &= alike(motion, one.period_numbers, one.found)
     return bool(same.any())
 
 

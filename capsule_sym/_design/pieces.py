@@ -173,7 +173,9 @@ class Piece:
         plain = replace(self.program, margin=None).at(u, motions)
         for which, motion in enumerate(motions):
             forces, kept, matters = _forces(motion, _ALIKE), list[tuple[int, int]](), False
-            largest = max((force.value for force in forces.values()), default=0.0)
+            if len(forces) < 2:
+                continue
+            largest = max(force.value for force in forces.values())
             for key in sorted(forces, key=lambda key: -forces[key].value):
                 one = self._with_peak(u, motions, which, key)
                 assert one is not None
