@@ -101,7 +101,7 @@ def judged(known: Record, found: Record) -> Record:
     best, held = known["best"], known["held"]
     if best is None:
         return {"miss": 0.0, "by": None}
-    unit = max(abs(best["value"]), known["spread"] if math.isfinite(known["spread"]) else 0.0)
+    unit = unit_of(known)
     told = found["value"] if found["status"] in (*ENDED, "not-converged", "time-limit") else None
 
     def behind(claimed: float | None, better: Record | None) -> float:
@@ -118,6 +118,12 @@ def judged(known: Record, found: Record) -> Record:
         misses = ((behind(told, best), best),)
     miss, by = max(misses, key=lambda one: one[0])
     return {"miss": miss, "by": by}
+
+
+def unit_of(known: Record) -> float:
+    """The larger of the best value and the spread of values; 1 if nothing moves."""
+    spread = known["spread"] if math.isfinite(known["spread"]) else 0.0
+    return max(abs(known["best"]["value"]), spread) or 1.0
 
 
 def riddled(number: int, known: list[Record]) -> Record:
@@ -142,7 +148,7 @@ def report(
     apart: list[tuple[float, float]] = []
     for number, found in by_number.items():
         best = known[number]["best"]
-        unit = max(abs(best["value"]), known[number]["spread"]) if best else 1.0
+        unit = unit_of(known[number]) if best else 1.0
         ended = [one["value"] for one in found if one["value"] == one["value"]]
         spreads.append(float(np.ptp(ended)) / unit if ended else 0.0)
         misses.append(max(one["miss"] for one in found))
