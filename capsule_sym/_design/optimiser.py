@@ -105,11 +105,13 @@ class Optimiser:
     def of(self, runs: list[list[Place]], survey: Survey) -> Optimum:
         """The best optimum near to where searches came to rest."""
         if all(places[0].beyond for places in runs):
-            runs = self.made_feasible(runs) or runs
+            # The objective may gain more beyond a limit than the penalty takes.
+            within = (self.program.begin(u) for u in self.surveyor.within)
+            inside = [[place] for place in within if place is not None and not place.beyond]
+            runs = inside or self.made_feasible(runs) or runs
             if runs[0][0].beyond:
                 return self.infeasible(runs[0][0])
-        inside = (places[0] for places in runs if not places[0].beyond)
-        begin = sorted(inside, key=_worst)
+        begin = sorted((places[0] for places in runs if not places[0].beyond), key=_worst)
         self.look(begin[0])
         if self.precise or self.open:
             self.search(begin)

@@ -69,6 +69,8 @@ class Surveyor:
         """Reason why no place is better than another."""
         self.best: tuple[float, float, Vector] | None = None
         """Best cell: violation of limits, metric in its own unit, variables."""
+        self.within: list[Vector] = []
+        """The best cells within all limits, distant from each other."""
 
     def candidates(self, survey: Survey) -> list[Candidate]:
         """Starts of searches: feasible places first, then the best, distant from each other.
@@ -101,6 +103,8 @@ class Surveyor:
         # A few cells may vary less than the objective does.
         self.program = replace(self.program, unit=_rounded(self.program.unit * max(1.0, slope)))
         begin = self.closed(points, found, self._apart(points, found, order))
+        inside = order[found.beyond(self.program)[order] == 0]
+        self.within = [*points[self._apart(points, found, inside)[: survey.follow]]]
         self.program.tell("survey, searches")
         return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), survey)
 

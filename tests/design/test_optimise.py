@@ -157,6 +157,16 @@ def test_the_worst_of_the_tolerances_counts() -> None:
     assert len(found.constraints) == len(found.orbits) == 3
 
 
+def test_places_that_keep_a_limit_are_found_where_the_objective_is_far_less_beyond_it() -> None:
+    base = Parameters(omega=2.4595, delta=0.7147, gamma=5.0337, zeta=0.0361)
+    over = {"alpha": (0.4823, 2.9136), "beta": (1.6987, 21.8732)}
+    limit = "speed >= 0.00495"  # nothing drifts over most of the bounds, at a small force
+    found = optimise("peak_force", over, base, maximise=False, subject_to=(limit,), samples=128)
+    assert found.status is OptimumStatus.OPTIMAL
+    # The best of 100,000 runs and of those near to them, `python -m tests.optima`, number 448.
+    assert found.value == pytest.approx(3.4415759310348726, rel=1e-12)
+
+
 def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None:
     found = optimise(
         "speed",
