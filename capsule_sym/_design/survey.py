@@ -94,7 +94,8 @@ class Surveyor:
         if not core:
             begun = [(points[i], self.program.settled(points[i])) for i in order[: survey.follow]]
             return [Candidate(u, motions) for u, motions in begun if motions]
-        begin = self.closed(points, found, self._apart(points, found, order))
+        chosen = self._apart(points, found, order)
+        begin = self.closed(points, found, chosen)
         slope = float(abs(begin.slope[0]).max())
         if not slope and np.isfinite(begin.merit[0]) and np.ptp(found.worst[known]) == 0.0:
             told = f"{self.program.name} is {abs(found.worst[order[0]]):g}"
@@ -102,7 +103,7 @@ class Surveyor:
             return []
         # A few cells may vary less than the objective does.
         self.program = replace(self.program, unit=_rounded(self.program.unit * max(1.0, slope)))
-        begin = self.closed(points, found, self._apart(points, found, order))
+        begin = self.closed(points, found, chosen)
         inside = order[found.beyond(self.program)[order] == 0]
         self.within = [*points[self._apart(points, found, inside)[: survey.follow]]]
         self.program.tell("survey, searches")
