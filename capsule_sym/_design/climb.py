@@ -20,7 +20,8 @@ from capsule_sym._design.settled import attracting
 from capsule_sym._orbits.metrics.many import Performances, performance_many
 from capsule_sym._processes import processors
 
-_PENALTY = 10.0  # units of the objective for a limit exceeded by its own unit
+PENALTY = 10.0
+"""Units of the objective for a limit exceeded by its own unit."""
 _FALLS = 1e-4  # least share of the predicted decrease
 _SHORTER = 0.3  # factor of the next step after one that was too long
 _REACH = 0.2  # largest step, in the bounds
@@ -106,8 +107,8 @@ def places_of(program: Program, u: Matrix, found: list[Performances], numbers: A
     beyond = np.maximum(0.0, -flat.min(axis=1, initial=0.0))
     if flat.shape[1]:
         tight = flat.argmin(axis=1)
-        slope = slope - _PENALTY * np.where(beyond > 0, 1.0, 0.0)[:, None] * flat_by[at, tight]
-    merit = worst + _PENALTY * beyond
+        slope = slope - PENALTY * np.where(beyond > 0, 1.0, 0.0)[:, None] * flat_by[at, tight]
+    merit = worst + PENALTY * beyond
     good &= np.isfinite(merit) & np.isfinite(slope).all(axis=1)
     return Places(
         u,

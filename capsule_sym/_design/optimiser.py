@@ -106,7 +106,7 @@ class Optimiser:
         """The best optimum near to where searches came to rest."""
         if all(places[0].beyond for places in runs):
             # The objective may gain more beyond a limit than the penalty takes.
-            within = (self.program.begin(u) for u in self.surveyor.within)
+            within = map(self.program.begin, self.surveyor.within(survey.follow))
             inside = [[place] for place in within if place is not None and not place.beyond]
             runs = inside or self.made_feasible(runs) or runs
             if runs[0][0].beyond:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.cells import Grid
-from capsule_sym._design.climb import Places, climb, moved, places_of
+from capsule_sym._design.climb import PENALTY, Places, climb, moved, places_of
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.overview import Overview, overview, settled
 from capsule_sym._design.program import STABLE, Place, Program
@@ -31,7 +31,6 @@ _CLIMBERS = 32  # searches side by side
 _STEPS = 30  # of each
 _PARENTS, _CHILDREN = 64, 0.5  # cells with more around them, and how many for each that was run
 _REACHES = (1.0, 0.25)  # of the distance of cells, to those around the best of them
-_PENALTY = 10.0  # units of the objective for a limit exceeded by its own unit
 _ON_FACES = 1.5  # by which every third cell is spread, and cut off at the bounds
 _WITHOUT_CORE = 8  # times fewer cells where there is no core
 _DRAWN = 2  # states at each cell, besides the starts, where all stable motions count
@@ -69,8 +68,8 @@ class Surveyor:
         """Reason why no place is better than another."""
         self.best: tuple[float, float, Vector] | None = None
         """Best cell: violation of limits, metric in its own unit, variables."""
-        self.within: list[Vector] = []
-        """The best cells within all limits, distant from each other."""
+        self.cells: tuple[Matrix, Overview] | None = None
+        """All cells of the survey, if searches begin from the best of them."""
 
     def candidates(self, survey: Survey) -> list[Candidate]:
         """Starts of searches: feasible places first, then the best, distant from each other.
@@ -104,10 +103,18 @@ class Surveyor:
         # A few cells may vary less than the objective does.
         self.program = replace(self.program, unit=_rounded(self.program.unit * max(1.0, slope)))
         begin = self.closed(points, found, chosen)
-        inside = order[found.beyond(self.program)[order] == 0]
-        self.within = [*points[self._apart(points, found, inside)[: survey.follow]]]
+        self.cells = points, found
         self.program.tell("survey, searches")
         return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), survey)
+
+    def within(self, most: int) -> Matrix:
+        """The best cells within all limits, distant from each other, at most so many."""
+        if self.cells is None:
+            return np.empty((0, len(self.program.names)))
+        points, found = self.cells
+        order = self._ranked(points, found)
+        inside = order[found.beyond(self.program)[order] == 0]
+        return points[self._apart(points, found, inside)[:most]]
 
     def _nearer(self, points: Matrix, found: Overview) -> tuple[Matrix, Overview]:
         """The cells with more of them around the best, ever nearer."""
@@ -169,7 +176,7 @@ class Surveyor:
         if len(known):
             best = known[np.lexsort((found.worst[known], beyond[known]))[0]]
             self.best = float(beyond[best]), float(found.worst[best]), points[best]
-        merit = found.worst[known] / self.program.unit + _PENALTY * beyond[known]
+        merit = found.worst[known] / self.program.unit + PENALTY * beyond[known]
         order: NDArray[np.intp] = known[np.argsort(merit, kind="stable")]
         return order
 
