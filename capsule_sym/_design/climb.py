@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.program import Program
-from capsule_sym._design.settled import attracting
+from capsule_sym._design.settled import attracting, branch_of
 from capsule_sym._orbits.metrics.many import Performances, performance_many
 from capsule_sym._processes import processors
 
@@ -66,6 +66,11 @@ class Places:
             one.name: getattr(self, one.name)[some] for one in fields(self) if one.name != "found"
         }
         return Places(found=[one.of(some) for one in self.found], **own)
+
+    def branch(self, i: int) -> tuple[tuple[int, ...], ...]:
+        """Period numbers and itineraries of the motions of place i."""
+        pairs = zip(self.found, self.numbers[i].tolist(), strict=True)
+        return tuple(branch_of(one, i, number) for one, number in pairs)
 
     def put(self, some: NDArray[Any], other: Places) -> None:
         """Replace some of the places."""

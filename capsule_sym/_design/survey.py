@@ -29,13 +29,14 @@ from capsule_sym._processes import processors
 _SEEN = 256  # excitation periods of a run that shows if starts lead to a motion
 _CLIMBERS = 32  # searches side by side
 _STEPS = 30  # of each
-_PARENTS, _CHILDREN = 64, 0.5  # cells with more around them, and how many for each that was run
+_PARENTS, _CHILDREN = 64, 1024  # cells with more around them, and how many of these at most
 _REACHES = (1.0, 0.25)  # of the distance of cells, to those around the best of them
 _ON_FACES = 1.5  # by which every third cell is spread, and cut off at the bounds
 _WITHOUT_CORE = 8  # times fewer cells where there is no core
 _DRAWN = 2  # states at each cell, besides the starts, where all stable motions count
 _SAME = 1e-6  # distance of two states that are one
 _HOPEFUL = 0.2  # units of the objective that a search may gain
+_ALIKE = 6  # places of one branch at which searches begin
 _APART = 1e-3  # of the bounds, between two places at which searches begin
 _PARTS, _CUTS = 8, 3  # of a way, of which the last to a place that starts lead to is cut again
 _SLIDING = 4  # places from which it is polled where starts lead
@@ -121,7 +122,7 @@ class Surveyor:
         draw, count = np.random.default_rng(0), len(points)
         for reach in _REACHES:
             best = self._ranked(points, found)[:_PARENTS]
-            near = points[np.resize(best, int(count * _CHILDREN) * bool(len(best)))]
+            near = points[np.resize(best, min(count // 2, _CHILDREN) * bool(len(best)))]
             if not len(near) or present().over:
                 break
             reach *= 4 * self._length(count)
@@ -227,12 +228,16 @@ class Surveyor:
             edges = self.slide(self._last(begin.of(left), ends.of(left)))
             pool += [(edges, i) for i in range(len(edges))]
         pool.sort(key=lambda one: float(one[0].merit[one[1]]))
-        found: list[Candidate] = []
+        found, branches = list[Candidate](), list[Any]()
         for places, i in pool:
             near = (abs(places.u[i] - one.u).max() < _APART for one in found)
             hopeful = places.merit[i] < pool[0][0].merit[pool[0][1]] + _HOPEFUL
-            if hopeful and len(found) < survey.follow and not any(near):
+            own = places.branch(i)
+            if hopeful and branches.count(own) < _ALIKE and not any(near):
                 found.append(self.candidate(places, i))
+                branches.append(own)
+            if len(found) == survey.follow:
+                break
         return found
 
     def _last(self, begin: Places, ends: Places) -> Places:
