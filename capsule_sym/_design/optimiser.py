@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ from capsule_sym._design.polish import (
 from capsule_sym._design.program import Place, Program
 from capsule_sym._design.slide import room, slid
 from capsule_sym._design.stationary import rough
-from capsule_sym._design.survey import Survey, Surveyor
+from capsule_sym._design.survey import Candidate, Survey, Surveyor
 from capsule_sym._map.dragging import mean_force
 from capsule_sym._native import check_time
 from capsule_sym._parameters import SceneDevice
@@ -95,27 +96,41 @@ class Optimiser:
     def run(self, survey: Survey) -> None:
         """Survey, polish the best candidates, and find the best optimum."""
         self.samples = survey.samples
-        candidates = self.surveyor.candidates(survey)
-        self.program, moving = self.surveyor.program, self.surveyor.best is not None
-        places = [self.program.place(one.u, one.motions) for one in candidates]
-        runs = [[place] for place in places if place is not None]
-        self.best = min((place for (place,) in runs), key=lambda place: place.rank, default=None)
-        self.found = self.of(runs, survey) if runs else self.nowhere(moving)
+        first = self.places(self.surveyor.candidates(survey))
+        if self.surveyor.flat:
+            self.found = self.told(OptimumStatus.FLAT, self.surveyor.flat)
+            return
+        further = map(self.places, self.surveyor.more(survey))
+        rounds = filter(None, (self.inside(one, survey.follow) for one in chain([first], further)))
+        self.best = min(first, key=lambda place: place.rank, default=None)
+        begin = next(rounds, [])
+        near = [] if begin else self.made_feasible(first) or first
+        if begin := begin or [place for place in near if not place.beyond]:
+            self.found = self.of(begin, rounds)
+        else:
+            self.found = self.infeasible(near[0]) if near else self.nowhere()
 
-    def of(self, runs: list[list[Place]], survey: Survey) -> Optimum:
-        """The best optimum near to where searches came to rest."""
-        if all(places[0].beyond for places in runs):
-            # The objective may gain more beyond a limit than the penalty takes.
-            within = map(self.program.begin, self.surveyor.within(survey.follow))
-            inside = [[place] for place in within if place is not None and not place.beyond]
-            runs = inside or self.made_feasible(runs) or runs
-            if runs[0][0].beyond:
-                return self.infeasible(runs[0][0])
-        begin = sorted((places[0] for places in runs if not places[0].beyond), key=_worst)
+    def places(self, candidates: Sequence[Candidate]) -> list[Place]:
+        """Places of the survey's candidates, in its units."""
+        self.program = self.surveyor.program
+        places = (self.program.place(one.u, one.motions) for one in candidates)
+        return [place for place in places if place is not None]
+
+    def inside(self, places: Sequence[Place], most: int) -> list[Place]:
+        """Places within the limits; if there are none, at most so many cells of the last round."""
+        if inside := [place for place in places if not place.beyond]:
+            return inside
+        # The objective may gain more beyond a limit than the penalty takes.
+        cells = map(self.program.begin, self.surveyor.within(most))
+        return [place for place in cells if place is not None and not place.beyond]
+
+    def of(self, begin: Sequence[Place], rounds: Iterator[list[Place]]) -> Optimum:
+        """The best optimum near to places, and to those of further rounds of the survey."""
+        begin = sorted(begin, key=_worst)
         self.look(begin[0])
         if self.precise or self.open:
             self.search(begin)
-        if more := self.surveyor.more(survey):
+        for more in rounds:
             self.search(more)
         for place in sorted(self.open, key=_worst)[:_BOUNDED]:
             if not self.rests or place.worst < self.level_at_rest - _BETTER:
@@ -268,11 +283,9 @@ class Optimiser:
                 return place
         return None
 
-    def nowhere(self, moving: bool) -> Optimum:
+    def nowhere(self) -> Optimum:
         """Result if no start leads to a motion, or to one on which all limits are defined."""
-        if self.surveyor.flat:
-            return self.told(OptimumStatus.FLAT, self.surveyor.flat)
-        if not moving:
+        if self.surveyor.best is None:
             return self.told(OptimumStatus.NO_MOTION, "no start leads to a periodic motion")
         texts = " and ".join(self.program.texts)
         message = f"no place within the bounds was found to satisfy {texts}"
@@ -324,13 +337,13 @@ class Optimiser:
         check_time()
         return places
 
-    def made_feasible(self, runs: Sequence[list[Place]]) -> list[list[Place]]:
-        """Runs from places at which the violation of the limits is least."""
+    def made_feasible(self, begin: Sequence[Place]) -> list[Place]:
+        """Places next to those at which the violation of the limits is least."""
         elastic = replace(self.program, elastic=True)
-        ends = [places for run in runs if (places := self.go(elastic, run[0].u))]
-        ends.sort(key=lambda places: places[0].worst)
-        again = [self.go(self.program, places[0].u) for places in ends[:2]]
-        return sorted((places for places in again if places), key=lambda places: places[0].beyond)
+        ends = [places[0] for place in begin if (places := self.go(elastic, place.u))]
+        ends.sort(key=_worst)
+        again = [self.go(self.program, place.u) for place in ends[:2]]
+        return sorted((places[0] for places in again if places), key=lambda place: place.beyond)
 
 
 def _worst(place: Place) -> float:

@@ -8,7 +8,7 @@ side. If the starts do not settle on the motions found, the path back to the cel
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ from capsule_sym._design.cells import Grid
 from capsule_sym._design.climb import PENALTY, Places, climb, moved, places_of
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.overview import Overview, overview, settled
-from capsule_sym._design.program import STABLE, Place, Program
+from capsule_sym._design.program import STABLE, Program
 from capsule_sym._design.quantities import dimensionless
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time, core_of, present
@@ -27,6 +27,7 @@ from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._processes import processors
 
 _SEEN = 256  # excitation periods of a run that shows if starts lead to a motion
+_ROUNDS = 2048, 8192, 32768, 131072  # cells of surveys before larger ones
 _CLIMBERS = 32  # searches side by side
 _STEPS = 30  # of each
 _PARENTS, _CHILDREN = 64, 1024  # cells with more around them, and how many of these at most
@@ -52,6 +53,13 @@ class Survey(NamedTuple):
     seed: int
     follow: int
 
+    @property
+    def rounds(self) -> list[tuple[int, int]]:
+        """Cells and random seeds of its rounds: few cells first, to which more cells add."""
+        sizes = [size for size in _ROUNDS if 2 * size <= self.samples] + [self.samples]
+        rounds = [(sizes[0], 0), *((size, size) for size in sizes[1:])]
+        return rounds + [(self.samples // 2, self.seed)] * bool(self.seed)
+
 
 class Candidate(NamedTuple):
     """Start of a search, with the motions of the scenarios there."""
@@ -70,7 +78,7 @@ class Surveyor:
         self.best: tuple[float, float, Vector] | None = None
         """Best cell: violation of limits, metric in its own unit, variables."""
         self.cells: tuple[Matrix, Overview] | None = None
-        """All cells of the survey, if searches begin from the best of them."""
+        """All cells of the last round, if searches begin from the best of them."""
 
     def candidates(self, survey: Survey) -> list[Candidate]:
         """Starts of searches: feasible places first, then the best, distant from each other.
@@ -78,7 +86,7 @@ class Surveyor:
         Sets the units of the program. Raises InvalidInput if the metric is nowhere finite.
         """
         core = core_of(self.program.system.scene) is not None
-        count = survey.samples if core else -(-survey.samples // _WITHOUT_CORE)
+        count = survey.rounds[0][0] if core else -(-survey.samples // _WITHOUT_CORE)
         points, states, found = self._cells(count, 0)
         if reason := found.flat(self.program):
             self.flat = reason
@@ -132,19 +140,19 @@ class Surveyor:
             points, found = np.vstack([points, near]), found.with_more(other)
         return points, found
 
-    def more(self, survey: Survey) -> list[Place]:
-        """The best places of further cells, by the survey's seed; none by seed 0."""
-        if not survey.seed or core_of(self.program.system.scene) is None:
-            return []
-        points, _, found = self._cells(survey.samples // 2, survey.seed)
-        chosen = self._apart(points, found, self._ranked(points, found))[: survey.follow]
-        if not chosen:
-            return []
-        begin = self.closed(points, found, chosen)
-        ends = climb(self.program, begin, _STEPS, self._length(len(points)))
-        some = self._chosen(begin, ends, survey)
-        places = [self.program.place(one.u, one.motions) for one in some]
-        return [place for place in places if place is not None and not place.beyond]
+    def more(self, survey: Survey) -> Iterator[list[Candidate]]:
+        """Starts of searches from each further round."""
+        rounds = survey.rounds[1:] if core_of(self.program.system.scene) is not None else []
+        for count, seed in rounds:
+            points, states, found = self._cells(count, seed)
+            if states is None:
+                points, found = self._nearer(points, found)
+            check_time()
+            self.cells = points, found
+            if chosen := self._apart(points, found, self._ranked(points, found)):
+                begin = self.closed(points, found, chosen)
+                ends = climb(self.program, begin, _STEPS, self._length(count))
+                yield self._chosen(begin, ends, survey)
 
     def _cells(self, count: int, seed: int) -> tuple[Matrix, Matrix | None, Overview]:
         """Cells all over the bounds, the states where runs begin if not at the starts, and runs."""

@@ -18,6 +18,7 @@ from capsule_sym import (
     simulate,
     solve_orbit,
 )
+from capsule_sym._design import survey
 from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import same_itinerary_at, settle
 from capsule_sym._design.quantities import dimensionless_slopes, of
@@ -165,6 +166,54 @@ def test_places_that_keep_a_limit_are_found_where_the_objective_is_far_less_beyo
     assert found.status is OptimumStatus.OPTIMAL
     # The best of 100,000 runs and of those near to them, `python -m tests.optima`, number 448.
     assert found.value == pytest.approx(3.4415759310348726, rel=1e-12)
+
+
+def test_a_further_round_finds_places_that_keep_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(survey, "_ROUNDS", (4,))
+    base = Parameters(omega=2.4595, delta=0.7147, gamma=5.0337, zeta=0.0361)
+    over = {"alpha": (0.4823, 2.9136), "beta": (1.6987, 21.8732)}
+    few, more = (
+        optimise(
+            "peak_force",
+            over,
+            base,
+            maximise=False,
+            subject_to=("speed >= 0.00495",),
+            samples=samples,
+        )
+        for samples in (4, 8)
+    )
+    assert few.status is OptimumStatus.INFEASIBLE
+    assert more.value == pytest.approx(3.4415759310348726, rel=1e-12)
+
+
+def test_no_optimum_is_lost_by_further_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    # In one round of 16 cells a broader peak hides the best.
+    base, over = Parameters(alpha=1.5, zeta=0.02, beta=20.0), {"omega": (0.3, 3), "alpha": (0.2, 3)}
+    alone = optimise("velocity", over, base, samples=16)
+    monkeypatch.setattr(survey, "_ROUNDS", (8,))
+    found = [optimise("velocity", over, base, samples=samples).value for samples in (8, 16, 64)]
+    assert alone.value < 0.9 * found[0]
+    assert found[1] > (1 - 1e-9) * found[0]
+    assert found[2] > (1 - 1e-9) * found[0]
+
+
+ROUNDS = {
+    1: [1],
+    4095: [4095],
+    4096: [2048, 4096],
+    10_000: [2048, 10_000],
+    65_536: [2048, 8192, 32_768, 65_536],
+}
+
+
+@pytest.mark.parametrize("samples", ROUNDS)
+def test_a_survey_of_many_cells_has_rounds_of_fewer_before(samples: int) -> None:
+    rounds = survey.Survey(samples, 0, 1).rounds
+    assert [cells for cells, _ in rounds] == ROUNDS[samples]
+    assert survey.Survey(samples, 3, 1).rounds == [*rounds, (samples // 2, 3)]
+    assert rounds[0][1] == 0
+    assert len({seed for _, seed in rounds}) == len(rounds)
 
 
 def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None:

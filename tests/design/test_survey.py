@@ -12,6 +12,7 @@ from capsule_sym import (
     scenes,
     solve_orbit,
 )
+from capsule_sym._design import survey
 from capsule_sym._design.climb import climb, places_of
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.overview import overview
@@ -87,6 +88,18 @@ def test_searches_side_by_side_come_to_the_optimum() -> None:
     ends = climb(program, places_of(program, u, [found], numbers[:, None]), 60, 0.1)
     assert ends.worst.min() == pytest.approx(1.372648972, rel=1e-8)
     assert ends.u[ends.worst.argmin()] == pytest.approx([0.33227, 0.0, 1.0], abs=1e-4)
+
+
+def test_searches_begin_at_few_places_of_one_branch(monkeypatch: pytest.MonkeyPatch) -> None:
+    over = {"omega": (0.3, 3.0), "alpha": (0.2, 3.0)}
+    program = program_of("velocity", over, BESIDE, True, (), None, START, None)
+    branches = []
+    for most in (survey._ALIKE, 1):
+        monkeypatch.setattr(survey, "_ALIKE", most)
+        found = survey.Surveyor(program).candidates(survey.Survey(512, 0, 32))
+        branches.append([(m.period_number, m.itinerary) for one in found for m in one.motions])
+    assert max(map(branches[0].count, branches[0])) > 1
+    assert len(set(branches[1])) == len(branches[1]) == len(set(branches[0])) > 1
 
 
 def test_motions_of_several_periods_are_closed_with_their_numbers() -> None:
