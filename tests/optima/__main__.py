@@ -27,6 +27,7 @@ WORSE, SEEDS_APART = 1e-6, 1e-9
 ENDED = ("optimal", "optimal-at-border")
 BESIDE = 8  # places next to an answer
 RIDDLED = 0.02  # of neighbours near to the best on different motions: no best can be found there
+SAMPLES = 2048  # of a survey, by default
 LIMIT = 600.0  # seconds after which an answer is given up
 
 
@@ -37,8 +38,8 @@ def forced(number: int, cells: int) -> Record:
     return found | brute.best_of(given, cells, number)
 
 
-def answered(number: int, seed: int) -> Record:
-    """Result of `optimise` with a seed, and its time."""
+def answered(number: int, seed: int, samples: int = SAMPLES) -> Record:
+    """Result of `optimise` with a seed, by a survey of so many cells, and its time."""
     given = problem(number)
     wall, clock = time.perf_counter(), time.process_time()
     found = optimise(
@@ -46,6 +47,7 @@ def answered(number: int, seed: int) -> Record:
         given.over,
         given.base,
         seed=seed,
+        samples=samples,
         max_seconds=LIMIT,
         **given.options,
     )
@@ -203,7 +205,9 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--known", action="store_true", help="only what brute force has done")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "optima")
+    parser.add_argument("--samples", type=int, default=SAMPLES, help="of the survey of `optimise`")
     given = parser.parse_args()
+    survey = f"-{given.samples}" if given.samples != SAMPLES else ""
     given.out.mkdir(parents=True, exist_ok=True)
     count = 0 if given.known else given.problems
 
@@ -216,10 +220,10 @@ def main() -> int:
     known = kept(given.out / "brute.jsonl", force, enough)[: given.problems]
 
     def answer(number: int) -> Record:
-        return answered(number // given.seeds, number % given.seeds)
+        return answered(number // given.seeds, number % given.seeds, given.samples)
 
     answers = kept(
-        given.out / f"answers-{given.seeds}-{code()}.jsonl",
+        given.out / f"answers-{given.seeds}{survey}-{code()}.jsonl",
         answer,
         lambda done: len(done) >= given.seeds * len(known),
     )
@@ -229,7 +233,7 @@ def main() -> int:
         lambda number: riddled(number, known),
         lambda done: len(done) >= len(known),
     )
-    return report(known, answers, shares, given.out / "failures.jsonl")
+    return report(known, answers, shares, given.out / f"failures{survey}.jsonl")
 
 
 if __name__ == "__main__":
