@@ -74,9 +74,10 @@ def optimise(
     tolerances. `among="stable"` considers every stable motion found from the starts and from
     others, whether or not a start settles on it; with `tolerances` the worst of its continuations.
     `samples` is the number of cells of the survey; from 4,096 on rounds of 2,048, 8,192 and so on
-    precede the last one, and the best of all rounds counts. `follow` is the largest number of
-    places of a round from which optima are sought; `seed` is the random seed of the cells. After
-    `max_seconds` the result is the best place so far. `progress` is called with a text.
+    precede the last one if there is the core, and the best of all rounds counts. A `seed` other
+    than 0 adds a round of half as many cells. `follow` is the largest number of places of a round
+    from which optima are sought. After `max_seconds` the result is the best place so far.
+    `progress` is called with a text.
 
     The optimum is the best one found; it is not proved to be global. Raises InvalidInput for names,
     bounds or texts that are not allowed.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,16 +95,17 @@ class Optimiser:
     def run(self, survey: Survey) -> None:
         """Survey, polish the best candidates, and find the best optimum."""
         self.samples = survey.samples
+        most = survey.follow
         first = self.places(self.surveyor.candidates(survey))
         if self.surveyor.flat:
             self.found = self.told(OptimumStatus.FLAT, self.surveyor.flat)
             return
-        further = map(self.places, self.surveyor.more(survey))
-        rounds = filter(None, (self.inside(one, survey.follow) for one in chain([first], further)))
-        self.best = min(first, key=lambda place: place.rank, default=None)
-        begin = next(rounds, [])
+        begin = self.inside(first, most)
         near = [] if begin else self.made_feasible(first) or first
-        if begin := begin or [place for place in near if not place.beyond]:
+        further = map(self.places, self.surveyor.more(most))
+        rounds = filter(None, (self.inside(places, most) for places in further))
+        begin = begin or [place for place in near if not place.beyond] or next(rounds, [])
+        if begin:
             self.found = self.of(begin, rounds)
         else:
             self.found = self.infeasible(near[0]) if near else self.nowhere()
@@ -113,8 +113,10 @@ class Optimiser:
     def places(self, candidates: Sequence[Candidate]) -> list[Place]:
         """Places of the survey's candidates, in its units."""
         self.program = self.surveyor.program
-        places = (self.program.place(one.u, one.motions) for one in candidates)
-        return [place for place in places if place is not None]
+        every = (self.program.place(one.u, one.motions) for one in candidates)
+        places = [place for place in every if place is not None]
+        self.best = min([*places, *filter(None, [self.best])], key=_rank, default=None)
+        return places
 
     def inside(self, places: Sequence[Place], most: int) -> list[Place]:
         """Places within the limits; if there are none, at most so many cells of the last round."""
@@ -300,8 +302,9 @@ class Optimiser:
     def unfinished(self) -> Optimum:
         """Result at the time limit: the best place, or cell of the survey."""
         found, rest = self.told(), ": this is the best place so far"
-        if self.best is not None:
-            found = self.rough(self.best)
+        passed = [*self.open, *(rest.found.place for rest in self.rests)]
+        if best := min([*passed, *filter(None, [self.best])], key=_rank, default=None):
+            found = self.rough(best)
         elif self.surveyor.best is not None:
             _, worst, u = self.surveyor.best
             system = self.program.system_at(u)
@@ -348,6 +351,10 @@ class Optimiser:
 
 def _worst(place: Place) -> float:
     return place.worst
+
+
+def _rank(place: Place) -> tuple[float, float]:
+    return place.rank
 
 
 def _no_better(place: Place, one: Place) -> bool:

@@ -58,7 +58,7 @@ class Survey(NamedTuple):
         """Cells and random seeds of its rounds: few cells first, to which more cells add."""
         sizes = [size for size in _ROUNDS if 2 * size <= self.samples] + [self.samples]
         rounds = [(sizes[0], 0), *((size, size) for size in sizes[1:])]
-        return rounds + [(self.samples // 2, self.seed)] * bool(self.seed)
+        return rounds + [(max(1, self.samples // 2), self.seed)] * bool(self.seed)
 
 
 class Candidate(NamedTuple):
@@ -77,17 +77,27 @@ class Surveyor:
         """Reason why no place is better than another."""
         self.best: tuple[float, float, Vector] | None = None
         """Best cell: violation of limits, metric in its own unit, variables."""
+        self.rounds: list[tuple[int, int]] = []
+        """Cells and random seeds of the rounds to come."""
         self.cells: tuple[Matrix, Overview] | None = None
         """All cells of the last round, if searches begin from the best of them."""
 
     def candidates(self, survey: Survey) -> list[Candidate]:
         """Starts of searches: feasible places first, then the best, distant from each other.
 
-        Sets the units of the program. Raises InvalidInput if the metric is nowhere finite.
+        They are from the first round that has any. Sets the units of the program. Raises
+        InvalidInput if the metric is nowhere finite.
         """
-        core = core_of(self.program.system.scene) is not None
-        count = survey.rounds[0][0] if core else -(-survey.samples // _WITHOUT_CORE)
-        points, states, found = self._cells(count, 0)
+        core, found = core_of(self.program.system.scene) is not None, list[Candidate]()
+        self.rounds = survey.rounds if core else [(-(-survey.samples // _WITHOUT_CORE), 0)]
+        while self.rounds and not found:
+            found = self._first(*self.rounds.pop(0), survey.follow, core)
+        return found
+
+    def _first(self, count: int, seed: int, most: int, core: bool) -> list[Candidate]:
+        """Starts of searches from a round, at most so many, and the units of the program."""
+        points, states, found = self._cells(count, seed)
+        self.flat = ""
         if reason := found.flat(self.program):
             self.flat = reason
             return []
@@ -100,7 +110,7 @@ class Surveyor:
             return []
         check_time()
         if not core:
-            begun = [(points[i], self.program.settled(points[i])) for i in order[: survey.follow]]
+            begun = [(points[i], self.program.settled(points[i])) for i in order[:most]]
             return [Candidate(u, motions) for u, motions in begun if motions]
         chosen = self._apart(points, found, order)
         begin = self.closed(points, found, chosen)
@@ -114,7 +124,7 @@ class Surveyor:
         begin = self.closed(points, found, chosen)
         self.cells = points, found
         self.program.tell("survey, searches")
-        return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), survey)
+        return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), most)
 
     def within(self, most: int) -> Matrix:
         """The best cells within all limits, distant from each other, at most so many."""
@@ -140,19 +150,24 @@ class Surveyor:
             points, found = np.vstack([points, near]), found.with_more(other)
         return points, found
 
-    def more(self, survey: Survey) -> Iterator[list[Candidate]]:
-        """Starts of searches from each further round."""
-        rounds = survey.rounds[1:] if core_of(self.program.system.scene) is not None else []
-        for count, seed in rounds:
-            points, states, found = self._cells(count, seed)
-            if states is None:
-                points, found = self._nearer(points, found)
-            check_time()
-            self.cells = points, found
-            if chosen := self._apart(points, found, self._ranked(points, found)):
-                begin = self.closed(points, found, chosen)
-                ends = climb(self.program, begin, _STEPS, self._length(count))
-                yield self._chosen(begin, ends, survey)
+    def more(self, most: int) -> Iterator[list[Candidate]]:
+        """Starts of searches from each further round, at most so many."""
+        self.cells = None
+        while self.rounds:
+            yield self._further(*self.rounds.pop(0), most)
+            self.cells = None
+
+    def _further(self, count: int, seed: int, most: int) -> list[Candidate]:
+        points, states, found = self._cells(count, seed)
+        if states is None:
+            points, found = self._nearer(points, found)
+        check_time()
+        self.cells = points, found
+        chosen = self._apart(points, found, self._ranked(points, found))
+        if not chosen:
+            return []
+        begin = self.closed(points, found, chosen)
+        return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), most)
 
     def _cells(self, count: int, seed: int) -> tuple[Matrix, Matrix | None, Overview]:
         """Cells all over the bounds, the states where runs begin if not at the starts, and runs."""
@@ -224,7 +239,7 @@ class Surveyor:
         numbers = np.stack([one.period_numbers[chosen] for one in found.motions], axis=1)
         return places_of(self.program, points[chosen], motions, numbers)
 
-    def _chosen(self, begin: Places, ends: Places, survey: Survey) -> list[Candidate]:
+    def _chosen(self, begin: Places, ends: Places, most: int) -> list[Candidate]:
         """Best places on which the starts settle, among the ends of searches and before."""
         leads = self.leads(ends)
         pool = [(ends, i) for i in np.flatnonzero(leads).tolist()]
@@ -244,7 +259,7 @@ class Surveyor:
             if hopeful and branches.count(own) < _ALIKE and not any(near):
                 found.append(self.candidate(places, i))
                 branches.append(own)
-            if len(found) == survey.follow:
+            if len(found) == most:
                 break
         return found
 
@@ -319,7 +334,7 @@ class Surveyor:
         finite = found.worst[np.isfinite(found.worst)]
         if not len(finite):
             check_time()
-            if moving.any():
+            if moving.any() and not self.rounds:
                 allowed = "a function that is finite somewhere within the bounds"
                 raise InvalidInput("metric", self.program.name, allowed)
             return
