@@ -187,6 +187,7 @@ class Optimiser:
         check_time()
         self.followed += 1
         self.program.tell(f"search {self.followed}")
+        self.best = min([place, *filter(None, [self.best])], key=_rank)
         rest = self.solved(place)
         if rest is None:
             self.open.append(place)
@@ -302,9 +303,11 @@ class Optimiser:
     def unfinished(self) -> Optimum:
         """Result at the time limit: the best place, or cell of the survey."""
         found, rest = self.told(), ": this is the best place so far"
-        passed = [*self.open, *(rest.found.place for rest in self.rests)]
-        if best := min([*passed, *filter(None, [self.best])], key=_rank, default=None):
-            found = self.rough(best)
+        passed = self.best
+        if self.rests and passed and (passed.beyond or passed.worst >= self.level_at_rest):
+            found = optimum_of(self.best_rest)
+        elif passed is not None:
+            found = self.rough(passed)
         elif self.surveyor.best is not None:
             _, worst, u = self.surveyor.best
             system = self.program.system_at(u)

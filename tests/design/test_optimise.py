@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -184,10 +185,13 @@ def test_a_further_round_finds_places_that_keep_a_limit(monkeypatch: pytest.Monk
 
 def test_at_the_time_limit_the_best_of_all_rounds_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (4, 8))
-    clock = Clock(monkeypatch, "survey, 0 of 16 runs")  # the third round
-    found = lightest(16, max_seconds=LIMIT, progress=clock.progress)
-    assert found.status is OptimumStatus.TIME_LIMIT
-    assert found.value == pytest.approx(LIGHTEST, rel=1e-9)
+    over = {"omega": (0.3, 3.0), "alpha": (0.2, 3.0)}
+    fastest = partial(optimise, "velocity", over, Parameters(alpha=1.5, zeta=0.02, beta=20.0))
+    for problem in (lightest, fastest):
+        clock = Clock(monkeypatch, "survey, 0 of 16 runs")  # the third round
+        found = problem(samples=16, max_seconds=LIMIT, progress=clock.progress)
+        assert found.status is OptimumStatus.TIME_LIMIT
+        assert found.value == pytest.approx(problem(samples=8).value, rel=1e-9)
 
 
 def test_further_rounds_add_to_what_a_search_for_the_limits_finds(
