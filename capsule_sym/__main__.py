@@ -34,6 +34,7 @@ def main() -> NoReturn:
         if not (isinstance(error, KeyboardInterrupt) or _came):
             raise
         print("error: interrupted", file=sys.stderr, flush=True)
+        exec("")  # as in `_cli.main`
         sys.exit(130)
 
 

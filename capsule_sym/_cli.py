@@ -139,7 +139,10 @@ def main(arguments: Sequence[str] | None = None, commands: click.Group = group) 
     are those of the process if not given.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
-    sys.exit(_closed() or _status(given, commands))
+    status = _closed() or _status(given, commands)
+    # Ctrl-C within an `exec` of text, as in SymPy, would kill `python -m` by a signal at its end.
+    exec("")  # Python forgets it
+    sys.exit(status)
 
 
 def _closed() -> int:

@@ -266,6 +266,22 @@ def test_an_interrupt_after_the_result_changes_nothing(end: str, status: int) ->
     assert (done.returncode, done.stdout, done.stderr) == (status, "None\n", told)
 
 
+@pytest.mark.parametrize("cut_off", ["_cli._ended", "_cli.main"])
+def test_an_interrupt_of_text_that_a_library_executes_exits(cut_off: str, tmp_path: Path) -> None:
+    """`python -m` alone ends by a signal after it, whatever the exit status."""
+    code = (
+        "from capsule_sym import __main__, _cli\n"
+        "def cut_off(*given):\n"
+        "    exec('raise KeyboardInterrupt')\n"
+        f"{cut_off} = cut_off\n"
+        "__main__.main()"
+    )
+    (tmp_path / "cut_off.py").write_text(code)
+    run = [sys.executable, "-m", "cut_off"]
+    done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
+
+
 def test_an_interrupt_of_which_a_library_makes_another_error_is_one_line() -> None:
     code = (
         "import os, runpy, signal, sys\n"
