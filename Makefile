@@ -135,10 +135,10 @@ mutations: $(READY)  ## change every value typed from the paper; each change has
 	    $(BIN)/python -m pytest -q -s -m long tests/symbolic/test_mutations.py
 
 weakenings: $(READY)  ## take each term of the proofs away, or those with ONLY in their name or file; a test has to fail; resumes
-	$(BIN)/python -m tests.weakenings --only '$(ONLY)'
+	$(BIN)/python -m paper.tests.weakenings --only '$(ONLY)'
 
 tampering: $(READY)  ## tamper certificates in a hundred ways; both checkers have to refuse them
-	$(BIN)/python -m tests.enclosures.tampering
+	$(BIN)/python -m paper.tests.proofs.tampering
 
 verify: $(READY) results/enclose.json  ## prove the theory, and Section 4 in ball arithmetic
 	$(BIN)/python -m benchmarks verify

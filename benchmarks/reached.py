@@ -12,9 +12,9 @@ import click
 
 from capsule_sym._commands import present
 from capsule_sym._commands.verify import verify as prove
-from capsule_sym._enclosures.case import ALPHA
 from capsule_sym._files import read_json
 from capsule_sym._symbolic.proofs.items import Result
+from paper.proofs.case import ALPHA
 
 MUTATIONS = Path("results/mutations.json")
 ENCLOSED = Path("results/enclose.json")

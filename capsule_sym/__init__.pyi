@@ -21,9 +21,9 @@ from capsule_sym._attractors.uncertainty import BasinEntropy as BasinEntropy
 from capsule_sym._attractors.uncertainty import UncertaintyExponent as UncertaintyExponent
 from capsule_sym._attractors.uncertainty import basin_entropy as basin_entropy
 from capsule_sym._attractors.uncertainty import uncertainty_exponent as uncertainty_exponent
-from capsule_sym._bench.check import SwitchCheck as SwitchCheck
-from capsule_sym._bench.check import check_switches as check_switches
-from capsule_sym._bench.switch_file import read_switches as read_switches
+from capsule_sym._check.check import SwitchCheck as SwitchCheck
+from capsule_sym._check.check import check_switches as check_switches
+from capsule_sym._check.switch_file import read_switches as read_switches
 from capsule_sym._design.bootstrap import Bootstrap as Bootstrap
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
@@ -72,7 +72,6 @@ from capsule_sym._figures.design import plot_steering as plot_steering
 from capsule_sym._figures.device import animate as animate
 from capsule_sym._figures.device import plot_fig1 as plot_fig1
 from capsule_sym._figures.diagrams import plot_diagram as plot_diagram
-from capsule_sym._figures.events import plot_events as plot_events
 from capsule_sym._figures.evolution import plot_fig6 as plot_fig6
 from capsule_sym._figures.evolution import plot_itineraries as plot_itineraries
 from capsule_sym._figures.plots import plot as plot
@@ -84,12 +83,10 @@ from capsule_sym._figures.portraits import plot_phase_portrait as plot_phase_por
 from capsule_sym._figures.precision import plot_work_precision as plot_work_precision
 from capsule_sym._figures.pulses import plot_pulse as plot_pulse
 from capsule_sym._figures.shocks import plot_shock as plot_shock
-from capsule_sym._figures.statespace import plot_fig2 as plot_fig2
 from capsule_sym._figures.style import figure_style as figure_style
 from capsule_sym._figures.style import save_figure as save_figure
 from capsule_sym._figures.sweeps import plot_basin as plot_basin
 from capsule_sym._figures.sweeps import plot_pareto as plot_pareto
-from capsule_sym._figures.switching import plot_switching as plot_switching
 from capsule_sym._figures.tolerances import plot_tolerances as plot_tolerances
 from capsule_sym._map.many import Trajectories as Trajectories
 from capsule_sym._map.many import simulate_many as simulate_many

@@ -64,6 +64,8 @@ class Group(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] in _MOVED:
+            raise click.UsageError(f"{args[0]} has moved: {_MOVED[args[0]]}")
         args, told = renewed(args)
         if told and not ctx.resilient_parsing:  # not for completions
             click.echo(f"note: {told}", err=True)
@@ -101,6 +103,12 @@ def group(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
+_MOVED = {
+    "paper": "python -m paper case-study",
+    "enclose": "python -m paper enclose",
+    "bench": "python -m benchmarks bench",
+}
+"""Commands that have moved: the command line of today, in a checkout."""
 _EVERYDAY = "Commands"
 _CHECKS = "For reviewers and developers"
 for _section, _name, _module, _text in (
@@ -122,11 +130,8 @@ for _section, _name, _module, _text in (
     (_EVERYDAY, "fit", "fit", "Fit parameters to measured series."),
     (_EVERYDAY, "check", "check", "Check an integrator's switches."),
     (_EVERYDAY, "explore", "explore", "Open the exact map as a page in a browser."),
-    (_CHECKS, "paper", "paper", "Compute the case study beside the paper."),
     (_CHECKS, "report", "figures", "Write the case study as one page of HTML."),
     (_CHECKS, "verify", "verify", "Prove the derivations with SymPy."),
-    (_CHECKS, "enclose", "enclose", "Prove Section 4 in ball arithmetic."),
-    (_CHECKS, "bench", "bench", "Measure speed against error, beside other tools."),
 ):
     group.add(_name, f"capsule_sym._commands.{_module}", _text, _section)
 

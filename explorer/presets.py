@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from capsule_sym import Orbit, Parameters, continue_orbit, solve_orbit
-from capsule_sym._study.casestudy import GAMMAS, PANELS, printed_map
-from capsule_sym._study.thresholds import FIRST, LAST, PRINTED
+from paper.study.casestudy import GAMMAS, PANELS, printed_map
+from paper.study.thresholds import FIRST, LAST, PRINTED
 
 
 def presets() -> dict[str, Any]:

@@ -20,11 +20,11 @@ from benchmarks.hardcases import adversarial
 from capsule_sym import InvalidInput, Parameters, save_figure, simulate
 from capsule_sym._cli import _status, group
 from capsule_sym._commands.values import WritablePath
-from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._explorer import page
 from capsule_sym._figures import device
 from capsule_sym._files import growing, read_json, whole, write_whole
-from capsule_sym._symbolic import frozen
+from paper.claims import frozen
+from paper.proofs import subdivision as regions
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")
 

@@ -13,7 +13,7 @@ from capsule_sym._errors import Outcome
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._parameters import Parameters
 from capsule_sym._processes import end, spawning, undisturbed
-from capsule_sym._study import casestudy
+from paper.study import casestudy
 
 _COST_PERIODS = 30
 _PROCESSES = 2

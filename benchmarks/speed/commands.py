@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from benchmarks.bench.commands import ONLY, QUICK, REPEATS, run_study, show_study, show_table
 from capsule_sym._commands import options
-from capsule_sym._commands.bench import ONLY, QUICK, REPEATS, run_study, show_study, show_table
 from capsule_sym._commands.signature import command
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def _keep(
     name: str, rows: list[dict[str, Any]], out: Path | None, as_json: bool, **said: str
 ) -> None:
     """Write a record to a directory, if there is one, and print it, on request."""
-    from capsule_sym._bench.machine import machine, versions
+    from benchmarks.bench.machine import machine, versions
     from capsule_sym._records import dumps, write
 
     text = dumps({"machine": machine(), "versions": versions(), **said, name: rows})

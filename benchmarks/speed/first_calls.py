@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._bench.model import CONTACT, DRIFT, rates
+from benchmarks.bench.model import CONTACT, DRIFT, rates
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._parameters import Parameters, of_paper
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from capsule_sym._bench.model import MOST, Result, Start
+from benchmarks.bench.model import MOST, Result, Start
 from capsule_sym._map.native import NativeRun, core
 from capsule_sym.generated.capsule.interface import Precision
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from benchmarks.bench import reference
+from benchmarks.bench.parts import QUICK, Study
+from benchmarks.bench.ratios import Ratio, of_named
+from benchmarks.bench.tools import OURS, Tool
 from benchmarks.speed import compiled
 from benchmarks.speed.goals import Goal, Width, goals, widths
 from benchmarks.speed.roots import Root, roots
 from benchmarks.speed.scaling import Growth, growth, plan
 from benchmarks.speed.tools import NAMES, compiled_tools
-from capsule_sym._bench import reference
-from capsule_sym._bench.parts import QUICK, Study
-from capsule_sym._bench.ratios import Ratio, of_named
-from capsule_sym._bench.tools import OURS, Tool
 from capsule_sym._native import core
 
 _MOST = {False: 10**6, True: 100}  # periods and runs of the growth, by `quick`

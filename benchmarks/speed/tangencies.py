@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from math import inf
 
-from capsule_sym._bench.model import Start
+from benchmarks.bench.model import Start
 from capsule_sym._map import simulate
 from capsule_sym._map.many import simulate_many
 from capsule_sym._parameters import Parameters

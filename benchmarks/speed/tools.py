@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+from benchmarks.bench.tools import Tool
 from benchmarks.speed import compiled
-from capsule_sym._bench.tools import Tool
 
 NAMES = "DOP853 and RK4 in C"
 

@@ -12,16 +12,16 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from benchmarks.speed import tangencies
-from capsule_sym import _bench
-from capsule_sym._bench.model import Start
-from capsule_sym._bench.reference import (
+from benchmarks import bench
+from benchmarks.bench.model import Start
+from benchmarks.bench.reference import (
     ALPHAS,
     PERIODS,
     REST,
     SWEEP_ALPHAS,
     SWEEP_PERIODS,
 )
+from benchmarks.speed import tangencies
 from capsule_sym._files import write_whole
 from capsule_sym._parameters import Parameters
 
@@ -70,7 +70,7 @@ def text(found: dict[str, Any]) -> str:
 
 def main() -> None:
     """Write reference.json."""
-    write_whole(Path(_bench.__path__[0]) / "reference.json", text(compute()))
+    write_whole(Path(bench.__path__[0]) / "reference.json", text(compute()))
 
 
 if __name__ == "__main__":

@@ -15,8 +15,8 @@ from capsule_sym._commands.values import Seconds
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
-    from capsule_sym._bench.check import SwitchCheck
-    from capsule_sym._bench.switch_file import Switches
+    from capsule_sym._check.check import SwitchCheck
+    from capsule_sym._check.switch_file import Switches
     from capsule_sym._parameters import SceneParameters
 
 _SHOWN = 10  # differences
@@ -48,7 +48,7 @@ def check(
     Errors are compared with their growth along the motion, up to the horizon of double precision.
     Exits with 1 if a switch is missed or invented.
     """
-    from capsule_sym._bench.switch_file import read_switches
+    from capsule_sym._check.switch_file import read_switches
 
     table = read_switches(switches, system.of)
     parameters, device = _loaded(system, table)

@@ -13,9 +13,9 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
+from paper.figures.catalogue import FIGURES, Study
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -173,8 +173,8 @@ def _of_name(
     name: str, picture: Picture, system: options.System, colours: Any, moving: bool
 ) -> Figure | None:
     """A figure by its name; None for an animation, which is written."""
+    from capsule_sym._figures.data import Store
     from capsule_sym._figures.style import describe
-    from capsule_sym._study.data import Store
 
     parameters, device = system.load()
     with present.tracking() as track:
@@ -256,8 +256,8 @@ def report(
     `make paper` leave in results, and a section without its file names the command that makes it.
     """
     options.require("plot", "matplotlib", "jinja2")
-    from capsule_sym._figures.report import EXPLORER, write
     from capsule_sym._processes import processors
+    from paper.figures.report import EXPLORER, write
 
     with present.tracking(lines=True) as track:
         write(out, colours, track, processors())

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
 
     from capsule_sym._enclosures.certificates.certify import Certified
+    from capsule_sym._figures.data import Track
     from capsule_sym._native import Watch
     from capsule_sym._parameters import SceneDevice
-    from capsule_sym._study.data import Track
 
 
 _Item = TypeVar("_Item")

@@ -103,7 +103,7 @@ class _Theory:
 def _paper() -> _Theory:
     """Theory of the paper, for its scene."""
     from capsule_sym._symbolic import verify as theory
-    from capsule_sym._symbolic.report import markdown
+    from paper.claims.report import markdown
 
     prove_motions()
     return _Theory(lambda only: theory.item(only) if only else theory.items(), markdown)
@@ -129,7 +129,7 @@ def _scene(name: str) -> _Theory:
 
 def _changed(results: Sequence[Result], whole: bool, freeze: bool) -> list[str]:
     """Differences from the expected verdicts; none with `freeze`, which saves the results."""
-    from capsule_sym._symbolic import frozen
+    from paper.claims import frozen
 
     if freeze:
         frozen.freeze(results)
@@ -141,9 +141,9 @@ def _changed(results: Sequence[Result], whole: bool, freeze: bool) -> list[str]:
 def prove_motions() -> None:
     """Prove the motions of Section 4 in ball arithmetic."""
     from capsule_sym._enclosures.numbers.balls import Unproved
-    from capsule_sym._enclosures.orbits.steady import first_fields, steady_orbit
-    from capsule_sym._enclosures.regions.attraction import tendency
-    from capsule_sym._symbolic.paper.case_study import Prover, prove_by
+    from paper.claims.case_study import Prover, prove_by
+    from paper.proofs.attraction import tendency
+    from paper.proofs.steady import first_fields, steady_orbit
 
     def from_rest(values: Mapping[str, str]) -> tuple[int, ...]:
         return tendency(values).itinerary

@@ -14,6 +14,7 @@ from matplotlib.patheffects import Stroke
 
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, axes_for, handles_of
+from capsule_sym._figures.regions import Array, Curve, Plane, Region, by_cells
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     AREAS,
@@ -28,7 +29,6 @@ from capsule_sym._figures.style import (
     styled,
 )
 from capsule_sym._figures.units import named
-from capsule_sym._study.regions import Array, Curve, Plane, Region, by_cells
 
 if TYPE_CHECKING:
     import xarray as xr

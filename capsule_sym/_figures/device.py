@@ -15,6 +15,7 @@ from matplotlib.patches import FancyBboxPatch, Rectangle
 from matplotlib.transforms import Affine2D
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.arcs import Motion, arcs, cycle
 from capsule_sym._figures.layout import add_key, canvas, new_figure, size_of
 from capsule_sym._figures.portraits import field_handles, plot_phase_portrait, stops_of
 from capsule_sym._figures.sizes import MOVING, PAGE
@@ -22,7 +23,6 @@ from capsule_sym._figures.style import Colours, describe, field_colour, figure_s
 from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
 from capsule_sym._parameters import SceneDevice, SceneParameters
-from capsule_sym._study.arcs import Motion, arcs, cycle
 
 _INK, _SHELL, _MASS, _SOFT = "#16202c", "#eef1f5", "#56B4E9", "#52606f"
 _HALF, _HIGH, _ROUND = 2.6, 1.1, 0.55  # half length, height and rounding of the shell

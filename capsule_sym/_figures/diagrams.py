@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import draw_runs, shared
+from capsule_sym._figures.data import orbit_of, strobe
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
-from capsule_sym._study.data import orbit_of, strobe
 
 if TYPE_CHECKING:
     from capsule_sym._orbits.shooting.orbit import Orbit

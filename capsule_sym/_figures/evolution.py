@@ -11,6 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
+from capsule_sym._figures.arcs import Motion, cycle, is_periodic
 from capsule_sym._figures.branches import (
     Record,
     axis_label,
@@ -36,7 +37,6 @@ from capsule_sym._figures.style import (
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import SceneDevice
-from capsule_sym._study.arcs import Motion, cycle, is_periodic
 
 
 @styled

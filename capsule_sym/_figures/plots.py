@@ -22,10 +22,10 @@ def plot(result: Any, **options: Any) -> Figure:
     `plot_steering`, `plot_attractors`, `plot_shock`, `plot_pulse` and `plot_tolerances`. Raises
     InvalidInput for anything else.
     """
+    from capsule_sym._figures.data import branch_record
     from capsule_sym._map import Trajectory
     from capsule_sym._orbits.continuation.branches.branch import Branch
     from capsule_sym._orbits.shooting.orbit import Orbit
-    from capsule_sym._study.data import branch_record
 
     if isinstance(result, Trajectory | Orbit):
         return capsule_sym.plot_motion(result, **options)

@@ -18,6 +18,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
+from capsule_sym._figures.boundaries import lines, within
 from capsule_sym._figures.layout import across, add_key, axes_for, canvas, label_row
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
@@ -37,8 +39,6 @@ from capsule_sym._figures.units import Units
 from capsule_sym._map import Trajectory
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import CAPSULE, Parameters, Scene, SceneDevice, SceneParameters
-from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
-from capsule_sym._study.boundaries import lines, within
 
 _MARGIN = 0.08  # of the range of a curve, left free around it
 

@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from capsule_sym._figures.arcs import Arc
+from capsule_sym._figures.boundaries import Array, Limits, lines, surfaces
 from capsule_sym._figures.style import LOOKS, Colours, field_colour
 from capsule_sym._parameters import Parameters
-from capsule_sym._study.arcs import Arc
-from capsule_sym._study.boundaries import Array, Limits, lines, surfaces
 
 EYE = (24.0, -64.0)  # elevation and azimuth in degrees
 _TINT = 0.16

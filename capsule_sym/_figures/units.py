@@ -9,10 +9,10 @@ from functools import cache
 from typing import Any
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.arcs import Arc
 from capsule_sym._figures.style import labels_of
 from capsule_sym._parameters import CAPSULE, SHIPPED, Scene, SceneDevice, SceneParameters
 from capsule_sym._parameters import scene as load
-from capsule_sym._study.arcs import Arc
 from capsule_sym._units import UNITS
 
 DIMENSIONLESS = "all quantities are dimensionless"

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache, partial
 
-from capsule_sym._paper import read
-from capsule_sym._symbolic import frozen
-from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs import basis_proofs, flow_proofs, theorems
 from capsule_sym._symbolic.proofs.items import Item, Verdict, named
+from paper.claims import everything, frozen
+from paper.printed import read
 
 
 def _flow_items() -> tuple[Item, ...]:

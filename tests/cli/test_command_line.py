@@ -15,7 +15,7 @@ import pytest
 
 import capsule_sym
 from capsule_sym._cli import group
-from capsule_sym._study import casestudy, thresholds
+from paper.study import casestudy, thresholds
 
 PHYSICAL = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
 FILES = {
@@ -131,7 +131,7 @@ def test_json_says_what_was_written(inside, tmp_path: Path, monkeypatch) -> None
         path.write_text("a page")
         (path.parent / "explorer.html").write_text("another")
 
-    monkeypatch.setattr("capsule_sym._figures.report.write", drawn)
+    monkeypatch.setattr("paper.figures.report.write", drawn)
     lines = (
         ("figure fig3 --out a.svg", {"figure": "fig3"}, ["a.svg"]),
         ("explore --out b.html", {}, ["b.html"]),
@@ -189,7 +189,7 @@ def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     code = (
         "import sys\n"
         "from capsule_sym import _cli as cli\n"
-        "from capsule_sym._study import casestudy\n"
+        "from paper.study import casestudy\n"
         "run = casestudy.run\n"
         "def announced():\n"
         "    print('running', file=sys.stderr, flush=True)\n"

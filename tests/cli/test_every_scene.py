@@ -8,7 +8,7 @@ import pytest
 
 from capsule_sym import scenes
 from capsule_sym._cli import group
-from capsule_sym._figures.catalogue import FIGURES
+from paper.figures.catalogue import FIGURES
 
 Command = Callable[..., CompletedProcess[str]]
 

@@ -10,12 +10,12 @@ import pytest
 import capsule_sym
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
-from capsule_sym._commands import enclose as enclosing
 from capsule_sym._commands.values import meant
-from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._files import write_whole
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._orbits.continuation import search
+from paper.commands import enclose as enclosing
+from paper.proofs import subdivision as regions
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 DEVICE = PhysicalParameters(M_m=1, M_c=3, k1=1, k2=1, c=0, G=0, P_d=1, Omega=1, mu=0.1)

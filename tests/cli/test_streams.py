@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._bench.parts import Study
+from benchmarks.bench.parts import Study
 from capsule_sym._cli import group, main
-from capsule_sym._commands import enclose as enclosing
-from capsule_sym._enclosures import case
-from capsule_sym._enclosures.orbits import codimension_two
-from capsule_sym._study import casestudy, thresholds
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.proofs import theorems
+from paper.commands import enclose as enclosing
+from paper.proofs import case, codimension_two
+from paper.study import casestudy, thresholds
 
 FULL = Path("/dev/full")
 SWEEP = """periods = 2

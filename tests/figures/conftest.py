@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym._study import data
-from capsule_sym._study.data import Store
+from capsule_sym._figures import data
+from capsule_sym._figures.data import Store
 
 
 def untracked(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:

@@ -23,11 +23,11 @@ from capsule_sym import (
     plot_itineraries,
     simulate,
 )
+from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.branches import spread
+from capsule_sym._figures.data import orbit_of
 from capsule_sym._figures.evolution import draw_itineraries
-from capsule_sym._study.arcs import cycle
-from capsule_sym._study.data import orbit_of
-from capsule_sym._study.events import CROSSINGS, SLIDINGS, exact, nearest
+from paper.study.events import CROSSINGS, SLIDINGS, exact, nearest
 from tests.figures import SAFE
 from tests.figures.layout import problems
 

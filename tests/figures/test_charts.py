@@ -11,8 +11,8 @@ from shapely import Point
 
 from capsule_sym import Parameters, plot_chart
 from capsule_sym._figures.charts import by_area, draw_regions
-from capsule_sym._study.data import Store
-from capsule_sym._study.regions import Plane, by_cells, by_samples, patches, samples
+from capsule_sym._figures.data import Store
+from capsule_sym._figures.regions import Plane, by_cells, by_samples, patches, samples
 
 WHITE = "no periodic motion found"
 CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}
@@ -151,10 +151,10 @@ def test_cells_that_differ_bound_their_regions() -> None:
 
 
 def test_regions_are_computed_once_and_their_curve_bounds_them(store: Store, monkeypatch) -> None:
-    monkeypatch.setattr("capsule_sym._study.data._ACROSS", 6)
+    monkeypatch.setattr("capsule_sym._figures.data._ACROSS", 6)
     plane = Plane("alpha", "gamma", (0.2, 0.45), (2.5, 3.5))
     regions = store.regions(Parameters(), plane)
-    monkeypatch.setattr("capsule_sym._study.data._settled", lambda *_: pytest.fail("again"))
+    monkeypatch.setattr("capsule_sym._figures.data._settled", lambda *_: pytest.fail("again"))
     again = store.regions(Parameters(), plane)
     assert [region.itinerary for region in again] == [region.itinerary for region in regions]
     assert sorted(region.itinerary for region in regions) == ["F5 F2", "F5 F4 F5 F2"]

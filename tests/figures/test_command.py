@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym._cli import main
-from capsule_sym._figures.catalogue import FIGURES
+from paper.figures.catalogue import FIGURES
 
 
 def run_here(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, figure_style, plot, plot_motion, save_figure
+from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.layout import new_figure
 from capsule_sym._figures.points import points_of
 from capsule_sym._figures.sizes import COLUMN, PAGE
-from capsule_sym._study.arcs import cycle
 from tests.figures.test_parts import fitted
 
 

@@ -30,10 +30,10 @@ from capsule_sym import (
     plot_work_precision,
 )
 from capsule_sym._figures import branches, sweeps
-from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.curves import plot_curves
+from capsule_sym._figures.data import Store
 from capsule_sym._figures.style import CURVES
-from capsule_sym._study.data import Store
+from paper.figures.catalogue import FIGURES, Study
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
 from tests.figures.test_parts import STEERING, fitted, pulse, spread

@@ -20,7 +20,7 @@ from capsule_sym import (
     plot_phase_portrait,
     simulate,
 )
-from capsule_sym._study.arcs import arcs, cycle, opening
+from capsule_sym._figures.arcs import arcs, cycle, opening
 from tests.figures import PAPER, SAFE, integrated
 
 

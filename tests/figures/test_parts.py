@@ -31,8 +31,8 @@ from capsule_sym import (
     switch_by_pulse,
     tolerances,
 )
-from capsule_sym._study.events import CROSSINGS
-from capsule_sym._study.sections import SCHEMATIC, sections
+from paper.study.events import CROSSINGS
+from paper.study.sections import SCHEMATIC, sections
 from tests.figures.test_precision import RECORD
 from tests.sampling import sampled, some
 

@@ -23,9 +23,9 @@ from capsule_sym import (
     plot_pareto,
     simulate,
 )
-from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.curves import plot_curves
-from capsule_sym._study.data import Store
+from capsule_sym._figures.data import Store
+from paper.figures.catalogue import FIGURES, Study
 from tests.figures.layout import problems
 from tests.figures.test_branches import SMALL
 from tests.figures.test_layout import crowd, swept

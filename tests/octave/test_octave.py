@@ -11,9 +11,9 @@ from mpmath import mp, mpf
 from numpy.typing import NDArray
 
 from capsule_sym import Parameters, check_switches, read_switches, simulate
-from capsule_sym._study.casestudy import PANELS
 from capsule_sym.generated.capsule.mp import kernels as exact
 from capsule_sym.generated.capsule.py import kernels as double
+from paper.study.casestudy import PANELS
 from tests.crosscheck import DIGITS, Case
 from tests.crosscheck.test_kernels_backends import (
     BOUND,

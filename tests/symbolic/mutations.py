@@ -13,11 +13,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from capsule_sym._paper import Entry, Paper
-from capsule_sym._symbolic.frozen import Expected, differences
-from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs.items import Item, settle
 from capsule_sym._symbolic.proofs.rows import Row
+from paper.claims import everything
+from paper.claims.frozen import Expected, differences
+from paper.printed import Entry, Paper
 
 Path = tuple[Any, ...]
 

@@ -20,12 +20,10 @@ from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._enclosures.passage.runs import steps_of
 from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step, hull
-from capsule_sym._enclosures.regions import attraction
-from capsule_sym._enclosures.regions.attraction import tendency
-from capsule_sym._paper import events, read, row_at
 from capsule_sym._symbolic.model.elimination import Undecided
-from capsule_sym._symbolic.paper import everything
-from capsule_sym._symbolic.paper.case_study import (
+from capsule_sym._symbolic.proofs.items import Item, settle
+from paper.claims import everything
+from paper.claims.case_study import (
     BRACKETS,
     OTHER,
     Point,
@@ -36,7 +34,9 @@ from capsule_sym._symbolic.paper.case_study import (
     point,
     steady_orbit,
 )
-from capsule_sym._symbolic.proofs.items import Item, settle
+from paper.printed import events, read, row_at
+from paper.proofs import attraction
+from paper.proofs.attraction import tendency
 
 POINT = point(read(), "1.64")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from capsule_sym._symbolic.paper.case_study import BRACKETS
-from capsule_sym._symbolic.paper.changes import Change, change, common, cyclic
+from paper.claims.case_study import BRACKETS
+from paper.claims.changes import Change, change, common, cyclic
 
 _TOLD = (
     ("grazing", "L9"),

@@ -8,7 +8,6 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from capsule_sym._paper import read
 from capsule_sym._symbolic.model.proof import consistent
 from capsule_sym._symbolic.model.symbols import (
     alpha,
@@ -22,8 +21,9 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.paper import everything
-from capsule_sym._symbolic.paper.errata import Erratum
+from paper.claims import everything
+from paper.claims.errata import Erratum
+from paper.printed import read
 
 ITEMS = {item.id: item for item in everything.items(read())}
 BY_ID = {

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._paper import read
-from capsule_sym._symbolic import frozen
-from capsule_sym._symbolic.frozen import Expected, differences
-from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs.items import Result, settle
+from paper.claims import everything, frozen
+from paper.claims.frozen import Expected, differences
+from paper.printed import read
 
 _SOME = ("printed.normal", "printed.figure.3", "printed.equation.16", "erratum.equation.23")
 RESULTS = tuple(settle(i) for i in everything.items(read()) if i.id.startswith(_SOME))

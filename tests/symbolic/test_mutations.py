@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._paper import read
-from capsule_sym._symbolic.frozen import expected
+from paper.claims.frozen import expected
+from paper.printed import read
 from tests.sampling import sampled, some
 from tests.symbolic.mutations import Baseline, Mutation, mutations, noticed
 

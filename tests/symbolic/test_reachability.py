@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from capsule_sym._paper import read
 from capsule_sym._symbolic.model.enclosure import Flow, exceeds
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap, local_maps
 from capsule_sym._symbolic.model.symbols import v_c, x_r
-from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs.reachability import Witness, proves, source, target, witnesses
+from paper.claims import everything
+from paper.printed import read
 
 SAMPLE = witnesses()[::9]
 

@@ -6,11 +6,11 @@ from functools import cache
 
 import pytest
 
-from capsule_sym._paper import read
-from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs import theorems
 from capsule_sym._symbolic.proofs.items import Item
 from capsule_sym._symbolic.proofs.rows import CHECKERS, Context, Row, resolved
+from paper.claims import everything
+from paper.printed import read
 
 _LONG = (
     "excluded",

@@ -11,7 +11,6 @@ from itertools import islice
 import pytest
 import sympy as sp
 
-from capsule_sym._paper import read
 from capsule_sym._symbolic.model.enclosure import Flow, first_order
 from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS
 from capsule_sym._symbolic.model.model import SEGMENTS
@@ -38,7 +37,8 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.paper.tables import printed_maps
+from paper.claims.tables import printed_maps
+from paper.printed import read
 from tests.sampling import many, sampled
 
 QUADRATURE = sp.Symbol("w", real=True)

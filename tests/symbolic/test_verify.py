@@ -13,13 +13,13 @@ from click.testing import CliRunner
 
 from capsule_sym import InvalidInput
 from capsule_sym._commands.verify import verify as command
-from capsule_sym._paper import read
-from capsule_sym._symbolic import frozen, verify
+from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.model.elimination import Undecided
-from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs.items import Item, Result, settle
 from capsule_sym._symbolic.proofs.markdown import math
-from capsule_sym._symbolic.report import markdown
+from paper.claims import everything, frozen
+from paper.claims.report import markdown
+from paper.printed import read
 from tests.sampling import sampled, some
 
 SECTIONS = dict(verify.SECTIONS)  # some tests put fewer in their place

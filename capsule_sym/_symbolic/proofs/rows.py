@@ -19,8 +19,8 @@ from inspect import signature
 from string import Formatter
 from typing import Any, TypeVar, cast
 
-from capsule_sym._paper import Entry, Paper
 from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Verdict
+from paper.printed import Entry, Paper
 
 Check = TypeVar("Check", bound=Callable[..., bool])
 CHECKERS: dict[str, Callable[..., bool]] = {}

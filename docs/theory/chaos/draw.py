@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from capsule_sym import Parameters, simulate, simulate_many
-from capsule_sym._enclosures.regions.horseshoe import kept
 from capsule_sym._figures.style import styled
+from paper.proofs.horseshoe import kept
 
 _SIDE, _ONE = np.linspace(-1, 1, 101), np.ones(101)
 _AROUND = np.array([[*_SIDE, *_ONE, *-_SIDE, *-_ONE], [*_ONE, *-_SIDE, *-_ONE, *_SIDE]])

@@ -17,9 +17,9 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from capsule_sym._enclosures.case import ALPHA, GAMMA, GAMMAS
-from capsule_sym._enclosures.regions import parts
 from capsule_sym._figures.style import REGIONS, styled
+from paper.proofs import parts
+from paper.proofs.case import ALPHA, GAMMA, GAMMAS
 
 Box = tuple[float, float, float, float, str]
 """Ends in alpha, ends on the other axis, and the itinerary."""

@@ -1,0 +1,1 @@
+"""Speed against error, beside other tools."""

@@ -1,0 +1,1 @@
+"""Guo and Liu (2019), reproduced with capsule-sym."""

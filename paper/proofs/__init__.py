@@ -1,0 +1,1 @@
+"""Proofs of Section 4, and beyond it, in ball arithmetic."""

@@ -1,0 +1,1 @@
+"""Section 4: case study, thresholds, and data of figures."""

@@ -1,0 +1,83 @@
+"""Certificates of every kind, and the checkers to which they are put."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Iterator
+from functools import cache
+from types import ModuleType
+from typing import Any
+
+from capsule_sym import (
+    Parameters,
+    certify_bifurcation,
+    certify_orbit,
+    certify_run,
+    simulate,
+    solve_itinerary,
+    solve_orbit,
+)
+from capsule_sym._enclosures.certificates import checker
+from paper.proofs import second_checker
+from paper.proofs.intervals import approximate
+
+CHECKERS = (checker, second_checker)
+
+
+@cache
+def orbit(alpha: float) -> dict[str, Any]:
+    """Certificate of the orbit at an amplitude."""
+    return certify_orbit(solve_orbit(Parameters(alpha=alpha)))
+
+
+@cache
+def unstable() -> dict[str, Any]:
+    """Certificate of an orbit between two period doublings."""
+    found = solve_orbit(Parameters(alpha=0.0428, zeta=0.005))
+    values = [0.045, *found.values[1:]]
+    return certify_orbit(solve_itinerary(values, found.itinerary, list(found.z)))
+
+
+@cache
+def bifurcations() -> list[dict[str, Any]]:
+    """Certificates of the bifurcations of Section 4, in their order."""
+    return [certify_bifurcation(one)[0] for one in approximate(Parameters(), 0.001, 2.0)[0]]
+
+
+@cache
+def run() -> dict[str, Any]:
+    """Certificate of a run of seven segments."""
+    return certify_run(simulate(Parameters(alpha=1.2), (0.01, 0.0, 1e-5), 0.3, periods=1))
+
+
+@cache
+def produced() -> dict[str, dict[str, Any]]:
+    """Certificates of every kind."""
+    orbits = {f"orbit {alpha}": orbit(alpha) for alpha in (0.003, 0.7, 1.2)}
+    events = {f"bifurcation {k}": one for k, one in enumerate(bifurcations())}
+    return {**orbits, "unstable orbit": unstable(), **events, "run": run()}
+
+
+def refused(certificate: Any, module: ModuleType) -> bool:
+    """True if one checker rejects a certificate."""
+    try:
+        module.check_certificate(certificate)
+    except module.Rejected:
+        return True
+    return False
+
+
+def rejected(certificate: Any) -> bool:
+    """True if the checkers reject a certificate, False if they accept it; they have to agree."""
+    found = {refused(certificate, module) for module in CHECKERS}
+    assert len(found) == 1
+    return found.pop()
+
+
+def digits_changed(certificate: dict, count: int) -> Iterator[dict]:
+    text = json.dumps(certificate)
+    rng = random.Random(11)
+    for place in rng.sample([i for i, c in enumerate(text) if c.isdigit()], count):
+        digit = rng.choice([d for d in "0123456789" if d != text[place]])
+        yield json.loads(text[:place] + digit + text[place + 1 :])

@@ -1,0 +1,94 @@
+"""Certificates accepted as they are, and tampered ones refused by both checkers and the schema."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from pathlib import Path
+from types import ModuleType
+
+import jsonschema
+import pytest
+
+from paper.tests.proofs.certified import CHECKERS, produced, refused
+from paper.tests.proofs.tampering import files
+from paper.tests.proofs.tampering.tampered import EACH, FEW, KINDS, tampered
+
+BOTH = pytest.mark.parametrize("module", CHECKERS, ids=lambda one: one.__name__.split(".")[-1])
+
+
+def schema() -> jsonschema.Draft202012Validator:
+    home = resources.files("capsule_sym._enclosures.certificates")
+    given = json.loads((home / "certificates.schema.json").read_text())
+    jsonschema.Draft202012Validator.check_schema(given)
+    return jsonschema.Draft202012Validator(given)
+
+
+def test_there_are_a_hundred_kinds_of_tampering() -> None:
+    assert len(KINDS) + len(files.FILES) >= 100
+
+
+@BOTH
+@pytest.mark.parametrize("name", produced())
+def test_certificates_are_accepted(name: str, module: ModuleType) -> None:
+    module.check_certificate(produced()[name])
+
+
+def test_every_certificate_is_of_the_schema() -> None:
+    schema().validate(files.file_of(*produced().values()))
+
+
+@BOTH
+@pytest.mark.parametrize("kind", KINDS)
+def test_tampered_certificates_are_refused_and_the_schema_agrees(
+    kind: str, module: ModuleType
+) -> None:
+    of_schema = schema()
+    found = list(tampered(kind, EACH, FEW[module]))
+    assert found
+    for one in found:
+        valid = of_schema.is_valid(files.file_of(one))
+        assert not (valid and kind.startswith("form"))
+        with pytest.raises(module.Rejected) as refusal:
+            module.check_certificate(one)
+        assert ("schema" in str(refusal.value)) != valid
+
+
+@pytest.mark.long
+@BOTH
+@pytest.mark.parametrize("name", produced())
+def test_all_that_is_tampered_is_refused(name: str, module: ModuleType) -> None:
+    for kind in KINDS:
+        left = [one for one in tampered(kind, (name,), 10**6) if not refused(one, module)]
+        assert left == [], kind
+
+
+@BOTH
+@pytest.mark.parametrize("kind", files.FILES)
+def test_tampered_files_are_refused_in_one_line(
+    kind: str, module: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, of_schema = tmp_path / "file.json", schema()
+    for one in files.FILES[kind](produced()["orbit 0.003"]):
+        assert not of_schema.is_valid(one)
+        path.write_text(json.dumps(one))
+        assert module.main([str(path)]) == 1
+        lines = capsys.readouterr().out.splitlines()
+        assert "rejected" in lines[-1]
+        assert all("accepted" in line for line in lines[:-1])
+
+
+@BOTH
+def test_files_that_are_no_json_are_named_in_one_line(
+    module: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "file.json"
+    for name, content in files.texts(produced()["orbit 0.003"]):
+        path.write_bytes(content)
+        assert module.main([str(path)]) == 2, name
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"{path}: cannot be read")
+    for other in (tmp_path, tmp_path / "missing.json"):
+        assert module.main([str(other)]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"{other}: cannot be read")
