@@ -14,6 +14,7 @@ def group(context: click.Context) -> None:
 
 
 for _name, _module, _text in (
+    ("claims", "paper.commands.claims", "Compare every printed statement with its derivation."),
     ("case-study", "paper.commands.case_study", "Compute the case study beside the paper."),
     ("enclose", "paper.commands.enclose", "Prove Section 4 in ball arithmetic."),
 ):

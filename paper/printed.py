@@ -1,7 +1,7 @@
 """The printed paper as data: `paper.toml`, entry by entry, without SymPy.
 
 No other module contains printed data. `casestudy` and `thresholds` read Section 4 here, and
-`_symbolic.paper` compares every entry with the derivation.
+`paper.claims` compares every entry with the derivation.
 """
 
 from __future__ import annotations

@@ -1,6 +1,5 @@
 """The motions of Section 4, proved in ball arithmetic, at the printed mass ratio and at 3.0.
 
-The command supplies the prover with `prove_by`: this package imports no ball arithmetic.
 `steady_orbit` is the stable orbit at an amplitude, `from_rest` the one to which the motion from
 (0, 0, 0) tends; `BRACKETS` encloses each bifurcation by two amplitudes with different motions.
 """
@@ -9,18 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import sympy as sp
 
+from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap
 from capsule_sym._symbolic.model.symbols import PARAMETERS
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
 from paper.printed import Paper
+from paper.proofs import steady
+from paper.proofs.attraction import tendency
+from paper.proofs.steady import SteadyOrbit
 
 OTHER = "3.0"
 """Mass ratio that gives the printed order of the bifurcations."""
@@ -56,70 +58,29 @@ def point(paper: Paper, alpha: str, gamma: str | None = None) -> Point:
     return Point(tuple((numbers | {"gamma": gamma or entry["gamma"], "alpha": alpha}).items()))
 
 
-class SteadyOrbit(Protocol):
-    """A stable orbit that is proved: its fields in order of time.
-
-    `speeds` bounds v_r where each segment begins, `state` is (x_r, v_r, v_c) at omega tau = 0.
-    """
-
-    @property
-    def fields(self) -> Itinerary: ...
-    @property
-    def speeds(self) -> tuple[tuple[Fraction, Fraction], ...]: ...
-    @property
-    def state(self) -> tuple[float, ...]: ...
-
-
-@dataclass(frozen=True)
-class Prover:
-    """Functions that prove motions at parameters given as decimals by name.
-
-    Each function raises `unproved` if it does not succeed.
-    """
-
-    steady_orbit: Callable[[Mapping[str, str]], SteadyOrbit]
-    from_rest: Callable[[Mapping[str, str]], Itinerary]
-    first_fields: Callable[[Mapping[str, str]], Itinerary]
-    unproved: type[Exception]
-
-
-_provers: list[Prover] = []
-
-
-def prove_by(prover: Prover) -> None:
-    """Set the prover of motions."""
-    _provers[:] = [prover]
-
-
-def _prover() -> Prover:
-    if not _provers:
-        raise RuntimeError("nothing proves motions: call prove_by first")
-    return _provers[0]
-
-
 def _decided(found: Callable[[Mapping[str, str]], T], at: Point) -> T:
     try:
         return found(dict(at.numbers))
-    except _prover().unproved as error:
+    except Unproved as error:
         raise Undecided(f"{at}: {error}") from error
 
 
 @cache
 def steady_orbit(at: Point) -> SteadyOrbit:
     """Stable orbit near which the motion from rest settles."""
-    return _decided(_prover().steady_orbit, at)
+    return _decided(steady.steady_orbit, at)
 
 
 @cache
 def from_rest(at: Point) -> Itinerary:
     """Fields of the orbit to which the motion from rest is proved to tend."""
-    return _decided(_prover().from_rest, at)
+    return _decided(lambda values: tendency(values).itinerary, at)
 
 
 @cache
 def first_fields(at: Point) -> Itinerary:
     """Fields of the motion from rest within one period."""
-    return _decided(_prover().first_fields, at)
+    return _decided(steady.first_fields, at)
 
 
 def maps(itinerary: Itinerary) -> Maps:

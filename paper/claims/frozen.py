@@ -20,7 +20,7 @@ from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Result
 PATH = Path(__file__).with_name("verdicts.toml")
 
 _HEAD = """\
-# Expected verdicts of `capsule-sym verify`, written by `capsule-sym verify --freeze`. A change here
+# Expected verdicts of `python -m paper claims`, written by its option --freeze. A change here
 # changes the claims of the project: make it on purpose, and read it before it is kept.
 """
 

@@ -241,6 +241,7 @@ def _shown(at: Point) -> dict[str, str]:
 
 
 def printed_gamma(paper: Paper) -> str:
+    """The mass ratio of Section 4."""
     return str(paper["section.4.parameters"]["gamma"])
 
 

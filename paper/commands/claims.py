@@ -1,0 +1,74 @@
+"""The command `claims`: every printed statement compared with its derivation."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import click
+
+from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import command, option
+from capsule_sym._files import write_whole
+
+if TYPE_CHECKING:
+    from capsule_sym._symbolic.proofs.items import Result
+
+
+@command()
+def claims(
+    only: str | None = option(
+        "Check this statement alone; --json lists the names as id.", metavar="NAME"
+    ),
+    out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
+    freeze: bool = option("Save the verdicts as the expected ones."),
+    as_json: bool = options.as_json,
+) -> Sequence[Result]:
+    """Compare every printed statement of the paper with its derivation.
+
+    One line for each statement: proved, refuted (a statement of the paper that fails, with its
+    witness in --json and --out) or conditional. Exits with 1 if a statement is not settled, or if
+    a verdict differs from the expected one.
+    """
+    options.check_beside("only", never=("out", "freeze"))
+    start = perf_counter()
+    with present.make_progress() as progress:
+        task = progress.add_task("importing SymPy", total=None)
+        from capsule_sym._symbolic.proofs import items
+        from paper.claims import everything, frozen
+        from paper.claims.report import markdown
+
+        progress.update(task, description="deriving")
+        chosen = everything.item(only) if only else everything.sections()
+        progress.update(task, description="checking", total=sum(map(len, chosen.values())))
+
+        def advance(result: Result) -> None:
+            progress.advance(task)
+            if not as_json:
+                # Above the bar: click's own stdout would write through it.
+                click.echo(items.line(result), file=sys.stdout)
+
+        report = items.run(chosen, advance)
+    results = [result for section in report.values() for result in section]
+    if as_json:
+        click.echo(json.dumps({"items": [items.record(result) for result in results]}))
+    if out is not None:
+        write_whole(out, markdown(report), "--out")
+        click.echo(f"wrote {out}", err=True)
+    unsettled = [result.item.id for result in results if not result.settled]
+    took = f"{perf_counter() - start:.0f} s"
+    click.echo(f"{len(results)} statements, {len(unsettled)} not settled, {took}", err=True)
+    if unsettled:
+        present.fail(f"not settled: {', '.join(unsettled)}", 1)
+    if freeze:
+        frozen.freeze(results)
+        click.echo(f"wrote {frozen.PATH}", err=True)
+    changed = list(frozen.differences(results, frozen.expected(), whole=only is None))
+    for difference in changed:
+        click.echo(f"not as expected: {difference}", err=True)
+    if changed:
+        raise click.exceptions.Exit(1)
+    return results
