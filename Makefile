@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations weakenings verify certificates regions attraction fastest horseshoe lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure gpu gpu-check clean
+.PHONY: help paper article test test-long second-model wheel packaging fuzz hardcases events adversarial scenes curves bench first-calls bench-scenes bench-design battery intervals optima pulses shocks mutations weakenings verify certificates regions attraction fastest horseshoe lint types contract lines generate core check-generated docs docs-links site cross-wheels octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -244,14 +244,6 @@ explorer-test: $(EXPLORER)  ## drive the page in headless Chromium, which has to
 explorer-measure: $(EXPLORER)  ## measure the page in headless Chromium
 	@$(call bring,explorer)
 	$(BIN)/python explorer/measure.py
-
-gpu-check: $(READY)  ## compile the device source for a card and for the host, and check it there; needs g++, no card
-	@$(call bring,gpu)
-	$(BIN)/python -m pytest -q -s -m "long or not long" $(STILL) tests/gpu
-
-gpu: $(READY)  ## measure runs on a card of CUDA, and compare them with the core's
-	@$(call bring,gpu)
-	$(BIN)/python -m benchmarks gpu --out results/bench
 
 clean:  ## remove the environment, builds and caches; results/ stays
 	rm -rf .venv build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

@@ -21,7 +21,6 @@ for _name, _module, _text in (
     ("bench", "benchmarks.speed.commands", "Measure speed against error, and the goals."),
     ("first-calls", "benchmarks.speed.commands", "Measure what a person calls first."),
     ("scenes", "benchmarks.speed.commands", "Measure the speed of each scene."),
-    ("gpu", "benchmarks.speed.commands", "Measure runs on a graphics card, and check them."),
     ("bench-design", "benchmarks.speed.commands", "Measure the computations of a device's design."),
 ):
     group.add(_name, _module, _text)

@@ -1,4 +1,4 @@
-"""`bench`, `first-calls`, `scenes`, `gpu`, `bench-design`: figures beside what they should be."""
+"""`bench`, `first-calls`, `scenes`, `bench-design`: figures beside what they should be."""
 
 from __future__ import annotations
 
@@ -64,21 +64,6 @@ def first_calls(
     _keep("first-calls", [one._asdict() for one in found], out, as_json, measured=how(repeats))
     if not as_json:
         show_table(f"Times {how(repeats)}:", _FIRST_CALLS, found)
-
-
-@command()
-def gpu(
-    quick: bool = QUICK,
-    out: Path | None = options.out("Write gpu.json to this directory."),
-    as_json: bool = options.as_json,
-) -> None:
-    """Measure runs on a graphics card, and compare them with those of the processor."""
-    from benchmarks.speed.gpu import goals
-
-    found = list(goals(quick))
-    _keep("gpu", [goal._asdict() | {"met": goal.met} for goal in found], out, as_json)
-    if not as_json:
-        show_table("", _GOALS, found)
 
 
 @command()

@@ -161,7 +161,6 @@ def attractors(
     phases: ArrayLike = 0.0,
     periods: int = 4096,
     threads: int = 1,
-    device: str = "cpu",
     max_seconds: float = math.inf,
     progress: Callable[[int, int], object] | None = None,
 ) -> Attractors:
@@ -173,15 +172,14 @@ def attractors(
     missing name is 0. Each start is run until it lies in a neighbourhood of an orbit that the map
     carries into itself, until it repeats itself, or for `periods` excitation periods. All
     quantities are dimensionless. `progress` is called with the number of settled starts and of all
-    starts. After `max_seconds` the result has the attractors found so far. With the `device` "gpu"
-    the starts are run on a graphics card. Raises InvalidInput for a value that is not allowed, for
-    a box without extent, and for a card that is not there.
+    starts. After `max_seconds` the result has the attractors found so far. Raises
+    InvalidInput for a value that is not allowed, and for a box without extent.
     """
     states, times = checked_starts(starts, count, phases, parameters)
     check_count("periods", periods, 2)
     check_count("threads", threads)
     row = np.array([[*parameters.to_dict().values()]])
-    settling = Settling(row, parameters.scene, threads, device)
+    settling = Settling(row, parameters.scene, threads)
     total, orbits, status = len(states), list[Orbit | None](), Status.TIME_LIMIT
     found = Arrivals.begun(states)
 

@@ -62,7 +62,6 @@ def continue_attractors(
     ties: Mapping[str, Function | str] | None = None,
     periods: int = 1024,
     threads: int = 1,
-    device: str = "cpu",
     max_seconds: float = math.inf,
     progress: Callable[[int, int], object] | None = None,
 ) -> ContinuedAttractors:
@@ -74,9 +73,8 @@ def continue_attractors(
     two values, its branch is continued exactly between them: `birth` and `death` have the
     bifurcation at which it becomes stable, loses stability or ends. All quantities are
     dimensionless. `progress` is called with the number of settled runs and of all runs. After
-    `max_seconds` the result has what was found so far. With the `device` "gpu" the starts are run
-    on a graphics card. Raises InvalidInput for a value that is not allowed, and for a card that is
-    not there.
+    `max_seconds` the result has what was found so far. Raises InvalidInput for a value that is not
+    allowed.
     """
     path, grid = _checked(parameters, name, values, ties)
     check_count("periods", periods, 2)
@@ -85,7 +83,7 @@ def continue_attractors(
     if len(states) * len(grid) > _MOST_RUNS:
         raise InvalidInput("values", len(grid), f"at most {_MOST_RUNS // len(states)} values")
     rows = np.array([row_at(path, parameters, value) for value in grid])
-    settling = Settling(rows, parameters.scene, threads, device)
+    settling = Settling(rows, parameters.scene, threads)
     following = _Following(parameters, path, grid, settling)
     groups = np.repeat(np.arange(len(grid)), len(states))
     runs = Arrivals.begun(np.tile(states, (len(grid), 1)))

@@ -69,7 +69,6 @@ def run_rows(
     periods: int,
     scene: Scene,
     threads: int = 1,
-    device: str = "cpu",
     keep: str = "final",
 ) -> Trajectories:
     """Runs of parameter rows from states and phases; raises TimeUp after the time limit."""
@@ -83,7 +82,6 @@ def run_rows(
         keep=keep,
         max_seconds=left,
         threads=threads,
-        device=device,
         scene=scene,
     )
     check_time()
@@ -96,7 +94,6 @@ def neighbourhoods(
     periods: NDArray[Any],
     scene: Scene,
     threads: int = 1,
-    device: str = "cpu",
 ) -> Neighbourhoods:
     """Ellipsoids about states of stable cycles that the map carries into themselves.
 
@@ -117,7 +114,7 @@ def neighbourhoods(
             these = np.flatnonzero((periods == number) & (radius == 0))
             of = np.repeat(rows[these], starts[0, :, :, 0].size, axis=0)
             begin = starts[these].reshape(-1, 3)
-            given = of, begin, 0.0, turns * number, scene, threads, device
+            given = of, begin, 0.0, turns * number, scene, threads
             ends = run_rows(*given).states
             apart = ends.reshape(starts[these].shape) - centres[these, None, None]
             far = np.linalg.norm(apart @ shapes[these, None], axis=3).max(axis=2)

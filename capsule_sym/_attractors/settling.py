@@ -23,7 +23,7 @@ from capsule_sym._attractors.neighbourhoods import (
 )
 from capsule_sym._map.many import spread
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import check_time, core_of, core_on
+from capsule_sym._native import check_time, core_of
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._parameters import Scene
@@ -36,7 +36,6 @@ _NEARLY = 1e-3  # the same at which it may be near to an orbit
 _NEAR = 1e-2  # distance of an orbit, over the size, from the state that starts Newton's method
 _SAME = 1e-8  # the same of two equal orbits
 _BLOCK = 4096  # runs that are followed together and kept at a time limit
-_ON_CARD = 2**17  # the same on a card, which has as many threads
 _FAILURES = 20  # ends of one parameter set without a new orbit, before it is given up
 
 
@@ -81,14 +80,10 @@ class Arrivals(NamedTuple):
 
 
 class Settling:
-    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`.
+    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`."""
 
-    Runs are computed on a device. Raises InvalidInput if there is no such device.
-    """
-
-    def __init__(self, rows: Vector, scene: Scene, threads: int = 1, device: str = "cpu") -> None:
-        core_on(device, scene)
-        self.rows, self.scene, self.threads, self.device = rows, scene, threads, device
+    def __init__(self, rows: Vector, scene: Scene, threads: int = 1) -> None:
+        self.rows, self.scene, self.threads = rows, scene, threads
         self.cycles: list[list[Cycle]] = [[] for _ in rows]
         nothing = Neighbourhoods(np.empty((0, 3)), np.empty((0, 3, 3)))
         self.near: list[Neighbourhoods] = [nothing for _ in rows]
@@ -102,7 +97,7 @@ class Settling:
         at = np.repeat([row for row, _ in found], counts)
         states = np.concatenate([cycle.states for _, cycle in found])
         of = self.rows[at], states, np.repeat(counts, counts), self.scene
-        near = neighbourhoods(*of, self.threads, self.device)
+        near = neighbourhoods(*of, self.threads)
         for (row, cycle), last in zip(found, np.cumsum(counts).tolist(), strict=True):
             these = slice(last - len(cycle.states), last)
             joined = (
@@ -146,9 +141,8 @@ class Settling:
         have arrived. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
-        size = _BLOCK if self.device == "cpu" else _ON_CARD
-        for first in range(0, len(times), size):
-            block = np.arange(first, min(first + size, len(times)))
+        for first in range(0, len(times), _BLOCK):
+            block = np.arange(first, min(first + _BLOCK, len(times)))
             self._follow(groups, runs, times, block, periods, find, report)
         return runs
 
@@ -267,7 +261,7 @@ class Settling:
         for number in np.unique(periods[good]).tolist():
             these = good[periods[good] == number]
             given = rows[these], found[these], 0.0, number, self.scene, self.threads
-            marks = run_rows(*given, self.device, "stroboscopic")
+            marks = run_rows(*given, "stroboscopic")
             for i in np.flatnonzero(marks.success).tolist():
                 at = int(these[i])
                 cycles[at] = _once(marks[i], number, float(multipliers[at]), scales[at])
@@ -283,7 +277,7 @@ class Settling:
         short: int,
     ) -> tuple[NDArray[np.intp], Vector]:
         """Runs that succeed, and their states at the last marks, (n, short + 1, 3)."""
-        of = self.scene, self.threads, self.device
+        of = self.scene, self.threads
         run = run_rows(self.rows[groups[left]], ends[left], times[left], ahead, *of)
         left, begin = left[run.success], run.states[run.success]
         run = run_rows(self.rows[groups[left]], begin, 0.0, short, *of, "stroboscopic")

@@ -24,7 +24,6 @@ def attractors(
         "of a parameter 1024]"
     ),
     threads: int = options.count("Threads that run starts.", 1, None, None, "--workers"),
-    on: str = options.on_device("Device that runs starts"),
     out: options.Path | None = options.out(
         "Write the JSON and the table as CSV here, over a range of a parameter the picture too."
     ),
@@ -55,7 +54,7 @@ def attractors(
     parameters, device = system.load()
     limit = Watch(max_seconds)
     starts = dict(zip(parameters.scene.facts.STATE, state, strict=True)) | given
-    how: dict[str, Any] = {"count": count, "threads": threads, "device": on}
+    how: dict[str, Any] = {"count": count, "threads": threads}
     how["max_seconds"] = limit.left
     if periods is not None:
         how["periods"] = periods

@@ -28,12 +28,6 @@ if TYPE_CHECKING:
 as_json: Any = option("One JSON object on stdout and nothing else.", "--json")
 
 
-def on_device(what: str) -> Any:
-    """Option for the device that computes."""
-    given = {"type": click.Choice(["cpu", "gpu"]), "default": "cpu", "show_default": True}
-    return option(f"{what}; gpu is a graphics card of CUDA.", "--device", **given)
-
-
 def count(
     help: str,
     default: int | None,

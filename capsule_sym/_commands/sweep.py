@@ -25,10 +25,6 @@ _running = several(
     any_core=option(
         "Resume with a different core; results then differ in the last bits.", is_flag=True
     ),
-    executor=option(
-        "", type=click.Choice(["threads", "processes"]), default="threads", show_default=True
-    ),
-    device=options.on_device("Device that computes"),
     workers=option("Number of parallel chunks.  [default: one per core]", type=int),
     dask=option("Address of a Dask scheduler; local starts a cluster.", metavar="ADDRESS"),
     max_seconds=options.max_seconds(),
@@ -37,8 +33,6 @@ _running = several(
 
 def _check_run() -> None:
     options.check_beside("any_core", needs=("resume",))
-    options.check_beside("executor", never=("dask",))
-    options.check_beside("device", never=("dask",))
 
 
 @command()

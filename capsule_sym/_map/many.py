@@ -23,7 +23,7 @@ from capsule_sym._map.segments import SEGMENT, SWITCH, Segments, Tangencies, rec
 from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.simulate import watch_of
 from capsule_sym._map.trajectory import Trajectory
-from capsule_sym._native import Watch, core_on
+from capsule_sym._native import Watch, core_of
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters, as_scene
 
 _MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piece by piece
@@ -99,7 +99,6 @@ def simulate_many(
     max_segments: int | None = None,
     max_seconds: float = math.inf,
     threads: int = 1,
-    device: str = "cpu",
     scene: Scene | str | None = None,
 ) -> Trajectories:
     """Run the map for n parameter sets, each as by `simulate`.
@@ -110,11 +109,10 @@ def simulate_many(
     vector lanes unless `max_segments` is set, and agree with those of single runs up to rounding.
     `max_segments` limits each run, `max_seconds` all runs together. Kept data take at most 4 GiB,
     of which each run has an equal part. A run that uses up its part ends with the status
-    memory-limit; counts of runs, periods or times that certainly need more are refused. With the
-    `device` "gpu" final and stroboscopic states are computed on a graphics card. All quantities are
-    dimensionless.
+    memory-limit; counts of runs, periods or times that certainly need more are refused. All
+    quantities are dimensionless.
 
-    Raises InvalidInput for a value that is not allowed, and for a card that is not there.
+    Raises InvalidInput for a value that is not allowed.
     """
     scene, rows = _rows(parameters, None if scene is None else as_scene(scene))
     count = len(rows)
@@ -136,14 +134,10 @@ def simulate_many(
         check_memory("periods", periods, STROBE * min(periods, _MOST_AT_ONCE) * count)
     chosen = default_backend(scene)
     by_lanes = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
-    if device == "gpu" and not (by_lanes and max_segments is None):
-        longer = f"stroboscopic states of more than {_MOST_AT_ONCE} periods"
-        allowed = f"cpu for segments, switches, times, {longer}, and with max_segments"
-        raise InvalidInput("device", device, allowed)
-    binding = core_on(device, scene)
-    if by_lanes and (chosen == "c" or device != "cpu") and max_segments is None:
-        threads = threads if device == "cpu" else 1
-        return _side_by_side(scene, binding, rows, starts, times, periods, what, watch, threads)
+    if by_lanes and chosen == "c" and max_segments is None:
+        return _side_by_side(
+            scene, core_of(scene), rows, starts, times, periods, what, watch, threads
+        )
 
     def one(i: int) -> Trajectory | None:
         if watch.over:

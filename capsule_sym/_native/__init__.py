@@ -8,9 +8,8 @@ from importlib.util import find_spec
 from os import listdir
 from os.path import isdir
 from types import ModuleType
-from typing import Any
 
-from capsule_sym._errors import CapsuleError, check_one_of
+from capsule_sym._errors import CapsuleError
 from capsule_sym._native.watch import TimeUp, Watch, check_time, present
 from capsule_sym._parameters import CAPSULE, SHIPPED, Scene
 
@@ -79,26 +78,8 @@ def core_of(scene: Scene) -> ModuleType | None:
 core = core_of(CAPSULE)
 
 
-def core_on(device: str, scene: Scene) -> Any:
-    """Binding of a scene's core, with runs on a device; None on the CPU without a compiled core.
-
-    Raises InvalidInput if there is no such device, with what is missing.
-    """
-    check_one_of("device", device, ("cpu", "gpu"))
-    if device == "cpu":
-        return core_of(scene)
-    from capsule_sym._native.cuda import card_of  # loads CuPy
-
-    return card_of(scene, core_of(scene))
-
-
-def live(scene: Scene = CAPSULE, device: str = "cpu") -> str:
-    """Code that computes here: c-avx512, c-avx2 or c-plain, whose last bits differ, or numpy.
-
-    On a "gpu" it is the card's name.
-    """
-    if device == "gpu":
-        return str(core_on(device, scene).card.name)
+def live(scene: Scene = CAPSULE) -> str:
+    """Code that computes here: c-avx512, c-avx2 or c-plain, whose last bits differ, or numpy."""
     if (core := core_of(scene)) is None:
         return "numpy"
     return {8: "c-avx512", 4: "c-avx2", 1: "c-plain"}[core.lanes()]

@@ -66,18 +66,11 @@
     }
 typedef CAPSULE_TABLE_OF(double, CAPSULE_TERMS, CAPSULE_DEGREE, CAPSULE_LEVELS) capsule_table;
 
-/* Tables by contact and drift; on a card they are in its memory, where many runs share them. */
-#ifdef CAPSULE_DEVICE
-typedef capsule_table *capsule_table_set;
-#else
-typedef capsule_table capsule_table_set[CAPSULE_FLOW_COUNT];
-#endif
-
 /* Constants of all fields at one parameter set; read-only once made. */
 typedef struct {
     capsule_parameters parameters;
     capsule_constants field[CAPSULE_FIELD_COUNT];
-    capsule_table_set table;
+    capsule_table table[CAPSULE_FLOW_COUNT]; /* by contact and drift */
     int may_rest;           /* 1 if the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
 
@@ -95,11 +88,7 @@ typedef struct {
     int64_t work; /* since then */
 } capsule_watch;
 
-#ifdef CAPSULE_DEVICE
-#define CAPSULE_WORK 1
-#else
 #define CAPSULE_WORK 8192
-#endif
 
 /* Checks a watch; true to stop. A null watch never stops. */
 static inline int capsule_over(const capsule_watch *watch)

@@ -106,7 +106,7 @@ static size_t segment_of_time(const period_parts *c, const capsule_segment *segm
     return at;
 }
 
-static seldom size_t states_at(const capsule_map *map, const capsule_segment *segments, size_t count, int more,
+static size_t states_at(const capsule_map *map, const capsule_segment *segments, size_t count, int more,
                         int position, const double *times, size_t n, double (*states)[4],
                         capsule_watch *watch)
 {

@@ -86,7 +86,7 @@ static void errors_at(const course *f, double h, double x_r, double *of_x, doubl
     *of_v = units * v_terms + root_K * carried + late * forced_v + UNDERFLOW;
 }
 
-static seldom expansion expand(const course *f, double h)
+static expansion expand(const course *f, double h)
 {
     const capsule_constants *c = f->c;
     const capsule_start *s = f->start;

@@ -9,14 +9,6 @@
 
 #define TWO_STOPS (CAPSULE_STOP_COUNT == 2)
 
-/* Functions that take no registers from others on a card: those that few segments need, and those that are called
-   from several places. */
-#ifdef CAPSULE_DEVICE
-#define seldom __noinline__
-#else
-#define seldom
-#endif
-
 /* Expansions whose rounding errors may add up at a switch: more with tables economized by rates, in which the
    error of v_r is smaller. */
 #if CAPSULE_REACTION
@@ -84,13 +76,8 @@ typedef struct {
 extern const capsule_code capsule_code_plain, capsule_code_fused, capsule_code_wide,
     capsule_code_wide_fused;
 
-/* Functions for this processor; a card has one of each. */
+/* Functions for this processor. */
 const capsule_code *capsule_code_here(int wide);
-#ifdef CAPSULE_DEVICE
-#define code_here(function) function
-#else
-#define code_here(function) capsule_code_here(0)->function
-#endif
 
 /* True if maps at two parameter sets have the same tables. */
 static inline int capsule_same_flows(const capsule_parameters *p, const capsule_parameters *q)

@@ -65,7 +65,7 @@ static int crosses_once(const piece *p, int count, double *near)
     return i == count;
 }
 
-static seldom void isolate(const guard *g, double r, isolation *f)
+static void isolate(const guard *g, double r, isolation *f)
 {
     piece stack[DEEPEST + 2];
     const int zeros = (int)g->zeros, count = DEGREE + 1 - zeros;

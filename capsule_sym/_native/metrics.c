@@ -63,8 +63,8 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
             times[half - 1 - i] = centre - width * RULE[rule].pair[i][0];
             times[half + i] = centre + width * RULE[rule].pair[i][0];
         }
-        if (code_here(states_at)(run->map, s, 1, 0, 0, times, (size_t)nodes, states,
-                                 request->watch) < (size_t)nodes)
+        if (capsule_code_here(0)->states_at(run->map, s, 1, 0, 0, times, (size_t)nodes, states,
+                                            request->watch) < (size_t)nodes)
             return CAPSULE_STOPPED;
         if (request->gradients && !capsule_differentiate(run->map, s, 1, at, NULL, times,
                                                          (size_t)nodes, by, request->watch))

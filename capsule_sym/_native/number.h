@@ -50,9 +50,7 @@ typedef int mask;
 #endif
 #define some(m) (m)
 #define bits_of(m) (m)
-#ifndef __cplusplus /* where it is an operator, the same */
 #define not(m) (!(m))
-#endif
 #define none 0
 #define gt(a, b) ((a) > (b))
 #define ge(a, b) ((a) >= (b))

@@ -88,8 +88,7 @@ static capsule_stop run_once(const capsule_orbit_request *request, const double 
                               (double (*)[4][COLUMNS_AT])slopes, request->watch) < run->count)
         return CAPSULE_STOPPED;
     end[0] = state.x_r, end[1] = state.v_r, end[2] = state.v_c;
-    double end_by[SLOPES] = {0.0};
-    end_by[PARAMETER + OMEGA_AT] = run->end_by_omega;
+    const double end_by[SLOPES] = {[PARAMETER + OMEGA_AT] = run->end_by_omega};
     for (int i = 0; i < 4; i++)
         chain_moved(slopes[i], end_by, slopes[i]);
     return CAPSULE_DONE;

@@ -5,7 +5,6 @@
 #include "internal.h"
 #include "number.h"
 
-#ifndef CAPSULE_DEVICE
 #ifndef CAPSULE_LANES
 #define CAPSULE_LANES 8 /* at most; fewer for tests of the narrower ways */
 #endif
@@ -25,7 +24,6 @@ int capsule_lanes(void)
     return 1;
 #endif
 }
-#endif
 
 int capsule_allowed(const capsule_map *map, const capsule_state *s)
 {
@@ -73,7 +71,7 @@ static void resting_state(const capsule_constants *k, double x, double v, double
     out->v_c = out->angle = out->angle_rest = 0.0;
 }
 
-seldom void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
+void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
                   capsule_state *state, capsule_result *p)
 {
     const capsule_request *request = context->request;
@@ -106,7 +104,6 @@ seldom void capsule_rest(capsule_context *context, double x_r, double v_r, doubl
 }
 #endif
 
-#ifndef CAPSULE_DEVICE
 const capsule_code *capsule_code_here(int wide)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -115,9 +112,8 @@ const capsule_code *capsule_code_here(int wide)
 #endif
     return wide ? &capsule_code_wide : &capsule_code_plain;
 }
-#endif
 
-seldom capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
+capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
                          const capsule_request *request, size_t *written, capsule_outcome *open)
 {
     if (!written || !open)
@@ -134,22 +130,15 @@ seldom capsule_stop capsule_run(const capsule_map *map, capsule_state *state, in
     context.request = request;
     context.periods = periods;
     context.position = request->position || request->segments;
-#ifdef CAPSULE_DEVICE
-    const int wide = 0;
-#else
     const capsule_code *const code = capsule_code_here(0), *const wide_code = capsule_code_here(1);
     capsule_wide_table tables[CAPSULE_FLOW_COUNT];
     context.wide = tables;
-#endif
     const int64_t pause = request->strobe && request->rows ? state->period + request->rows / 2 : periods;
     while (state->period < periods) {
         if (((request->segments || request->events) && *written == request->room) || state->period >= pause)
             return CAPSULE_FULL;
         capsule_result p;
         const capsule_state before = *state;
-#ifdef CAPSULE_DEVICE
-        run_segment(&context, state, &p);
-#else
         int wide = request->precision == CAPSULE_DOUBLE_DOUBLE;
         if (!wide)
             code->run_segment(&context, state, &p);
@@ -161,7 +150,6 @@ seldom capsule_stop capsule_run(const capsule_map *map, capsule_state *state, in
             *state = before;
             wide_code->run_segment(&context, state, &p);
         }
-#endif
         if (p.stopped)
             return CAPSULE_STOPPED;
         if (p.outcome != CAPSULE_REGULAR && p.outcome != CAPSULE_END &&
@@ -205,7 +193,7 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
     state.angle_rest = fma(phase, p->omega, -state.angle);
     if (v_c != 0.0)
         return state;
-    state.plane = state.field = code_here(field_at)(map, &state);
+    state.plane = state.field = capsule_code_here(0)->field_at(map, &state);
     return state;
 }
 
@@ -215,5 +203,5 @@ size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments,
 {
     if (!map || !segments || !times || !states)
         return 0;
-    return code_here(states_at)(map, segments, count, more, 1, times, n, states, watch);
+    return capsule_code_here(0)->states_at(map, segments, count, more, 1, times, n, states, watch);
 }

@@ -8,9 +8,7 @@
 #include "isolate.h"
 
 /* A segment that takes more is undecided: another method reaches further there. */
-#ifndef MOST_EXPANSIONS
 #define MOST_EXPANSIONS 8192
-#endif
 
 /* A state with its exactly known facts, as in capsule_state. */
 typedef struct {
@@ -204,7 +202,7 @@ static int is_apart(int contact, double gap, double back)
 }
 
 /* Successor field of a level: the one all of whose guards are positive just after. */
-static seldom int successor_of(const capsule_map *map, const known *p, int level)
+static int successor_of(const capsule_map *map, const known *p, int level)
 {
 #if TWO_STOPS
     const double back = near_to(p->back);
@@ -293,7 +291,7 @@ static void flow_from(const capsule_constants *k, const point *from, double h, d
 
 /* Moves a switch and its state to their place on the closed form from the segment's start. Rounding errors of
    expansions add up; the switch stays within its proved `error` of time. */
-static seldom void refine(const segment *c, const capsule_constants *k, const point *from,
+static void refine(const segment *c, const capsule_constants *k, const point *from,
                    const outcome *o, double error, point *to, double *duration)
 {
     double change[3];

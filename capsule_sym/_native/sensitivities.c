@@ -31,7 +31,7 @@ static passing passing_of(const capsule_map *map, const capsule_segment *s,
 }
 
 /* Derivatives within the segment of the state and x_c some time after its start; at rest v_c is constant. */
-static seldom void rows_at(const passing *p, double h, double rows[ROWS][ROW])
+static void rows_at(const passing *p, double h, double rows[ROWS][ROW])
 {
     chain_rows(p->c, &p->start, h, rows);
     if (p->c->drift == 0.0)
@@ -91,7 +91,7 @@ static int is_field(const capsule_segment *s)
     return s->field >= 1 && s->field <= CAPSULE_FIELD_COUNT;
 }
 
-seldom size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
+size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
                              capsule_slopes *at, double (*switches)[N], const double *times,
                              size_t n, double (*slopes)[4][N + 1],
                              capsule_watch *watch)

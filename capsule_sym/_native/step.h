@@ -46,7 +46,7 @@ typedef struct {
 
 #if WIDTH == 1
 /* Proved facts on (0, r] by halving, if the signs alone do not decide (isolate.h). */
-static seldom void isolate(const guard *g, double r, isolation *f);
+static void isolate(const guard *g, double r, isolation *f);
 #endif
 
 /* Proved facts about the guards on (0, r], and the guard that crosses first according to its isolation. */

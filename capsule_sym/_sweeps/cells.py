@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import simulate
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import TimeUp, Watch, core_on, live
+from capsule_sym._native import TimeUp, Watch, core_of, live
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
@@ -45,13 +45,13 @@ class Abandoned(CapsuleError):
     """Raised if the results of a chunk are no longer wanted."""
 
 
-def compute(part: Sweep, watch: Watch | None = None, device: str = "cpu") -> Block:
-    """Results of all cells of a chunk, by a device. No exception of a cell leaves this function.
+def compute(part: Sweep, watch: Watch | None = None) -> Block:
+    """Results of all cells of a chunk. No exception of a cell leaves this function.
 
     Raises Abandoned soon after the watch is over.
     """
-    cells = _Cells(part, watch or Watch(), device)
-    core = core_on(device, cells.scene)
+    cells = _Cells(part, watch or Watch())
+    core = core_of(cells.scene)
     slow = np.arange(part.size) if core is None else cells.fast(core)
     for i in slow.tolist():
         cells.guarded(i, cells.slow)
@@ -66,7 +66,7 @@ def compute(part: Sweep, watch: Watch | None = None, device: str = "cpu") -> Blo
         cells.counted() if "itinerary" in part.compute else {},
         {str(i): reasons[i] for i in sorted(reasons)},
         cells.scene.digest,
-        live(cells.scene, device),
+        live(cells.scene),
     )
 
 
@@ -82,8 +82,8 @@ class _Cells:
     `order` is the sorting permutation, `back` its inverse.
     """
 
-    def __init__(self, part: Sweep, watch: Watch, device: str) -> None:
-        self.part, self.watch, self.device = part, watch, device
+    def __init__(self, part: Sweep, watch: Watch) -> None:
+        self.part, self.watch = part, watch
         self.scene = part.parameters.scene
         rows, states, phases = part.columns()
         self.order = np.lexsort([rows[:, i] for i in _shared(self.scene)])
@@ -164,7 +164,6 @@ class _Cells:
             energies="energies" in self.part.compute,
             forces="forces" in self.part.compute,
             watch=self.watch,
-            device=self.device,
             scene=self.scene,
         )
         # The run starts at the angle 0 and ends in the field in which it began.

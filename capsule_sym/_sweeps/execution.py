@@ -20,12 +20,12 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds
-from capsule_sym._native import TimeUp, Watch, check_time, core_on, present
+from capsule_sym._native import TimeUp, Watch, check_time, present
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block
-from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
+from capsule_sym._sweeps.pools import PATIENCE, Lost, Pool, pool_of
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import Store, opened
@@ -107,8 +107,7 @@ def run_sweep(
     sweep: Sweep,
     store: str | os.PathLike[str],
     *,
-    executor: str | Executor = "threads",
-    device: str = "cpu",
+    executor: Executor | None = None,
     workers: int | None = None,
     resume: bool = False,
     any_core: bool = False,
@@ -118,14 +117,13 @@ def run_sweep(
 ) -> Summary:
     """Run all cells that a store does not hold yet; each finished chunk is written at once.
 
-    The executor is "threads", "processes", or any `concurrent.futures.Executor`, such as that of a
-    Dask client. With the `device` "gpu" runs are computed on a graphics card, by threads; larger
-    chunks than the default occupy it better. At most `workers` chunks (by default one per core, at
-    most 1,024) are in work at a time: memory does not grow with the sweep, and an interruption
-    loses at most one chunk per worker. Results are the same byte for byte however often a run is
-    stopped and resumed. With `any_core` a store is resumed with a different core or device, and
-    this no longer holds (see `opened`). `progress` is called with the number of finished cells and
-    of all cells.
+    Threads compute the chunks, or any `concurrent.futures.Executor`, such as that of a Dask client,
+    in whose processes `capsule_sym` can be imported. At most `workers` chunks (by default one per
+    core, at most 1,024) are in work at a time: memory does not grow with the sweep, and an
+    interruption loses at most one chunk per worker. Results are the same byte for byte however
+    often a run is stopped and resumed. With `any_core` a store is resumed with a different core,
+    and this no longer holds (see `opened`). `progress` is called with the number of finished cells
+    and of all cells.
 
     The summary has `success`, `status` (a `SweepStatus`), `message` and `statistics`;
     `open_results` reads the results.
@@ -138,14 +136,11 @@ def run_sweep(
     check_sweep(sweep)
     path, count = Path(store), processors() if workers is None else workers
     check_count("workers", count, most=MOST_WORKERS)
-    if not isinstance(executor, Executor) and executor not in KINDS:
-        raise InvalidInput("executor", executor, f"an executor, or one of {', '.join(KINDS)}")
-    core_on(device, sweep.parameters.scene)  # raises before anything is written
-    if device != "cpu":
-        check_one_of("executor", executor, ("threads",))
+    if not isinstance(executor, Executor | None):
+        raise InvalidInput("executor", executor, "a concurrent.futures.Executor")
     limit = Watch(checked_seconds(max_seconds))
     begin, work, finished = perf_counter(), None, False
-    to_store = opened(path, sweep, resume=resume, command=command, any_core=any_core, device=device)
+    to_store = opened(path, sweep, resume=resume, command=command, any_core=any_core)
     try:
         with limit, to_store as to:
             damaged = len(to.check.chunks) + len(to.check.files)
@@ -178,9 +173,9 @@ class _Run:
         """Chunks lost with their workers since the last finished one; a death may lose several."""
         progress(self.done, store.sweep.size)
 
-    def all(self, executor: str | Executor) -> None:
+    def all(self, executor: Executor | None) -> None:
         """Run chunks until none is left."""
-        with pool_of(executor, self.workers, self.store.device) as pool:
+        with pool_of(executor, self.workers) as pool:
             try:
                 while self.left:
                     self._give(pool)
@@ -237,6 +232,6 @@ class _Run:
             raise Lost(f"chunk {index}: {reason}") from error
         self.lost.append(index)
         self.deaths += 1
-        if not pool.outlives or self.deaths >= _MOST_DEATHS * min(self.workers, self.left):
+        if self.deaths >= _MOST_DEATHS * min(self.workers, self.left):
             chunks = sorted({*self.lost, *self.under_way.values()})
             raise Lost(f"a worker died under one of the chunks {chunks}: {reason}") from error

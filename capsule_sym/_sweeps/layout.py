@@ -29,12 +29,12 @@ class Added(NamedTuple):
     attributes: dict[str, Any]
 
 
-def provenance(command: str, scene: Scene, device: str = "cpu") -> dict[str, Any]:
-    """Provenance of results: command, kernels, core or card, and versions of packages."""
+def provenance(command: str, scene: Scene) -> dict[str, Any]:
+    """Provenance of results: command, kernels, core, and versions of packages."""
     return {
         "command": command,
         "kernels": scene.digest,
-        "core": live(scene, device),
+        "core": live(scene),
         "versions": {
             "capsule-sym": capsule_sym.__version__,
             "python": platform.python_version(),

@@ -1,4 +1,4 @@
-"""Executors of chunks: threads, processes, a Dask cluster or another, and how each is stopped.
+"""Executors of chunks: threads, a Dask cluster or another, and how each is stopped.
 
 On a cluster abandoned chunks are stopped, and a warning reports why a run waits.
 """
@@ -7,13 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from concurrent.futures import (
-    BrokenExecutor,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-)
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from threading import Event, Thread
@@ -21,11 +15,10 @@ from typing import Any
 
 from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._native import Watch
-from capsule_sym._processes import end, spawning, undisturbed
+from capsule_sym._processes import undisturbed
 from capsule_sym._sweeps.cells import Block, compute
 from capsule_sym._sweeps.sweep import Sweep
 
-KINDS = ("threads", "processes")
 PATIENCE = 5.0
 """Seconds without a finished chunk after which a pool checks its executor."""
 _CONNECTING = 10  # seconds to connect to an address
@@ -43,9 +36,6 @@ class Lost(CapsuleError):
 class Pool:
     """An executor of chunks."""
 
-    outlives = False
-    """True if a chunk whose worker died can be submitted again."""
-
     def __init__(self, executor: Executor) -> None:
         self.executor = executor
 
@@ -54,8 +44,8 @@ class Pool:
         return self.executor.submit(compute, part)
 
     def died(self, error: Exception) -> bool:
-        """True if a chunk failed because workers died."""
-        return isinstance(error, BrokenExecutor)
+        """True if a chunk failed because its worker died, and can be submitted again."""
+        return False
 
     def waited(self) -> None:
         """Called if no chunk has finished for some time."""
@@ -64,51 +54,25 @@ class Pool:
         """Error for a future that was cancelled by the executor."""
         return Lost("the executor cancelled a chunk")
 
-    def abandon(self) -> None:
-        """Stop without waiting for unfinished chunks."""
-        self.executor.shutdown(wait=False, cancel_futures=True)
-
 
 class _Threads(Pool):
-    def __init__(self, workers: int, device: str) -> None:
-        super().__init__(ThreadPoolExecutor(workers))
-        self.watch, self.device = Watch(), device
-
-    def submit(self, part: Sweep) -> Future[Block]:
-        return self.executor.submit(compute, part, self.watch, self.device)
-
-    def abandon(self) -> None:
-        self.watch.stop()
-        super().abandon()
-
-
-class _Processes(Pool):
-    """Processes, replaced by new ones if one dies, since this stops all of them."""
-
-    outlives = True
-    executor: ProcessPoolExecutor
+    """Threads of this process, which stop within a chunk."""
 
     def __init__(self, workers: int) -> None:
-        self.workers = workers
-        super().__init__(spawning(workers))
+        super().__init__(ThreadPoolExecutor(workers))
+        self.watch = Watch()
 
     def submit(self, part: Sweep) -> Future[Block]:
-        try:
-            with undisturbed():  # processes are started on demand
-                return super().submit(part)
-        except BrokenExecutor:
-            self.abandon()
-            self.executor = spawning(self.workers)
-            return self.submit(part)
+        return self.executor.submit(compute, part, self.watch)
 
     def abandon(self) -> None:
-        end(self.executor)
+        """Stop without waiting for unfinished chunks."""
+        self.watch.stop()
+        self.executor.shutdown(wait=False, cancel_futures=True)
 
 
 class DaskPool(Pool):
     """Executor of a Dask client."""
-
-    outlives = True
 
     def __init__(self, executor: Any) -> None:
         super().__init__(executor)
@@ -167,18 +131,16 @@ def compute_while_wanted(part: Sweep) -> Block:
 
 
 @contextmanager
-def pool_of(executor: str | Executor, workers: int, device: str = "cpu") -> Iterator[Pool]:
-    """Pool of a kind, or around a given executor, which stays open; on a device, of threads.
+def pool_of(executor: Executor | None, workers: int) -> Iterator[Pool]:
+    """Pool around a given executor, which stays open, or of threads.
 
-    On an exception, such as an interrupt, it does not wait for unfinished chunks.
+    On an exception, such as an interrupt, threads do not wait for unfinished chunks.
     """
-    if isinstance(executor, Executor):
-        if type(executor).__module__.partition(".")[0] == "distributed":
-            yield DaskPool(executor)
-        else:
-            yield Pool(executor)
+    if executor is not None:
+        dask = type(executor).__module__.partition(".")[0] == "distributed"
+        yield DaskPool(executor) if dask else Pool(executor)
         return
-    pool = _Threads(workers, device) if executor == "threads" else _Processes(workers)
+    pool = _Threads(workers)
     try:
         yield pool
     except BaseException:

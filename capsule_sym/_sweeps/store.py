@@ -53,10 +53,8 @@ class NotWritten(CapsuleError):
 class Store:
     """Directory that receives the chunks of one sweep; made by `opened`."""
 
-    def __init__(
-        self, path: Path, sweep: Sweep, *, any_core: bool = False, device: str = "cpu"
-    ) -> None:
-        self.path, self.sweep, self.any_core, self.device = path, sweep, any_core, device
+    def __init__(self, path: Path, sweep: Sweep, *, any_core: bool = False) -> None:
+        self.path, self.sweep, self.any_core = path, sweep, any_core
         self.results, self.partial = path / RESULTS, path / _PARTIAL
         self.check = Check(frozenset(), (), ())
         self.held: Held
@@ -66,7 +64,7 @@ class Store:
         """Write an empty store; `sweep.json` comes last and marks it as complete."""
         for name in (RESULTS, CHUNKS):
             remove(self.path / name)
-        origin = provenance(command, self.sweep.parameters.scene, self.device)
+        origin = provenance(command, self.sweep.parameters.scene)
         lay(self.results, self.sweep, origin)
         self._describe(
             {
@@ -166,13 +164,7 @@ def writing(path: Path) -> Iterator[None]:
 
 @contextmanager
 def opened(
-    path: Path,
-    sweep: Sweep,
-    *,
-    resume: bool,
-    command: str,
-    any_core: bool = False,
-    device: str = "cpu",
+    path: Path, sweep: Sweep, *, resume: bool, command: str, any_core: bool = False
 ) -> Iterator[Store]:
     """Store of a sweep for one run: a new one, or with `resume` an existing one.
 
@@ -190,11 +182,11 @@ def opened(
     except OSError as error:
         raise InvalidInput("store", str(error.filename), f"writable ({error.strerror})") from error
     with held:
-        store = Store(path, sweep, any_core=any_core, device=device)
+        store = Store(path, sweep, any_core=any_core)
         if begun:
             if not resume:
                 raise InvalidInput("store", str(path), "new; to continue it use --resume")
-            _check_same(path, sweep, any_core, device)
+            _check_same(path, sweep, any_core)
         with writing(path):
             remove(store.partial)
             if not begun:
@@ -262,7 +254,7 @@ def _is_begun(path: Path) -> bool:
     return False
 
 
-def _check_same(path: Path, sweep: Sweep, any_core: bool, device: str) -> None:
+def _check_same(path: Path, sweep: Sweep, any_core: bool) -> None:
     there = Held(path).head
     for name, value in {"kind": sweep.kind, **sweep.record()}.items():
         before = {"kind": there["kind"], **there["sweep"]}.get(name)
@@ -273,4 +265,4 @@ def _check_same(path: Path, sweep: Sweep, any_core: bool, device: str) -> None:
         allowed = f"{origin['kernels']!r}, the kernels of {path}"
         raise InvalidInput("kernels", scene.digest, allowed)
     if not any_core:
-        check_core(path, live(scene, device), origin["core"])
+        check_core(path, live(scene), origin["core"])

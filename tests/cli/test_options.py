@@ -36,7 +36,6 @@ REFUSED = [
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
     ("sweep --alpha 0.1:2:3 --out s --any-core", "--any-core needs --resume, which is missing"),
-    ("basin --x-r 0:1:2 --out s --dask local --executor threads", "--executor and --dask"),
     ("verify --only a --freeze", "--only and --freeze exclude each other"),
     (
         "figure curves.json --of v_c --out a.svg",

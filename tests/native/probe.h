@@ -34,10 +34,6 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
           probed *out)
 {
     static capsule_map map;
-#ifdef CAPSULE_DEVICE
-    static capsule_table tables[CAPSULE_FLOW_COUNT];
-    map.table = tables;
-#endif
     capsule_map_make(p, &map);
     const capsule_constants *k = &map.field[field - 1];
     const int drift = DRIFT_OF[field - 1] != 0;
@@ -135,12 +131,6 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
 #endif
 static capsule_stop probed_run(const capsule_parameters *p, int64_t periods, int alone,
                                capsule_state *state, capsule_event *event)
-#ifdef CAPSULE_DEVICE
-{
-    (void)alone;
-    return device_run(p, periods, state, event);
-}
-#else
 {
     if (WIDTH > 1 && !alone) {
         static capsule_workspace workspace;
@@ -168,7 +158,6 @@ static capsule_stop probed_run(const capsule_parameters *p, int64_t periods, int
     capsule_map_make(p, &map);
     return capsule_run(&map, state, periods, &request, &written, &open);
 }
-#endif
 
 static capsule_state probed_state(const capsule_parameters *p, int field, const probe_start *a)
 {

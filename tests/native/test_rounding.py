@@ -59,7 +59,7 @@ def test_a_start_lies_on_the_plane_of_the_field_that_a_run_begins_with(tmp_path:
     shutil.which("cc") is None or core is None or core.lanes() == 1, reason="no lanes here"
 )
 def test_a_start_from_the_rounded_angle_is_noticed(tmp_path: Path) -> None:
-    exact = "state.plane = state.field = code_here(field_at)(map, &state);"
+    exact = "state.plane = state.field = capsule_code_here(0)->field_at(map, &state);"
     lost = "double rest = state.angle_rest; state.angle_rest = 0.0;"
     rounded = f"{lost} {exact} state.angle_rest = rest;"
     assert mismatched(tmp_path / "rounded", (exact, rounded)) > 0

@@ -30,7 +30,7 @@ def contents(store: Path) -> dict[str, bytes]:
 
 
 def deadly_corner(part: Sweep) -> Block:
-    """Computes a chunk of `chart`, but kills its process in the first."""
-    if part.axes[0].values[0] == 0.01 and part.axes[1].values[0] == 1.0:
+    """Computes a chunk of `chart`, but kills its process in the last."""
+    if part.axes[0].values[-1] == 2.0 and part.axes[1].values[-1] == 5.0:
         os.kill(os.getpid(), signal.SIGKILL)
     return compute(part)

@@ -112,7 +112,7 @@ def test_a_cell_that_fails_leaves_its_neighbours_alone(
             raise error
         slow(self, i)
 
-    monkeypatch.setattr(cells, "core_on", lambda *_: None)
+    monkeypatch.setattr(cells, "core_of", lambda *_: None)
     monkeypatch.setattr(cells._Cells, "slow", failing)
     block = compute(sweep)
     assert block.columns["outcome"][4] == CellOutcome.FAILED
@@ -126,7 +126,7 @@ def test_a_cell_that_fails_leaves_its_neighbours_alone(
 def test_the_slow_way_gives_what_the_core_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     sweep = chart(4, 3, periods=100, chunk=(4, 3))
     fast = compute(sweep)
-    monkeypatch.setattr(cells, "core_on", lambda *_: None)
+    monkeypatch.setattr(cells, "core_of", lambda *_: None)
     slow = compute(sweep)
     for name in ("outcome", "itinerary", "period_number"):
         np.testing.assert_array_equal(fast.columns[name], slow.columns[name])

@@ -37,7 +37,7 @@ alpha = { from = 0.5, to = 2.0, count = 16 }
 def test_a_chunk_of_days_stops_when_it_is_not_wanted(
     compiled: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cells, "core_on", lambda *_: core if compiled else None)
+    monkeypatch.setattr(cells, "core_of", lambda *_: core if compiled else None)
     watch = Watch()
     Timer(0.3, watch.stop).start()
     with pytest.raises(Abandoned):
@@ -45,7 +45,7 @@ def test_a_chunk_of_days_stops_when_it_is_not_wanted(
 
 
 def test_threads_are_left_at_once_and_stop() -> None:
-    with pytest.raises(KeyboardInterrupt), pool_of("threads", 1) as pool:  # noqa: PT012
+    with pytest.raises(KeyboardInterrupt), pool_of(None, 1) as pool:  # noqa: PT012
         future = pool.submit(DAYS)
         while not future.running():
             time.sleep(0.01)
@@ -93,10 +93,9 @@ def children(process: int) -> int:
     "how",
     [
         [],
-        ["--executor", "processes"],
         pytest.param(["--dask", "local"], marks=pytest.mark.long),
     ],
-    ids=["threads", "processes", "dask"],
+    ids=["threads", "dask"],
 )
 @pytest.mark.parametrize("later", [0.0, pytest.param(6.0, marks=pytest.mark.long)])
 def test_ctrl_c_ends_a_sweep_of_days_in_one_line(

@@ -11,8 +11,9 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack, nullcontext, suppress
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +67,7 @@ def test_a_run_says_how_its_cells_ended(tmp_path: Path, monkeypatch: pytest.Monk
             raise RuntimeError("no root")
         slow(self, i)
 
-    monkeypatch.setattr(cells_module, "core_on", lambda *_: None)
+    monkeypatch.setattr(cells_module, "core_of", lambda *_: None)
     monkeypatch.setattr(cells_module._Cells, "slow", failing)
     small = chart(3, 3, compute=("itinerary",), chunk=(3, 3))
     summary = run_sweep(small, tmp_path / "failing", workers=1)
@@ -92,7 +93,7 @@ class Here(Executor):
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 @pytest.mark.parametrize(
-    "executor", ["threads", "processes", "own", pytest.param("dask", marks=pytest.mark.long)]
+    "executor", ["threads", "own", pytest.param("dask", marks=pytest.mark.long)]
 )
 def test_a_run_whose_time_is_over_goes_on(
     executor: str, whole: dict[str, bytes], tmp_path: Path
@@ -106,7 +107,7 @@ def test_a_run_whose_time_is_over_goes_on(
 
     store = tmp_path / "store"
     with ExitStack() as stack:
-        how: Any = executor
+        how: Any = None
         if executor == "own":
             how = stack.enter_context(ThreadPoolExecutor(1))
         if executor == "dask":
@@ -143,7 +144,7 @@ def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.Monke
         check_time()
         slow(self, i)
 
-    monkeypatch.setattr(cells_module, "core_on", lambda *_: None)
+    monkeypatch.setattr(cells_module, "core_of", lambda *_: None)
     monkeypatch.setattr(cells_module._Cells, "slow", late)
     small = chart(4, 2, compute=("itinerary",), chunk=(4, 1))
     found = run_sweep(small, tmp_path / "store", executor=Here(), workers=1, max_seconds=1e9)
@@ -199,11 +200,13 @@ def test_a_random_design_has_its_points_as_coordinates(tmp_path: Path) -> None:
         assert set(results.coords) == {"alpha", "gamma"}
 
 
-@pytest.mark.parametrize("executor", ["threads", "processes"])
+@pytest.mark.parametrize("processes", [False, True])
 def test_executors_give_equal_results(
-    executor: str, whole: dict[str, bytes], tmp_path: Path
+    processes: bool, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
-    run_sweep(SWEEP, tmp_path / "store", executor=executor, workers=2)
+    given = ProcessPoolExecutor(2, get_context("spawn")) if processes else nullcontext()
+    with given as executor:
+        run_sweep(SWEEP, tmp_path / "store", executor=executor, workers=2)
     assert contents(tmp_path / "store") == whole
 
 
@@ -451,8 +454,6 @@ class Died(Exception):
 
 class Mortal(run_module.Pool):
     """A cluster that loses its worker under some chunks, whatever it gives them to."""
-
-    outlives = True
 
     def __init__(self, *deadly: int) -> None:
         super().__init__(Here())

@@ -17,7 +17,7 @@ from capsule_sym._map.checks import check_count
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import checked_rows, shared, spread
 from capsule_sym._map.native import core
-from capsule_sym._native import Watch, core_on, present
+from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym.generated.capsule.interface import ORBIT_STATUSES, STOPS, OrbitStatus, Stop
@@ -119,7 +119,6 @@ def performance_many(
     gradients: bool = False,
     watch: Watch | None = None,
     threads: int = 1,
-    device: str = "cpu",
     scene: Scene = CAPSULE,
 ) -> Performances:
     """Periodic motions near given states, with metrics as of `performance`.
@@ -128,11 +127,9 @@ def performance_many(
     (n, 3) or one (x_r, v_r, v_c) at forcing angle 0; `period_numbers` are the excitation periods of
     each motion. All are dimensionless. Only requested metrics are computed. Motions that are not
     reached in the time of `watch` (by default the present one) are left out. `threads` share them.
-    With the `device` "gpu" a graphics card computes them; gradients are then computed on the CPU.
-    Raises InvalidInput for a value that is not allowed, without a C core, and for a card that is
-    not there.
+    Raises InvalidInput for a value that is not allowed, and without a C core.
     """
-    binding = core(scene) if device == "cpu" else core_on(device, scene)
+    binding = core(scene)
     rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)), scene)
     count = len(rows)
     check_count("threads", threads)
@@ -143,7 +140,6 @@ def performance_many(
         raise InvalidInput("period_numbers", period_numbers, "whole numbers >= 1")
     stops, records = np.zeros(count, np.int8), np.zeros(count, scene.interface.ORBIT)
     fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
-    threads = threads if device == "cpu" else 1
     size = max(1, count if threads == 1 else _AT_ONCE, -(-count // (_SHARES * threads)))
     watch = watch or (present() if threads == 1 else Watch(present().left))
 
