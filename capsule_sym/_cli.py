@@ -64,7 +64,7 @@ class Group(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] in _MOVED:
+        if args and args[0] in _MOVED and args[0] not in self.commands:
             raise click.UsageError(f"{args[0]} has moved: {_MOVED[args[0]]}")
         args, told = renewed(args)
         if told and not ctx.resilient_parsing:  # not for completions

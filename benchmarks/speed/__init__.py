@@ -1,1 +1,1 @@
-"""The study of speed with what only developers ask for: goals, growth, tangencies, first calls."""
+"""Speed against error beside other tools, goals, growth, first calls, scenes and design."""

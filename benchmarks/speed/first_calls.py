@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.bench.model import CONTACT, DRIFT, rates
-from capsule_sym._map import Trajectory, simulate
-from capsule_sym._parameters import Parameters, of_paper
+from benchmarks.speed.model import CONTACT, DRIFT, rates
+from capsule_sym import Parameters, Trajectory, simulate
+from capsule_sym._parameters import of_paper
 
 TOLERANCE = 1e-12
 _FIT_PERIODS, _FIT_TIMES = 20, 2000
@@ -129,7 +129,7 @@ def lacking() -> list[str]:
     try:
         import heyoka  # type: ignore[import-not-found,import-untyped,unused-ignore] # noqa: F401
     except ImportError:
-        return ["heyoka.py is skipped: it is not installed (pip install 'capsule-sym[peers]')"]
+        return ["heyoka.py is skipped: it is not installed (python -m pip install --group peers)"]
     return []
 
 

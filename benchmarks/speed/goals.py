@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from benchmarks.bench.model import Run
-from benchmarks.bench.reference import Case
-from benchmarks.bench.study import Row, error, wrong_switches
-from benchmarks.bench.tools import ONE_ROW, OURS
-from benchmarks.speed import own
+from benchmarks.speed.compare import Row, error, wrong_switches
+from benchmarks.speed.model import Run
+from benchmarks.speed.peers import own
+from benchmarks.speed.reference import Case
+from benchmarks.speed.tools import ONE_ROW, OURS
 from capsule_sym._native import core
 
 _COMPARED = ("DOP853 in C", "1e-13, inside steps")

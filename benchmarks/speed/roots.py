@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-from benchmarks.bench.model import Start
 from benchmarks.hardcases.cases import guard_at
+from benchmarks.speed.model import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Guard

@@ -9,9 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._map import simulate
-from capsule_sym._map.many import simulate_many
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters, simulate, simulate_many
 
 _BATCH_PERIODS = 10
 _COUNTED = 20  # excitation periods of which switches are counted

@@ -5,10 +5,8 @@ from __future__ import annotations
 from functools import cache
 from math import inf
 
-from benchmarks.bench.model import Start
-from capsule_sym._map import simulate
-from capsule_sym._map.many import simulate_many
-from capsule_sym._parameters import Parameters
+from benchmarks.speed.model import Start
+from capsule_sym import Parameters, simulate, simulate_many
 
 EXPONENTS = range(2, 13)
 """Runs are made at alpha* (1 - 10^-k) and alpha* (1 + 10^-k) for these k."""

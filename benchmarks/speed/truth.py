@@ -1,7 +1,6 @@
 """Itineraries and final states by the 50-digit map, of the study's runs.
 
-`python -m benchmarks.speed.truth` computes them, in some minutes, and writes reference.json of
-`capsule_sym/_bench`.
+`python -m benchmarks.speed.truth` computes them, in some minutes, and writes reference.json.
 """
 
 from __future__ import annotations
@@ -12,18 +11,17 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from benchmarks import bench
-from benchmarks.bench.model import Start
-from benchmarks.bench.reference import (
+from benchmarks.speed import tangencies
+from benchmarks.speed.model import Start
+from benchmarks.speed.reference import (
     ALPHAS,
     PERIODS,
     REST,
     SWEEP_ALPHAS,
     SWEEP_PERIODS,
 )
-from benchmarks.speed import tangencies
+from capsule_sym import Parameters, simulate
 from capsule_sym._files import write_whole
-from capsule_sym._parameters import Parameters
 
 _SAMPLE = (*SWEEP_ALPHAS[99::100], 1.522)
 _DIGITS = 25
@@ -47,8 +45,6 @@ def _computed(starts: Sequence[Start]) -> dict[str, Any]:
 def _run(start: Start) -> dict[str, Any]:
     import mpmath
 
-    from capsule_sym._map import simulate
-
     found = simulate(start.parameters, start.state, 0.0, start.periods, backend="mpmath")
     return {
         "alpha": start.parameters.alpha,
@@ -70,7 +66,7 @@ def text(found: dict[str, Any]) -> str:
 
 def main() -> None:
     """Write reference.json."""
-    write_whole(Path(bench.__path__[0]) / "reference.json", text(compute()))
+    write_whole(Path(__file__).with_name("reference.json"), text(compute()))
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from capsule_sym._commands.values import Named, Range
 NOT_PROVED, INTERRUPTED = 4, 130
 ENDS = {0, 2, 3}
 _LOST_IN = {"gc_callback", "remove", "_remove", "__del__"}  # whose exceptions nobody gets
-_APART = ("capsule_sym.__main__", "capsule_sym.codegen", "benchmarks.bench.peers")
+_APART = ("capsule_sym.__main__", "capsule_sym.codegen", "benchmarks.speed.peers")
 # Lines on stderr beside the one with the reason for a failure.
 _BESIDE = ("wrote ", "drawing ", "proved ")
 

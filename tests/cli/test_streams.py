@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.bench.parts import Study
 from capsule_sym._cli import group, main
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.proofs import theorems

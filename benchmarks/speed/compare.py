@@ -8,9 +8,9 @@ from math import ceil
 from statistics import median
 from typing import NamedTuple
 
-from benchmarks.bench.model import Result, Run
-from benchmarks.bench.reference import Case
-from benchmarks.bench.tools import Tool
+from benchmarks.speed.model import Result, Run
+from benchmarks.speed.reference import Case
+from benchmarks.speed.tools import Tool
 
 _ENOUGH = 0.02  # seconds; shorter passes are repeated up to this time
 LONG = 2.0  # seconds; a pass that takes longer is made once

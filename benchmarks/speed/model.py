@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 
 CONTACT = {1: 0, 2: 0, 3: 0, 4: 1, 5: 1, 6: 1}
 """1 where the second spring acts, by field."""

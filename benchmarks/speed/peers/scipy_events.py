@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bench.model import NUDGE, Guard, Result, Run, Start, guards, rates, switched
-from capsule_sym._parameters import Parameters
+from benchmarks.speed.model import NUDGE, Guard, Result, Run, Start, guards, rates, switched
+from capsule_sym import Parameters
 
 
 def build(method: Any, tolerance: float, careful: bool) -> Run:

@@ -6,8 +6,8 @@ import json
 from importlib import resources
 from typing import NamedTuple
 
-from benchmarks.bench.model import Result, Start
-from capsule_sym._parameters import Parameters
+from benchmarks.speed.model import Result, Start
+from capsule_sym import Parameters
 
 ALPHAS = (0.3, 0.45, 0.7, 1.2, 1.5, 1.64, 1.69, 1.9)
 """Excitation amplitudes of the case study, one inside each of the paper's intervals."""

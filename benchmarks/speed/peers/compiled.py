@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from benchmarks.bench.model import MOST, Result, Run, Start
+from benchmarks.speed.model import MOST, Result, Run, Start
 
 # Vectors of three components make GCC's code slower.
 _FLAGS = ("-O3", "-march=native", "-fno-tree-vectorize", "-std=c99", "-shared", "-fPIC")

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bench.model import (
+from benchmarks.speed.model import (
     CONTACT,
     DRIFT,
     FIELD,
@@ -24,7 +24,7 @@ from benchmarks.bench.model import (
     Start,
     drift_at_rest,
 )
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 
 _PARAMETERS = 12
 _SIDE, _SPRING, _SLIP = 4, 5, slice(6, 11)

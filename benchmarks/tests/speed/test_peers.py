@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from benchmarks.bench import reference
-from benchmarks.bench.model import CONTACT, DRIFT, Clock, Locked, guards, rates
-from benchmarks.bench.peers import cvode, scipy_events, taylor
-from benchmarks.bench.study import error, wrong_switches
-from benchmarks.speed import compiled
+from benchmarks.speed import reference
+from benchmarks.speed.compare import error, wrong_switches
+from benchmarks.speed.model import CONTACT, DRIFT, Clock, Locked, guards, rates
+from benchmarks.speed.peers import compiled, cvode, scipy_events, taylor
 from capsule_sym import Parameters
 from tests.judges import dop853
 

@@ -1,6 +1,7 @@
 """Reference values for tools, against independent integrators, and the comparison itself."""
 
 import json
+from importlib import resources
 from itertools import combinations
 
 import pytest
@@ -8,18 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from benchmarks.bench.reference import ALPHAS, SWEEP_ALPHAS, cases, sweep
-from benchmarks.bench.study import wrong_switches
 from benchmarks.speed import tangencies
+from benchmarks.speed.compare import wrong_switches
+from benchmarks.speed.reference import ALPHAS, SWEEP_ALPHAS, cases, sweep
 from tests.judges import taylor_events
 
 PARTS = ("case study", "tangencies", "sweep")
 
 
 def record(part):
-    from importlib import resources
-
-    file = resources.files("capsule_sym._check").joinpath("reference.json")
+    file = resources.files("benchmarks.speed").joinpath("reference.json")
     return json.loads(file.read_text("utf-8"))[part]
 
 

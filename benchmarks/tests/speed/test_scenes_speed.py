@@ -1,4 +1,4 @@
-"""`make bench-scenes`: its figures, of every scene that ships."""
+"""`scenes`: its figures, of every scene that ships."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`make first-calls`: its figures, and that the tools beside it give the same motion."""
+"""`first-calls`: its figures, and that the tools beside it give the same motion."""
 
 from __future__ import annotations
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from benchmarks.bench.study import Row
-from benchmarks.bench.tools import LANES, ONE_ROW, OURS
+from benchmarks.speed.compare import Row
+from benchmarks.speed.tools import LANES, ONE_ROW, OURS
 
 LIMITS = (1e-6, 1e-12)
 """Error limits at which the fastest setting of each tool is compared."""
 
 _NAMED = (
+    ("trajectory", "DOP853 in C", "1e-13, inside steps", 10.0),
     ("trajectory", "heyoka.py", "1e-15, careful", 10.0),
     ("trajectory", "SciPy DOP853", "1e-12, careful", 1000.0),
     ("sweep", f"heyoka.py, {LANES} lanes", "1e-12, careful", 10.0),
@@ -35,23 +36,17 @@ class Ratio(NamedTuple):
 def ratios(trajectory: Sequence[Row], sweep: Sequence[Row]) -> list[Ratio]:
     """The named ratios, then every tool at its fastest setting within each error."""
     parts = {"trajectory": trajectory, "sweep": sweep}
-    return [*of_named(_NAMED, parts), *_fastest(parts)]
+    named = [
+        Ratio(part, tool, setting, None, row.us_per_period / ours, wanted)
+        for part, tool, setting, wanted in _NAMED
+        for row in parts[part]
+        if (row.tool, row.setting) == (tool, setting) and (ours := _ours(parts[part]))
+    ]
+    return [*named, *_fastest(parts)]
 
 
 def _ours(rows: Sequence[Row]) -> float | None:
     return next((row.us_per_period for row in rows if row.tool == OURS), None)
-
-
-def of_named(
-    named: Iterable[tuple[str, str, str, float]], parts: Mapping[str, Sequence[Row]]
-) -> list[Ratio]:
-    """Ratios of tools at a setting in a part, with the least ratio to reach."""
-    return [
-        Ratio(part, tool, setting, None, row.us_per_period / ours, wanted)
-        for part, tool, setting, wanted in named
-        for row in parts[part]
-        if (row.tool, row.setting) == (tool, setting) and (ours := _ours(parts[part]))
-    ]
 
 
 def _fastest(parts: Mapping[str, Sequence[Row]]) -> Iterator[Ratio]:

@@ -1,4 +1,4 @@
-"""Both `bench`, of users and of developers: JSON, columns, ratios, goals, and bad input."""
+"""`bench`: JSON, columns, ratios, goals, and bad input."""
 
 import json
 import math
@@ -11,15 +11,16 @@ from shutil import copytree
 import pytest
 from click.testing import CliRunner
 
-from benchmarks.bench import commands as users
-from benchmarks.bench.parts import Study
-from benchmarks.bench.ratios import Ratio
-from benchmarks.bench.study import Row
-from benchmarks.bench.tools import ONE_ROW, OURS
-from benchmarks.speed import commands, compiled, goals, own, roots
+from benchmarks.__main__ import group
+from benchmarks.speed import goals, model, reference, roots, study, tools
+from benchmarks.speed.commands import bench
+from benchmarks.speed.compare import Row
+from benchmarks.speed.peers import compiled, own
+from benchmarks.speed.ratios import Ratio
 from benchmarks.speed.scaling import Growth
-from benchmarks.speed.study import FullStudy
-from benchmarks.bench import model, parts, reference, tools
+from benchmarks.speed.study import Study
+from benchmarks.speed.tools import ONE_ROW, OURS
+from capsule_sym._cli import main
 from capsule_sym._native import core
 from paper.figures import catalogue
 from tests.examples import ROOT
@@ -56,19 +57,12 @@ def rows(record, part, tool):
 
 
 KEYS = ["version", "machine", "versions", "repeats", "quick", "skipped", *PARTS, "ratios"]
+KEYS += ["goals", "growth", "widths", "roots"]
 
 
-@pytest.mark.parametrize(
-    ("bench", "study", "more"),
-    [
-        (users.bench, Study, []),
-        (commands.bench, FullStudy, ["goals", "growth", "widths", "roots"]),
-    ],
-    ids=["users", "developers"],
-)
-def test_json_is_what_the_file_has(bench, study, more, tmp_path, monkeypatch) -> None:
+def test_json_is_what_the_file_has(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(study, "turns", lambda study: {"trajectory": 1})
+    monkeypatch.setattr(Study, "turns", lambda study: {"trajectory": 1})
     ran = CliRunner().invoke(bench, ["--quick", "--repeats", "1", "--only", OURS, "--json"])
     assert ran.exit_code == 0, ran.output
     assert list(tmp_path.iterdir()) == []  # nothing is written unasked
@@ -76,13 +70,13 @@ def test_json_is_what_the_file_has(bench, study, more, tmp_path, monkeypatch) ->
     ran = CliRunner().invoke(bench, ["--quick", "--repeats", "1", "--only", OURS, "--out", "kept"])
     assert ran.exit_code == 0, ran.output
     assert json.loads((tmp_path / "kept/part.json").read_text("utf-8")).keys() == record.keys()
-    assert list(record) == KEYS + more
+    assert list(record) == KEYS
     assert record["trajectory"]
 
 
 def test_the_file_has_the_documented_keys(done, record) -> None:
     assert "wrote results/bench/part.json" in done[1].stderr
-    assert list(record) == [*KEYS, "goals", "growth", "widths", "roots"]
+    assert list(record) == KEYS
     assert record["quick"] is True
     assert record["repeats"] == 1
     for part in PARTS:
@@ -111,19 +105,21 @@ def test_a_compiler_that_fails_is_named(monkeypatch) -> None:
 
     monkeypatch.setattr(compiled, "_library", fail)
     monkeypatch.setattr(compiled, "compiler", lambda: "cc")
-    study = FullStudy(1, "", quick=True)
+    study = Study(1, "", quick=True)
     assert "DOP853 and RK4 in C is skipped: cc: no such option" in study.skipped
 
 
 def test_a_peer_that_is_absent_has_no_rows_but_a_line(monkeypatch) -> None:
     monkeypatch.setattr(tools, "_is_there", lambda package: False)
     monkeypatch.setattr(compiled, "compiler", lambda: None)
-    study = FullStudy(1, "", quick=True)
+    study = Study(1, "", quick=True)
     names = {tool.name for tool in study.single + study.many}
     assert not [n for n in names if n.startswith(("heyoka", "CVODE")) or n.endswith(" in C")]
     assert "SciPy DOP853" in names
     lines = study.skipped
-    assert "CVODE is skipped: sksundae is not installed (pip install 'capsule-sym[peers]')" in lines
+    assert (
+        "CVODE is skipped: sksundae is not installed (python -m pip install --group peers)" in lines
+    )
     assert "DOP853 and RK4 in C is skipped: there is no C compiler cc" in lines
 
 
@@ -225,17 +221,20 @@ def test_newton_and_brent_find_the_same_switches(record) -> None:
     ("arguments", "named"),
     [(("--repeats", "0"), "--repeats"), (("--only", "nothing"), "nothing"), (("--bad",), "--bad")],
 )
-def test_bad_input_exits_with_2(inside, tmp_path, arguments, named) -> None:
-    process = inside("bench", *arguments, cwd=tmp_path)
-    assert process.returncode == 2
-    assert named in process.stderr
-    assert "Traceback" not in process.stderr
-    assert process.stdout == ""
+def test_bad_input_exits_with_2(tmp_path, monkeypatch, capsys, arguments, named) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        main(("bench", *arguments), group)
+    assert stopped.value.code == 2
+    written = capsys.readouterr()
+    assert named in written.err
+    assert "Traceback" not in written.err
+    assert written.out == ""
 
 
 @needs_core
 def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
-    study = FullStudy(repeats=1, only=OURS, quick=True)
+    study = Study(repeats=1, only=OURS, quick=True)
     turns = []
     study.run("trajectory", lambda: turns.append(1))
     assert len(turns) == study.turns()["trajectory"]
@@ -267,10 +266,10 @@ def test_a_quick_study_makes_one_run_of_a_slow_tool(monkeypatch) -> None:
         runs.extend((tool, len(cases(tool)), long) for tool in chosen)
         return []
 
-    monkeypatch.setattr(parts, "compare", count)
-    study = Study(repeats=3, only="SciPy", quick=True)
+    monkeypatch.setattr(study, "compare", count)
+    chosen = Study(repeats=3, only="SciPy", quick=True)
     for part in PARTS:
-        study.run(part, lambda: None)
+        chosen.run(part, lambda: None)
     assert {n for tool, n, _ in runs if tool.slow} == {1}
     assert {n for tool, n, _ in runs if not tool.slow} <= {2, 3, 28}
     # Calls that take long are not repeated.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bench.model import (
+from benchmarks.speed.model import (
     NUDGE,
     Guard,
     Rates,
@@ -18,7 +18,7 @@ from benchmarks.bench.model import (
     rates,
     switched,
 )
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 
 _GUARDS = 3  # in stick; drift has two
 _ROOT_FOUND = 2

@@ -1,4 +1,4 @@
-"""`make bench-design`: its goals, and the goals met."""
+"""`bench-design`: its goals, and the goals met."""
 
 import json
 import re
