@@ -17,7 +17,6 @@ for _name, _module, _text in (
     ("hardcases", "benchmarks.hardcases.commands", "Check the switches of hard cases."),
     ("events", "benchmarks.hardcases.commands", "Write the neutral suite of hard events."),
     ("adversarial", "benchmarks.hardcases.commands", "Check random starts near tangencies."),
-    ("verify", "benchmarks.reached", "Prove the theory, and show what is reached of the goals."),
     ("bench", "benchmarks.speed.commands", "Measure speed against error, and the goals."),
     ("first-calls", "benchmarks.speed.commands", "Measure what a person calls first."),
     ("scenes", "benchmarks.speed.commands", "Measure the speed of each scene."),

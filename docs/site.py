@@ -1,6 +1,6 @@
 """Put the built documentation beside that of other versions, ready for any web server.
 
-`make site` runs it. The folder holds one folder a version, `versions.json`, and a front page that
+The folder holds one folder a version, `versions.json`, and a front page that
 leads to the newest release. No page needs another host.
 """
 

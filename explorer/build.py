@@ -3,7 +3,7 @@
     python explorer/build.py            builds capsule_sym/_explorer/page.html
     python explorer/build.py --check    exit status 1 where the page is stale
 
-Needs Node.js with `npm ci` run in explorer/, and `pip install 'capsule-sym[explorer]'`.
+Needs Node.js with `npm ci` run in explorer/, and `pip install --group explorer`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Measures the page in headless Chromium, each figure beside its goal: make explorer-measure."""
+"""Measures the page in headless Chromium, each figure beside its goal."""
 
 from __future__ import annotations
 

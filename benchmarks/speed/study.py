@@ -63,7 +63,8 @@ class Study:
     @property
     def goals(self) -> list[Goal]:
         """Goals, as far as the parts so far decide them."""
-        return goals(*self.rows.values(), self.widths)
+        single, near, many = self.rows.values()
+        return goals(single, near, many, self.widths)
 
     @property
     def record(self) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Write the journal paper and the note on Section 4 from records of `make paper` and `enclose`.
 
-`make article` runs it. The texts are `paper.md.in` and `note.tex.in`; numbers come from records.
+The texts are `paper.md.in` and `note.tex.in`; numbers come from records.
 """
 
 from __future__ import annotations

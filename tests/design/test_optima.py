@@ -1,4 +1,4 @@
-"""Optima against brute force that shares no code with the optimiser (`make optima`)."""
+"""Optima against brute force that shares no code with the optimiser (`python -m tests.optima`)."""
 
 from dataclasses import replace
 

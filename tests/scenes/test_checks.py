@@ -1,4 +1,4 @@
-"""Scenes beside the judge, in small numbers; `make scenes` has the large ones."""
+"""Scenes beside the judge, in small numbers; `tests.scenes.checks` has the large ones."""
 
 from __future__ import annotations
 
