@@ -1,7 +1,8 @@
 """The shortest pulses of ten pairs of motions beside brute force over the drive's values.
 
 Brute force is separate code over runs of the map: it closes no orbit, and identifies a motion by
-the states that its run repeats. `python -m tests.attractors.brute_pulses` prints the table, and fails if a pulse is longer.
+the states that its run repeats. `python -m tests.attractors.brute_pulses` prints the table, and
+fails if a pulse is longer.
 """
 
 from __future__ import annotations

@@ -25,7 +25,6 @@ SHORT = {
     "run": "--periods 1",
     "paper": "",
     "verify": "",
-    "bench": "--quick",
     "sweep": "two.toml --out one",
     "basin": "--x-r 0:1:2 --periods 2 --out two",
     "attractors": "--x-r 0:1 --starts 2 --periods 40",
@@ -70,7 +69,6 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(codimension_two, "section4", lambda exact: [])
     monkeypatch.setattr(enclosing, "spawning", ThreadPoolExecutor)
     monkeypatch.setattr(enclosing, "end", ThreadPoolExecutor.shutdown)
-    monkeypatch.setattr(Study, "turns", lambda self: {})
 
 
 @needs_full
