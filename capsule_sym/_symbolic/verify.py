@@ -3,34 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, partial
+from functools import partial
 
 from capsule_sym._symbolic.proofs import basis_proofs, flow_proofs, theorems
-from capsule_sym._symbolic.proofs.items import Item, Verdict, named
-from paper.claims import everything, frozen
-from paper.printed import read
+from capsule_sym._symbolic.proofs.statement import Statement, named
 
 
-def _flow_items() -> tuple[Item, ...]:
+def _flow_items() -> tuple[Statement, ...]:
     """Proofs of the closed-form flow."""
     return (*basis_proofs.proofs(), *flow_proofs.proofs())
 
 
-@cache
-def _compared() -> tuple[Item, ...]:
-    return everything.items(read())
-
-
-def _printed(verdict: Verdict) -> tuple[Item, ...]:
-    """Comparisons with the printed paper that have a given verdict."""
-    return tuple(item for item in _compared() if item.verdict == verdict)
-
-
-_PRINTED: dict[str, Verdict] = {
-    "Errata": "refuted",
-    "Printed statements that hold under a condition": "conditional",
-    "Printed statements that hold": "proved",
-}
 _THEOREMS: dict[str, tuple[str, ...]] = {
     "State space, Eqs. (13)-(15)": ("geometry", "fields"),
     "Inner products, Eqs. (16)-(23)": ("inner",),
@@ -42,26 +25,24 @@ _THEOREMS: dict[str, tuple[str, ...]] = {
 }
 _FLOW = "Closed-form flow, Eqs. (7)-(12)"
 
-SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
-    **{title: partial(_printed, verdict) for title, verdict in _PRINTED.items()},
+SECTIONS: dict[str, Callable[[], tuple[Statement, ...]]] = {
     **{title: partial(theorems.items, *families) for title, families in _THEOREMS.items()},
     _FLOW: _flow_items,
 }
 """Statements to verify, in the order of the report: a title and its items."""
 
 FAMILIES: dict[str, str] = {
-    **dict.fromkeys(_PRINTED, "printed erratum"),
     **{title: " ".join(families) for title, families in _THEOREMS.items()},
     _FLOW: "basis flow jets jacobian",
 }
 """First words of the names of a section's statements, to find one without deriving all."""
 
 
-def items() -> dict[str, tuple[Item, ...]]:
+def items() -> dict[str, tuple[Statement, ...]]:
     """All statements of the theory with their proofs, by section title."""
     return {title: section() for title, section in SECTIONS.items()}
 
 
-def item(name: str) -> dict[str, tuple[Item, ...]]:
+def item(name: str) -> dict[str, tuple[Statement, ...]]:
     """Statement of this name with its proof, by section title; raises InvalidInput for none."""
-    return named(name, SECTIONS, FAMILIES, frozen.expected().statuses)
+    return named(name, SECTIONS, FAMILIES)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import cache, partial
 
-from capsule_sym._symbolic.proofs.items import Item, Verdict, named
 from capsule_sym._symbolic.proofs.rows import Row, read_rows
+from capsule_sym._symbolic.proofs.statement import Statement, Verdict, named
 from paper.claims import (
     captions,
     dimensions,
@@ -32,7 +32,7 @@ def rows(parts: tuple[str, ...] = PARTS) -> tuple[Row, ...]:
     return read_rows(__package__, ".", parts)
 
 
-def items(paper: Paper) -> tuple[Item, ...]:
+def items(paper: Paper) -> tuple[Statement, ...]:
     """All comparisons with a transcription."""
     return tuple(item for row in rows() for item in row.items(paper))
 
@@ -45,13 +45,13 @@ _TITLES: dict[Verdict, str] = {
 
 
 @cache
-def sections() -> dict[str, tuple[Item, ...]]:
+def sections() -> dict[str, tuple[Statement, ...]]:
     """All comparisons with the transcription that is shipped, by the titles of the report."""
     found = items(read())
     return {title: tuple(i for i in found if i.verdict == v) for v, title in _TITLES.items()}
 
 
-def item(name: str) -> dict[str, tuple[Item, ...]]:
+def item(name: str) -> dict[str, tuple[Statement, ...]]:
     """The comparison of this name by the title of its section; raises InvalidInput for none."""
     own = {title: partial(tuple, found) for title, found in sections().items()}
     return named(name, own, dict.fromkeys(own, "printed erratum"), frozen.expected().statuses)

@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 from capsule_sym._files import write_whole
-from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Result
+from capsule_sym._symbolic.proofs.statement import AS_PRINTED, Result, Statement
 
 PATH = Path(__file__).with_name("verdicts.toml")
 
@@ -40,7 +40,7 @@ def expected() -> Expected:
     return Expected(document.get("status", {}), document.get("words", {}))
 
 
-def words(item: Item, witness: Mapping[str, str]) -> dict[str, str]:
+def words(item: Statement, witness: Mapping[str, str]) -> dict[str, str]:
     """Texts of a comparison with the paper; empty for other statements.
 
     A derived text equal to the printed one is left out.
@@ -55,7 +55,7 @@ def words(item: Item, witness: Mapping[str, str]) -> dict[str, str]:
 
 def differences(results: Iterable[Result], frozen: Expected, whole: bool = True) -> Iterator[str]:
     """Differences between results and expected verdicts; `whole` if all statements were run."""
-    found = {result.item.id: result for result in results}
+    found = {result.statement.name: result for result in results}
     for name, result in found.items():
         if name not in frozen.statuses:
             yield f"{name}: {result.status}, and not expected"
@@ -63,7 +63,7 @@ def differences(results: Iterable[Result], frozen: Expected, whole: bool = True)
         if result.status != frozen.statuses[name]:
             yield f"{name}: {result.status}, expected: {frozen.statuses[name]}"
             continue
-        now, then = words(result.item, result.witness), frozen.words.get(name, {})
+        now, then = words(result.statement, result.witness), frozen.words.get(name, {})
         for key in sorted({*now, *then}):
             if now.get(key) != then.get(key):
                 yield f"{name}: {key} {now.get(key)!r}, expected: {then.get(key)!r}"
@@ -80,13 +80,15 @@ def _quoted(text: str) -> str:
 
 
 def _lines(results: Iterable[Result]) -> Iterator[str]:
-    results = sorted(results, key=lambda result: result.item.id)
+    results = sorted(results, key=lambda result: result.statement.name)
     yield _HEAD
     yield "[status]"
-    yield from (f"{_quoted(result.item.id)} = {_quoted(result.status)}" for result in results)
+    yield from (
+        f"{_quoted(result.statement.name)} = {_quoted(result.status)}" for result in results
+    )
     for result in results:
-        if said := words(result.item, result.witness):
-            yield f"\n[words.{_quoted(result.item.id)}]"
+        if said := words(result.statement, result.witness):
+            yield f"\n[words.{_quoted(result.statement.name)}]"
             yield from (f"{key} = {_quoted(text)}" for key, text in said.items())
 
 

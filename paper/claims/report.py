@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from capsule_sym._symbolic.model.geometry import SCENARIOS
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import leaves_of, local_maps, surface_transitions
-from capsule_sym._symbolic.proofs.items import Report
 from capsule_sym._symbolic.proofs.markdown import document, table
 from capsule_sym._symbolic.proofs.reachability import witnesses
+from capsule_sym._symbolic.proofs.statement import Report
 from capsule_sym._symbolic.proofs.table_proofs import mechanism
 from paper.claims.case_study import BRACKETS
 from paper.claims.tables import printed_maps

@@ -15,7 +15,7 @@ from capsule_sym._commands.signature import command, option
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
-    from capsule_sym._symbolic.proofs.items import Result
+    from capsule_sym._symbolic.proofs.statement import Result
 
 
 @command()
@@ -37,7 +37,7 @@ def claims(
     start = perf_counter()
     with present.make_progress() as progress:
         task = progress.add_task("importing SymPy", total=None)
-        from capsule_sym._symbolic.proofs import items
+        from capsule_sym._symbolic.proofs import statement
         from paper.claims import everything, frozen
         from paper.claims.report import markdown
 
@@ -49,16 +49,16 @@ def claims(
             progress.advance(task)
             if not as_json:
                 # Above the bar: click's own stdout would write through it.
-                click.echo(items.line(result), file=sys.stdout)
+                click.echo(statement.line(result), file=sys.stdout)
 
-        report = items.run(chosen, advance)
+        report = statement.run(chosen, advance)
     results = [result for section in report.values() for result in section]
     if as_json:
-        click.echo(json.dumps({"items": [items.record(result) for result in results]}))
+        click.echo(json.dumps({"items": [statement.record(result) for result in results]}))
     if out is not None:
         write_whole(out, markdown(report), "--out")
         click.echo(f"wrote {out}", err=True)
-    unsettled = [result.item.id for result in results if not result.settled]
+    unsettled = [result.statement.name for result in results if not result.settled]
     took = f"{perf_counter() - start:.0f} s"
     click.echo(f"{len(results)} statements, {len(unsettled)} not settled, {took}", err=True)
     if unsettled:

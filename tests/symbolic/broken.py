@@ -30,7 +30,7 @@ from capsule_sym._symbolic.proofs import (
     flow_proofs,
     switches,
 )
-from capsule_sym._symbolic.proofs.items import Item, settle
+from capsule_sym._symbolic.proofs.statement import Statement, settle
 
 _GUARDS, _FIELD = Segment.guards.func, Segment.field.func
 _INTERACTION, _PULL = Segment.interaction.fget, Segment.pull.fget
@@ -151,7 +151,7 @@ FURTHER = {
     ),
 }
 
-_SOURCES: dict[str, Callable[[], tuple[Item, ...]]] = {
+_SOURCES: dict[str, Callable[[], tuple[Statement, ...]]] = {
     "cells": cells.items,
     "graph": field_graph.items,
     "saltation": switches.items,
@@ -179,7 +179,7 @@ def failing(family: str) -> bool:
     """True if some statement of a family is not proved; cached derivations are cleared."""
     try:
         items = _SOURCES[family].__wrapped__()  # type: ignore[attr-defined]
-        chosen = [one for one in items if one.id.partition(".")[0] == family]
+        chosen = [one for one in items if one.name.partition(".")[0] == family]
         return any(not settle(one).settled for one in chosen)
     except Exception:  # nothing can be derived
         return True
@@ -196,8 +196,8 @@ def survivors(mutation: Mutation) -> list[str]:
 def accepted() -> list[str]:
     """The statements about cells, graph, switches and energy whose changed claim is not refused."""
     items = [one for module in (cells, field_graph, switches, energy) for one in module.items()]
-    changed = (dataclasses.replace(one, claim=one.mutant) for one in items)
-    return [one.id for one in changed if settle(one).status != "failed"]
+    changed = (one.mutant for one in items)
+    return [one.name for one in changed if settle(one).status != "failed"]
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from capsule_sym._symbolic.proofs.items import Item, settle
 from capsule_sym._symbolic.proofs.rows import Row
+from capsule_sym._symbolic.proofs.statement import Statement, settle
 from paper.claims import everything
 from paper.claims.frozen import Expected, differences
 from paper.printed import Entry, Paper
@@ -196,8 +196,16 @@ class Reader(Paper):
 Key = tuple[Any, ...]
 
 
-def _key(item: Item) -> Key:
-    return item.id, item.equation, item.claim, item.verdict, item.printed, item.derived
+def _key(item: Statement) -> Key:
+    return (
+        item.name,
+        item.equation,
+        item.claim,
+        item.correction,
+        item.verdict,
+        item.printed,
+        item.derived,
+    )
 
 
 @dataclass(frozen=True)
@@ -205,7 +213,7 @@ class Baseline:
     """The statements of the unchanged transcription by row, and the entries each row reads."""
 
     paper: Paper
-    items: Mapping[Row, Mapping[str, Item]]
+    items: Mapping[Row, Mapping[str, Statement]]
     reads: Mapping[Row, frozenset[str]]
 
     @classmethod
@@ -214,7 +222,7 @@ class Baseline:
         items, reads = {}, {}
         for row in everything.rows():
             reader = Reader(paper)
-            items[row] = {item.id: item for item in row.items(reader)}
+            items[row] = {item.name: item for item in row.items(reader)}
             reads[row] = frozenset(reader.read)
         return cls(paper, items, reads)
 
@@ -230,13 +238,13 @@ def noticed(mutation: Mutation, baseline: Baseline, frozen: Expected) -> str:
         if mutation.entry not in baseline.reads[row]:
             continue
         try:
-            now = {item.id: item for item in row.items(paper)}
+            now = {item.name: item for item in row.items(paper)}
         except Exception:
             return "refused"
         if set(now) != set(before):
             return "verdict"
         for item in now.values():
-            if _key(item) == _key(before[item.id]):
+            if _key(item) == _key(before[item.name]):
                 continue
             try:
                 result = settle(item)

@@ -21,7 +21,7 @@ from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._enclosures.passage.runs import steps_of
 from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step, hull
 from capsule_sym._symbolic.model.elimination import Undecided
-from capsule_sym._symbolic.proofs.items import Item, settle
+from capsule_sym._symbolic.proofs.statement import Statement, settle
 from paper.claims import everything
 from paper.claims.case_study import (
     BRACKETS,
@@ -151,22 +151,22 @@ _QUICK = (
 _SLOW = ("printed.section.4.event.3.other",)
 
 
-def _quick(item: Item) -> bool:
-    return item.id.startswith(_QUICK) and item.id not in _SLOW
+def _quick(item: Statement) -> bool:
+    return item.name.startswith(_QUICK) and item.name not in _SLOW
 
 
 @pytest.mark.parametrize(
     "item",
     [
-        pytest.param(item, id=item.id, marks=() if _quick(item) else pytest.mark.long)
+        pytest.param(item, id=item.name, marks=() if _quick(item) else pytest.mark.long)
         for item in ITEMS
     ],
 )
-def test_statement_is_settled_and_its_mutant_is_not(item: Item) -> None:
+def test_statement_is_settled_and_its_mutant_is_not(item: Statement) -> None:
     result = settle(item)
     assert result.settled
     assert bool(result.witness) == bool(item.witness)
-    assert not item.check(item.mutant)
+    assert not item.mutant.holds()
 
 
 def test_every_printed_event_has_a_bracket_at_both_mass_ratios() -> None:

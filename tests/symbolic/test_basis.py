@@ -10,7 +10,7 @@ import sympy as sp
 from capsule_sym._symbolic.model import basis
 from capsule_sym._symbolic.model.symbols import h
 from capsule_sym._symbolic.proofs.basis_proofs import image, proofs
-from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.proofs.statement import Statement
 from tests.sampling import sampled, some
 
 PROOFS = proofs()
@@ -25,21 +25,21 @@ def mutants(claim: sp.Expr) -> Iterator[sp.Expr]:
     yield from (claim - 2 * term if term != 0 else sp.Integer(1) for term in terms)
 
 
-@pytest.mark.parametrize("proof", PROOFS, ids=lambda proof: proof.id)
-def test_proof(proof: Item) -> None:
-    assert proof.check(proof.claim)
+@pytest.mark.parametrize("proof", PROOFS, ids=lambda proof: proof.name)
+def test_proof(proof: Statement) -> None:
+    assert proof.holds()
 
 
 @sampled
-@pytest.mark.parametrize("proof", some(PROOFS, 20), ids=lambda proof: proof.id)
-def test_wrong_sign_is_refused(proof: Item) -> None:
-    for mutant in mutants(proof.claim):
-        assert not proof.check(mutant), mutant
+@pytest.mark.parametrize("proof", some(PROOFS, 20), ids=lambda proof: proof.name)
+def test_wrong_sign_is_refused(proof: Statement) -> None:
+    for mutant in mutants(proof.claim["claim"]):
+        assert not proof.check(claim=mutant), mutant
 
 
 def test_every_line_of_the_derivation_is_proved() -> None:
     """Lines of `basis` that the generator and the flow use are claims of proofs."""
-    claims = {proof.id: proof.claim for proof in PROOFS}
+    claims = {proof.name: proof.claim["claim"] for proof in PROOFS}
     tables = {
         "initial": basis.INITIAL,
         **{f"derivative.{variable}": rules for variable, rules in basis.RULES.items()},

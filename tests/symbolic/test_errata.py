@@ -25,9 +25,9 @@ from paper.claims import everything
 from paper.claims.errata import Erratum
 from paper.printed import read
 
-ITEMS = {item.id: item for item in everything.items(read())}
+ITEMS = {item.name: item for item in everything.items(read())}
 BY_ID = {
-    item.id.removeprefix("erratum."): Erratum.of(**item.claim)
+    item.name.removeprefix("erratum."): Erratum.of(**item.claim)
     for row in everything.rows()
     if row.fields["check"] == "fails"
     for item in row.items(read())
@@ -113,7 +113,7 @@ def test_true_statement_is_not_settled_as_an_erratum() -> None:
 def test_errata_hold_errors_only() -> None:
     """Right statements, and those right in scope, are distinguished from refuted ones."""
     for item in ITEMS.values():
-        assert item.id.startswith("erratum.") == (item.verdict == "refuted")
+        assert item.name.startswith("erratum.") == (item.verdict == "refuted")
         if item.verdict == "refuted":
             assert item.derived != "as printed"
 

@@ -15,7 +15,7 @@ from capsule_sym._commands.verify import verify as command
 from capsule_sym._parameters import scene
 from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.proofs import cells, energy, every_scene, field_graph, switches
-from capsule_sym._symbolic.proofs.items import settle
+from capsule_sym._symbolic.proofs.statement import settle
 from tests.symbolic.broken import FURTHER, MUTATIONS, survivors
 
 _ROOT = Path(__file__).parents[2]
@@ -30,8 +30,8 @@ def _verify(scene: str, *options: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize("module", _OURS, ids=lambda one: one.__name__.rpartition(".")[2])
 def test_statements_are_proved_and_changed_ones_are_not(module: object) -> None:
     for item in module.items():  # type: ignore[attr-defined]
-        assert settle(item).status == "proved", item.id
-        assert settle(replace(item, claim=item.mutant)).status == "failed", item.id
+        assert settle(item).status == "proved", item.name
+        assert settle(item.mutant).status == "failed", item.name
 
 
 @pytest.mark.parametrize("name", MUTATIONS)
@@ -111,14 +111,14 @@ def test_report_of_a_scene_has_every_statement(
     result = CliRunner().invoke(command, ["--scene", "capsule", "--out", str(path)])
     assert result.exit_code == 0, result.stderr
     report = path.read_text(encoding="utf-8")
-    assert all(f"`{item.id}`" in report for item in cells.items())
+    assert all(f"`{item.name}`" in report for item in cells.items())
     assert "Section 4" in report
 
 
 def test_exit_status_is_one_when_a_statement_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     first = cells.items()[0]
-    wrong = replace(first, claim=first.mutant)
+    wrong = first.mutant
     monkeypatch.setattr(every_scene, "SECTIONS", {"Cells": lambda: (wrong,)})
     result = CliRunner().invoke(command, ["--scene", "capsule"])
     assert result.exit_code == 1
-    assert f"not proved: {first.id}" in result.stderr
+    assert f"not proved: {first.name}" in result.stderr

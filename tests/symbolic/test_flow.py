@@ -11,16 +11,16 @@ import sympy as sp
 from capsule_sym._symbolic.model import flow, jacobian, jets
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.proofs.flow_proofs import JET_ORDER, proofs
-from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.proofs.statement import Statement
 from tests.sampling import sampled, some
 
 
-def proofs_of(name: str) -> list[Item]:
+def proofs_of(name: str) -> list[Statement]:
     """Those of a segment, or those of all segments."""
     if name in (segment.name for segment in SEGMENTS):
-        return [proof for proof in proofs() if f".{name}." in proof.id]
-    ours = [proof.id for segment in SEGMENTS for proof in proofs_of(segment.name)]
-    return [proof for proof in proofs() if proof.id not in ours]
+        return [proof for proof in proofs() if f".{name}." in proof.name]
+    ours = [proof.name for segment in SEGMENTS for proof in proofs_of(segment.name)]
+    return [proof for proof in proofs() if proof.name not in ours]
 
 
 NAMES = [segment.name for segment in SEGMENTS] + ["all"]
@@ -34,23 +34,23 @@ def test_every_proof_has_its_place() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_proofs(name: str) -> None:
     for proof in proofs_of(name):
-        assert proof.check(proof.claim), proof.id
+        assert proof.holds(), proof.name
 
 
 @sampled
 @pytest.mark.parametrize("name", NAMES)
 def test_wrong_signs_are_refused(name: str) -> None:
     for proof in some(proofs_of(name), 3):
-        claim = sp.sympify(proof.claim)
+        claim = sp.sympify(proof.claim["claim"])
         terms = sp.Add.make_args(claim)
         # One term of a Jacobian's entry, which costs most to check, and every term of the rest.
-        for term in terms[:1] if proof.id.startswith("jacobian") else terms:
+        for term in terms[:1] if proof.name.startswith("jacobian") else terms:
             mutant = claim - 2 * term if term != 0 else sp.Integer(1)
-            assert not proof.check(mutant), (proof.id, mutant)
+            assert not proof.check(claim=mutant), (proof.name, mutant)
 
 
 def test_every_line_of_the_derivation_is_proved() -> None:
-    names = {proof.id for proof in proofs()}
+    names = {proof.name for proof in proofs()}
     for segment in SEGMENTS:
         states = ("x_r", "v_r") if segment.stick else ("x_r", "v_r", "v_c", "x_c", "drift_short")
         assert names >= {f"flow.{segment.name}.{state}" for state in states}

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._symbolic.proofs.items import Result, settle
+from capsule_sym._symbolic.proofs.statement import Result, settle
 from paper.claims import everything, frozen
 from paper.claims.frozen import Expected, differences
 from paper.printed import read
 
 _SOME = ("printed.normal", "printed.figure.3", "printed.equation.16", "erratum.equation.23")
-RESULTS = tuple(settle(i) for i in everything.items(read()) if i.id.startswith(_SOME))
-BY_ID = {result.item.id: result for result in RESULTS}
+RESULTS = tuple(settle(i) for i in everything.items(read()) if i.name.startswith(_SOME))
+BY_ID = {result.statement.name: result for result in RESULTS}
 
 
 def test_unchanged_results_do_not_differ() -> None:
@@ -22,7 +22,7 @@ def test_unchanged_results_do_not_differ() -> None:
 
 
 def _with(result: Result, **changes: object) -> list[str]:
-    item = replace(result.item, **{k: v for k, v in changes.items() if k != "status"})
+    item = replace(result.statement, **{k: v for k, v in changes.items() if k != "status"})
     status = changes.get("status", result.status)
     other = replace(result, item=item, status=status)
     return list(differences([other], frozen.expected(), whole=False))

@@ -7,8 +7,8 @@ from functools import cache
 import pytest
 
 from capsule_sym._symbolic.proofs import theorems
-from capsule_sym._symbolic.proofs.items import Item
 from capsule_sym._symbolic.proofs.rows import CHECKERS, Context, Row, resolved
+from capsule_sym._symbolic.proofs.statement import Statement
 from paper.claims import everything
 from paper.printed import read
 
@@ -28,7 +28,7 @@ ROWS = (*everything.rows(), *theorems.rows())
 
 
 @cache
-def items_of(check: str) -> tuple[Item, ...]:
+def items_of(check: str) -> tuple[Statement, ...]:
     rows = [row for row in ROWS if row.fields["check"] == check]
     return tuple(next(iter(row.items(read()))) for row in rows)
 
@@ -40,9 +40,9 @@ def items_of(check: str) -> tuple[Item, ...]:
 def test_a_check_holds_for_its_rows_and_not_for_wrong_ones(check: str) -> None:
     assert items_of(check), "no row has this check"
     for item in items_of(check):
-        assert item.mutant != item.claim
-        assert item.check(item.claim), item.id
-        assert not item.check(item.mutant), item.id
+        assert item.wrong
+        assert item.holds(), item.name
+        assert not item.mutant.holds(), item.name
 
 
 def test_every_row_stands_for_a_claim() -> None:
@@ -61,13 +61,13 @@ _ROW = {
 
 def test_a_new_claim_is_one_row() -> None:
     (first, *_) = Row(_ROW).items(read())
-    assert (first.id, first.statement, first.equation) == (
+    assert (first.name, first.says, first.equation) == (
         "printed.some.P1",
         "P1 is v_c",
         "Section 2, after Eq. (6)",
     )
-    assert first.check(first.claim)
-    assert not first.check({**first.claim, "expected": "P2"})
+    assert first.holds()
+    assert not first.check(**{**first.claim, "expected": "P2"})
 
 
 @pytest.mark.parametrize(
@@ -87,14 +87,14 @@ def test_a_row_that_is_none_is_refused(change: dict[str, object], told: str) -> 
 def test_a_misprint_needs_the_printed_value_to_fail_and_the_derived_one_to_hold() -> None:
     row = {**_ROW, "each": [{"key": "P3", "text": "v_c"}], "verdict": "refuted"}
     (item,) = Row({**row, "correction": {"printed": "P3"}}).items(read())
-    assert item.id == "erratum.some.P3"
-    assert item.check(item.claim)
+    assert item.name == "erratum.some.P3"
+    assert item.holds()
     (both_hold,) = Row({**row, "each": [{"key": "P3", "text": "P3"}], "correction": {}}).items(
         read()
     )
-    assert not both_hold.check(both_hold.claim)
+    assert not both_hold.holds()
     (neither,) = Row({**row, "correction": {"printed": "P4"}}).items(read())
-    assert not neither.check(neither.claim)
+    assert not neither.holds()
 
 
 def test_templates() -> None:

@@ -15,8 +15,8 @@ from capsule_sym import InvalidInput
 from capsule_sym._commands.verify import verify as command
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.model.elimination import Undecided
-from capsule_sym._symbolic.proofs.items import Item, Result, settle
 from capsule_sym._symbolic.proofs.markdown import math
+from capsule_sym._symbolic.proofs.statement import Result, Statement, settle
 from paper.claims import everything, frozen
 from paper.claims.report import markdown
 from paper.printed import read
@@ -27,7 +27,7 @@ _APART = ("Closed-form flow, Eqs. (7)-(12)",)  # with tests of their own, as the
 
 
 @cache
-def section(title: str) -> tuple[Item, ...]:
+def section(title: str) -> tuple[Statement, ...]:
     """Its statements. They take seconds to derive, which is not for the collection of tests."""
     return tuple(SECTIONS[title]())
 
@@ -36,18 +36,18 @@ def section(title: str) -> tuple[Item, ...]:
 def case_study() -> set[str]:
     """Its statements, which have tests of their own."""
     parts = ("section_4", "captions")
-    return {item.id for row in everything.rows(parts) for item in row.items(read())}
+    return {item.name for row in everything.rows(parts) for item in row.items(read())}
 
 
-def checked(title: str) -> list[Item]:
+def checked(title: str) -> list[Statement]:
     """The statements of a section but those that have tests of their own."""
-    return [item for item in section(title) if item.id not in case_study()]
+    return [item for item in section(title) if item.name not in case_study()]
 
 
 @cache
-def sample() -> tuple[Item, ...]:
+def sample() -> tuple[Statement, ...]:
     begins = ("printed.equation.1", "erratum.equation")
-    return tuple(i for t in _TITLES for i in checked(t) if i.id.startswith(begins))
+    return tuple(i for t in _TITLES for i in checked(t) if i.name.startswith(begins))
 
 
 _TITLES = [title for title in SECTIONS if title not in _APART]
@@ -64,37 +64,37 @@ _LONG = (
 
 @pytest.mark.long
 def test_long_statements_are_settled() -> None:
-    chosen = [item for title in _TITLES for item in checked(title) if item.id in _LONG]
+    chosen = [item for title in _TITLES for item in checked(title) if item.name in _LONG]
     assert len(chosen) == len(_LONG)
     for item in chosen:
-        assert settle(item).settled, item.id
+        assert settle(item).settled, item.name
 
 
 @sampled
 @pytest.mark.parametrize("title", _TITLES)
 def test_statements_are_settled(title: str) -> None:
-    for item in some((item for item in checked(title) if item.id not in _LONG), 4):
+    for item in some((item for item in checked(title) if item.name not in _LONG), 4):
         result = settle(item)
-        assert result.settled, (item.id, result.status)
-        assert bool(result.witness) == bool(item.witness), item.id
+        assert result.settled, (item.name, result.status)
+        assert bool(result.witness) == bool(item.witness), item.name
 
 
 @sampled
 @pytest.mark.parametrize("title", _TITLES)
 def test_changed_claims_are_refused(title: str) -> None:
     chosen = some(checked(title), 12)
-    assert [item.id for item in chosen if item.check(item.mutant)] == []
+    assert [item.name for item in chosen if item.mutant.holds()] == []
 
 
 def test_all_statements_have_names_expected_verdicts_and_rows() -> None:
     """One test, because to derive all of them takes long: the flow's are derived nowhere else."""
     whole = {title: section(title) for title in verify.SECTIONS}
-    told = [(item.id, item.verdict) for items in whole.values() for item in items]
+    told = [(item.name, item.verdict) for items in whole.values() for item in items]
     assert len({name for name, _ in told}) == len(told)
     assert dict(told) == frozen.expected().statuses
     assert dict(told).keys() >= case_study()
     for title, items in whole.items():
-        assert {item.id.partition(".")[0] for item in items} <= {*verify.FAMILIES[title].split()}
+        assert {item.name.partition(".")[0] for item in items} <= {*verify.FAMILIES[title].split()}
     wide = {title: tuple(Result(i, i.verdict, {}, 0.0) for i in s) for title, s in whole.items()}
     for block in markdown(wide).split("\n\n"):
         rows = [line for line in block.splitlines() if line.startswith("|")]
@@ -106,11 +106,11 @@ def test_exit_status_is_one_when_a_verdict_is_not_expected(
     short: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     known, right = frozen.expected(), next(i for i in sample() if i.verdict == "proved")
-    statuses = {**known.statuses, right.id: "refuted", "gone": "proved"}
+    statuses = {**known.statuses, right.name: "refuted", "gone": "proved"}
     monkeypatch.setattr(frozen, "expected", lambda: frozen.Expected(statuses, known.words))
     result = CliRunner().invoke(command, [])
     assert result.exit_code == 1
-    assert f"{right.id}: proved, expected: refuted" in result.stderr
+    assert f"{right.name}: proved, expected: refuted" in result.stderr
     assert "gone: missing, expected: proved" in result.stderr
 
 
@@ -125,7 +125,7 @@ def test_every_erratum_has_what_the_report_needs() -> None:
 
 
 def test_a_statement_that_does_not_hold_is_failed() -> None:
-    item = replace(sample()[0], claim=sample()[0].mutant)
+    item = sample()[0].mutant
     assert settle(item).status == "failed"
     assert not settle(item).settled
 
@@ -144,7 +144,7 @@ def test_a_statement_that_cannot_be_decided_is_undecided() -> None:
 def short(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """The command with few items, in an empty directory."""
     monkeypatch.setattr(verify, "SECTIONS", {"Some": sample})
-    names = {item.id for item in sample()}
+    names = {item.name for item in sample()}
     whole = frozen.expected()
     statuses = {name: status for name, status in whole.statuses.items() if name in names}
     monkeypatch.setattr(frozen, "expected", lambda: frozen.Expected(statuses, whole.words))
@@ -157,7 +157,7 @@ def test_json_holds_every_item_with_its_status() -> None:
     result = CliRunner().invoke(command, ["--json"])
     assert result.exit_code == 0
     records = json.loads(result.stdout)["items"]
-    assert [record["id"] for record in records] == [item.id for item in sample()]
+    assert [record["id"] for record in records] == [item.name for item in sample()]
     for record in records:
         assert {"equation", "statement", "status", "seconds"} <= set(record)
         if record["status"] == "refuted":
@@ -171,19 +171,19 @@ def test_lines_name_status_equation_and_statement() -> None:
     assert len(lines) == len(sample())
     for text, item in zip(lines, sample(), strict=True):
         assert text.startswith(item.verdict)
-        assert item.statement in text
+        assert item.says in text
 
 
 def test_report_has_every_statement_and_formula(short: Path) -> None:
     assert CliRunner().invoke(command, ["--out", "new/verify.md"]).exit_code == 0
     report = (short / "new" / "verify.md").read_text(encoding="utf-8")
     for item in sample():
-        assert f"`{item.id}`" in report
+        assert f"`{item.name}`" in report
         assert math(item.latex) in report
 
 
 def test_a_printed_statement_is_shown_once_and_in_mathematics() -> None:
-    same = Item(
+    same = Statement(
         "one", "Eq. (6)", "where |P| > f_b it is F1", 0, bool, 0, printed="v_c' == 2*zeta*P3"
     )
     results = tuple(Result(item, "proved", {}, 0.0) for item in (same, replace(same, id="two")))
@@ -193,7 +193,7 @@ def test_a_printed_statement_is_shown_once_and_in_mathematics() -> None:
     assert report.count(r": where $\vert P\vert  > f_b$ it is F1") == 2
     other = (
         *results,
-        Result(replace(same, id="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
+        Result(replace(same, name="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
     )
     assert "- `three`, 0.00 s: O1 is the end of L9" in markdown({"Some": other})
 
@@ -201,11 +201,11 @@ def test_a_printed_statement_is_shown_once_and_in_mathematics() -> None:
 def test_exit_status_is_one_when_a_proof_fails(
     short: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    broken = (replace(sample()[0], claim=sample()[0].mutant), *sample()[1:])
+    broken = (sample()[0].mutant, *sample()[1:])
     monkeypatch.setattr(verify, "SECTIONS", {"Some": lambda: broken})
     result = CliRunner().invoke(command, [])
     assert result.exit_code == 1
-    assert f"not proved: {broken[0].id}" in result.stderr
+    assert f"not proved: {broken[0].name}" in result.stderr
 
 
 def test_report_sets_printed_tables_beside_derived_ones(short: Path) -> None:
@@ -220,15 +220,15 @@ def test_report_sets_printed_tables_beside_derived_ones(short: Path) -> None:
 @pytest.mark.usefixtures("short")
 def test_only_the_named_statement_is_proved() -> None:
     for item in (sample()[0], sample()[-1]):
-        result = CliRunner().invoke(command, ["--only", item.id, "--json"])
+        result = CliRunner().invoke(command, ["--only", item.name, "--json"])
         assert result.exit_code == 0
-        assert [record["id"] for record in json.loads(result.stdout)["items"]] == [item.id]
+        assert [record["id"] for record in json.loads(result.stdout)["items"]] == [item.name]
 
 
 def test_one_statement_is_found_without_deriving_other_sections(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def others() -> tuple[Item, ...]:
+    def others() -> tuple[Statement, ...]:
         raise AssertionError("derived")
 
     title = "The resting orbit"
@@ -243,6 +243,6 @@ def test_one_statement_is_found_without_deriving_other_sections(
 
 @pytest.mark.usefixtures("short")
 def test_a_name_of_no_statement_is_refused_with_names_alike() -> None:
-    with pytest.raises(InvalidInput, match=re.escape(sample()[0].id)):
-        verify.item(sample()[0].id + "x")
-    assert CliRunner().invoke(command, ["--only", sample()[0].id, "--out", "x.md"]).exit_code == 2
+    with pytest.raises(InvalidInput, match=re.escape(sample()[0].name)):
+        verify.item(sample()[0].name + "x")
+    assert CliRunner().invoke(command, ["--only", sample()[0].name, "--out", "x.md"]).exit_code == 2

@@ -11,10 +11,10 @@ from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.proof import always_solvable, consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import alpha, force, v_c, v_r, x_r, zeta
 from capsule_sym._symbolic.proofs.inner_products import outward
-from capsule_sym._symbolic.proofs.items import vanishes
 from capsule_sym._symbolic.proofs.parts import BIFURCATIONS, BOUNDS, Bound, Part, bifurcations, part
 from capsule_sym._symbolic.proofs.relations import derived, scope
 from capsule_sym._symbolic.proofs.rows import FACTS, FILTERS, Context, checker
+from capsule_sym._symbolic.proofs.statement import vanishes
 
 _DAMPED = sp.Gt(zeta, 0)
 BY_LINE = {bound.line: bound for bound in BOUNDS}

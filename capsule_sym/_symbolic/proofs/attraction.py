@@ -27,8 +27,8 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.proofs.items import vanishes
 from capsule_sym._symbolic.proofs.rows import FACTS, checker
+from capsule_sym._symbolic.proofs.statement import vanishes
 
 _OTHER = {symbol: sp.Symbol(f"{symbol}_2", real=True) for symbol in STATE}
 _PUSH = sp.Symbol("w", real=True)  # |w| <= alpha + f_b/gamma

@@ -41,7 +41,7 @@ from capsule_sym._symbolic.model.basis import (
     slow,
 )
 from capsule_sym._symbolic.model.symbols import PULSED, h, omega
-from capsule_sym._symbolic.proofs.items import Item, Residuals, proof
+from capsule_sym._symbolic.proofs.statement import Residuals, Statement, proof
 
 
 def image(expression: sp.Expr) -> sp.Expr:
@@ -145,7 +145,7 @@ def _image_residual(expected: sp.Expr, claim: sp.Expr) -> Residuals:
     return _equal(expected, image(claim).subs(_NORMS))
 
 
-def _definitions() -> Iterator[Item]:
+def _definitions() -> Iterator[Statement]:
     """Initial values, derivatives, relations, and forms away from the confluences."""
     z = sp.Symbol("z")
     for name, value in INITIAL.items():
@@ -218,7 +218,7 @@ def _limit_residuals(
     return (sp.simplify(sp.limit(closed, nu, 0) - claim),)
 
 
-def _closed_forms() -> Iterator[Item]:
+def _closed_forms() -> Iterator[Statement]:
     """Closed forms of G, Gd and H in each case of damping, and their common limits."""
     cases = {
         "oscillating": (basis.OSCILLATING, {K: sigma**2 + nu**2}),
@@ -285,7 +285,7 @@ def _twice_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
     return _reduction().numerator(slope), _reduction().numerator(start)
 
 
-def _additions() -> Iterator[Item]:
+def _additions() -> Iterator[Statement]:
     """Addition theorem, and its consequences for doubled durations."""
     for name, form in basis.add(_FIRST, _PLAIN).items():
         yield proof(
@@ -306,7 +306,7 @@ def _additions() -> Iterator[Item]:
 
 
 @cache
-def proofs() -> tuple[Item, ...]:
+def proofs() -> tuple[Statement, ...]:
     """Every statement about the response functions on which the derivation rests.
 
     A drive that is constant in a segment has no forced responses.
@@ -315,8 +315,8 @@ def proofs() -> tuple[Item, ...]:
     return tuple(one for one in found if not (PULSED and _forced(one)))
 
 
-def _forced(item: Item) -> bool:
+def _forced(item: Statement) -> bool:
     """True if a statement is about a response to the forcing, or its frequency."""
-    name = item.id.rpartition(".")[2]
+    name = item.name.rpartition(".")[2]
     names = {*map(str, basis.FORCED)}
-    return name in names or item.id.startswith(("basis.forced", f"basis.derivative.{omega}"))
+    return name in names or item.name.startswith(("basis.forced", f"basis.derivative.{omega}"))

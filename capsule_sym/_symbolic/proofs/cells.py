@@ -7,7 +7,7 @@ forward, drifts backward or is held by friction. Fields and guards are compared 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cache, partial
+from functools import cache
 from itertools import combinations, product
 
 import sympy as sp
@@ -27,7 +27,7 @@ from capsule_sym._symbolic.model.model import (
 )
 from capsule_sym._symbolic.model.proof import consistent, implies, negations
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED, force, stop, v_c, x_r
-from capsule_sym._symbolic.proofs.items import Item, vanishes
+from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
 Guards = tuple[sp.Expr, ...]
 
@@ -129,67 +129,67 @@ def at_level(field: Segment, claim: tuple[sp.Expr, ...]) -> bool:
     return len(claim) == len(expected) and all(vanishes(a - b) for a, b in pairs)
 
 
-def _of(field: Segment) -> Iterator[Item]:
+def _of(field: Segment) -> Iterator[Statement]:
     name, guards = field.name, field.guards
     place = f"cell of {name}"
-    yield Item(
+    yield Statement(
         f"cells.{name}.guards",
         place,
         f"the guards of {name} are positive in its cell ({field.mode}), and nowhere else",
-        guards,
-        partial(bound_cell, field),
-        guards[1:],
-        ", ".join(f"{sp.latex(guard)}>0" for guard in guards),
+        bound_cell,
+        {"field": field, "guards": guards},
+        {"guards": guards[1:]},
+        formula=", ".join(f"{sp.latex(guard)}>0" for guard in guards),
     )
     for number, guard in enumerate(guards, start=1):
-        yield Item(
+        yield Statement(
             f"cells.{name}.bound{number}",
             place,
             f"{guard} vanishes on the boundary of the cell of {name}",
-            guard,
-            partial(needed, field=field, guards=guards),
-            sp.Add(*guards) if len(guards) > 1 else guard**2 + 1,
+            needed,
+            {"guard": guard, "field": field, "guards": guards},
+            {"guard": sp.Add(*guards) if len(guards) > 1 else guard**2 + 1},
         )
     if field.contact:
         spring = field.interaction - P.subs(kappa, 0)
-        yield Item(
+        yield Statement(
             f"cells.{name}.spring",
             place,
             f"the spring of the stop pushes the mass back in {name}, and is slack at the stop",
-            spring,
-            partial(pushes_back, field),
-            -spring,
+            pushes_back,
+            {"field": field, "spring": spring},
+            {"spring": -spring},
         )
-    yield Item(
+    yield Statement(
         f"cells.{name}.friction",
         place,
         f"friction {'holds the capsule' if field.stick else 'works against the drift'} in {name}",
-        field.friction,
-        partial(resists, field),
-        -field.friction,
+        resists,
+        {"field": field, "friction": field.friction},
+        {"friction": -field.friction},
     )
 
 
 @cache
-def items() -> tuple[Item, ...]:
+def items() -> tuple[Statement, ...]:
     """All statements about the cells of the fields."""
     cells = tuple(map(cell, ANY_LEVEL))
     found = [
-        Item(
+        Statement(
             "cells.apart",
             "cells",
             "no two cells have a state in common",
-            cells,
             apart,
-            (*cells, Piece("", cells[0].relations[1:])),
+            {"cells": cells},
+            {"cells": (*cells, Piece("", cells[0].relations[1:]))},
         ),
-        Item(
+        Statement(
             "cells.cover",
             "cells",
             "cells and their boundaries cover all states, whatever the drive's force",
-            cells,
             cover,
-            cells[1:],
+            {"cells": cells},
+            {"cells": cells[1:]},
         ),
     ]
     for field in ANY_LEVEL:
@@ -198,13 +198,13 @@ def items() -> tuple[Item, ...]:
         kind = ANY_LEVEL[(field.index - 1) % len(ANY_LEVEL)]
         claim = (*field.field, *field.guards)
         found += [
-            Item(
+            Statement(
                 f"cells.{field.name}.level",
                 f"cell of {field.name}",
                 f"{field.name} is {kind.name} at the drive's level {LEVELS[field.level]}",
-                claim,
-                partial(at_level, field),
-                (claim[0], claim[1] + 1, *claim[2:]),
+                at_level,
+                {"field": field, "claim": claim},
+                {"claim": (claim[0], claim[1] + 1, *claim[2:])},
             )
         ]
     return tuple(found)

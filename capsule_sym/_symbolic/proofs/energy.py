@@ -36,7 +36,7 @@ from capsule_sym._symbolic.model.symbols import (
     v_r,
     x_r,
 )
-from capsule_sym._symbolic.proofs.items import Item, vanishes
+from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
 Exchange = Mapping[sp.Symbol, sp.Expr]
 
@@ -126,49 +126,49 @@ def _balance(claim: sp.Expr) -> str:
     return rf"\dot E={sp.latex(claim)}"
 
 
-def _energies() -> Iterator[Item]:
+def _energies() -> Iterator[Statement]:
     for field in SEGMENTS:
         claim = power(field)
-        yield Item(
+        yield Statement(
             f"energy.{field.name}",
             f"field {field.name}",
             f"in {field.name} energy changes by the power of drive and load, less damper's and "
             "friction's",
-            claim,
-            partial(balances, field),
-            claim + v_r**2,
-            partial(_balance, claim),
+            balances,
+            {"field": field, "claim": claim},
+            {"claim": claim + v_r**2},
+            formula=partial(_balance, claim),
         )
     for side in range(1, len(MODEL.stops) + 1):
         free = energy(SEGMENTS[0])
-        yield Item(
+        yield Statement(
             f"energy.stop{side}",
             "energy",
             f"at x_r = {MODEL.stops[side - 1]} energy is the same without contact and with it",
-            free,
-            partial(continues, side),
-            free + x_r**2 + 1,
+            continues,
+            {"side": side, "claim": free},
+            {"claim": free + x_r**2 + 1},
         )
 
 
-def _mirrored(changes: Exchange) -> Iterator[Item]:
+def _mirrored(changes: Exchange) -> Iterator[Statement]:
     told = ", ".join(f"{one} by {to}" for one, to in changes.items() if one != to)
     for field in SEGMENTS:
         if (image := _image(field)) is None:
             continue
-        yield Item(
+        yield Statement(
             f"mirror.{field.name}",
             f"{field.name} and {image.name}",
             f"the mirror image of {field.name} is {image.name}"
             + (f", with {told}" if told else ""),
-            image,
-            partial(mirrors, field, changes),
-            SEGMENTS[image.index % len(SEGMENTS)],
+            mirrors,
+            {"field": field, "changes": changes, "image": image},
+            {"image": SEGMENTS[image.index % len(SEGMENTS)]},
         )
 
 
 @cache
-def items() -> tuple[Item, ...]:
+def items() -> tuple[Statement, ...]:
     """All statements about energy and mirror images."""
     changes = exchange()
     return (*_energies(), *(_mirrored(changes) if changes is not None else ()))

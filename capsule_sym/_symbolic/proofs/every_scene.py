@@ -11,8 +11,8 @@ from capsule_sym._symbolic.proofs import (
     flow_proofs,
     switches,
 )
-from capsule_sym._symbolic.proofs.items import Item, Report, Sections, named
 from capsule_sym._symbolic.proofs.markdown import document
+from capsule_sym._symbolic.proofs.statement import Report, Sections, Statement, named
 
 SECTIONS: Sections = {
     "Cells of the fields": cells.items,
@@ -40,7 +40,7 @@ PAPERS_ALONE = (
 """Statements that are not proved of a scene, in one line."""
 
 
-def items(only: str | None = None) -> dict[str, tuple[Item, ...]]:
+def items(only: str | None = None) -> dict[str, tuple[Statement, ...]]:
     """All statements about the scene, or one, by section title; raises InvalidInput if none."""
     if only is not None:
         return named(only, SECTIONS, FAMILIES)

@@ -8,7 +8,7 @@ Elsewhere derivatives of any order prove that motions continue, and in one way o
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache, partial
+from functools import cache
 from itertools import product, starmap
 
 import sympy as sp
@@ -20,7 +20,7 @@ from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
 from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions, time_derivative
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED, alpha, force, v_c, v_r, x_r
 from capsule_sym._symbolic.proofs.cells import cell, exclude
-from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.proofs.statement import Statement
 
 Ways = Mapping[int, int]
 """Successor field of each field that arrives."""
@@ -131,7 +131,7 @@ def after_edge(source: int, rises: bool, fields: Fields) -> bool:
     return fields == frozenset(f for f, sets in _beginnings().items() if any(map(meets, sets)))
 
 
-def _edges() -> Iterator[Item]:
+def _edges() -> Iterator[Statement]:
     kinds = len(ANY_LEVEL)
     for source, rises in ((one.index, rises) for rises in (False, True) for one in ANY_LEVEL):
         field = segment(source)
@@ -139,13 +139,15 @@ def _edges() -> Iterator[Item]:
         first, then = (kinds, 0) if rises else (0, kinds)
         names = ", ".join(f"F{index + then}" for index in sorted(reached))
         edge = "rise" if rises else "fall"
-        yield Item(
+        more = frozenset({*reached, source % kinds + 1})
+        wrong = more if len(reached) < 3 else reached - {source}
+        yield Statement(
             f"graph.{edge}.F{source + first}",
             f"{edge} of the drive",
             f"from F{source + first} motions continue with {names} at the {edge}",
-            reached,
-            partial(after_edge, source, rises),
-            frozenset({*reached, source % kinds + 1}) if len(reached) < 3 else reached - {source},
+            after_edge,
+            {"source": source, "rises": rises, "fields": reached},
+            {"fields": wrong},
         )
 
 
@@ -156,45 +158,45 @@ def _reached(field: Segment) -> Fields:
     return frozenset(one.index for one in alike if jumps or one == field)
 
 
-def _surface(name: str) -> Item:
+def _surface(name: str) -> Statement:
     ways = {one.source: one.target for one in surface_transitions() if one.surface == name}
     told = ", ".join(f"F{source} to F{target}" for source, target in sorted(ways.items()))
     (target,) = {*ways.values()}
-    return Item(
+    return Statement(
         f"graph.{name}",
         name,
         f"motions go from {told}",
-        ways,
-        partial(leads, name),
-        dict.fromkeys(ways, target % len(ANY_LEVEL) + 1),
-        PIECES[name].latex,
+        leads,
+        {"surface": name, "ways": ways},
+        {"ways": dict.fromkeys(ways, target % len(ANY_LEVEL) + 1)},
+        formula=PIECES[name].latex,
     )
 
 
-def _further(name: str) -> Item:
+def _further(name: str) -> Statement:
     reached: Fields = frozenset().union(*(leaf.may_depart for leaf in leaves_of(name)))
     names = ", ".join(f"F{index}" for index in sorted(reached))
-    return Item(
+    return Statement(
         f"graph.{name}",
         name,
         f"from each state one field leads on, of {names}",
-        reached,
-        partial(go_on, name),
-        reached - {min(reached)},
-        PIECES[name].latex,
+        go_on,
+        {"place": name, "fields": reached},
+        {"fields": reached - {min(reached)}},
+        formula=PIECES[name].latex,
     )
 
 
 @cache
-def items() -> tuple[Item, ...]:
+def items() -> tuple[Statement, ...]:
     """All statements about the field graph."""
     edges = _edges() if PULSED else ()
-    whole = Item(
+    whole = Statement(
         "graph.complete",
         "field graph",
         "each state at rest, or at a stop, is on a surface, line or corner",
-        (*PIECES,),
         complete,
-        (*SURFACES, *LINES),
+        {"names": (*PIECES,)},
+        {"names": (*SURFACES, *LINES)},
     )
     return (whole, *map(_surface, SURFACES), *map(_further, (*LINES, *POINTS)), *edges)

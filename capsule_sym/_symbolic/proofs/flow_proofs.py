@@ -51,7 +51,7 @@ from capsule_sym._symbolic.proofs.basis_proofs import (
     INDEPENDENT,
     Reduction,
 )
-from capsule_sym._symbolic.proofs.items import Item, Residuals, proof
+from capsule_sym._symbolic.proofs.statement import Residuals, Statement, proof
 
 JET_ORDER = 10  # the recurrence has one form at every order; this many of its steps are compared
 
@@ -169,7 +169,7 @@ def _generals() -> Iterator[_Motion]:
         yield from (_general(stick, side) for stick in (False, True))
 
 
-def _flow_proofs(segment: Segment) -> Iterator[Item]:
+def _flow_proofs(segment: Segment) -> Iterator[Statement]:
     motion, general = _of(segment), _general(segment.stick)
     for state, claim in motion.end.items():
         yield proof(
@@ -216,7 +216,7 @@ def _flow_proofs(segment: Segment) -> Iterator[Item]:
         )
 
 
-def _jet_proofs() -> Iterator[Item]:
+def _jet_proofs() -> Iterator[Statement]:
     """The first derivatives agree with each field; every further one is the rate of the last."""
     steps = dict(jets.jet(JET_ORDER))
     x, p = jets.position_symbol, jets.force_symbol
@@ -269,7 +269,7 @@ def _jet_proofs() -> Iterator[Item]:
             )
 
 
-def _jacobian_proofs(motion: _Motion) -> Iterator[Item]:
+def _jacobian_proofs(motion: _Motion) -> Iterator[Statement]:
     for state, line in zip(motion.end, _rows(motion.stick), strict=True):
         for column, entry in zip(jacobian.COLUMNS, line, strict=True):
             yield proof(
@@ -282,9 +282,9 @@ def _jacobian_proofs(motion: _Motion) -> Iterator[Item]:
 
 
 @cache
-def proofs() -> tuple[Item, ...]:
+def proofs() -> tuple[Statement, ...]:
     """All statements about the flows of all fields, their jets and their Jacobians."""
-    groups: Iterable[Iterator[Item]] = (
+    groups: Iterable[Iterator[Statement]] = (
         *map(_flow_proofs, SEGMENTS),
         _jet_proofs(),
         *map(_jacobian_proofs, _generals()),

@@ -15,7 +15,7 @@ import sympy as sp
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4
 from capsule_sym._symbolic.model.symbols import PARAMETERS, STATE, tau, zeta
-from capsule_sym._symbolic.proofs.items import vanishes
+from capsule_sym._symbolic.proofs.statement import vanishes
 
 NAMES: dict[str, sp.Expr] = {
     **{str(symbol): symbol for symbol in (*PARAMETERS, tau, *STATE)},

@@ -14,9 +14,9 @@ from capsule_sym._symbolic.model.proof import always_solvable
 from capsule_sym._symbolic.model.switching import derivatives
 from capsule_sym._symbolic.model.symbols import delta, f_b, omega, v_c, v_r, x_r, zeta
 from capsule_sym._symbolic.proofs.field_graph import covered
-from capsule_sym._symbolic.proofs.items import vanishes
 from capsule_sym._symbolic.proofs.relations import Texts, derived, scope
 from capsule_sym._symbolic.proofs.rows import FACTS, FILTERS, checker
+from capsule_sym._symbolic.proofs.statement import vanishes
 
 _SIGNS = (sp.Lt, sp.Eq, sp.Gt)
 _MOVING = ("S7", "S8", "S9", "S10", "L9")

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 
-from capsule_sym._symbolic.proofs.items import Report, Result
+from capsule_sym._symbolic.proofs.statement import Report, Result
 
 _LETTERS = {
     **{"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "zeta": "ζ", "omega": "ω"},
@@ -110,16 +110,16 @@ def _shown(line: str) -> str:
 
 def _alike(result: Result) -> tuple[str, ...]:
     """Key of printed statements that are shown together."""
-    item = result.item
+    item = result.statement
     return item.equation, result.status, item.derived, item.proof, item.consequence
 
 
 def _beside(results: Sequence[Result], number: int) -> Iterator[str]:
     """Printed statements that are alike, with the derivation, the proof, and the witnesses."""
-    item, last = results[0].item, number + len(results) - 1
+    item, last = results[0].statement, number + len(results) - 1
     numbers = f"{number}" if len(results) == 1 else f"{number}–{last}"
     yield f"### {numbers}. {item.equation}: {results[0].status}\n"
-    once = len({one.item.printed for one in results}) == 1
+    once = len({one.statement.printed for one in results}) == 1
     if once:
         yield f"- **Printed:** {_shown(item.printed)}"
     yield f"- **Derived:** {_shown(item.derived)}"
@@ -128,13 +128,13 @@ def _beside(results: Sequence[Result], number: int) -> Iterator[str]:
     if item.consequence:
         yield f"- **Consequence:** {_text(item.consequence)}"
     for one in results:
-        own = one.item.statement if once else one.item.printed
+        own = one.statement.says if once else one.statement.printed
         said = "" if len(results) == 1 else f": {_shown(own)}"
-        yield f"- `{one.item.id}`, {one.seconds:.2f} s{said}"
+        yield f"- `{one.statement.name}`, {one.seconds:.2f} s{said}"
         if one.witness:
             yield f"  - **Witness:** {_point(one)}"
-        if one.item.latex:
-            yield f"\n  $${math(one.item.latex)}$$\n"
+        if one.statement.latex:
+            yield f"\n  $${math(one.statement.latex)}$$\n"
     yield ""
 
 
@@ -144,11 +144,11 @@ def _rows(place: str, results: Iterable[Result]) -> Iterator[str]:
         heads,
         (
             (
-                _cell(result.item.equation),
-                _cell(result.item.statement),
-                f"${math(result.item.latex)}$" if result.item.latex else "",
+                _cell(result.statement.equation),
+                _cell(result.statement.says),
+                f"${math(result.statement.latex)}$" if result.statement.latex else "",
                 result.status,
-                f"`{result.item.id}`",
+                f"`{result.statement.name}`",
             )
             for result in results
         ),
@@ -159,7 +159,7 @@ def _witnesses(results: Iterable[Result]) -> Iterator[str]:
     """Witnesses of the statements of a section that have one and no place of their own."""
     for result in results:
         if result.witness:
-            yield f"- `{result.item.id}`: {_point(result)}"
+            yield f"- `{result.statement.name}`: {_point(result)}"
 
 
 Tables = Mapping[str, Callable[[], Iterator[str]]]
@@ -181,12 +181,12 @@ def document(report: Report, head: str, place: str = "Place", tables: Tables | N
         for name, made in (tables or {}).items():
             if title == name or (name.startswith("Table") and title.startswith(name)):
                 lines += [*made(), ""]
-        printed = [result for result in section if result.item.printed]
+        printed = [result for result in section if result.statement.printed]
         for _, alike in groupby(printed, _alike):
             together = list(alike)
             lines += _beside(together, number)
             number += len(together)
-        rest = [result for result in section if not result.item.printed]
+        rest = [result for result in section if not result.statement.printed]
         if rest:
             lines += [*_rows(place, rest), "", *_witnesses(rest), ""]
     return "\n".join(lines).rstrip() + "\n"

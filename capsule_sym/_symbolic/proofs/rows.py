@@ -19,7 +19,7 @@ from inspect import signature
 from string import Formatter
 from typing import Any, TypeVar, cast
 
-from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Verdict
+from capsule_sym._symbolic.proofs.statement import AS_PRINTED, Statement, Verdict
 from paper.printed import Entry, Paper
 
 Check = TypeVar("Check", bound=Callable[..., bool])
@@ -91,25 +91,6 @@ def resolved(template: Any, context: Context) -> Any:
     return _TEMPLATES.vformat(template, (), context)
 
 
-def _misprinted(check: Callable[..., bool], claim: tuple[dict[str, Any], dict[str, Any]]) -> bool:
-    """Check that the derived claim passes a check, and the printed one does not."""
-    printed, derived = claim
-    return check(**derived) and not check(**printed)
-
-
-def _passes(check: Callable[..., bool], claim: dict[str, Any]) -> bool:
-    return check(**claim)
-
-
-def _merged(given: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
-    """Given arguments with other values; a table is changed key by key."""
-    merged = dict(given)
-    for key, value in other.items():
-        old = merged.get(key)
-        merged[key] = {**old, **value} if isinstance(old, Mapping) else value
-    return merged
-
-
 _TEXTS = ("says", "printed", "derived", "proof", "consequence", "formula", "place", "verdict")
 _KEYS = {
     *_TEXTS,
@@ -147,7 +128,7 @@ class Row:
         """Names of its claims, as a template."""
         return str(self.fields["name"])
 
-    def items(self, paper: Paper | None = None) -> Iterator[Item]:
+    def items(self, paper: Paper | None = None) -> Iterator[Statement]:
         """Statements of the row, compared with a transcription if they are about the paper."""
         for context in self._contexts(paper or Paper({})):
             if context.get("key") not in self.fields.get("skip", ()):
@@ -169,7 +150,7 @@ class Row:
                     context["e"] = paper[resolved(entry, context)]
                 yield context
 
-    def _item(self, context: Context) -> Item:
+    def _item(self, context: Context) -> Statement:
         fields = {**DEFAULTS.get(self.fields["check"], {}), **self.fields}
         check = CHECKERS[fields["check"]]
 
@@ -178,21 +159,16 @@ class Row:
 
         given = context["given"] = resolved(fields["given"], context)
         wrong = resolved(fields.get("wrong", {}), context)
-        claim: Any = given
-        mutant: Any = _merged(given, wrong)
-        deciding: Callable[..., bool] = partial(_passes, check)
-        if "correction" in fields:
-            claim = given, _merged(given, resolved(fields["correction"], context))
-            mutant = (given, mutant)
-            deciding = partial(_misprinted, check)
+        correction = fields.get("correction")
         witness = partial(_witness, fields["witness"], context) if "witness" in fields else None
-        item = Item(
-            id=text("name"),
+        item = Statement(
+            name=text("name"),
             equation=text("place"),
-            statement=text("says"),
-            claim=claim,
-            check=deciding,
-            mutant=mutant,
+            says=text("says"),
+            check=check,
+            claim=given,
+            wrong=wrong,
+            correction=None if correction is None else resolved(correction, context),
             formula=partial(text, "formula"),
             verdict=cast(Verdict, text("verdict", "proved")),
             proof=text("proof"),
@@ -201,7 +177,7 @@ class Row:
         )
         if "e" not in context:
             return item
-        printed, derived = text("printed", item.statement), text("derived", AS_PRINTED)
+        printed, derived = text("printed", item.says), text("derived", AS_PRINTED)
         return _beside(context["e"], item, printed, derived)
 
 
@@ -211,14 +187,14 @@ def _printed_rows(entry: Entry, names: Iterable[str]) -> Iterator[dict[str, Any]
         yield {"key": number, **dict(zip(names, row, strict=True))}
 
 
-def _beside(entry: Entry, item: Item, printed: str, derived: str) -> Item:
+def _beside(entry: Entry, item: Statement, printed: str, derived: str) -> Statement:
     """Item of a claim about an entry of the transcription."""
     told = printed + _READ[entry.reading].format(entry.note)
     return replace(
         item,
-        id=f"{'erratum' if item.verdict == 'refuted' else 'printed'}.{item.id}",
+        name=f"{'erratum' if item.verdict == 'refuted' else 'printed'}.{item.name}",
         equation=item.equation or entry.place,
-        statement=item.statement or f"printed: {told}. Derived: {derived}",
+        says=item.says or f"printed: {told}. Derived: {derived}",
         printed=told,
         derived=derived,
     )

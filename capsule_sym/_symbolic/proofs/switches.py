@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
 import sympy as sp
 
@@ -24,7 +24,7 @@ from capsule_sym._symbolic.model.symbols import (
     v_c,
     x_r,
 )
-from capsule_sym._symbolic.proofs.items import Item, vanishes
+from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
 Matrix = sp.ImmutableMatrix
 _IDENTITY = Matrix.eye(3)
@@ -95,25 +95,25 @@ def switches() -> Iterator[Switch]:
             yield Switch(field, beside[field.region.name, way], guard)
 
 
-def _switch(switch: Switch) -> Item:
+def _switch(switch: Switch) -> Statement:
     landing = switch.guard.has(v_c)
     claim = at_landing(switch) if landing else _IDENTITY
     before, after = switch.before, switch.after
     told = "gives v_r what v_c loses" if landing else "leaves deviations as they are"
     # A wrong ratio at a landing; elsewhere a matrix that would be right if the fields differed.
     wrong = _IDENTITY if landing else _IDENTITY + Matrix(3, 3, [0, 0, 0, 0, 0, 1, 0, 0, 0])
-    return Item(
+    return Statement(
         f"saltation.{before.name}.{after.name}",
         f"{before.name} to {after.name}",
         f"the switch from {before.name} to {after.name} {told}",
-        claim,
-        partial(carries, switch),
-        wrong,
-        lambda: rf"S={sp.latex(claim)}",
+        carries,
+        {"switch": switch, "claim": claim},
+        {"claim": wrong},
+        formula=lambda: rf"S={sp.latex(claim)}",
     )
 
 
-def _edges(share: sp.Symbol) -> Iterator[Item]:
+def _edges(share: sp.Symbol) -> Iterator[Statement]:
     """Fall and rise of pulses: their instant is known, and its derivative by the share."""
     period = 2 * sp.pi / omega
     guards = {0: share * period - tau, 1: period - tau}
@@ -122,19 +122,19 @@ def _edges(share: sp.Symbol) -> Iterator[Item]:
         switch = Switch(field, other, guards[field.level])
         jump = (a - b for a, b in zip(field.field, other.field, strict=True))
         claim = tuple(one * (period if field.level == 0 else 0) for one in jump)
-        yield Item(
+        yield Statement(
             f"saltation.edge.{field.name}",
             f"{field.name} to {other.name}",
             f"the edge from {field.name} to {other.name} leaves deviations as they are, and "
             + ("moves with the share" if field.level == 0 else "ends the period"),
-            claim,
-            partial(moves, switch, share),
-            (claim[0], claim[1] + 1, claim[2]),
+            moves,
+            {"switch": switch, "share": share, "claim": claim},
+            {"claim": (claim[0], claim[1] + 1, claim[2])},
         )
 
 
 @cache
-def items() -> tuple[Item, ...]:
+def items() -> tuple[Statement, ...]:
     """All statements about switches."""
     edges = _edges(PULSES.share) if PULSES else ()
     return (*map(_switch, switches()), *edges)

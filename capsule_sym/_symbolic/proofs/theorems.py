@@ -13,8 +13,8 @@ from capsule_sym._symbolic.proofs import (
     resting,
     table_proofs,
 )
-from capsule_sym._symbolic.proofs.items import Item
 from capsule_sym._symbolic.proofs.rows import Row, read_rows
+from capsule_sym._symbolic.proofs.statement import Statement
 
 CHECKS = (appendices, attraction, geometry_proofs, inner_products, relations, resting, table_proofs)
 """Modules that register checks and the names used in rows."""
@@ -29,7 +29,7 @@ def rows() -> tuple[Row, ...]:
     return read_rows(__package__, "statements", PARTS)
 
 
-def items(*families: str) -> tuple[Item, ...]:
+def items(*families: str) -> tuple[Statement, ...]:
     """Statements whose names begin with one of these words."""
     found = (row for row in rows() if row.name.partition(".")[0] in families)
     return tuple(item for row in found for item in row.items())

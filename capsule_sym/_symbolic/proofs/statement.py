@@ -1,0 +1,214 @@
+"""Statements that `capsule-sym verify` proves: a claim as arguments of a check.
+
+The claim is data, so that the same check can be applied to a wrong claim: one with a sign or a row
+changed, which has to fail.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from functools import cached_property, partial
+from time import perf_counter
+from typing import Any, Literal
+
+import sympy as sp
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._symbolic.model.elimination import Undecided
+
+Verdict = Literal["proved", "refuted", "conditional"]
+Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]
+Arguments = Mapping[str, Any]
+
+
+AS_PRINTED = "as printed"
+"""Text of `derived` if the derivation gives the printed statement."""
+
+
+def merged(claim: Arguments, other: Arguments) -> dict[str, Any]:
+    """Arguments with other values; a table is changed key by key."""
+    changed = dict(claim)
+    for key, value in other.items():
+        old = changed.get(key)
+        changed[key] = {**old, **value} if isinstance(old, Mapping) else value
+    return changed
+
+
+@dataclass(frozen=True, eq=False)
+class Statement:
+    """A statement of the theory, and its proof.
+
+    Attributes:
+        name: Identifier, such as "appendix.A.L1.sharp".
+        equation: Place in the paper, or of a scene's statement its field or surface.
+        says: The statement.
+        check: Decides a claim: the statement is proved if `check(**claim)` is True.
+        claim: Arguments of the check.
+        wrong: Arguments that differ in a wrong claim, which the check has to refuse.
+        correction: Arguments that differ in what holds instead of a refuted claim: the check
+            holds with them, and fails for the claim.
+        formula: LaTeX, or gives it.
+        verdict: Status if the check succeeds: the statement is proved, or the printed statement is
+            refuted, or it holds under a condition that is itself proved.
+        printed: Printed text, of a comparison with the paper.
+        derived: Derived text beside it.
+        proof: Description of the check.
+        consequence: Consequence of a refuted statement.
+        witness: Exact point or motion that shows the statement.
+    """
+
+    name: str
+    equation: str
+    says: str
+    check: Callable[..., bool]
+    claim: Arguments
+    wrong: Arguments
+    correction: Arguments | None = None
+    formula: str | Callable[[], str] = ""
+    verdict: Verdict = "proved"
+    printed: str = ""
+    derived: str = ""
+    proof: str = ""
+    consequence: str = ""
+    witness: Callable[[], Mapping[str, str]] | None = field(default=None)
+
+    @cached_property
+    def latex(self) -> str:
+        """Formula as LaTeX; empty if there is none."""
+        return self.formula if isinstance(self.formula, str) else self.formula()
+
+    def holds(self) -> bool:
+        """Decide the claim: True if its verdict is reached."""
+        if self.correction is None:
+            return self.check(**self.claim)
+        return self.check(**merged(self.claim, self.correction)) and not self.check(**self.claim)
+
+    @property
+    def mutant(self) -> Statement:
+        """The statement with its wrong claim, which has to fail."""
+        if self.correction is None:
+            return replace(self, claim=merged(self.claim, self.wrong))
+        return replace(self, correction=self.wrong)
+
+
+@dataclass(frozen=True)
+class Result:
+    """Outcome of a statement: its status, its witness if it has one, and the seconds it took."""
+
+    statement: Statement
+    status: Status
+    witness: Mapping[str, str]
+    seconds: float
+
+    @property
+    def settled(self) -> bool:
+        """True if the statement has its expected status."""
+        return self.status == self.statement.verdict
+
+
+def settle(statement: Statement) -> Result:
+    """Check a statement's claim."""
+    start = perf_counter()
+    witness: Mapping[str, str] = {}
+    try:
+        status: Status = statement.verdict if statement.holds() else "failed"
+        if statement.witness and status != "failed":
+            witness = statement.witness()
+    except Undecided:
+        status = "undecided"
+    return Result(statement, status, witness, perf_counter() - start)
+
+
+Sections = Mapping[str, Callable[[], tuple[Statement, ...]]]
+"""Statements by the title of their section, derived on request."""
+Report = Mapping[str, tuple[Result, ...]]
+"""Results by section title."""
+
+
+def run(
+    chosen: Mapping[str, Iterable[Statement]],
+    advance: Callable[[Result], None] = lambda result: None,
+) -> Report:
+    """Check statements one by one; `advance` is called with each result."""
+
+    def settled(statement: Statement) -> Result:
+        result = settle(statement)
+        advance(result)
+        return result
+
+    return {title: tuple(map(settled, section)) for title, section in chosen.items()}
+
+
+def named(
+    name: str, sections: Sections, families: Mapping[str, str], known: Iterable[str] = ()
+) -> dict[str, tuple[Statement, ...]]:
+    """Statement of a name by section title; raises InvalidInput for none.
+
+    Only sections of its family are derived: `families` has the first words of their names.
+    """
+    family, names = name.partition(".")[0], list(known)
+    for title, section in sections.items():
+        if family in families.get(title, family).split():
+            derived = {one.name: one for one in section()}
+            if name in derived:
+                return {title: (derived[name],)}
+            names += derived
+    names = list(dict.fromkeys(names))
+    if close := get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]:
+        raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
+    begins = ", ".join(" ".join(families.values()).split())
+    raise InvalidInput("--only", name, f"the name of a statement, which begins with {begins}")
+
+
+def record(result: Result) -> dict[str, Any]:
+    """Result as plain data: id, equation, statement, status, seconds, and the texts of errata."""
+    statement = result.statement
+    plain: dict[str, Any] = {
+        "id": statement.name,
+        "equation": statement.equation,
+        "statement": statement.says,
+        "status": result.status,
+        "seconds": round(result.seconds, 4),
+    }
+    if statement.printed:
+        plain |= {"printed": statement.printed, "derived": statement.derived}
+        plain |= {"proof": statement.proof, "consequence": statement.consequence}
+    if result.witness or statement.printed:
+        plain |= {"witness": dict(result.witness)}
+    return plain
+
+
+def line(result: Result) -> str:
+    """Result as one line: status, seconds, equation, statement."""
+    statement = result.statement
+    return f"{result.status:<11} {result.seconds:7.2f} s  {statement.equation}: {statement.says}"
+
+
+Residuals = tuple[sp.Expr, ...]
+
+
+def proof(
+    name: str,
+    equation: str,
+    says: str,
+    claim: sp.Expr,
+    residuals: Callable[[sp.Expr], Residuals],
+) -> Statement:
+    """Statement about an expression that the derivation uses.
+
+    `residuals` substitutes an expression into its definition: all residuals of a true one are zero,
+    and not all of any other.
+    """
+    check = partial(_leaves_nothing, residuals)
+    return Statement(name, equation, says, check, {"claim": claim}, {"claim": claim + 1})
+
+
+def _leaves_nothing(residuals: Callable[[sp.Expr], Residuals], claim: sp.Expr) -> bool:
+    return all(residual == 0 for residual in residuals(claim))
+
+
+def vanishes(claim: sp.Expr) -> bool:
+    """Check that an expression is identically zero."""
+    return bool(sp.expand(sp.together(claim)) == 0)
