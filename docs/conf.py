@@ -13,7 +13,7 @@ with (ROOT / "pyproject.toml").open("rb") as file:
     release = version = tomllib.load(file)["project"]["version"]
 
 extensions = [
-    "myst_nb",
+    "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx_click",
     "drawn",
@@ -26,9 +26,6 @@ exclude_patterns = ["_build", "paper"]
 nitpicky = False  # types of private modules stand in signatures
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
-nb_execution_mode = "auto"  # notebooks are kept without outputs, and run when they are read again
-nb_execution_timeout = 120
-nb_execution_raise_on_error = True
 smartquotes = False  # they take -- for a dash
 default_role = "code"  # single backticks in docstrings
 html_math_renderer = "mathml"
