@@ -24,7 +24,6 @@ from capsule_sym._attractors.uncertainty import uncertainty_exponent as uncertai
 from capsule_sym._check.check import SwitchCheck as SwitchCheck
 from capsule_sym._check.check import check_switches as check_switches
 from capsule_sym._check.switch_file import read_switches as read_switches
-from capsule_sym._design.bootstrap import Bootstrap as Bootstrap
 from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
 from capsule_sym._design.fit import FittedRun as FittedRun
@@ -44,10 +43,6 @@ from capsule_sym._design.rig import fit_rig as fit_rig
 from capsule_sym._design.rig import read_rig as read_rig
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.sensitivities import sensitivities as sensitivities
-from capsule_sym._design.steering import Break as Break
-from capsule_sym._design.steering import Steering as Steering
-from capsule_sym._design.steering import SteeringStatus as SteeringStatus
-from capsule_sym._design.steering import steer as steer
 from capsule_sym._design.tolerances import Probability as Probability
 from capsule_sym._design.tolerances import Tolerances as Tolerances
 from capsule_sym._design.tolerances import tolerances as tolerances
@@ -68,7 +63,6 @@ from capsule_sym._figures.branches import plot_energies as plot_energies
 from capsule_sym._figures.charts import plot_chart as plot_chart
 from capsule_sym._figures.design import plot_front as plot_front
 from capsule_sym._figures.design import plot_residuals as plot_residuals
-from capsule_sym._figures.design import plot_steering as plot_steering
 from capsule_sym._figures.device import animate as animate
 from capsule_sym._figures.device import plot_fig1 as plot_fig1
 from capsule_sym._figures.diagrams import plot_diagram as plot_diagram

@@ -16,7 +16,6 @@ from typing import NoReturn, TextIO
 
 import click
 
-from capsule_sym._commands.renamed import renewed
 from capsule_sym._commands.signature import Command
 from capsule_sym._commands.values import meant
 from capsule_sym._errors import CapsuleError, InvalidInput
@@ -66,9 +65,6 @@ class Group(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] in _MOVED and args[0] not in self.commands:
             raise click.UsageError(f"{args[0]} has moved: {_MOVED[args[0]]}")
-        args, told = renewed(args)
-        if told and not ctx.resilient_parsing:  # not for completions
-            click.echo(f"note: {told}", err=True)
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _Elsewhere):
             command = getattr(import_module(command.module), (command.name or "").replace("-", "_"))
@@ -107,6 +103,7 @@ _MOVED = {
     "paper": "python -m paper case-study",
     "enclose": "python -m paper enclose",
     "bench": "python -m benchmarks bench",
+    **dict.fromkeys(("design", "steer"), "capsule-sym optimise, see docs/howto/optimise.md"),
 }
 """Commands that have moved: the command line of today, in a checkout."""
 _EVERYDAY = "Commands"
@@ -124,8 +121,6 @@ for _section, _name, _module, _text in (
     (_EVERYDAY, "shock", "shock", "Find the least knock after which a motion is lost."),
     (_EVERYDAY, "pulse", "pulse", "Switch to another motion by a pulse of the drive."),
     (_EVERYDAY, "optimise", "optimise", "Find the best parameters for a metric."),
-    (_EVERYDAY, "steer", "optimise", "Find the best drives forward and backward, and a path."),
-    (_EVERYDAY, "design", "design", "Study the drives of one device."),
     (_EVERYDAY, "tolerances", "tolerances", "Show the effect of tolerances on metrics."),
     (_EVERYDAY, "fit", "fit", "Fit parameters to measured series."),
     (_EVERYDAY, "check", "check", "Check an integrator's switches."),

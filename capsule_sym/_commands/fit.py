@@ -12,7 +12,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
-from capsule_sym._design.counts import BOOTSTRAP, SEED, STARTS
+from capsule_sym._design.counts import SEED, STARTS
 
 _CORRELATED = 0.2  # correlation of residuals above which errors are reported as too small
 
@@ -37,10 +37,9 @@ def fit(
             show_default=True,
         ),
         starts=options.count("Number of further guesses.", 0, *STARTS),
-        seed=options.count("Random seed of --starts and --bootstrap.", 0, *SEED),
+        seed=options.count("Random seed of --starts.", 0, *SEED),
         max_seconds=options.max_seconds(),
     ),
-    bootstrap: int = options.count("Number of resampled series to fit too.", 0, *BOOTSTRAP),
     intervals: bool = option("Profile intervals (95 %), from repeated fits."),
     out: Path | None = options.out("Write the JSON here, the residuals as CSV, and their picture."),
     as_json: bool = options.as_json,
@@ -65,21 +64,18 @@ def fit(
             raise click.UsageError(f"--{name} is for one run; for a rig it is given in {data}")
     if not (unknown or rig):
         raise click.UsageError("give --unknown for each unknown")
-    options.check_beside("seed", needs=("starts", "bootstrap"))
+    options.check_beside("seed", needs=("starts",))
     with present.telling("Fitting") as progress:
         watch = Watch(checked_seconds(how["max_seconds"]))
         if rig:
             how = {name: how[name] for name in how if name not in ("state", "phase")}
-            found = capsule_sym.fit_rig(
-                capsule_sym.read_rig(data), which, bootstrap=bootstrap, progress=progress, **how
-            )
+            found = capsule_sym.fit_rig(capsule_sym.read_rig(data), which, progress=progress, **how)
         else:
             how["bounds"] = {name: ends for name, ends in unknown if ends is not None}
             found = capsule_sym.fit(
                 capsule_sym.read_measured(data),
                 which,
                 tuple(name for name, _ in unknown),
-                bootstrap=bootstrap,
                 progress=progress,
                 **how,
             )
@@ -96,18 +92,16 @@ def fit(
 
 def _print_fit(found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
     units = present.units_of(found.system)
-    again = found.bootstrap.standard_errors if found.bootstrap else {}
     rows = (
         (
             name,
             f"{value:.9g} {units.get(name.rpartition('.')[2], '')}".rstrip(),
             f"{found.standard_errors[name]:.2g}",
-            *([f"{again[name]:.2g}"] if again else []),
             *([f"{ranges[name][0]:.6g} to {ranges[name][1]:.6g}"] if ranges else []),
         )
         for name, value in found.values.items()
     )
-    heads = ["unknown", "value", "error", *["bootstrap"] * bool(again), *["95 %"] * bool(ranges)]
+    heads = ["unknown", "value", "error", *["95 %"] * bool(ranges)]
     present.table(heads, rows, gap=2)
     console = present.make_console()
     console.print(f"{found.status.value}: {found.message}")
@@ -115,7 +109,7 @@ def _print_fit(found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]]
     if found.autocorrelation > _CORRELATED:
         console.print(
             f"successive residuals are correlated by {found.autocorrelation:.2f}: errors are too "
-            "small, ask for --bootstrap"
+            "small: fit every k-th value"
         )
     for one in found.open_combinations:
         named = {name: by for name, by in one.items() if abs(by) >= 0.005}

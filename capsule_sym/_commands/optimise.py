@@ -1,8 +1,8 @@
-"""The commands `optimise` and `steer`, and the presentation of their results."""
+"""The command `optimise`, and the presentation of its results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,14 +15,6 @@ from capsule_sym._commands.signature import command, option, several
 from capsule_sym._design.counts import POINTS, SAMPLES, SEED
 from capsule_sym._errors import InvalidInput
 
-_search = several(
-    subject_to=options.subject_to,
-    margin=options.margin,
-    samples=options.count("Number of cells of the survey.", None, *SAMPLES),
-    seed=options.count("Random seed of the cells.", 0, *SEED),
-    max_seconds=options.max_seconds(),
-)
-
 
 @command()
 def optimise(
@@ -30,7 +22,13 @@ def optimise(
     maximise: str | None = option("Metric to maximise.", metavar="METRIC"),
     minimise: str | None = option("Metric to minimise.", metavar="METRIC"),
     over: dict[str, Any] = options.over,
-    how: dict[str, Any] = _search,
+    how: dict[str, Any] = several(
+        subject_to=options.subject_to,
+        margin=options.margin,
+        samples=options.count("Number of cells of the survey.", None, *SAMPLES),
+        seed=options.count("Random seed of the cells.", 0, *SEED),
+        max_seconds=options.max_seconds(),
+    ),
     against: str | None = option(
         "Pareto front: minimise this second metric too.", "--pareto", metavar="METRIC"
     ),
@@ -84,31 +82,6 @@ def optimise(
     present.end(found)
 
 
-@command()
-def steer(
-    system: options.System = options.parameters(),
-    over: dict[str, Any] = options.over,
-    how: dict[str, Any] = _search,
-    out: Path | None = options.out("Write the JSON here, the path as CSV, and its picture."),
-    as_json: bool = options.as_json,
-) -> None:
-    """Find the best drives forward and backward, and a path of stable orbits between them.
-
-    The drive is alpha and omega, or P_d and Omega of a device; --over may also vary D and alpha_low
-    of pulses. The straight path is tried first, then paths with a corner, then those on a grid of
-    drives. For a broken path, the place and the bifurcation are given.
-
-    Exits with 3 if one of the drives is not found, or at the time limit. A broken path is a result.
-    """
-    parameters, device = system.load()
-    how = {name: value for name, value in how.items() if value is not None}
-    with present.telling("Steering") as progress:
-        found = capsule_sym.steer(device or parameters, over or None, progress=progress, **how)
-    present.report(found, "steering", lambda: print_steering(found), out, as_json)
-    if found.status in ("no-optimum", "time-limit"):
-        present.end(found)
-
-
 def _print_optimum(found: capsule_sym.Optimum) -> None:
     if not found.over:
         return
@@ -154,32 +127,3 @@ def _print_front(found: capsule_sym.Front) -> None:
         for value, cost, point in zip(found.values, found.costs, found.points, strict=True)
     )
     present.table((*heads, "itinerary"), rows, right=heads, gap=2)
-
-
-def print_steering(found: capsule_sym.Steering) -> None:
-    """Print both drives and the path between them."""
-    units = present.units_of(found.forward.system)
-
-    def drive(at: Mapping[str, float]) -> str:
-        return ", ".join(
-            f"{name} = {value:.6g} {units.get(name, '')}".rstrip() for name, value in at.items()
-        )
-
-    ways = ("forward", found.forward), ("backward", found.backward)
-    present.grid(
-        (
-            way,
-            present.with_unit(one.value, units.get("velocity", "")),
-            drive(one.over),
-            " ".join(one.itinerary),
-        )
-        for way, one in ways
-        if one.over
-    )
-    console = present.make_console()
-    console.print(f"{found.status.value}: {found.message}")
-    for at in found.path:
-        console.print(f"  {drive(at)}")
-    for broken in found.breaks:
-        way = f"by {'; '.join(map(drive, broken.by))}" if broken.by else "straight"
-        console.print(f"  broken {way}: at {drive(broken.at)}, {broken.why}")

@@ -63,7 +63,7 @@ def tolerances(
             max_seconds=max_seconds,
             progress=progress,
         )
-    present.report(found, "tolerances", lambda: print_tolerances(found), out, as_json)
+    present.report(found, "tolerances", lambda: _print(found), out, as_json)
     present.end(found)
 
 
@@ -81,7 +81,7 @@ def _normal(which: Any, name: str, share: float) -> Any:
     return norm(nominal, share * abs(nominal))
 
 
-def print_tolerances(found: capsule_sym.Tolerances) -> None:
+def _print(found: capsule_sym.Tolerances) -> None:
     """Print the spread of each metric, its indices, and the probabilities of other motions."""
     if not found.metrics:
         return

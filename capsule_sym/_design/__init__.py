@@ -1,1 +1,1 @@
-"""Design of devices: sensitivities, fits, optima, fronts, steering and tolerances."""
+"""Design of devices: sensitivities, fits, optima, fronts and tolerances."""

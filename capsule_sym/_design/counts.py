@@ -12,5 +12,3 @@ STEPS = 1, 100_000
 """Largest number of runs with derivatives for one guess of a fit."""
 SEED = 0, 10**12
 """Random seed of cells or guesses."""
-BOOTSTRAP = 0, 100_000
-"""Fits to resampled residuals."""

@@ -72,3 +72,11 @@ def errors_of(problem: Problem, found: Least) -> Errors:
     names = [problem.unknown[k] for k in free]
     lost = [dict(zip(names, row.tolist(), strict=True)) for row in directions[~kept]]
     return Errors(noise, covariance, standard, growth, singular, tuple(lost))
+
+
+def correlation(residuals: Vector, groups: NDArray[np.int64]) -> float:
+    """Lag-one correlation of residuals within their series, given by `groups`."""
+    order = np.argsort(groups, kind="stable")
+    along = np.diff(groups[order]) == 0
+    ordered = residuals[order]
+    return float((ordered[1:] * ordered[:-1])[along].sum() / (residuals @ residuals or 1.0))

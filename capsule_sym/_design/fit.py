@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._design.bootstrap import Bootstrap, bootstrapped, correlation
-from capsule_sym._design.counts import BOOTSTRAP, FOLLOW, SEED, STARTS, STEPS
-from capsule_sym._design.covariance import Errors, errors_of
+from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
+from capsule_sym._design.covariance import Errors, correlation, errors_of
 from capsule_sym._design.guesses import best_of, drawn, limits_of
 from capsule_sym._design.least_squares import LOSSES, Least, Profile, least
 from capsule_sym._design.measured import measured
@@ -68,8 +67,7 @@ class Fit(Result):
 
     Values are dimensionless, or in SI units if the fitted system is a device. Standard errors and
     intervals assume independent errors of the measurements, of equal size within a series, and a
-    model that is nearly linear over them. `autocorrelation` tests the independence; `bootstrap` has
-    the uncertainty for dependent errors.
+    model that is nearly linear over them. `autocorrelation` tests the independence.
     """
 
     runs: tuple[FittedRun, ...]
@@ -104,8 +102,6 @@ class Fit(Result):
     """Final state of the least squares."""
     growth: Vector
     """Growth of the sum with one value off by a standard error, the others refitted, (k,)."""
-    bootstrap: Bootstrap | None
-    """Fits to resampled residuals, if requested."""
     _good = (FitStatus.CONVERGED,)
     _recorded = "evaluations values standard_errors covariance"
 
@@ -164,7 +160,7 @@ class Fit(Result):
                 record(one, "name state phase slip series") | {"parameters": values_of(one.system)}
                 for one in self.runs
             ]
-        return found | ({"bootstrap": self.bootstrap.to_dict()} if self.bootstrap else {})
+        return found
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -229,7 +225,6 @@ def fit(
     follow: int = 4,
     seed: int = 0,
     steps: int = 200,
-    bootstrap: int = 0,
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
@@ -245,10 +240,9 @@ def fit(
     The residuals of a column are in units of its standard deviation; `loss` is one of SciPy's.
     `starts` is a number of further random guesses, within `bounds` or else between half and twice
     the guess. The best `follow` of these and the given guess are continued; `seed` is their random
-    seed. `steps` limits the runs with derivatives of each. `bootstrap` is the number of fits to
-    resampled residuals for `Fit.bootstrap`. After `max_seconds` the result has the best values so
-    far. `progress` is called with a text. Raises InvalidInput for columns, names, bounds or values
-    that are not allowed.
+    seed. `steps` limits the runs with derivatives of each. After `max_seconds` the result has the
+    best values so far. `progress` is called with a text. Raises InvalidInput for columns, names,
+    bounds or values that are not allowed.
     """
     own = names_of(system)
     for name in unknown:
@@ -260,7 +254,7 @@ def fit(
     run = Recorded(measured(data), system, tuple(unknown), given)
     problem = Problem([run], unknown, progress)
     limits = limits_of(problem, bounds or {})
-    return fitted(problem, limits, loss, starts, follow, seed, steps, bootstrap, max_seconds)
+    return fitted(problem, limits, loss, starts, follow, seed, steps, max_seconds)
 
 
 def checked_state(state: Sequence[float]) -> tuple[float, ...]:
@@ -278,7 +272,6 @@ def fitted(
     follow: int,
     seed: int,
     steps: int,
-    bootstrap: int,
     max_seconds: float,
 ) -> Fit:
     """Fit of a problem; arguments are those of `fit`, checked here."""
@@ -287,8 +280,7 @@ def fitted(
     check_count("follow", follow, *FOLLOW)
     check_count("seed", seed, *SEED)
     check_count("steps", steps, *STEPS)
-    check_count("bootstrap", bootstrap, *BOOTSTRAP)
-    found, errors, border, again = list[Least](), None, None, None
+    found, errors, border = list[Least](), None, None
     guesses = [problem.guess]
     with Watch(checked_seconds(max_seconds)):
         guesses += drawn(problem, limits, starts, seed)
@@ -300,11 +292,9 @@ def fitted(
         best = min(found, key=lambda one: one.cost)
         errors = errors_of(problem, best)
         border = _border(problem, best.x, errors.standard, *limits)
-        if bootstrap:
-            again = bootstrapped(problem, best, limits, bootstrap, seed, steps)
     best = min(found, key=lambda one: one.cost)
     errors = errors or errors_of(problem, best)
-    return _result(problem, best, errors, limits, border, again)
+    return _result(problem, best, errors, limits, border)
 
 
 def _result(
@@ -313,7 +303,6 @@ def _result(
     errors: Errors,
     limits: tuple[Vector, Vector],
     border: str | None,
-    bootstrap: Bootstrap | None,
 ) -> Fit:
     """Result of the best least squares; a border of None means that the time limit was reached."""
     values = found.x
@@ -330,8 +319,6 @@ def _result(
         ]
         status = FitStatus.NOT_IDENTIFIABLE
         message = f"the measurements do not determine {', '.join(apart)}"
-    elif bootstrap and not bootstrap.success:
-        status, message = FitStatus.TIME_LIMIT, "time limit reached: the bootstrap has fewer fits"
     elif bound.any():
         names = [name for name, at in zip(problem.unknown, bound, strict=True) if at]
         message += f", with {', '.join(names)} at a bound"
@@ -354,7 +341,6 @@ def _result(
         limits=limits,
         found=found,
         growth=errors.growth,
-        bootstrap=bootstrap,
     )
 
 

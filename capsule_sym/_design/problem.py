@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from copy import copy
 from itertools import pairwise
 
 import numpy as np
@@ -82,12 +81,6 @@ class Problem:
     def partly(self) -> bool:
         """True if a part of a guess follows from the measurements."""
         return bool(self.linear.any()) or any(run.sought for run in self.recorded)
-
-    def measuring(self, values: Vector) -> Problem:
-        """The same problem with other measured values (n,), in the same units of residuals."""
-        other = copy(self)
-        other.values, other._last = values, None
-        return other
 
     def residuals(self, values: Vector) -> Vector:
         """Residuals (n,)."""

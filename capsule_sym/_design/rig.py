@@ -74,7 +74,6 @@ def fit_rig(
     follow: int = 4,
     seed: int = 0,
     steps: int = 200,
-    bootstrap: int = 0,
     max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
@@ -88,7 +87,7 @@ def fit_rig(
     """
     problem = Problem(recorded(rig, system), tuple(rig.unknown), progress)
     limits = limits_of(problem, rig.bounds)
-    return fitted(problem, limits, loss, starts, follow, seed, steps, bootstrap, max_seconds)
+    return fitted(problem, limits, loss, starts, follow, seed, steps, max_seconds)
 
 
 def recorded(rig: Rig, system: System) -> list[Recorded]:

@@ -1,4 +1,4 @@
-"""Results of design: Pareto fronts, paths between drives, and residuals of fits."""
+"""Results of design: Pareto fronts, and residuals of fits."""
 
 from __future__ import annotations
 
@@ -12,13 +12,11 @@ from matplotlib.figure import Figure, SubFigure
 from capsule_sym._figures.layout import add_key, axes_for, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, styled
-from capsule_sym._figures.units import named
 from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
     from capsule_sym._design.fit import Fit
     from capsule_sym._design.front import Front
-    from capsule_sym._design.steering import Steering
 
 
 def metric_label(name: str, system: Any) -> str:
@@ -69,39 +67,6 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     if alone:
         add_key(figure, handles_of([axes]))
     return describe(figure, f"Pareto front of {front.metrics[0]} and {front.metrics[1]}")
-
-
-@styled
-def plot_steering(
-    steering: Steering, *, width: float = PAGE, figure: Figure | SubFigure | None = None
-) -> Figure:
-    """The velocity, and the largest multiplier, along the path between two drives.
-
-    `steering` is what `steer` gives; without a path it is the straight one, as far as it goes.
-    Drawn into `figure`, a figure or a part of one, if it is given.
-    """
-    columns, system = steering.columns, steering.forward.system
-    count = len(columns["stretch"])
-    drives = np.column_stack([columns[name] for name in steering.names])
-    # Along the path, in shares of each drive's change.
-    spans = np.ptp(drives, axis=0) if count else np.ones(len(steering.names))
-    steps = np.linalg.norm(np.diff(drives, axis=0) / np.where(spans > 0, spans, 1.0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)]) if count else np.zeros(0)
-    share = along / along[-1] if count > 1 and along[-1] > 0 else along
-    page = canvas(figure, width, max(4.2, 0.75 * width), layout="constrained")
-    upper, middle, lower = page.subplots(3, sharex=True)
-    upper.plot(share, columns["velocity"], color=STABLE)
-    upper.axhline(0.0, color="0.6", linewidth=0.6)
-    upper.set_ylabel(metric_label("velocity", system))
-    for place, name in enumerate(steering.names):
-        row = middle if place == 0 else middle.twinx()
-        row.plot(share, columns[name], ("-", "--", ":")[place % 3], color=SERIES[place])
-        row.set_ylabel(named(name), color=SERIES[place])
-    lower.plot(share, columns["largest_multiplier"], color="black")
-    lower.axhline(1.0, color="0.6", linewidth=0.6)
-    lower.set_ylabel("largest multiplier")
-    lower.set_xlabel("share of the path, from forward to backward")
-    return describe(page, "From the best drive forward to the best backward")
 
 
 @styled

@@ -16,11 +16,10 @@ def plot(result: Any, **options: Any) -> Figure:
     """The figure that shows a result at a glance.
 
     A `Trajectory` or an `Orbit` gives its displacements and phase portrait, a `Branch` the
-    bifurcation diagram, a `Fit` its residuals, a `Front` and a `Steering` their curves,
-    `ContinuedAttractors` their fractions, a `Shock` and a `Pulse` both motions, `Tolerances` the
-    spread. Options are those of `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front`,
-    `plot_steering`, `plot_attractors`, `plot_shock`, `plot_pulse` and `plot_tolerances`. Raises
-    InvalidInput for anything else.
+    bifurcation diagram, a `Fit` its residuals, a `Front` its curve, `ContinuedAttractors` their
+    fractions, a `Shock` and a `Pulse` both motions, `Tolerances` the spread. Options are those of
+    `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front`, `plot_attractors`,
+    `plot_shock`, `plot_pulse` and `plot_tolerances`. Raises InvalidInput for anything else.
     """
     from capsule_sym._figures.data import branch_record
     from capsule_sym._map import Trajectory
@@ -35,7 +34,6 @@ def plot(result: Any, **options: Any) -> Figure:
     drawn: dict[type[Any], Callable[..., Figure]] = {
         capsule_sym.Fit: capsule_sym.plot_residuals,
         capsule_sym.Front: capsule_sym.plot_front,
-        capsule_sym.Steering: capsule_sym.plot_steering,
         capsule_sym.ContinuedAttractors: capsule_sym.plot_attractors,
         capsule_sym.Shock: capsule_sym.plot_shock,
         capsule_sym.Pulse: capsule_sym.plot_pulse,

@@ -34,13 +34,11 @@ RUNS = {
     "basin": "--x-r 0:0.1:2 --v-r 0:0.1:2 --periods 50 --out basin",
     "attractors": "--x-r 0:0.1 --starts 5 --periods 200",
     "optimise": "--maximise speed --over X --samples 1",
-    "steer": "--over X --samples 1",
     "fit": "measured.csv --unknown x",
     "check": "switches.csv --end 0.001",
     "tolerances": "--tolerance x=0.01 --samples 64",
 }
 DRAWN = {
-    "design": "--over X --points 2",
     "curve": "--XX --Y --bifurcation all --points 1 --max-seconds 5",
     **{f"figure {name}": "--out a.png" for name, one in FIGURES.items() if one.general},
 }

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-import capsule_sym
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
 from capsule_sym._commands.values import meant
@@ -52,7 +51,10 @@ REFUSED = [
     ("sweep --P-d 1:2:3 --out s", "P_d = '1:2:3': must be absent unless --params is a device"),
     ("curve --alpha 1:2 --P-d 1:2 --bifurcation all", "must be absent unless --params is a device"),
     ("sweep --alpha 1:2:3 --out s --workers 1025", "workers = 1025: must be a whole number from"),
-    ("design --tolerance alpha=2", "tolerance of alpha = 2.0: must be a share between 0 and 1"),
+    (
+        "optimise --maximise speed --over omega=0.7:0.8 --tolerance alpha=2",
+        "tolerance of alpha = 2.0: must be a share between 0 and 1",
+    ),
     ("orbit --box 1 1 1 --along alpha=1:2", "must be ascending, with 0.7 between them"),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
@@ -98,7 +100,6 @@ def test_a_wrong_line_is_refused_in_one_line(
     (tmp_path / "device.toml").write_text(f"[device]\n{part}[axes]\nalpha = [1.0]\n")
     # what would begin work
     monkeypatch.setattr(enclosing, "spawning", None)
-    monkeypatch.setattr(capsule_sym, "steer", None)
     monkeypatch.setattr(search, "_Search", None)
     done = inside(*line.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")

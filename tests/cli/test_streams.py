@@ -33,9 +33,7 @@ SHORT = {
     "orbit": "",
     "shock": "--samples 100 --largest 0.01",
     "branch": "--alpha 0.7:0.701 --points 1",
-    "design": "--over alpha=0.7:0.71 --points 2",
     "optimise": "--maximise speed --over alpha=0.7:0.71 --samples 1",
-    "steer": "--over alpha=0.7:0.71 --samples 1",
     "pulse": "--alpha 2.5 --omega 0.41 --delta 0.41 --zeta 0.025 --beta 12 --gamma 2.2 "
     "--state 0.5 -0.9 -0.9 --to 0.4 0.9 0.1 --max-periods 1",
     "fit": "measured.csv --unknown alpha",

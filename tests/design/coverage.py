@@ -1,6 +1,6 @@
 """Shares of 95 % intervals that hold the truth, by `python -m tests.design.coverage [SETS]`.
 
-Intervals by standard errors, profiles and the bootstrap, of four parameters, in fits with each loss
+Intervals by standard errors and profiles, of four parameters, in fits with each loss
 to synthetic series with errors of several kinds.
 """
 
@@ -25,7 +25,6 @@ ERRORS = {
     "heavy": lambda draw, n: draw.standard_t(2.0, size=n),
 }
 """Errors of n values, the first half those of x_m and the others of x_c, over the noise."""
-REFITS = 100  # of a bootstrap
 COUNTS = {9: UNKNOWN[:2], 20: UNKNOWN, 150: UNKNOWN}
 """Unknowns, by the number of times."""
 
@@ -43,7 +42,6 @@ def held(loss, errors, count, seeds, kind="errors"):
     """Mask (sets, k) of intervals of a kind that contain the true value."""
     found, unknown = [], COUNTS[count]
     how = {"state": STATE, "phase": PHASE, "loss": loss}
-    how["bootstrap"] = REFITS if kind == "bootstrap" else 0
     for seed in seeds:
         one = fit(data_of(errors, count, seed), TRUE, unknown, **how)
         found.append([_holds(one, k, kind) for k in range(len(unknown))])
@@ -54,9 +52,6 @@ def _holds(one, k, kind):
     """True if an interval of the k-th value contains the true one."""
     name = list(one.values)[k]
     truth = getattr(TRUE, name)
-    if kind == "bootstrap":
-        low, high = one.bootstrap.interval(name)
-        return low < truth < high
     if kind == "profile":
         profile = Profile(one.problem, one.found, one.limits, k, one.growth[k])
         return profile.growth(truth) < one.deviations() ** 2
@@ -71,8 +66,7 @@ def main(sets):
             if errors != "correlated":
                 _print(count, errors, "errors", sets)
                 _print(count, errors, "profile", sets)
-    for kind in ("errors", "bootstrap"):
-        _print(max(COUNTS), "correlated", kind, sets // 4)
+    _print(max(COUNTS), "correlated", "errors", sets // 4)
 
 
 def _print(count, errors, kind, sets):

@@ -6,8 +6,6 @@ from scipy.stats import binom
 from tests.design.coverage import held
 from tests.sampling import ALL, many, sampled
 
-KINDS = ("errors", "bootstrap")
-
 
 @sampled
 @pytest.mark.parametrize(
@@ -26,10 +24,3 @@ def test_intervals_hold_the_truth(loss, errors, kind) -> None:
     assert found.sum(axis=0).min() >= binom.ppf(1e-6, sets, 0.95)
     if ALL:
         assert 0.92 < found.mean() < 0.98
-
-
-@pytest.mark.long
-def test_a_bootstrap_holds_the_truth_of_correlated_errors() -> None:
-    plain, again = (held("linear", "correlated", 150, range(40), kind) for kind in KINDS)
-    assert plain.mean() < 0.8
-    assert again.mean() > 0.88

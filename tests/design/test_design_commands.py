@@ -1,4 +1,4 @@
-"""The commands `optimise`, `steer` and `fit`: what they print, write, and refuse."""
+"""The commands `optimise` and `fit`: what they print, write, and refuse."""
 
 import csv
 import json
@@ -15,7 +15,6 @@ from capsule_sym import (
     optimise,
     pareto,
     simulate,
-    steer,
 )
 from capsule_sym._commands.optimise import optimise as optimise_command
 from capsule_sym._units import METRIC_UNITS
@@ -64,35 +63,6 @@ def test_a_front_is_written_with_its_table_and_its_picture(call, tmp_path) -> No
     assert (tmp_path / "found" / "front.svg").read_text().startswith("<?xml")
 
 
-@pytest.mark.long
-def test_design_and_steer_agree_under_the_same_constraints(call, tmp_path) -> None:
-    asked = ("--params", "device.toml", "--over", "P_d=3:8", "--over", "Omega=6.5:8")
-    asked = (*asked, "--subject-to", "power <= 2", "--json")
-    status, steered, _ = call("steer", *asked)
-    assert status == 0
-    status, studied, _ = call("design", *asked, "--points", "2")
-    assert json.loads(studied)["steering"] == json.loads(steered)
-
-
-def test_steer_shows_both_drives_and_the_way(call, tmp_path) -> None:
-    status, out, _ = call(
-        *("steer", "--params", "device.toml", "--over", "P_d=7:8", "--over", "Omega=6.5:8"),
-        *("--samples", "8", "--out", "found"),
-    )
-    assert status == 0
-    first, second, third, *_ = out.splitlines()
-    assert first.startswith("forward")
-    assert second.startswith("backward")
-    assert " -" in second
-    assert third.startswith("connected: ")
-    record = json.loads((tmp_path / "found" / "steering.json").read_text())
-    assert record["forward"]["value"] > 0 > record["backward"]["value"]
-    assert max(record["points"]["largest_multiplier"]) < 1
-    assert {one.name for one in (tmp_path / "found").iterdir()} == {
-        f"steering.{ending}" for ending in ("json", "csv", "svg")
-    }
-
-
 def series(path, **changed) -> None:
     """A file of measurements of known parameters."""
     run = simulate(Parameters(alpha=0.83, zeta=0.06), periods=6)
@@ -136,31 +106,16 @@ def test_a_device_that_cannot_drift_says_why(changed, why, call, tmp_path) -> No
     lines = [line for line in DEVICE.splitlines() if line.split()[0] not in changed]
     lines += [f"{name} = {value}" for name, value in changed.items()]
     (tmp_path / "device.toml").write_text("\n".join(lines).replace(" M_c", "\nM_c"))
-    status, out, err = call("design", "--params", "device.toml")
-    assert (status, len(err)) == (3, 1)
-    assert err[0].startswith("not found: fastest, most economical: ")
-    assert err[0].endswith(why)
-    assert "mm/s" not in out
     words = ("--maximise", "speed", "--over", "P_d=3:8", "--samples", "8")
     status, out, err = call("optimise", "--params", "device.toml", *words)
     assert (status, out) == (3, "")
     assert err == [f"flat: speed is 0 at each of 8 surveyed places: {why}"]
 
 
-def test_a_device_that_goes_one_way_does_not_go_back_by_rounding(call, tmp_path) -> None:
-    (tmp_path / "device.toml").write_text(DEVICE.replace("G = 0.0017", "G = 0.5"))
-    status, out, _ = call("steer", "--params", "device.toml")
-    forward, backward, message = (line.split() for line in out.splitlines())
-    assert (status, forward[0], backward[:3]) == (0, "forward", ["backward", "0", "mm/s"])
-    assert message[0] == "one-way:"
-
-
 TIMED = {
     "fit": ("data.csv", "--unknown", "alpha"),
     "optimise": ("--maximise", "speed", "--over", "alpha=0.8:1"),
     "optimise --pareto": ("work", "--maximise", "speed", "--over", "alpha=0.8:1"),
-    "steer": (),
-    "design": (),
 }
 
 
@@ -182,7 +137,6 @@ COUNTS = {
     "optimise samples": (lambda n: optimise("speed", OVER, samples=n), 1, 1_000_000),
     "optimise follow": (lambda n: optimise("speed", OVER, follow=n), 1, 1000),
     "pareto points": (lambda n: pareto("speed", "work", OVER, points=n), 2, 10_000),
-    "steer samples": (lambda n: steer(samples=n), 1, 1_000_000),
     "fit starts": (lambda n: fit(DATA, Parameters(), ("alpha",), starts=n), 0, 100_000),
     "fit follow": (lambda n: fit(DATA, Parameters(), ("alpha",), follow=n), 1, 1000),
     "fit steps": (lambda n: fit(DATA, Parameters(), ("alpha",), steps=n), 1, 100_000),
@@ -201,15 +155,11 @@ def test_a_count_beyond_its_range_is_refused_before_anything_is_made(name) -> No
 def test_options_have_the_ranges_of_the_functions(call) -> None:
     words = {
         "optimise": ("--maximise", "speed", "--over", "alpha=0.8:1", "--pareto", "work"),
-        "steer": (),
         "fit": ("data.csv", "--unknown", "alpha"),
-        "design": (),
     }
     for command, names in (
         ("optimise", ("samples", "points")),
-        ("steer", ("samples",)),
         ("fit", ("starts",)),
-        ("design", ("points",)),
     ):
         for name in names:
             found = next(one for key, one in COUNTS.items() if key.endswith(f" {name}"))
@@ -239,7 +189,6 @@ REFUSED = {
         (*OPTIMISE, "--over", "alpha=0.5:0.9", "--subject-to", "peak_force <= 0.5"),
         "peak_force <= 0.5 by ",
     ),
-    "steering by the gap": (("steer", "--over", "delta=0:1"), "over"),
     "no file": (("fit", "none.csv", "--unknown", "alpha"), "file"),
     "nothing unknown": (("fit", "data.csv"), "give --unknown"),
     "missing column": (("fit", "missing.csv", "--unknown", "alpha"), "columns"),

@@ -15,7 +15,6 @@ from capsule_sym import (
     pareto,
     performance,
     solve_orbit,
-    steer,
 )
 from capsule_sym._design import evaluation, quantities
 from capsule_sym._design import overview as overview_module
@@ -168,9 +167,6 @@ def test_what_is_not_allowed_is_refused_by_its_name_at_once(changed, field) -> N
         optimise(**given)
     assert caught.value.field == field
     assert "\n" not in str(caught.value)
-    if not {"starts", "tolerances"} & set(changed):
-        with pytest.raises(InvalidInput) as caught:
-            steer(**{"samples": 4} | changed)
 
 
 def test_bounds_may_be_arrays() -> None:

@@ -23,7 +23,6 @@ from capsule_sym import (
 )
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.rig import recorded
-from tests.design.clock import LIMIT, Clock
 from tests.design.rigs import DEVICE, DRIVES, SCALE, SLIP, phase_of, video
 from tests.design.test_fit import PHASE, START, TRUE, series
 from tests.examples import ROOT
@@ -161,58 +160,25 @@ def noisy(seed, memory, count=250):
     return data
 
 
-def test_a_bootstrap_knows_of_correlated_errors() -> None:
+def test_residuals_tell_how_errors_are_correlated() -> None:
     how = {"state": START, "phase": PHASE}
-    unknown = ("alpha", "zeta")
-    first = {
-        memory: fit(noisy(3, memory), TRUE, unknown, bootstrap=60, **how) for memory in (0.0, 0.8)
-    }
-    assert abs(first[0.0].autocorrelation) < 0.15
-    assert first[0.8].autocorrelation == pytest.approx(0.8, abs=0.12)
-    white, red = (first[memory].bootstrap for memory in (0.0, 0.8))
-    assert (white.success, white.failed, red.block > 3 * white.block) == (True, 0, True)
-    every = [
-        [fit(noisy(s, m), TRUE, unknown, **how).values[n] for n in unknown]
-        for m in (0.8,)
-        for s in range(40)
-    ]
-    spread = np.std(every, axis=0)
-    for k, name in enumerate(unknown):
-        own = first[0.0].standard_errors[name]
-        assert white.standard_errors[name] == pytest.approx(own, rel=0.35)
-        assert red.standard_errors[name] == pytest.approx(spread[k], rel=0.4)
-        assert first[0.8].standard_errors[name] < 0.65 * spread[k]
-        low, high = red.interval(name)
-        assert low < first[0.8].values[name] < high
-    again = fit(noisy(3, 0.8), TRUE, unknown, bootstrap=60, **how)
-    assert np.array_equal(again.bootstrap.values, red.values)
-
-
-def test_a_bootstrap_that_is_out_of_time_has_the_fits_until_then(monkeypatch) -> None:
-    how = {"state": START, "phase": PHASE, "max_seconds": LIMIT, "bootstrap": 5}
-    for many in (0, 3):
-        clock = Clock(monkeypatch, f"bootstrap {many + 1} of 5")
-        found = fit(noisy(3, 0.5, 60), TRUE, ("alpha",), progress=clock.progress, **how)
-        assert found.status == "time-limit"
-        again = found.bootstrap
-        assert (again.success, len(again.values)) == (False, many)
-        assert np.isnan(again.interval("alpha")).all() == (many == 0)
-        assert math.isnan(again.standard_errors["alpha"]) == (many == 0)
+    white, red = (fit(noisy(3, m), TRUE, ("alpha", "zeta"), **how) for m in (0.0, 0.8))
+    assert abs(white.autocorrelation) < 0.15
+    assert red.autocorrelation == pytest.approx(0.8, abs=0.12)
 
 
 def test_intervals_are_of_a_probability() -> None:
-    found = fit(noisy(3, 0.0, 9), TRUE, ("alpha", "zeta"), state=START, phase=PHASE, bootstrap=40)
+    found = fit(noisy(3, 0.0, 9), TRUE, ("alpha", "zeta"), state=START, phase=PHASE)
     # Student's t of 16 degrees of freedom, from a table.
     assert found.deviations() == pytest.approx(2.120, abs=5e-4)
     assert found.deviations(0.99) == pytest.approx(2.921, abs=5e-4)
-    for one in (found, found.bootstrap):
-        ends, wide = one.interval("alpha"), one.interval("alpha", 0.99)
-        assert wide[0] < ends[0] < ends[1] < wide[1]
-        for level in (0.0, 1.0, math.nan, "95 %"):
-            with pytest.raises(InvalidInput, match="level"):
-                one.interval("alpha", level)
-        with pytest.raises(InvalidInput, match="name"):
-            one.interval("beta")
+    ends, wide = found.interval("alpha"), found.interval("alpha", 0.99)
+    assert wide[0] < ends[0] < ends[1] < wide[1]
+    for level in (0.0, 1.0, math.nan, "95 %"):
+        with pytest.raises(InvalidInput, match="level"):
+            found.interval("alpha", level)
+    with pytest.raises(InvalidInput, match="name"):
+        found.interval("beta")
 
 
 RUN = """
@@ -244,14 +210,13 @@ def folder(tmp_path):
 
 def test_the_command_fits_a_rig_of_a_file(call, folder) -> None:
     words = ("fit", "rig.toml", "--params", "device.toml", "--loss", "cauchy")
-    status, out, err = call(*words, "--bootstrap", "3", "--json", "--out", "found")
+    status, out, err = call(*words, "--json", "--out", "found")
     assert (status, err) == (0, ["wrote found/fit.json, found/fit.csv, found/fit.svg"])
     record = json.loads(out)
     assert record["values"]["mu"] == pytest.approx(
         DEVICE.mu, abs=4 * record["standard_errors"]["mu"]
     )
     assert record["runs"][0]["name"] == "slow"
-    assert record["bootstrap"]["fits"] == 3
     assert (
         (folder / "found" / "fit.csv").read_text().startswith("run,t,column,value,residual\nslow,")
     )

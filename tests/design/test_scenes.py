@@ -16,7 +16,6 @@ from capsule_sym import (
 from capsule_sym._design import sensitivities as module
 from capsule_sym._design.borders import distances
 from capsule_sym._design.quantities import dimensionless_slopes
-from capsule_sym._design.steering import usual_drive
 
 SLOPE = scenes.slope
 RUN = SLOPE.Parameters(alpha=0.8, s=-0.05)
@@ -99,14 +98,6 @@ def test_an_optimum_over_a_bias_is_within_its_bounds() -> None:
         optimise("velocity", {"f_plus": (-1, 1)}, RUN)
     with pytest.raises(InvalidInput, match=r"^bounds of s = \(1, -1\): must be two ascending"):
         optimise("velocity", {"s": (1, -1)}, RUN)
-
-
-def test_a_drive_has_the_names_of_the_scene() -> None:
-    assert usual_drive(RUN) == {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
-    device = SLOPE.PhysicalParameters(
-        M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3, Omega=8, mu=0.2, mu_back=0.3
-    )
-    assert list(usual_drive(device)) == ["P_d", "Omega"]
 
 
 @pytest.mark.parametrize("scene", ["slope", "reaction", "reaction_pulse"])

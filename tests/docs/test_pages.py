@@ -32,7 +32,6 @@ SLOW = {
     "docs/howto/rig.md",
     "docs/howto/sweep.md",
     "docs/tutorials/prototype.md",
-    "docs/tutorials/study.md",
 }
 """Pages that take more than a second. `make docs` runs them."""
 SEGMENT = "docs/howto/segment.md"

@@ -25,7 +25,6 @@ from capsule_sym import (
     plot_pulse,
     plot_residuals,
     plot_shock,
-    plot_steering,
     plot_tolerances,
     plot_work_precision,
 )
@@ -36,7 +35,7 @@ from capsule_sym._figures.style import CURVES
 from paper.figures.catalogue import FIGURES, Study
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
-from tests.figures.test_parts import STEERING, fitted, pulse, spread
+from tests.figures.test_parts import fitted, pulse, spread
 from tests.figures.test_precision import RECORD
 from tests.sampling import sampled, some
 
@@ -140,7 +139,6 @@ OTHERS: dict[str, Callable[[Any, float], Any]] = {
     "basin": lambda branch, width: sweeps.plot_basin(swept(), width=width),
     "pareto": lambda branch, width: sweeps.plot_pareto(swept(), width=width),
     "front": lambda branch, width: plot_front(drive(), width=width),
-    "steering": lambda branch, width: plot_steering(STEERING, width=width),
     "residuals": lambda branch, width: plot_residuals(fitted(), width=width),
     "pulse": lambda branch, width: plot_pulse(pulse(), width=width),
     "tolerances": lambda branch, width: plot_tolerances(spread(), width=width),

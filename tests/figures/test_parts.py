@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from capsule_sym import (
     plot_fig7,
     plot_pulse,
     plot_residuals,
-    plot_steering,
     plot_switching,
     plot_tolerances,
     plot_work_precision,
@@ -58,18 +56,6 @@ def pulse() -> Any:
 
 
 FIG3, FIG4, FIG5 = sections(SCHEMATIC)
-STEERING = SimpleNamespace(
-    columns={
-        "stretch": np.zeros(3),
-        "alpha": np.array([0.5, 0.7, 1.0]),
-        "omega": np.array([0.9, 0.8, 0.7]),
-        "velocity": np.array([0.1, 0.0, -0.1]),
-        "largest_multiplier": np.array([0.5, 0.9, 0.4]),
-    },
-    forward=SimpleNamespace(system=Parameters()),
-    names=("alpha", "omega"),
-)
-
 Arguments = Callable[[Any], tuple[Any, ...]]
 COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
     "fig1": (plot_fig1, lambda settled: ()),
@@ -84,7 +70,6 @@ COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
         lambda settled: (CROSSINGS[:1], [[settled(a) for a in CROSSINGS[0].alphas]]),
     ),
     "work-precision": (plot_work_precision, lambda settled: (RECORD,)),
-    "steering": (plot_steering, lambda settled: (STEERING,)),
     "residuals": (plot_residuals, lambda settled: (fitted(),)),
     "tolerances": (plot_tolerances, lambda settled: (spread(),)),
     "pulse": (plot_pulse, lambda settled: (pulse(),)),
@@ -109,7 +94,7 @@ def drawn(axes: Any) -> dict[str, Any]:
 
 
 # The others take more time to draw, or are drawn as these are.
-QUICK = {"fig1", "fig3", "fig6", "work-precision", "steering", "residuals"}
+QUICK = {"fig1", "fig3", "fig6", "work-precision", "residuals"}
 
 
 @sampled
