@@ -19,14 +19,19 @@ from typing import Any
 import flint
 
 _LIBRARIES = ("numpy", "python-flint")
-_ROOT, _HOME = __name__.partition(".")[0], __name__.rsplit(".", 2)[0]
-_ITINERARIES = tuple(f"{_ROOT}._orbits.shooting.{one}" for one in ("changes", "itinerary"))
-_PROVING = f"{_HOME}.", f"{_ROOT}.generated.capsule.", *_ITINERARIES
+_ROOTS = "capsule_sym", "paper"
+_PROVING = (
+    "capsule_sym._enclosures.",
+    "capsule_sym._orbits.shooting.changes",
+    "capsule_sym._orbits.shooting.itinerary",
+    "capsule_sym.generated.capsule.",
+    "paper.proofs.",
+)
 _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef)
 
 
 def closure(module: ModuleType) -> tuple[ModuleType, ...]:
-    """A module and those of this package that it uses, with the model's facts and itineraries."""
+    """A module and those of proofs that it uses, with the model's facts and itineraries."""
     found: dict[str, ModuleType] = {}
     waiting = [module.__name__]
     while waiting:
@@ -78,4 +83,4 @@ def _said(node: Any) -> str:
 
 
 def _of_the_project(node: Any) -> bool:
-    return isinstance(node, ast.ImportFrom) and f"{node.module}".partition(".")[0] == _ROOT
+    return isinstance(node, ast.ImportFrom) and f"{node.module}".partition(".")[0] in _ROOTS

@@ -61,7 +61,7 @@ class Task(NamedTuple):
     module: ModuleType
     """Module whose `attempt` proves a part, or gives how to halve it."""
     option: str
-    """Option of `enclose` that writes such files."""
+    """Option of `python -m paper enclose` that writes such files."""
 
     def code(self) -> str:
         """Digest of the code on which a proof rests; all other code gives guesses."""
@@ -151,7 +151,7 @@ def begun(path: Path, task: Task = PLANE) -> Plane:
                 plane.seconds = max(plane.seconds, float(record["seconds"]))
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise InvalidInput(
-                "file", str(path), f"one that `enclose {task.option}` wrote"
+                "file", str(path), f"one that `python -m paper enclose {task.option}` wrote"
             ) from error
         if other:
             raise InvalidInput("file", str(path), f"a new one: this was proved by {others}")
@@ -181,7 +181,7 @@ def _begin(task: Task, plan: Path | None = None) -> str:
         halved = [one for one in records if _told(one, task)[1].itinerary is None]
     except (OSError, EOFError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InvalidInput(
-            "plan", str(plan), f"a file that `enclose {task.option}` wrote"
+            "plan", str(plan), f"a file that `python -m paper enclose {task.option}` wrote"
         ) from error
     return begin + "".join(json.dumps(one | {"seconds": 0.0, "work": 0.0}) + "\n" for one in halved)
 

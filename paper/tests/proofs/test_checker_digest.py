@@ -38,5 +38,7 @@ def test_a_file_without_names_of_libraries_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rest.jsonl"
     for libraries in ([1], 1, "FLINT", None):
         path.write_text(json.dumps(FROM_REST.begin() | {"libraries": libraries}) + "\n")
-        with pytest.raises(InvalidInput, match="one that `enclose --from-rest` wrote"):
+        with pytest.raises(
+            InvalidInput, match="one that `python -m paper enclose --from-rest` wrote"
+        ):
             begun(path, FROM_REST)

@@ -1,4 +1,4 @@
-"""`--certify` and `enclose`, as a user calls them."""
+"""`python -m paper enclose`, as a user calls it."""
 
 from __future__ import annotations
 
@@ -9,85 +9,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._cli import group
-from capsule_sym._enclosures.certificates import checker
-from capsule_sym._enclosures.numbers.balls import Unproved
-from capsule_sym._enclosures.passage.runs import enclose_run
-from capsule_sym._map.trajectory import Kept
+from capsule_sym import Rejected, check_certificate
 from capsule_sym._native import present
+from paper.__main__ import group
 from paper.proofs import section4
-
-
-def certificates(path: Path) -> list[dict]:
-    return json.loads(path.read_text())["certificates"]
-
-
-def test_orbit_is_certified(tmp_path: Path) -> None:
-    file = tmp_path / "orbit.json"
-    run = CliRunner().invoke(group, ["orbit", "--alpha", "0.7", "--certify", str(file)])
-    assert run.exit_code == 0, run.output
-    assert "proved 1" in run.output
-    (certificate,) = certificates(file)
-    checker.check_certificate(certificate)
-    assert certificate["parameters"]["alpha"] == "0.7"
-
-
-def test_branch_certifies_its_bifurcations(tmp_path: Path) -> None:
-    file = tmp_path / "branch.json"
-    options = ["--alpha", "0.3:0.6"]
-    run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
-    assert run.exit_code == 0, run.output
-    assert [one["fields"] for one in certificates(file)] == [[4, 5, 2, 5], [5, 2, 5, 4]]
-    for one in certificates(file):
-        checker.check_certificate(one)
-
-
-def test_what_the_checker_cannot_take_is_said(tmp_path: Path) -> None:
-    file = tmp_path / "branch.json"
-    options = ["--alpha", "1.6", "--gamma", "3.0:3.3"]
-    run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
-    assert run.exit_code == 4
-    assert "not proved" in run.output
-
-
-@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
-def test_run_is_enclosed_and_its_end_is_that_of_the_map(backend: str) -> None:
-    trajectory = simulate(Parameters(alpha=1.2), (0.1, 0.3, 0.05), 0.5, 2, backend=backend)
-    passed = enclose_run(trajectory)
-    assert len(passed.times) == len(trajectory.segments) - 1
-    for k in range(3):
-        value = passed.state[k, 0]
-        assert value.rad() < 1e-20
-        assert float(value) == pytest.approx(float(trajectory.final[1][k]), abs=1e-12)
-
-
-def test_run_with_a_switch_left_out_is_not_proved() -> None:
-    from dataclasses import replace
-
-    trajectory = simulate(Parameters(alpha=1.2), periods=2)
-    first, second, *rest = trajectory.segments
-    longer = replace(first, duration=first.duration + second.duration)
-    with pytest.raises((Unproved, ValueError)):
-        enclose_run(replace(trajectory, kept=Kept("segments", (longer, *rest))))
-    later = replace(first, duration=first.duration + 1e-3)
-    enclose_run(
-        replace(trajectory, kept=Kept("segments", (later, second, *rest)))
-    )  # a guess, no more
-
-
-def test_points_of_a_curve_are_certified(tmp_path: Path) -> None:
-    file = tmp_path / "curve.json"
-    line = "--alpha 0.36:0.37 --gamma 3.29:3.3 --bifurcation adding"
-    options = [*line.split(), "--points", "1", "--at", "3.3", "--certify", str(file)]
-    run = CliRunner().invoke(group, ["curve", *options])
-    assert run.exit_code == 0, run.output
-    held = certificates(file)
-    assert len(held) >= 2
-    assert {one["parameters"]["gamma"] for one in held} >= {"3.3", "3.29"}
-    for one in held:
-        checker.check_certificate(one)
-        assert float(one["free"]["alpha"]) == pytest.approx(0.3688, abs=1e-3)
 
 
 def test_certificates_of_section_4_are_accepted_and_a_changed_digit_is_not(
@@ -100,10 +25,10 @@ def test_certificates_of_section_4_are_accepted_and_a_changed_digit_is_not(
     assert [one["kind"] for one in held] == ["bifurcation", "bifurcation", "orbit"]
     for one in held:
         assert one["parameters"]["gamma"] == "3"
-        checker.check_certificate(one)
+        check_certificate(one)
     angle = held[1]["angle"]
-    with pytest.raises(checker.Rejected):
-        checker.check_certificate({**held[1], "angle": angle[:-1] + str((int(angle[-1]) + 5) % 10)})
+    with pytest.raises(Rejected):
+        check_certificate({**held[1], "angle": angle[:-1] + str((int(angle[-1]) + 5) % 10)})
 
 
 def test_two_proofs_at_once_are_refused() -> None:

@@ -24,9 +24,9 @@ from capsule_sym import (
     simulate_many,
     solve_itinerary,
 )
-from capsule_sym._cli import group
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, matrix, precision, unit
 from capsule_sym._enclosures.numbers.fields import Field
+from paper.__main__ import group
 from paper.proofs import horseshoe
 from paper.proofs import horseshoe_checker as checker
 from paper.proofs.horseshoe import kept, prove_horseshoe

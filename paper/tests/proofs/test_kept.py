@@ -17,8 +17,8 @@ from paper.proofs.optimum import BEST, ROOM
 from paper.proofs.parts import BOTH, AlphaPart, DrivePart, Patch
 from paper.proofs.subdivision import DRIVES, FROM_REST, PLANE, Task, prove
 
-ROOT = Path(__file__).parents[2]
-KEPT = ROOT / "benchmarks" / "kept"
+ROOT = Path(__file__).parents[3]
+KEPT = ROOT / "paper" / "proofs" / "kept"
 TASKS = {"from-rest": FROM_REST, "regions": PLANE, "fastest": DRIVES}
 
 

@@ -282,16 +282,16 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path, lines: list[str]) -
             line.replace('{"code": "CODE"}', json.dumps(PLANE.begin())) + "\n" for line in lines
         )
     )
-    with pytest.raises(InvalidInput, match="one that `enclose --region` wrote"):
+    with pytest.raises(InvalidInput, match="one that `python -m paper enclose --region` wrote"):
         begun(path)
 
 
 def test_the_digest_covers_all_that_proves() -> None:
-    graph = grimp.build_graph("capsule_sym")
+    graph = grimp.build_graph("capsule_sym", "paper")
     name = patches.__name__
     below = graph.find_upstream_modules(name) | {name}
-    home = name.rsplit(".", 2)[0] + "."
-    proving = {one for one in below if home in one} | {
+    homes = "capsule_sym._enclosures.", "paper.proofs."
+    proving = {one for one in below if one.startswith(homes)} | {
         one.__name__ for one in (facts, changes, itinerary)
     }
     assert {one.__name__ for one in closure(patches)} == proving

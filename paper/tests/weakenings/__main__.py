@@ -16,9 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from paper.tests.weakenings.applied import NAME
-from paper.tests.weakenings.listed import TESTS, Weakening, digest, listed
+from paper.tests.weakenings.listed import ROOT, Weakening, digest, listed
 
-ROOT = TESTS.parents[1]
 LIMIT = 300.0  # seconds after which a test is given up
 NOTICED, PASSED = 1, 0  # statuses of pytest
 
@@ -29,7 +28,7 @@ def tried(tests: Sequence[str], weakening: str | None = None) -> str:
     environment = os.environ | ({NAME: weakening} if weakening else {})
     try:
         run = subprocess.run(
-            [sys.executable, "-m", "pytest", *words, *(str(TESTS / test) for test in tests)],
+            [sys.executable, "-m", "pytest", *words, *tests],
             cwd=ROOT,
             env=environment,
             capture_output=True,

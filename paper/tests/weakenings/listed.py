@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 HERE = Path(__file__).parent
-ROOM = HERE.parents[1] / "capsule_sym" / "_enclosures"
-TESTS = HERE.parent / "enclosures"
+ROOT = HERE.parents[2]
+CODE = "capsule_sym/_enclosures", "paper/proofs", "paper/tests/proofs", "tests/enclosures"
+"""Folders of the proofs and of their tests."""
 
 
 class Weakening(NamedTuple):
-    """Text of a module of the room of proofs, what is put in its place, and the test that shows it.
+    """Text of a module of the proofs, what is put in its place, and the test that shows it.
 
-    `file` is relative to the room, `test` relative to its tests, as pytest names it.
+    `file` and `test` are relative to the checkout, the test as pytest names it.
     """
 
     name: str
@@ -27,12 +28,12 @@ class Weakening(NamedTuple):
     @property
     def path(self) -> Path:
         """The module's file."""
-        return ROOM / self.file
+        return ROOT / self.file
 
     @property
     def module(self) -> str:
         """Name under which the module is imported."""
-        return ".".join(("capsule_sym", ROOM.name, *Path(self.file).with_suffix("").parts))
+        return ".".join(Path(self.file).with_suffix("").parts)
 
     @property
     def weakened(self) -> str:
@@ -53,6 +54,6 @@ def listed() -> list[Weakening]:
 
 
 def digest() -> str:
-    """Digest of the room of proofs and of its tests, on which all results rest."""
-    files = sorted([*ROOM.rglob("*.py"), *TESTS.rglob("*.py")])
+    """Digest of the proofs and of their tests, on which all results rest."""
+    files = sorted(path for folder in CODE for path in (ROOT / folder).rglob("*.py"))
     return sha256(b"".join(path.read_bytes() for path in files)).hexdigest()

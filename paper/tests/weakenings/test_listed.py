@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from paper.tests.weakenings.listed import TESTS, Weakening, listed
+from paper.tests.weakenings.listed import ROOT, Weakening, listed
 
 LISTED = listed()
 
@@ -21,4 +21,4 @@ def test_a_weakening_changes_one_text_and_names_a_test(one: Weakening) -> None:
     compile(one.weakened, one.file, "exec")
     assert one.find != one.put
     file, _, name = one.test.partition("::")
-    assert f"\ndef {name.partition('[')[0]}(" in (TESTS / file).read_text(encoding="utf-8")
+    assert f"\ndef {name.partition('[')[0]}(" in (ROOT / file).read_text(encoding="utf-8")
