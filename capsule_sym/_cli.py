@@ -104,8 +104,9 @@ _MOVED = {
     "enclose": "python -m paper enclose",
     "bench": "python -m benchmarks bench",
     **dict.fromkeys(("design", "steer"), "capsule-sym optimise, see docs/howto/optimise.md"),
+    "sweep-info": "capsule-sym sweep --info",
 }
-"""Commands that have moved: the command line of today, in a checkout."""
+"""Commands that have moved, each with the command of today."""
 _EVERYDAY = "Commands"
 _CHECKS = "For reviewers and developers"
 for _section, _name, _module, _text in (
@@ -116,7 +117,6 @@ for _section, _name, _module, _text in (
     (_EVERYDAY, "figure", "figures", "Draw a figure, branches, curves, a sweep or a basin."),
     (_EVERYDAY, "sweep", "sweep", "Run a grid of parameters or starts; can be resumed."),
     (_EVERYDAY, "basin", "sweep", "Run basins of attraction over a grid of starts."),
-    (_EVERYDAY, "sweep-info", "sweep", "Show the contents of a sweep or a basin."),
     (_EVERYDAY, "attractors", "attractors", "Find all attractors of a box of starts."),
     (_EVERYDAY, "shock", "shock", "Find the least knock after which a motion is lost."),
     (_EVERYDAY, "pulse", "pulse", "Switch to another motion by a pulse of the drive."),

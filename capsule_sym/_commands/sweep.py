@@ -1,4 +1,4 @@
-"""The commands `sweep`, `basin` and `sweep-info`."""
+"""The commands `sweep` and `basin`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from traceback import clear_frames
 from typing import Any
@@ -19,7 +20,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
 
 _EXTRA = ("sweep", "xarray", "zarr", "filelock")
-_store = option("Directory of the results.", "--out", required=True, metavar="DIR")
+_store = partial(option, "Directory of the results.", "--out", metavar="DIR")
 _running = several(
     resume=option("Continue an existing store.", is_flag=True),
     any_core=option(
@@ -29,10 +30,6 @@ _running = several(
     dask=option("Address of a Dask scheduler; local starts a cluster.", metavar="ADDRESS"),
     max_seconds=options.max_seconds(),
 )
-
-
-def _check_run() -> None:
-    options.check_beside("any_core", needs=("resume",))
 
 
 @command()
@@ -47,7 +44,13 @@ def sweep(
         "--refine",
         metavar="STRIDE",
     ),
-    store: str = _store,
+    info: Path | None = option(
+        "Show axes, progress, outcomes, attractors and provenance of a store, also of a basin.",
+        type=click.Path(path_type=Path),
+        metavar="DIR",
+    ),
+    check: bool = option("Compare every file with its checksum; exit 1 if one is damaged."),
+    store: str | None = _store(),
     how: dict[str, Any] = _running,
     as_json: bool = options.as_json,
 ) -> None:
@@ -74,6 +77,12 @@ def sweep(
     sweep continues with --resume. DIR/results.zarr opens with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
     options.require(*_EXTRA)
+    options.check_beside("check", needs=("info",))
+    if info is not None:
+        for one in click.get_current_context().command.params:
+            if one.name not in ("info", "check", "as_json"):
+                options.check_beside(str(one.name), never=("info",))
+        return _show_store(info, check, as_json)
     options.check_beside("compute", never=("stride",))
     over = options.ranges()
     settings = {"periods": periods, "compute": compute and compute.split(",")}
@@ -84,7 +93,9 @@ def sweep(
         loaded = capsule_sym.load_sweep(plan)
     else:
         loaded = _over(over, *system.load(), settings)
-    _check_run()
+    options.check_beside("any_core", needs=("resume",))
+    if store is None:
+        raise click.UsageError("Missing option '--out'.")
     with _executor(**how) as given:
         if stride is None:
             summary = capsule_sym.run_sweep(loaded, store, **given)
@@ -119,7 +130,7 @@ def basin(
     windows: dict[str, Any] = options.windows(counted=True),
     state: tuple[float, float, float] = options.state("Start state, apart from the axes."),
     periods: int = options.count("Excitation periods to run.", 300),
-    store: str = _store,
+    store: str = _store(required=True),
     how: dict[str, Any] = _running,
     as_json: bool = options.as_json,
 ) -> None:
@@ -133,7 +144,7 @@ def basin(
     axes = tuple(capsule_sym.Axis.linear(name, *window) for name, window in given.items())
     if not axes:
         raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
-    _check_run()
+    options.check_beside("any_core", needs=("resume",))
     parameters, _ = system.load()
     chosen = capsule_sym.Sweep(axes, parameters, state, periods=periods)
     with _executor(**how) as settings:
@@ -141,17 +152,11 @@ def basin(
     _tell(_summary(summary, periods, store), as_json)
 
 
-@command()
-def sweep_info(
-    check: bool = option("Compare every file with its checksum; exit 1 if one is damaged."),
-    as_json: bool = options.as_json,
-    store: str = argument(metavar="DIR"),
-) -> None:
-    """Show axes, progress, outcomes, attractors and provenance of a store."""
-    options.require(*_EXTRA)
+def _show_store(store: Path, check: bool, as_json: bool) -> None:
+    """Print the contents of a store; exits with 1 if a checked one is damaged."""
     from capsule_sym._sweeps.results import damaged_parts, info_record
 
-    record = info_record(Path(store), check)
+    record = info_record(store, check)
     present.result(lambda: record, lambda: _show(record), as_json)
     if damaged_parts(record):
         raise click.exceptions.Exit(1)

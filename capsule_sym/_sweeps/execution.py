@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -16,6 +15,7 @@ from concurrent.futures import (
 )
 from dataclasses import asdict, dataclass
 from enum import StrEnum
+from itertools import islice
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -32,7 +32,7 @@ from capsule_sym._sweeps.store import Store, opened
 from capsule_sym._sweeps.sweep import Sweep, check_sweep
 
 MOST_WORKERS = 1024  # more than the one writer keeps busy
-_MOST_DEATHS = 3  # of every worker without a finished chunk, before Lost is raised
+_MOST_FAILED = 3  # chunks, after which a run ends without the others
 
 Progress = Callable[[int, int], None]
 
@@ -129,9 +129,9 @@ def run_sweep(
     `open_results` reads the results.
 
     Raises InvalidInput for a store that cannot be used (see `opened`), NotWritten on a full disk,
-    and Lost for a chunk under which workers die. Finished chunks are always kept: also on
-    KeyboardInterrupt, which reports their number of cells, and after `max_seconds`, when unfinished
-    chunks are abandoned and the status is "time-limit".
+    and Lost for chunks that the executor could not compute: after all others, or after three.
+    Finished chunks are always kept: also on KeyboardInterrupt, which reports their number of cells,
+    and after `max_seconds`, when unfinished chunks are abandoned and the status is "time-limit".
     """
     check_sweep(sweep)
     path, count = Path(store), processors() if workers is None else workers
@@ -165,44 +165,41 @@ class _Run:
         self.store, self.workers, self.progress = store, workers, progress
         whole, chunks = store.check.whole, math.prod(store.sweep.chunks)
         self.todo = (index for index in range(chunks) if index not in whole)
-        self.left, self.held = chunks - len(whole), sum(map(store.sweep.cells_in, whole))
+        self.held = sum(map(store.sweep.cells_in, whole))
         self.done = self.held
         self.under_way: dict[Future[Block], int] = {}
-        self.lost: deque[int] = deque()
-        self.deaths = 0
-        """Chunks lost with their workers since the last finished one; a death may lose several."""
+        self.failed: dict[int, str] = {}
         progress(self.done, store.sweep.size)
 
     def all(self, executor: Executor | None) -> None:
-        """Run chunks until none is left."""
+        """Run chunks until none is left; raises Lost if some failed."""
         with pool_of(executor, self.workers) as pool:
             try:
-                while self.left:
-                    self._give(pool)
+                while self._give(pool):
                     self._take(pool)
             except BaseException:
                 for future in self.under_way:
                     future.cancel()
                 raise
+        if self.failed:
+            raise self._lost()
 
-    def _give(self, pool: Pool) -> None:
-        """Submit a chunk to each free worker; chunks under which workers died come last.
+    def _give(self, pool: Pool) -> bool:
+        """Submit a chunk to each free worker; returns False if none is under way.
 
         No worker has a second chunk queued, so that at most one chunk per worker is lost.
         """
-        while len(self.under_way) < self.workers:
-            index = next(self.todo, None)
-            if index is None and not self.lost:
-                return
-            index = self.lost.popleft() if index is None else index
+        for index in islice(self.todo, self.workers - len(self.under_way)):
             check_time()
             try:
                 self.under_way[pool.submit(self.store.sweep.part(index))] = index
             except BrokenExecutor as error:
-                self._failed(pool, index, error)
+                self.failed[index] = _reason(error)
+                raise self._lost() from error
+        return bool(self.under_way)
 
     def _take(self, pool: Pool) -> None:
-        """Write finished chunks, and collect those whose workers died."""
+        """Write finished chunks; raises Lost if an executor is broken, or many chunks failed."""
         done = wait(self.under_way, min(PATIENCE, present().left), FIRST_COMPLETED).done
         if not done:
             check_time()
@@ -216,22 +213,19 @@ class _Run:
             except CancelledError as error:
                 raise pool.lost() from error
             except Exception as error:
-                self._failed(pool, self.under_way.pop(future), error)
+                self.failed[self.under_way.pop(future)] = _reason(error)
+                if isinstance(error, BrokenExecutor) or len(self.failed) == _MOST_FAILED:
+                    raise self._lost() from error
                 continue
             with deferred():  # an interrupt cannot separate the stored chunks from their count
                 self.store.publish(index, block)
                 del self.under_way[future]
-                self.deaths, self.left = 0, self.left - 1
                 self.done += self.store.sweep.cells_in(index)
             self.progress(self.done, self.store.sweep.size)
 
-    def _failed(self, pool: Pool, index: int, error: Exception) -> None:
-        """Put back a chunk whose worker died; raises Lost after too many deaths."""
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        if not pool.died(error):
-            raise Lost(f"chunk {index}: {reason}") from error
-        self.lost.append(index)
-        self.deaths += 1
-        if self.deaths >= _MOST_DEATHS * min(self.workers, self.left):
-            chunks = sorted({*self.lost, *self.under_way.values()})
-            raise Lost(f"a worker died under one of the chunks {chunks}: {reason}") from error
+    def _lost(self) -> Lost:
+        return Lost("; ".join(f"chunk {index}: {told}" for index, told in self.failed.items()))
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())

@@ -11,6 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from google_crc32c import value as crc32c
+
 from capsule_sym._errors import InvalidInput
 
 
@@ -35,6 +37,12 @@ def checksum(path: Path) -> str:
     """SHA-256 of a file, empty if `read` returns None."""
     data = read(path)
     return "" if data is None else hashlib.sha256(data).hexdigest()
+
+
+def sound(path: Path) -> bool:
+    """True for the file of a chunk that ends with the checksum of Zarr's codec crc32c."""
+    data = read(path) or b""
+    return len(data) > 4 and crc32c(data[:-4]) == int.from_bytes(data[-4:], "little")
 
 
 def checksums(folder: Path) -> dict[str, str]:

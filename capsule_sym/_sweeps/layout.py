@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import zarr
 from numpy.typing import NDArray
+from zarr.codecs import Crc32cCodec, ZstdCodec
 from zarr.errors import ZarrUserWarning
 
 import capsule_sym
@@ -154,6 +155,7 @@ def _array(
         fill_value=np.nan if dtype.kind in "fc" else 0,
         dimension_names=[*(axis.name for axis in sweep.axes), *(title for title, _ in own)],
         attributes=attributes,
+        compressors=[ZstdCodec(), Crc32cCodec()],
         config={"write_empty_chunks": True},
     )
 

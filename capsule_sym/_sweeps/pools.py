@@ -43,10 +43,6 @@ class Pool:
         """Submit a chunk."""
         return self.executor.submit(compute, part)
 
-    def died(self, error: Exception) -> bool:
-        """True if a chunk failed because its worker died, and can be submitted again."""
-        return False
-
     def waited(self) -> None:
         """Called if no chunk has finished for some time."""
 
@@ -82,7 +78,7 @@ class DaskPool(Pool):
     def submit(self, part: Sweep) -> Future[Block]:
         """Submit a chunk; raises Lost if the client has lost its scheduler."""
         try:
-            # Not pure: a chunk that is submitted again is a new task.
+            # Not pure: a later run of the same chunk is a new task.
             future: Future[Block] = self.given(compute_while_wanted, part, pure=False)
         except Exception as error:
             raise self.lost() from error
@@ -94,10 +90,6 @@ class DaskPool(Pool):
             "the connection to the Dask scheduler is lost; finished cells are kept; "
             "continue with --resume"
         )
-
-    def died(self, error: Exception) -> bool:
-        """True if so many workers died under a chunk that the scheduler gave it up."""
-        return isinstance(error, import_module("distributed").KilledWorker)
 
     def waited(self) -> None:
         """Log, once, the reason for waiting if it is not the chunks."""

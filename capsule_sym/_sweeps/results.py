@@ -2,12 +2,11 @@
 
 A store is a directory with:
 
-- `results.zarr`, which xarray opens;
+- `results.zarr`, which xarray opens; its chunks end with checksums by Zarr's codec crc32c;
 - `sweep.json`: the sweep, its provenance, and the checksums of the files of `results.zarr` that
-  hold no chunk;
-- `chunks`: a record of each finished chunk (checksums of its files, texts of its itineraries,
-  reasons of its failed cells), and a second copy of `sweep.json`;
-- after the end of a run `finished.json`: the checksums of the files written at the end.
+  hold no chunk, as written first (`files`) and at the end of a run (`ended`, until then empty);
+- `chunks`: a record of each finished chunk (texts of its itineraries, reasons of its failed
+  cells), and a second copy of `sweep.json`.
 
 A refined chart is a directory of such stores, with `chart.zarr` and its checksums in `chart.json`.
 """
@@ -17,28 +16,29 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from capsule_sym._errors import CapsuleError, InvalidInput
-from capsule_sym._sweeps.files import checksum, checksums, read, sealed, unsealed
+from capsule_sym._sweeps.files import checksum, checksums, sound, unsealed
 from capsule_sym._sweeps.layout import itinerary_flags
 from capsule_sym._sweeps.quantities import ATTRACTOR, variables
 
 if TYPE_CHECKING:
     import xarray as xr
 
-RESULTS, CHUNKS, FINISHED = "results.zarr", "chunks", "finished.json"
+RESULTS, CHUNKS = "results.zarr", "chunks"
 SWEEP, COPY = "sweep.json", "chunks/sweep.copy"
 CHART, CHART_RECORD = "chart.zarr", "chart.json"
 
 
-_HEAD = ("kind", "sweep", "provenance", "files")
-_RECORD = ("files", "core", "outcomes", "itineraries", "reasons")
+_HEAD = ("kind", "sweep", "provenance", "files", "ended")
+_RECORD = ("core", "outcomes", "itineraries", "reasons")
 
 
 class Check(NamedTuple):
@@ -67,16 +67,17 @@ class Tally(NamedTuple):
 class Held:
     """Contents of a store; raises InvalidInput if there is none, or if its `sweep.json` is damaged.
 
-    `head` has the kind of the store ("sweep" or "basin"), its `sweep`, `provenance` and `files`.
+    `head` has the kind of the store ("sweep" or "basin"), its `sweep`, `provenance`, `files` and
+    `ended`.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
-        self.heads = (self.path / SWEEP, self.path / COPY)
-        if not any(map(os.path.lexists, self.heads)):
+        self.results = self.path / RESULTS
+        if not any(os.path.lexists(self.path / name) for name in (SWEEP, COPY)):
             raise InvalidInput("store", str(path), "a directory that holds a sweep")
-        head = next(filter(None, (unsealed(place, _HEAD) for place in self.heads)), None)
-        if head is None:
+        self.heads = {name: unsealed(self.path / name, _HEAD) for name in (SWEEP, COPY)}
+        if not (head := self.heads[SWEEP] or self.heads[COPY]):
             raise InvalidInput("store", str(path), f"with an undamaged {SWEEP}")
         self.head: dict[str, Any] = head
 
@@ -101,8 +102,7 @@ class Held:
 
     def record(self, index: int) -> dict[str, Any] | None:
         """Record of a finished chunk; None if there is none or it is damaged."""
-        record = unsealed(self.record_path(index), _RECORD)
-        return record if record and set(record["files"]) == set(self.keys(index).values()) else None
+        return unsealed(self.record_path(index), _RECORD)
 
     def tally(self) -> Tally:
         """Sums over the records of all finished chunks."""
@@ -120,43 +120,42 @@ class Held:
             outcomes, dict(sorted(itineraries.items())), reasons, dict(sorted(cores.items()))
         )
 
-    @cached_property
-    def finished(self) -> dict[str, Any] | None:
-        """Record written at the end of a run; None if there is none or it is damaged."""
-        return unsealed(self.path / FINISHED, ("files",))
-
     def damaged_files(self, *, data: bool = True) -> list[str]:
         """Damaged files of `results.zarr`, without the chunks.
 
         Without `data` only the coordinates and the metadata are checked.
         """
-        begun: dict[str, str] = self.head["files"]
-        ended: dict[str, str] = self.finished["files"] if self.finished else {}
+        begun, ended = self.head["files"], self.head["ended"]
         return [
             f"{RESULTS}/{key}"
             for key in {**begun, **ended}
             # The end of a run rewrites some of them; a killed run may leave either version.
             if (data or not key.startswith(f"{ATTRACTOR}/c/"))
-            and checksum(self.path / RESULTS / key) not in {begun.get(key), ended.get(key)} - {None}
+            and checksum(self.results / key) not in {begun.get(key), ended.get(key)} - {None}
         ]
+
+    def missing(self) -> Iterator[str]:
+        """Files that finished chunks have lost."""
+        for index in self._expected():
+            for key in self.keys(index).values():
+                if not (self.results / key).is_file():
+                    yield f"{RESULTS}/{key}"
 
     def check(self) -> Check:
         """Compare every file with its checksum."""
-        files = self.damaged_files()
-        text = sealed(self.head)
-        files += [str(p.relative_to(self.path)) for p in self.heads if read(p) != text]
-        if os.path.lexists(self.path / FINISHED) and self.finished is None:
-            files.append(FINISHED)
+        files = [*self.damaged_files(), *(name for name, head in self.heads.items() if not head)]
         whole, damaged = set(), []
-        for index in range(math.prod(self.grid)) if self.finished else self._recorded():
-            record = self.record(index)
-            if record and all(
-                checksum(self.path / RESULTS / key) == seal for key, seal in record["files"].items()
-            ):
+        for index in self._expected():
+            parts = (self.results / key for key in self.keys(index).values())
+            if self.record(index) and all(map(sound, parts)):
                 whole.add(index)
             else:
                 damaged.append(index)
         return Check(frozenset(whole), tuple(damaged), tuple(files))
+
+    def _expected(self) -> Iterable[int]:
+        """Numbers of the chunks that are finished, damaged or not."""
+        return range(math.prod(self.grid)) if self.head["ended"] else self._recorded()
 
     def _recorded(self) -> Iterator[int]:
         """Numbers of the chunks that have a record, damaged or not."""
@@ -194,7 +193,8 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
         damaged, place, held = damaged_in_chart(path), path / CHART, None
     else:
         held = Held(path)
-        damaged, place = held.damaged_files(data=False), path / RESULTS
+        damaged, place = held.damaged_files(data=False), held.results
+        damaged = damaged or list(islice(held.missing(), 1))
     try:
         if not damaged:
             dataset: xr.Dataset = xr.open_zarr(place, chunks=None, consolidated=True)

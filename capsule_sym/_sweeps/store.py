@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._native import live
 from capsule_sym._sweeps.cells import Block
-from capsule_sym._sweeps.files import checksum, checksums, move, place, remove, sealed
+from capsule_sym._sweeps.files import checksums, move, place, remove, sealed
 from capsule_sym._sweeps.layout import (
     Added,
     arrays,
@@ -35,7 +35,6 @@ from capsule_sym._sweeps.results import (
     CHART_RECORD,
     CHUNKS,
     COPY,
-    FINISHED,
     RESULTS,
     SWEEP,
     Check,
@@ -66,14 +65,8 @@ class Store:
             remove(self.path / name)
         origin = provenance(command, self.sweep.parameters.scene)
         lay(self.results, self.sweep, origin)
-        self._describe(
-            {
-                "kind": self.sweep.kind,
-                "sweep": self.sweep.record(),
-                "provenance": origin,
-                "files": checksums(self.results),
-            }
-        )
+        head = {"kind": self.sweep.kind, "sweep": self.sweep.record(), "provenance": origin}
+        self._describe({**head, "files": checksums(self.results), "ended": {}})
 
     def mend(self) -> None:
         """Find damage and rewrite the damaged files but chunks, which are computed again."""
@@ -82,14 +75,13 @@ class Store:
         if not self.check.files:
             return
         with writing(self.path):
-            # Undo the end of a run, which writes all these files again with its additions.
-            remove(self.path / FINISHED)
+            # As at the begin of a run, whose end writes all these files again with its additions.
             again = self.partial / RESULTS
             lay(again, self.sweep, self.held.head["provenance"])
             files = checksums(again)
             move(files, again, self.results)
             remove(again)
-            self._describe({**self.held.head, "files": files})
+            self._describe({**self.held.head, "files": files, "ended": {}})
 
     def publish(self, index: int, block: Block) -> None:
         """Write a chunk to `partial`, move its files to their places, and record it as finished.
@@ -112,7 +104,6 @@ class Store:
                 staged[region] = column.reshape(shape + column.shape[1:])
             outcomes = Counter(block.columns["outcome"].tolist())
             record = {
-                "files": {key: checksum(self.partial / key) for key in keys.values()},
                 "core": block.core,
                 "outcomes": {CellOutcome(o).name.lower(): n for o, n in sorted(outcomes.items())},
                 "itineraries": block.itineraries,
@@ -135,7 +126,7 @@ class Store:
             files = checksums(last)
             # At any moment each file is either the old one or the one listed here.
             move([key for key in files if key not in held.head["files"]], last, self.results)
-            place(sealed({"files": files}), self.path / FINISHED, self.partial)
+            self._describe({**held.head, "ended": files})
             move([key for key in files if key in held.head["files"]], last, self.results)
 
     def _describe(self, head: dict[str, Any]) -> None:
@@ -239,7 +230,7 @@ def check_core(path: Path, core: str, begun: str) -> None:
 
 def _is_begun(path: Path) -> bool:
     """True if a directory is a store; raises InvalidInput for one with other content."""
-    ours = {RESULTS, CHUNKS, _PARTIAL, _LOCK, SWEEP, FINISHED}
+    ours = {RESULTS, CHUNKS, _PARTIAL, _LOCK, SWEEP}
     try:
         held = {entry.name for entry in path.iterdir()} if os.path.lexists(path) else set()
         if SWEEP in held or os.path.lexists(path / COPY):

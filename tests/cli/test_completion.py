@@ -27,7 +27,7 @@ def asked(instruction: str, words: str = "") -> subprocess.CompletedProcess[str]
 @pytest.mark.parametrize(
     ("words", "found"),
     [
-        ("capsule-sym sw", {"sweep", "sweep-info"}),
+        ("capsule-sym sw", {"sweep"}),
         ("capsule-sym sweep --re", {"--refine", "--resume"}),
         ("capsule-sym run --backend n", {"numpy"}),
         ("capsule-sym figure fig8", {"fig8", "fig8-exact"}),

@@ -42,7 +42,7 @@ DRAWN = {
     "curve": "--XX --Y --bifurcation all --points 1 --max-seconds 5",
     **{f"figure {name}": "--out a.png" for name, one in FIGURES.items() if one.general},
 }
-STORED = ("sweep-info grid", "figure grid --out a.png", "figure basin --out a.png")
+STORED = ("sweep --info grid", "figure grid --out a.png", "figure basin --out a.png")
 STORED += ("figure grid --as pareto --out a.png", "figure branch/branch.json --out a.png")
 PAPERS = {name: "is about the capsule of the paper alone" for name in ("paper", "enclose", "bench")}
 PAPERS |= {"report": PAPERS["paper"], "explore": "shows all scenes on one page"}

@@ -73,7 +73,7 @@ REFUSED = [
     ("figure fig6 --out taken/below.svg", "taken is not a writable directory"),
     ("report --out taken/below.html", "taken is not a writable directory"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
-    (f"sweep-info {300 * 'a'}", "must be a directory that holds a sweep"),
+    (f"sweep --info {300 * 'a'}", "must be a directory that holds a sweep"),
     ("sweep none.toml --out s", "alpha = []: must be one value or more"),
     # what was meant
     ("run --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),
@@ -139,7 +139,7 @@ LACKING = [
     ("matplotlib jinja2", "report --out a.html", "plot"),
     ("xarray zarr", "sweep --alpha 0.1:2:3 --out s", "sweep"),
     ("xarray zarr", "basin --x-r 0:1:2 --out s", "sweep"),
-    ("xarray zarr", "sweep-info s", "sweep"),
+    ("xarray zarr", "sweep --info s", "sweep"),
     ("xarray zarr", "figure . --out a.svg", "sweep"),
     ("distributed", "sweep --alpha 0.1:2:3 --out s --dask local", "sweep"),
     ("flint sympy", "enclose", "proof"),

@@ -28,7 +28,6 @@ SHORT = {
     "sweep": "two.toml --out one",
     "basin": "--x-r 0:1:2 --periods 2 --out two",
     "attractors": "--x-r 0:1 --starts 2 --periods 40",
-    "sweep-info": "done",
     "enclose": "",
     "orbit": "",
     "shock": "--samples 100 --largest 0.01",
@@ -76,10 +75,6 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_full_disk_is_one_line(
     name: str, option: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if name == "sweep-info":
-        with pytest.raises(SystemExit):
-            main(["sweep", "two.toml", "--out", "done"])
-        capsys.readouterr()
     with FULL.open("w") as stream:
         monkeypatch.setattr(sys, "stdout", stream)
         with pytest.raises(SystemExit) as done:

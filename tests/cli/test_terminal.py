@@ -16,7 +16,7 @@ compute = ["itinerary"]
 alpha = { from = 0.01, to = 2.0, count = COUNT }
 gamma = { from = 1.0, to = 5.0, count = 9 }
 """
-NO_PROGRESS = {"run", "sweep-info", "explore"}
+NO_PROGRESS = {"run", "explore"}
 NO_PROGRESS |= {"optimise", "fit"}
 # Arguments of each command, and its progress text in the middle of the work.
 MIDDLE = {

@@ -1,4 +1,4 @@
-"""The commands `sweep`, `basin` and `sweep-info`."""
+"""The commands `sweep` and `basin`."""
 
 import json
 import os
@@ -45,7 +45,7 @@ def test_a_sweep_is_run_and_told(
     text = said(capsys, ["sweep", file, "--out", store])
     for expected in ("axis alpha", "excitation periods per second and core", "converged", "F5"):
         assert expected in text
-    record = json.loads(said(capsys, ["sweep-info", store, "--json"]))
+    record = json.loads(said(capsys, ["sweep", "--info", store, "--json"]))
     assert (record["cells"], record["done"]) == (81, 81)
     assert sum(record["outcomes"].values()) == 81
     assert [axis["name"] for axis in record["axes"]] == ["alpha", "gamma"]
@@ -53,7 +53,7 @@ def test_a_sweep_is_run_and_told(
     with open_results(store) as results:
         assert sum(record["itineraries"].values()) == int((results["period_number"] > 0).sum())
     assert "itinerarie" not in text
-    assert "done              81" in said(capsys, ["sweep-info", store])
+    assert "done              81" in said(capsys, ["sweep", "--info", store])
 
 
 def test_a_store_may_have_brackets_and_colons_in_its_name(
@@ -63,7 +63,7 @@ def test_a_store_may_have_brackets_and_colons_in_its_name(
     line = ["sweep", "--alpha", "0.1:0.2:2", "--periods", "2", "--out", store]
     monkeypatch.setattr(sys, "argv", ["capsule-sym", *line])
     assert store in "".join(said(capsys, line).split())
-    assert store in "".join(said(capsys, ["sweep-info", store]).split())
+    assert store in "".join(said(capsys, ["sweep", "--info", store]).split())
 
 
 def test_help_shows_a_file_line_by_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -88,7 +88,7 @@ def test_a_chart_is_refined(file: str, tmp_path: Path, capsys: pytest.CaptureFix
     record = json.loads(text)
     assert record["cells"] == 81
     assert record["fraction_computed"] == record["computed"] / 81
-    rounds = json.loads(said(capsys, ["sweep-info", store, "--json"]))["rounds"]
+    rounds = json.loads(said(capsys, ["sweep", "--info", store, "--json"]))["rounds"]
     assert sum(part["done"] for part in rounds) == record["computed"]
 
 
@@ -104,9 +104,9 @@ def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixt
     # The progression that the README prints for this motion.
     assert only["progression"] == pytest.approx(1.339272935, abs=1e-9)
     assert "attractor 0" in said(capsys, [*arguments, "--resume"])
-    shown = json.loads(said(capsys, ["sweep-info", str(tmp_path / "store"), "--json"]))
+    shown = json.loads(said(capsys, ["sweep", "--info", str(tmp_path / "store"), "--json"]))
     assert shown["attractors"] == record["attractors"]
-    assert "attractor 0" in said(capsys, ["sweep-info", str(tmp_path / "store")])
+    assert "attractor 0" in said(capsys, ["sweep", "--info", str(tmp_path / "store")])
 
 
 def test_a_check_tells_what_is_damaged(
@@ -114,11 +114,11 @@ def test_a_check_tells_what_is_damaged(
 ) -> None:
     store = tmp_path / "store"
     said(capsys, ["sweep", file, "--out", str(store)])
-    assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
+    assert "damaged           0" in said(capsys, ["sweep", "--info", str(store), "--check"])
     (store / "results.zarr" / "alpha" / "c" / "0").unlink()
     (store / "results.zarr" / "itinerary" / "c" / "0" / "0").write_bytes(b"x")
     with pytest.raises(SystemExit) as exit_:
-        main(["sweep-info", str(store), "--check"])
+        main(["sweep", "--info", str(store), "--check"])
     text = capsys.readouterr().out
     assert exit_.value.code == 1
     assert "damaged           2" in text
@@ -126,7 +126,7 @@ def test_a_check_tells_what_is_damaged(
         assert part in text
     resumed = said(capsys, ["sweep", file, "--out", str(store), "--resume", "--json"])
     assert json.loads(resumed)["damaged"] == 2
-    assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
+    assert "damaged           0" in said(capsys, ["sweep", "--info", str(store), "--check"])
 
 
 @pytest.mark.parametrize(
@@ -138,8 +138,12 @@ def test_a_check_tells_what_is_damaged(
         (["sweep", "FILE", "--out", "new", "--refine", "3"], "a power of two"),
         (["sweep", "FILE", "--out", "new", "--dask", "nonsense://x"], "of a Dask scheduler"),
         (["sweep", "FILE"], "--out"),
+        (["sweep", "FILE", "--out", "new", "--check"], "--check needs --info"),
+        (["sweep", "FILE", "--info", "STORE"], "FILE.toml and --info exclude each other"),
+        (["sweep", "--info", "STORE", "--resume"], "--resume and --info exclude each other"),
+        (["sweep-info", "STORE"], "sweep-info has moved: capsule-sym sweep --info"),
         (["basin", "--out", "new"], "give a range of starts"),
-        (["sweep-info", "nowhere"], "a directory that holds a sweep"),
+        (["sweep", "--info", "nowhere"], "a directory that holds a sweep"),
     ],
 )
 def test_bad_input_ends_with_2_and_says_what_is_allowed(

@@ -36,11 +36,8 @@ from capsule_sym import run_sweep
 
 if __name__ == "__main__":
     if sys.argv[2] == "dask":
-        import dask
         from distributed import Client, LocalCluster
 
-        # Under one death of its worker a chunk fails, not under the fourth.
-        dask.config.set({"distributed.scheduler.allowed-failures": 0})
         cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
         executor = Client(cluster).get_executor()
     else:
@@ -160,7 +157,9 @@ def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(
         patch.setattr("capsule_sym._sweeps.pools.compute", deadly_corner)
         with (
             ProcessPoolExecutor(1, get_context("spawn")) as pool,
-            pytest.raises(Lost, match="^chunk 8: BrokenProcessPool: A process .* terminated abrupt"),
+            pytest.raises(
+                Lost, match=r"^chunk 8: BrokenProcessPool: A process .* terminated abrupt"
+            ),
         ):
             run_sweep(chart(), tmp_path / "store", executor=pool, workers=1)
     assert len(finished(tmp_path / "store")) == 8

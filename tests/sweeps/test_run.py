@@ -33,7 +33,6 @@ from capsule_sym import (
 from capsule_sym._native import check_time, live, present
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._sweeps import cells as cells_module
-from capsule_sym._sweeps import execution
 from capsule_sym._sweeps import pools as run_module
 from capsule_sym._sweeps import store as store_module
 from capsule_sym._sweeps.cells import compute
@@ -434,57 +433,32 @@ def test_no_more_chunks_are_under_way_than_workers(
     assert (most, unwritten) == (3, 0)
 
 
-def test_an_error_of_a_worker_is_told_with_its_chunk(tmp_path: Path) -> None:
-    class Failing(Counting):
-        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-            future = super().submit(fn, *args, **kwargs)
-            if len(self.parts) == 3:
-                future = Future()
-                future.set_exception(MemoryError("no room"))
-            return future
-
-    with pytest.raises(Lost, match="chunk 2: MemoryError: no room"):
-        run_sweep(SWEEP, tmp_path / "store", executor=Failing(), workers=1)
-    assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == 2
-
-
-class Died(Exception):
-    """Error of a cluster that gives up a chunk."""
-
-
-class Mortal(run_module.Pool):
-    """A cluster that loses its worker under some chunks, whatever it gives them to."""
+class Killing(Counting):
+    """Executor whose workers die under some chunks, as those of a cluster."""
 
     def __init__(self, *deadly: int) -> None:
-        super().__init__(Here())
-        self.deadly = [chart().part(index).columns()[0].tobytes() for index in deadly]
-        self.deaths = 0
+        super().__init__()
+        self.deadly = deadly
 
-    def submit(self, part: Sweep) -> Future[Any]:
-        future = super().submit(part)
-        if part.columns()[0].tobytes() in self.deadly:
-            self.deaths += 1
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future = super().submit(fn, *args, **kwargs)
+        if len(self.parts) - 1 in self.deadly:
             future = Future()
-            future.set_exception(Died("killed"))
+            future.set_exception(MemoryError("no room"))
         return future
 
-    def died(self, error: Exception) -> bool:
-        return isinstance(error, Died)
 
-
-@pytest.mark.parametrize(("deadly", "deaths"), [((4,), 5), ((0, 7), 10), (range(9), 12)])
-def test_chunks_are_blamed_for_the_deaths_of_workers_when_nothing_else_is_left(
-    deadly: Any, deaths: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("deadly", "done"), [((4,), 8), ((0, 7), 7), ((0, 1, 2, 3), 0), ((1, 3, 8), 6)]
+)
+def test_chunks_that_cannot_be_computed_are_named_after_all_others_or_three(
+    deadly: tuple[int, ...], done: int, tmp_path: Path
 ) -> None:
-    """Three deaths for each chunk at which a worker is lost, however many workers there are."""
-    pool = Mortal(*deadly)
-    monkeypatch.setattr(execution, "pool_of", lambda *_: nullcontext(pool))
     with pytest.raises(Lost) as told:
-        run_sweep(chart(), tmp_path / "store", workers=4)
-    blamed = f"a worker died under one of the chunks {[*deadly]}: Died: killed"
-    assert str(told.value) == blamed
-    assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == 9 - len(deadly)
-    assert pool.deaths <= deaths
+        run_sweep(SWEEP, tmp_path / "store", executor=Killing(*deadly), workers=1)
+    named = "; ".join(f"chunk {index}: MemoryError: no room" for index in deadly[:3])
+    assert str(told.value) == named
+    assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == done
 
 
 @pytest.mark.parametrize("how", [{"executor": "fibres"}, {"workers": 0}, {"workers": 1.5}])
