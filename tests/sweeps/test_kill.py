@@ -158,7 +158,7 @@ def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(
         with (
             ProcessPoolExecutor(1, get_context("spawn")) as pool,
             pytest.raises(
-                Lost, match=r"^chunk 8: BrokenProcessPool: A process .* terminated abrupt"
+                Lost, match=r"^chunk 8: BrokenProcessPool: A process .* terminated"
             ),
         ):
             run_sweep(chart(), tmp_path / "store", executor=pool, workers=1)
