@@ -48,9 +48,18 @@ def check_one_of(field: str, value: object, allowed: Collection[str]) -> None:
 class NotInstalled(CapsuleError, ImportError):
     """Raised if an optional library is missing; the message gives the command to install it."""
 
-    def __init__(self, missing: ModuleNotFoundError, extra: str = "plot") -> None:
+    def __init__(self, missing: ModuleNotFoundError) -> None:
         name = str(missing.name).partition(".")[0]
-        super().__init__(f"{name} is missing: pip install 'capsule-sym[{extra}]'")
+        extra = next((extra for extra, some in _EXTRAS.items() if name in some), None)
+        brought = f"'capsule-sym[{extra}]'" if extra else name
+        super().__init__(f"{name} is missing: pip install {brought}")
+
+
+_EXTRAS = {
+    "plot": ("matplotlib", "platformdirs", "shapely"),
+    "sweep": ("dask", "distributed", "filelock", "xarray", "zarr"),
+    "symbolic": ("flint", "sympy"),
+}
 
 
 class Status(StrEnum):

@@ -36,7 +36,6 @@ def hardcases(
     from benchmarks.hardcases.table import cost, rows
     from capsule_sym._records import dumps
 
-    options.require("design", "scipy")  # both baseline methods take it
     chosen = [case for case in cases() if only in case.name]
     if not chosen:
         raise click.BadParameter(f"no case has {only!r} in its name", param_hint="--only")

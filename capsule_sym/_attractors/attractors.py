@@ -228,7 +228,7 @@ def checked_starts(
         allowed = f"a box with an extent in one or more of {', '.join(names)}"
         raise InvalidInput("starts", dict(starts), allowed)
     points = np.tile(low, (count, 1))
-    sampler = package("scipy.stats.qmc", "design").Halton(len(wide), scramble=False)
+    sampler = package("scipy.stats.qmc").Halton(len(wide), scramble=False)
     sampler.fast_forward(1)  # the first point is a corner of the box
     points[:, wide] += sampler.random(count) * (high - low)[wide]
     return points[:, :3], points[:, 3]
@@ -266,7 +266,7 @@ def collected(
 
 def interval(count: int, total: int) -> tuple[float, float]:
     """Clopper-Pearson interval of a fraction, from the count of its starts."""
-    ends = package("scipy.stats", "design").binomtest(count, total).proportion_ci(_SHARE)
+    ends = package("scipy.stats").binomtest(count, total).proportion_ci(_SHARE)
     return float(ends.low), float(ends.high)
 
 

@@ -234,7 +234,7 @@ def _beside_kink(surface: Surface, point: _Points, random: np.random.Generator) 
         slopes /= np.linalg.norm(slopes, axis=1).max()
         # The shortest mean has an angle of less than 90 degrees with each slope.
         equations = np.vstack([slopes.T, np.full(len(slopes), _WHOLE)])
-        nnls = package("scipy.optimize", "design").nnls
+        nnls = package("scipy.optimize").nnls
         mean = nnls(equations, np.append(np.zeros(len(slopes.T)), _WHOLE))[0] @ slopes
         size = float(np.linalg.norm(mean))
         if size * distance <= _FLAT:

@@ -103,7 +103,7 @@ def uncertainty_exponent(
         fractions.append(float(uncertain.mean()))
     if not fractions[0]:
         raise InvalidInput("numbers", cells.shape, "of a basin with a boundary within")
-    fit = package("scipy.stats", "design").linregress(np.log(chosen), np.log(fractions))
+    fit = package("scipy.stats").linregress(np.log(chosen), np.log(fractions))
     slope = float(fit.slope)
     given = slope, float(fit.stderr), cells.ndim - slope
     return UncertaintyExponent(*given, chosen, np.array(fractions))

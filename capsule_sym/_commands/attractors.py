@@ -46,7 +46,6 @@ def attractors(
 
     from capsule_sym._native import Watch
 
-    options.require("design", "scipy")
     over = options.only_range()
     given = {name: window for name, window in windows.items() if window}
     if not given:

@@ -63,7 +63,7 @@ class Picture(NamedTuple):
 
     def check(self, moving: bool) -> None:
         """Raises InvalidInput for what no picture can have, before it is computed."""
-        options.require("plot", "matplotlib")
+        options.require("matplotlib")
         from capsule_sym._figures.style import check_ending, check_resolution
 
         check_ending(self.out.with_suffix(".png") if moving else self.out)
@@ -214,7 +214,7 @@ def _of_sweep(
     store: Path, kind: str | None, curves: Sequence[Path], wide: float
 ) -> tuple[Figure, dict[str, Any]]:
     """The figure of the results of a sweep or a basin."""
-    options.require("sweep", "xarray", "zarr")
+    options.require("xarray", "zarr")
     lines = [one for path in curves for one in _curves(path)]
     with capsule_sym.open_results(store) as results:
         if kind is None:
@@ -255,7 +255,7 @@ def report(
     Figures are drawn for it; tables come from the files that `paper`, `verify`, `bench` and
     `make paper` leave in results, and a section without its file names the command that makes it.
     """
-    options.require("plot", "matplotlib", "jinja2")
+    options.require("matplotlib", "jinja2")
     from capsule_sym._processes import processors
     from paper.figures.report import EXPLORER, write
 

@@ -351,11 +351,11 @@ def is_given(name: str) -> bool:
 _NOT_GIVEN = (None, ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
 
 
-def require(extra: str, *names: str) -> None:
-    """Raises NotInstalled, before work begins, unless these packages of an extra are installed."""
+def require(*names: str) -> None:
+    """Raises NotInstalled, before work begins, unless these packages are installed."""
     for name in names:
         if find_spec(name) is None:
-            raise NotInstalled(ModuleNotFoundError(name=name), extra)
+            raise NotInstalled(ModuleNotFoundError(name=name))
 
 
 def certify(what: str) -> Any:
@@ -363,7 +363,7 @@ def certify(what: str) -> Any:
 
     def check(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
         if path is not None:
-            require("proof", "flint")
+            require("flint")
         return path
 
     text = f"Prove {what} in ball arithmetic, and write its certificate here."

@@ -59,7 +59,6 @@ def pulse(
     """
     from capsule_sym._native import Watch
 
-    options.require("design", "scipy")
     options.check_beside("to", never=("between", "reverse"))
     options.check_beside("between", never=("state", "reverse"))
     if to is None and between is None and not reverse:

@@ -19,7 +19,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
 
-_EXTRA = ("sweep", "xarray", "zarr", "filelock")
+_EXTRA = ("xarray", "zarr", "filelock")
 _store = partial(option, "Directory of the results.", "--out", metavar="DIR")
 _running = several(
     resume=option("Continue an existing store.", is_flag=True),
@@ -210,7 +210,7 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
     if address is None:
         yield {}
         return
-    options.require("sweep", "distributed")
+    options.require("distributed")
     from capsule_sym._sweeps.execution import MOST_WORKERS
     from capsule_sym._sweeps.pools import client_of
 

@@ -44,7 +44,6 @@ def tolerances(
 
     Exits with 3 at the time limit.
     """
-    options.require("design", "scipy")
     parameters, device = system.load()
     which = device or parameters
     over: dict[str, Any] = dict(shares)

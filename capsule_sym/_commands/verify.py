@@ -44,7 +44,7 @@ def verify(
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
     options.check_beside("only", never=("out",))
-    options.require("proof", "sympy")
+    options.require("sympy")
     start = perf_counter()
     text = TextColumn("{task.description}")
     with present.make_progress(

@@ -189,7 +189,7 @@ class Fit(Result):
         if not is_real(level) or not 0 < level < 1:
             raise InvalidInput("level", level, "between 0 and 1")
         freedom = len(self.residuals) - len(self.values)
-        return float(package("scipy.stats", "design").t.ppf((1 + level) / 2, freedom))
+        return float(package("scipy.stats").t.ppf((1 + level) / 2, freedom))
 
     def interval(
         self, name: str, level: float = 0.95, *, max_seconds: float = math.inf

@@ -58,7 +58,7 @@ def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int
     """Guesses between the bounds, or without bounds between half and twice the guess."""
     if not count:
         return []
-    Sobol = package("scipy.stats.qmc", "design").Sobol
+    Sobol = package("scipy.stats.qmc").Sobol
     low, high = limits
     guess, bounded, above = problem.guess, np.isfinite(high), np.isfinite(low)
     size = np.where(guess == 0.0, 1.0, np.abs(guess))

@@ -124,7 +124,7 @@ def solved(
         return found
 
     try:
-        found = package("scipy.optimize", "design").least_squares(
+        found = package("scipy.optimize").least_squares(
             residuals,
             start,
             problem.jacobian,
@@ -167,7 +167,7 @@ class Profile:
             if far == value:
                 return far
             if self.growth(far) >= goal:
-                brentq: Any = package("scipy.optimize", "design").brentq
+                brentq: Any = package("scipy.optimize").brentq
                 at: float = brentq(
                     lambda at: self.growth(at) - goal, value, far, xtol=_ENDED * abs(step)
                 )
@@ -187,7 +187,7 @@ class Profile:
         if not others.any():
             total = loss.sum(self.problem.residuals(np.array([at])))
         else:
-            found = package("scipy.optimize", "design").least_squares(
+            found = package("scipy.optimize").least_squares(
                 lambda part: self.problem.residuals(whole(part)),
                 self.guess,
                 lambda part: self.problem.jacobian(whole(part))[:, others],

@@ -354,7 +354,7 @@ class _Boundary:
             free = np.eye(len(place.u))[(self.best.u > 0.0) & (self.best.u < 1.0)]
             if not len(free):
                 break
-            along = free.T @ package("scipy.linalg", "design").null_space((free @ uphill)[None])
+            along = free.T @ package("scipy.linalg").null_space((free @ uphill)[None])
             offsets = np.vstack([np.zeros((1, len(place.u))), width * along.T, -width * along.T])
             points, values = self.met(offsets, uphill, width)
             self.take(points, values)

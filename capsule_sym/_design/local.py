@@ -58,7 +58,7 @@ class Search:
         held: Any = {"type": "ineq", "fun": self.limits, "jac": self.limits_by}
         bounds: list[Any] = [*zip(self.low.tolist(), self.high.tolist(), strict=True)]
         with np.errstate(all="ignore"), suppress(_Enough, TimeUp):
-            package("scipy.optimize", "design").minimize(
+            package("scipy.optimize").minimize(
                 self.objective,
                 np.append(self.first.u, [self.first.worst] * self.levels),
                 jac=True,

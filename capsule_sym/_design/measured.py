@@ -114,7 +114,7 @@ def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
     """
     file = Path(path)
     if file.suffix == ".parquet":
-        parquet = package("pyarrow.parquet", "parquet")
+        parquet = package("pyarrow.parquet")
         try:
             table = parquet.ParquetFile(file).read()
         except (OSError, ValueError) as error:

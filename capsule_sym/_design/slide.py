@@ -80,7 +80,7 @@ def _way(program: Program, place: Place) -> _Way | None:
     near = np.flatnonzero(place.slacks < _ACTIVE)
     sides = np.diag((place.u <= 0.0).astype(float) - (place.u >= 1.0))
     rows = np.vstack([program.by_u(place.slacks_by[near]), sides])
-    forces, left = package("scipy.optimize", "design").nnls(rows.T, slope)
+    forces, left = package("scipy.optimize").nnls(rows.T, slope)
     size = float(np.linalg.norm(slope))
     if not left > _LEVEL * size:
         return None

@@ -195,7 +195,7 @@ class _Balance:
         bounds = np.zeros((len(held), len(goal)))
         bounds[range(len(held)), held] = -self.side[held]
         rows = np.vstack([point.by[chosen], bounds])
-        found, left = package("scipy.optimize", "design").nnls(rows.T, goal)
+        found, left = package("scipy.optimize").nnls(rows.T, goal)
         forces = np.zeros(len(values))
         forces[chosen] = found[: len(chosen)]
         return forces, float(left)
@@ -294,7 +294,7 @@ class _Conditions(_Balance):
     def along(self, point: _Point) -> Matrix:
         """Directions (rows, n) along the active constraints."""
         by = point.by[self.active][:, self.rows]
-        found: Matrix = package("scipy.linalg", "design").null_space(by)
+        found: Matrix = package("scipy.linalg").null_space(by)
         return found
 
     def stepped(self, point: _Point, along: Matrix, second: Matrix) -> _Point:

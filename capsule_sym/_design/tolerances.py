@@ -160,9 +160,7 @@ def tolerances(
 
 def _sobol(dimension: int, count: int, seed: int) -> Matrix:
     """Points of a scrambled Sobol sequence within (0, 1), shape (count, dimension)."""
-    sequence = package("scipy.stats.qmc", "design").Sobol(
-        dimension, rng=np.random.default_rng(seed)
-    )
+    sequence = package("scipy.stats.qmc").Sobol(dimension, rng=np.random.default_rng(seed))
     found: Matrix = sequence.random(count).clip(2.0**-53, 1 - 2.0**-53)
     return found
 
@@ -171,7 +169,7 @@ def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
     """Frozen distribution of each varied parameter; raises InvalidInput."""
     if not isinstance(over, Mapping) or not over:
         raise InvalidInput("over", over, "one parameter or more, each with its tolerance")
-    found, stats = {}, package("scipy.stats", "design")
+    found, stats = {}, package("scipy.stats")
     for name, by in over.items():
         if name not in names_of(system):
             raise InvalidInput("over", name, f"of {', '.join(names_of(system))}")

@@ -47,7 +47,7 @@ def _indices(values: Sequence[Matrix], chosen: Any) -> tuple[Vector, Vector]:
     """Sobol's indices, of first order and total, from some of the samples."""
     # The output is given twice: for one output of one parameter SciPy returns no array.
     a, b, ab = (np.stack([part[..., chosen]] * 2, axis=-2) for part in values)
-    stats = package("scipy.stats", "design")
+    stats = package("scipy.stats")
     found = stats.sobol_indices(func={"f_A": a, "f_B": b, "f_AB": ab}, n=a.shape[-1])
     return found.first_order.reshape(2, -1)[0], found.total_order.reshape(2, -1)[0]
 

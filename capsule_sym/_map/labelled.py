@@ -93,9 +93,8 @@ class Labelled:
         """Return the columns as a pandas DataFrame, with texts as categories.
 
         Dimensionless, or in SI units (s, m, m/s) if a device is given, except parameters.
-        Raises ImportError without pandas.
         """
-        pandas = package("pandas", "sweep")
+        pandas = package("pandas")
         made: DataFrame = pandas.DataFrame(
             {
                 name: pandas.Categorical(column) if column.dtype.kind == "U" else column
@@ -110,7 +109,7 @@ class Labelled:
         Dimensionless, or in SI units (s, m, m/s) if a device is given, except parameters.
         Raises ImportError without xarray.
         """
-        xarray = package("xarray", "sweep")
+        xarray = package("xarray")
         variables, count, names = {}, 0, _names(self.scene)
         for name, column in in_units(self.columns, device).items():
             about, count = {"long_name": names.get(name, name)}, len(column)
@@ -148,9 +147,9 @@ def _text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def package(name: str, extra: str) -> Any:
-    """Optional package; raises NotInstalled, which names the extra that installs it."""
+def package(name: str) -> Any:
+    """Package, imported when it is used; raises NotInstalled, which names what installs it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        raise NotInstalled(error, extra) from error
+        raise NotInstalled(error) from error

@@ -281,7 +281,7 @@ def _draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
         raise InvalidInput("of", of, "displacements or phase")
     check_count("points", points, 2)
     if axes is None:
-        axes = package("matplotlib.pyplot", "plot").subplots()[1]
+        axes = package("matplotlib.pyplot").subplots()[1]
     period, (first, last) = run.parameters.period, run.span
     count = int(min(_MOST_POINTS, 2 + points * (last - first) / period))
     times = np.linspace(first, last, count)

@@ -138,9 +138,7 @@ class Axis:
         check_count("count", count, most=_MOST_VALUES // len(box))
         check_count("seed", seed, 0)
         low, high = np.array(box).T
-        design = package("scipy.stats.qmc", "sweep").Sobol(
-            len(box), rng=np.random.default_rng(seed)
-        )
+        design = package("scipy.stats.qmc").Sobol(len(box), rng=np.random.default_rng(seed))
         whole = design.random_base2(int(count - 1).bit_length())
         values = low + (high - low) * whole[:count]
         return cls("sample", tuple(ranges), values, scene=scene)

@@ -75,7 +75,7 @@ def enclose(
     options.check_beside("fastest", never=("thresholds", "out"))
     options.check_beside("plan", needs=tuple(_PARTS))
     options.check_beside("horseshoe", never=(*_PARTS, "thresholds"))
-    options.require("proof", "flint")
+    options.require("flint")
     for name, path in (("region", region), ("from_rest", from_rest), ("fastest", fastest)):
         if path is not None:
             seconds = max_seconds if options.is_given("max_seconds") else _HOUR

@@ -418,7 +418,7 @@ run = simulate(Parameters(), periods=2)
 run([1.0, 2.0]), run.segments[0], run.columns, repr(run), run.steady()
 found = {"pandas", "xarray", "matplotlib", "sympy"} & set(sys.modules)
 assert not found, found
-calls = {"pandas": run.to_dataframe, "xarray": run.to_xarray, "matplotlib": run.plot}
+calls = {"xarray": run.to_xarray, "matplotlib": run.plot}
 for name, call in calls.items():
     sys.modules[name] = None
     try:

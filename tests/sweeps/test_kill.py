@@ -157,9 +157,7 @@ def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(
         patch.setattr("capsule_sym._sweeps.pools.compute", deadly_corner)
         with (
             ProcessPoolExecutor(1, get_context("spawn")) as pool,
-            pytest.raises(
-                Lost, match=r"^chunk 8: BrokenProcessPool: A process .* terminated"
-            ),
+            pytest.raises(Lost, match=r"^chunk 8: BrokenProcessPool: A process .* terminated"),
         ):
             run_sweep(chart(), tmp_path / "store", executor=pool, workers=1)
     assert len(finished(tmp_path / "store")) == 8

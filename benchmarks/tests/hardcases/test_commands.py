@@ -76,17 +76,6 @@ def test_a_wrong_line_is_refused_in_one_line(
     assert told in err
 
 
-def test_without_scipy_one_line_says_what_brings_it(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "scipy", None)
-    assert _status(["hardcases"], group) == 1
-    assert capsys.readouterr() == (
-        "",
-        "error: scipy is missing: pip install 'capsule-sym[design]'\n",
-    )
-
-
 def test_an_interrupt_says_that_the_log_goes_on(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

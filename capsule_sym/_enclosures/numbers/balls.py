@@ -19,7 +19,7 @@ try:
     from flint import arb as arb
     from flint import arb_mat, ctx
 except ModuleNotFoundError as error:  # pragma: no cover - the extra is part of `dev`
-    raise NotInstalled(error, "proof") from error
+    raise NotInstalled(error) from error
 
 Ball: TypeAlias = Any
 """A ball of real numbers, `flint.arb`."""
