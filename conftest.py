@@ -73,7 +73,7 @@ def inside(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) 
 
 # Data that tests derive once in a process, such as the model in SymPy, are not derived by both
 # workers: a file, and all of these folders, is run by one of them. The longest begin.
-TOGETHER = ("tests/symbolic/", "tests/orbits/")
+TOGETHER = ("tests/symbolic/", "paper/tests/claims/", "tests/orbits/")
 FIRST = (
     "tests/symbolic/",
     "tests/cli/test_paper.py",

@@ -23,7 +23,6 @@ from capsule_sym._commands.values import WritablePath
 from capsule_sym._explorer import page
 from capsule_sym._figures import device
 from capsule_sym._files import growing, read_json, whole, write_whole
-from paper.claims import frozen
 from paper.proofs import subdivision as regions
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")
@@ -127,7 +126,6 @@ WRITERS = [
     ("a.gif", animate),
     ("a.html", command("explore --no-open --out")),
     ("a.json", command("run --periods 2 --certify")),
-    ("a.toml", lambda path: frozen.freeze([], path)),
 ]
 
 

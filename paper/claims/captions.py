@@ -1,37 +1,37 @@
-"""Checks of the captions of Figs. 7 to 9, and of references to figures."""
+"""Claims of the captions of Figs. 7 to 9, and of references to figures, with their checks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import sympy as sp
 
 from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.symbols import delta, v_r
-from capsule_sym._symbolic.proofs.relations import Texts, scope
-from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
+from capsule_sym._symbolic.proofs.parts import part
+from capsule_sym._symbolic.proofs.relations import Texts, listed, scope
+from capsule_sym._symbolic.proofs.statement import Statement
+from paper.claims.beside import beside, next_field
 from paper.claims.case_study import Point, maps, point, steady_orbit
-from paper.claims.motions import number_of, printed_gamma, sides_at
-from paper.printed import Event, panels
+from paper.claims.motions import number_of, printed_gamma, shown, sides_at
+from paper.printed import Event, Paper, events, panels
 
 Place = tuple[Point, str, int, int]
 """A point, a line, and the fields of the segment before and of the segment that begins there."""
 
 
-@checker
 def names_event(alpha: str, kind: str, line: str, printed: Sequence[Event]) -> bool:
     """Check that a caption names an event of Section 4 by its value, type and line."""
     return any((e.alpha, e.type, e.line[:2]) == (alpha, kind, line[:2]) for e in printed)
 
 
-@checker
 def coloured(printed: str, field: int, colours: Sequence[str]) -> bool:
     """Check that a colour is that of a field, with one colour for each field."""
     return len(set(colours)) == 6 and colours[field - 1] == printed
 
 
-@checker
 def does(at: Point, field: int, printed: str) -> bool:
     """Check that the motion at a point has a field, lacks it, or ends it on a surface."""
     local_maps = maps(steady_orbit(at).fields)
@@ -48,7 +48,6 @@ def _begins(segments: Place) -> list[int]:
     return [i for i, field in enumerate(fields) if (fields[i - 1], field) == (before, after)]
 
 
-@checker
 def begins_on(places: Sequence[Place], printed: str) -> bool:
     """Check that the segments begin on the named part of a line, as derived."""
     numbers = {
@@ -59,7 +58,6 @@ def begins_on(places: Sequence[Place], printed: str) -> bool:
     return all(map(_begins, places)) and {f"{places[0][1]}^({n})" for n in numbers} == {printed}
 
 
-@checker
 def outside(places: Sequence[Place], printed: Texts, part: str) -> bool:
     """Check that the segments begin on a derived part, at no v_r of the printed interval."""
     for one in places:
@@ -71,13 +69,11 @@ def outside(places: Sequence[Place], printed: Texts, part: str) -> bool:
     return begins_on(places, part)
 
 
-@checker
 def refers(figure: str, alpha: str, captions: Mapping[str, str]) -> bool:
     """Check that a figure has a panel, and its caption the amplitude if there is one."""
     return captions.get(figure) in ("", alpha)
 
 
-@checker
 def borders(printed: Sequence[str]) -> bool:
     """Check that these are the lines on P1 = 0, P2 = delta for delta < f_b."""
     plane, narrow = sp.Eq(PIECES["L5"].relations[1].lhs, delta), scope(["zeta > 0", "δ < f_b"])
@@ -99,24 +95,9 @@ def _speeds(places: Sequence[Place]) -> dict[str, str]:
     return found
 
 
-def _places(context: Context) -> tuple[Place, ...]:
-    """Places where a caption's segment begins: at its amplitudes, beside a bifurcation, or both."""
-    paper, entry = context["paper"], context["e"]
-    found = []
-    if context["near"]:
-        alphas = [entry["alpha"], *(alpha for alpha, _ in entry["beside"])]
-        found = [point(paper, alpha) for alpha in alphas]
-    if "event" in context:
-        sides = sides_at(paper, printed_gamma(paper))[context["event"] - 1]
-        found.append(sides[context["above"]])
-    before, after = context["turns"]
-    return tuple((at, context["line"], before, after) for at in found)
-
-
-def _captions(context: Context) -> dict[str, str]:
+def amplitudes(paper: Paper) -> dict[str, str]:
     """Amplitude of each panel by figure; empty for a figure without panels."""
-    paper = context["paper"]
-    own = [paper[f"figure.{name}"] for name in ("8.a", "8.c", "9.a", "9.b", "9.c", "9.d")]
+    own = [paper[name] for name in _CAPTIONS]
     return {
         **{f"6({name})": "" for name in paper["figure.6"]["panels"]},
         **{f"7({name})": alpha for name, alpha in panels(paper).items()},
@@ -124,35 +105,208 @@ def _captions(context: Context) -> dict[str, str]:
     }
 
 
-def _each_beside(context: Context) -> Iterator[dict[str, Any]]:
-    for number, (alpha, told) in enumerate(context["e"]["beside"], start=1):
-        yield {"key": f"{context['e'].id}.{number}", "number": number, "alpha": alpha, "told": told}
-
-
-def _told(context: Context) -> str:
-    told = context["told"]
-    field = context["e"]["field"]
-    return f"F{field} ends on {told}" if told.startswith("S") else f"there is {told}"
-
-
-EACH["beside"] = _each_beside
-FACTS |= {
-    "at_first": lambda context: point(context["paper"], context["e"]["beside"][0][0]),
-    "first_told": lambda context: _told(Context(e=context["e"], told=context["e"]["beside"][0][1])),
-    "reference": lambda context: context["e"]["rows"][context["row"]],
-    "captions": _captions,
-    "colours": lambda context: tuple(context["paper"]["figure.7.colours"]["fields"]),
-    "is_told": _told,
-    "places": _places,
-}
-FILTERS |= {
-    "other_told": lambda told: (
-        told[3:] if told.startswith("no") else f"no {told}" if told[0] == "F" else "S1"
+_CAPTIONS = ("figure.8.a", "figure.8.c", "figure.9.a", "figure.9.b", "figure.9.c", "figure.9.d")
+_OTHERWISE = {
+    "figure.9.c": (
+        "S3",
+        "F1 leads to S3 already: switching-sliding is at 1.5218... there",
     ),
-    "points": lambda places: ", ".join(str(one[0]) for one in places),
-    "first_part": lambda name: f"{name[:4]}1)",
+    "figure.9.d": ("no F2", "the stick in F2 is gone already: the graze is at 1.5513..."),
 }
-WITNESSES |= {
-    "speeds": _speeds,
-    "panel": lambda row: {f"Fig. {row['figure']}": f"alpha = {row['captions'][row['figure']]}"},
+"""What happens at the first amplitude beside the event, where it is not what is printed."""
+
+
+def captions(paper: Paper) -> Iterator[Statement]:
+    """The captions of Figs. 8 and 9: the event, the colour, and the motions beside the event."""
+    for name in _CAPTIONS:
+        entry = paper[name]
+        alpha, kind, line = (entry[key] for key in ("alpha", "event", "meets"))
+        yield beside(
+            entry,
+            f"{name}.event",
+            names_event,
+            {"alpha": alpha, "kind": kind, "line": line, "printed": events(paper)},
+            {"alpha": "1"},
+            says=f"the caption names a bifurcation of Section 4: {kind} on {line} at α = {alpha}",
+            printed=f"{kind} on {line} at α = {alpha}",
+            proof="the printed numbers are compared; for the bifurcation itself see "
+            "section.4.event",
+        )
+    colours = tuple(paper["figure.7.colours"]["fields"])
+    for name in _CAPTIONS:
+        entry = paper[name]
+        colour, field = entry["colour"], entry["field"]
+        yield beside(
+            entry,
+            f"{name}.colour",
+            coloured,
+            {"printed": colour, "field": field, "colours": colours},
+            {"field": next_field(field)},
+            says=f"the {colour} segment is F{field}, as in the caption of Fig. 7",
+            printed=f"the {colour} segment of F{field}",
+            proof="the printed names are compared",
+        )
+    for name in _CAPTIONS:
+        for number, (alpha, told) in enumerate(paper[name]["beside"], start=1):
+            if number > 1 or name not in _OTHERWISE:
+                yield _does(paper, name, number, alpha, told)
+    for name, (instead, why) in _OTHERWISE.items():
+        alpha, told = paper[name]["beside"][0]
+        at = point(paper, alpha)
+        yield _does(
+            paper,
+            name,
+            1,
+            alpha,
+            told,
+            says=f"at {at}: {why}",
+            derived=f"{at}: {why}",
+            verdict="refuted",
+            correction={"printed": instead},
+            consequence="section.4.panel: another mass ratio, 3.0, gives the printed motion.",
+        )
+
+
+def _does(
+    paper: Paper, name: str, number: int, alpha: str, told: str, says: str = "", **texts: Any
+) -> Statement:
+    """Statement about the motion at an amplitude beside the event of a caption."""
+    entry, at = paper[name], point(paper, alpha)
+    field = entry["field"]
+    text = f"F{field} ends on {told}" if told.startswith("S") else f"there is {told}"
+    instead = texts.get("correction", {"printed": told})["printed"]
+    if instead.startswith("no"):
+        other = instead[3:]
+    else:
+        other = f"no {instead}" if instead[0] == "F" else "S1"
+    return beside(
+        entry,
+        f"{name}.beside.{number}",
+        does,
+        {"at": at, "field": field, "printed": told},
+        {"printed": other},
+        says=says or f"at {at}: {text}",
+        printed=f"{at}: {text}",
+        proof="the periodic motion there is enclosed (section.4.panel)",
+        witness=partial(shown, at),
+        **texts,
+    )
+
+
+def parts_of_lines(paper: Paper) -> Iterator[Statement]:
+    """The captions of Figs. 8 and 9: the part of a line on which the segment begins."""
+    sides = sides_at(paper, printed_gamma(paper))
+
+    def near(name: str) -> list[Point]:
+        """The amplitudes of a caption."""
+        entry = paper[name]
+        return [point(paper, a) for a in (entry["alpha"], *(a for a, _ in entry["beside"]))]
+
+    for name, key, line, turn, points, instead in (
+        ("figure.8.a", "leaves", "L3", (5, 4), near("figure.8.a"), ""),
+        ("figure.9.a", "meets", "L2", (2, 3), [sides[3][1]], ""),
+        ("figure.9.b", "meets", "L3", (5, 4), [sides[5][0]], ""),
+        ("figure.9.d", "meets", "L2", (2, 3), [sides[7][0]], ""),
+        ("figure.8.c", "leaves", "L2", (2, 3), [*near("figure.8.c"), sides[4][0]], "L2^(2)"),
+        ("figure.9.c", "meets", "L2", (1, 3), [sides[6][1]], "L2^(3)"),
+    ):
+        entry = paper[name]
+        text, field = entry[key], entry["field"]
+        places = tuple((one, line, *turn) for one in points)
+        at, verb = ", ".join(map(str, points)), "begins" if key == "leaves" else "meets the line"
+        where = "" if key == "leaves" else " beside the bifurcation"
+        texts: dict[str, Any] = {}
+        if instead:
+            texts = {
+                "correction": {"printed": instead},
+                "derived": f"on the derived {instead}",
+                "verdict": "refuted",
+                "consequence": "It follows from the printed Eq. (23): by its intervals, too high "
+                "by 4 zeta f_b, the caption would be right.",
+            }
+        yield beside(
+            entry,
+            f"{name}.part",
+            begins_on,
+            {"places": places, "printed": text},
+            {"printed": f"{(instead or text)[:4]}1)"},
+            says=f"at {at}: F{field} {verb} on the derived {instead or text}",
+            printed=f"F{field} {verb} on {text}",
+            proof=f"v_r where the segment begins, in the enclosed motion{where}, against the "
+            "bounds of Appendix B as derived",
+            witness=partial(_speeds, places),
+            **texts,
+        )
+    entry = paper["appendix.B.L2"]
+    places = ((sides[3][1], "L2", 2, 3),)
+    within = part("L2^(2)").within
+    yield beside(
+        entry,
+        "figure.9.a.interval",
+        outside,
+        {"places": places, "printed": entry["L2^(2)"], "part": "L2^(2)"},
+        {"printed": within},
+        says="beside the adding-sliding of Fig. 9(a) stick meets L2 where the printed Eq. (23) "
+        "does not vanish for any time, and the derived one does",
+        printed=f"the stick of Fig. 9(a) is tangent to L2^(2): {' and '.join(entry['L2^(2)'])}",
+        derived=f"v_r there is outside this interval, and within {' and '.join(map(str, within))}",
+        verdict="refuted",
+        proof="v_r where backward drift begins, in the enclosed motion beside the bifurcation",
+        consequence="The figure confirms the erratum on Eq. (23), apart from its derivation.",
+        witness=partial(_speeds, places),
+    )
+
+
+_MEANT = {
+    1: ("7(c)", ""),
+    2: ("7(c)", ", or 7(d), α = 0.4, where forward drift is seen"),
+    3: ("7(o)", ""),
 }
+"""Panels that are meant by references to panels of Fig. 6."""
+
+
+def references(paper: Paper) -> Iterator[Statement]:
+    """References to figures in Section 4, and the lines of Fig. 7."""
+    entry, shown_at = paper["section.4.references"], amplitudes(paper)
+    rows = list(enumerate(entry["rows"], start=1))
+    for number, (figure, alpha) in rows[len(_MEANT) :]:
+        yield beside(
+            entry,
+            f"section.4.reference.{number}",
+            refers,
+            {"figure": figure, "alpha": alpha, "captions": shown_at},
+            {"figure": "7(b)"},
+            says=f"Fig. {figure} shows α = {alpha}",
+            proof="the captions",
+        )
+    for number, (figure, alpha) in rows[: len(_MEANT)]:
+        meant, more = _MEANT[number]
+        yield beside(
+            entry,
+            f"section.4.reference.{number}",
+            refers,
+            {"figure": figure, "alpha": alpha, "captions": shown_at},
+            {"figure": "7(b)"},
+            correction={"figure": meant},
+            says=f"Fig. {figure} is Fig. {meant}{more}: Fig. 6 has no panels",
+            printed=f"Fig. {figure} shows α = {alpha}",
+            derived=f"Fig. {meant}{more}; Fig. 6 is one picture",
+            verdict="refuted",
+            proof="the captions",
+            consequence="Fig. 7 has a panel of that letter.",
+            witness=lambda meant=meant: {f"Fig. {meant}": f"alpha = {shown_at[meant]}"},
+        )
+    lines = paper["figure.7.boundaries"]["lines"]
+    yield beside(
+        paper["figure.7.boundaries"],
+        "figure.7.boundaries",
+        borders,
+        {"printed": lines},
+        {"printed": lines[1:]},
+        says=f"the lines on P1 = 0, P2 = delta are {listed(lines)}",
+        printed=f"the non-smooth boundaries {listed(lines)}",
+        proof="those with P1 = 0 and P2 = delta that exist for delta < f_b",
+    )
+
+
+STATEMENTS = (captions, parts_of_lines, references)

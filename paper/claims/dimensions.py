@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import sympy as sp
 
@@ -12,8 +11,8 @@ from capsule_sym._symbolic.model.proof import example
 from capsule_sym._symbolic.model.symbols import PARAMETERS, delta, tau, x_r
 from capsule_sym._symbolic.proofs.formula import NotAFormula, formula, same
 from capsule_sym._symbolic.proofs.relations import derived, scope
-from capsule_sym._symbolic.proofs.rows import FACTS, WITNESSES, Context, checker
-from paper.claims.errata import CASE_STUDY, CREST, point_text
+from paper.claims.errata import CASE_STUDY, CREST
+from paper.printed import Paper
 
 Printed = Mapping[str, str]
 """Printed texts of Section 2 by key, for one of the two cases of contact."""
@@ -63,7 +62,6 @@ def _friction(texts: Printed, segment: Segment) -> sp.Expr:
     return _side(texts["slip"], "F_f").xreplace({sp.sign(_SPEED): sp.Integer(segment.drift)})
 
 
-@checker
 def newton(field: int, texts: Printed) -> bool:
     """Check that the printed equations of motion, scaled as printed, give a field at f_b = 1."""
     segment, scaled = SEGMENTS[field - 1], _scaling(texts)
@@ -78,7 +76,6 @@ def newton(field: int, texts: Printed) -> bool:
     )
 
 
-@checker
 def rates(texts: Printed) -> bool:
     """Check that v is the rate of x, and a that of v, in the printed time."""
     names = _PHYSICAL | {"X": sp.Symbol("X"), "V": sp.Symbol("V"), "A": sp.Symbol("A")}
@@ -90,14 +87,12 @@ def rates(texts: Printed) -> bool:
     )
 
 
-@checker
 def positive_scaling(texts: Printed) -> bool:
     """Check that every parameter of the model is positive for positive physical quantities."""
     scaled = _scaling(texts)
     return all(scaled[str(symbol)].is_positive for symbol in PARAMETERS)
 
 
-@checker
 def physical(printed: str, expected: str) -> bool:
     """Check that printed physical formulas agree for dry friction, equations side by side."""
     names = _PHYSICAL | {"F_max": _BOUND}
@@ -112,7 +107,6 @@ def physical(printed: str, expected: str) -> bool:
 _KINDS = {"<": sp.StrictLessThan, "<=": sp.LessThan, ">": sp.StrictGreaterThan}
 
 
-@checker
 def scaled_condition(printed: str, kind: str, force: str, texts: Printed) -> bool:
     """Check that a printed condition on a magnitude, scaled, is |force| kind f_b."""
     scaled = _scaling(texts)
@@ -125,7 +119,6 @@ def scaled_condition(printed: str, kind: str, force: str, texts: Printed) -> boo
     return same(inner, wanted) or same(inner, -wanted)
 
 
-@checker
 def scaled_gap(printed: str, kind: str, texts: Printed) -> bool:
     """Check that a printed condition, scaled, is x_r kind delta."""
     relation = formula(printed, _PHYSICAL)
@@ -133,22 +126,21 @@ def scaled_gap(printed: str, kind: str, texts: Printed) -> bool:
     return bool(relation.rel_op == kind) and same(found, _in_physical(x_r - delta, _scaling(texts)))
 
 
-_HELD_NOT = (
+HELD_NOT = (
     *scope(["v_c == 0", "x_r > delta", "P3 < f_b", "P3 > -f_b", "P4 > f_b"]),
     CREST,
 )
+"""States in contact in which |P3| < f_b < P4."""
 
 
-@checker
 def omits_spring(printed: str, texts: Printed) -> bool:
     """Check that a condition of stick in contact is |P3| < f_b, where |P4| can exceed f_b."""
-    point = example(_HELD_NOT, CASE_STUDY)
+    point = example(HELD_NOT, CASE_STUDY)
     return scaled_condition(printed, "<", "P3", texts) and point[x_r] > point[delta]
 
 
-def _texts(context: Context) -> dict[str, Any]:
-    """Printed texts of Section 2 by key; `frame` is its equation of the capsule, (3) or (5)."""
-    paper, frame = context["paper"], context["frame"]
+def texts_of(paper: Paper, frame: int) -> dict[str, str]:
+    """Printed texts of Section 2 by key, with Eq. (3) or (5) for the capsule."""
     return {
         **paper["scaling.parameters"].printed,
         **paper["scaling.state"].printed,
@@ -157,12 +149,3 @@ def _texts(context: Context) -> dict[str, Any]:
         "mass": paper[f"equation.{frame - 1}"]["motion"],
         "capsule": paper[f"equation.{frame}"]["motion"],
     }
-
-
-def _definitions(context: Context) -> str:
-    names = (*map(str, PARAMETERS), "Omega_0")
-    return ", ".join(f"{name} = {context['texts'][name]}" for name in names)
-
-
-FACTS |= {"texts": _texts, "definitions": _definitions}
-WITNESSES["unheld"] = lambda _: point_text(example(_HELD_NOT, CASE_STUDY))

@@ -16,25 +16,23 @@ from capsule_sym._symbolic.model.switching import reduced
 from capsule_sym._symbolic.model.symbols import STATE, alpha, beta, delta, f_b, force, gamma, zeta
 from capsule_sym._symbolic.proofs.formula import formula, same
 from capsule_sym._symbolic.proofs.relations import Texts, derived, latex, scope
-from capsule_sym._symbolic.proofs.rows import DEFAULTS, FILTERS, WITNESSES, checker
-from paper.printed import read
+from capsule_sym._symbolic.proofs.statement import Statement
+from paper.claims.beside import beside
+from paper.printed import Entry, read
 
 CREST = sp.Eq(force, alpha)  # omega tau = 0
 
 
-@checker
 def equal(printed: Any, expected: Any) -> bool:
     """Check that printed data are as expected."""
     return bool(printed == expected)
 
 
-@checker
 def same_formula(printed: str, expected: str | sp.Expr) -> bool:
     """Check that a printed expression is identically the expected one."""
     return same(formula(printed), derived(expected) if isinstance(expected, str) else expected)
 
 
-@checker
 def positive(printed: str, expected: str) -> bool:
     """Check that a printed relation states that an expression, or it over 2 zeta, is positive."""
     relation, value = formula(printed), derived(expected)
@@ -44,7 +42,6 @@ def positive(printed: str, expected: str) -> bool:
     )
 
 
-@checker
 def same_union(whole: Texts, pieces: Sequence[str], within: Texts, end: str) -> bool:
     """Check that a set is the union of pieces, split by the sign of a function at its end."""
     whole, within, split = scope(whole), scope(within), derived(end)
@@ -138,7 +135,6 @@ class Erratum:
         return rf"{latex(self.inside)}\quad\Rightarrow\quad {sp.latex(relation)}"
 
 
-@checker
 def fails(
     here: Texts,
     printed: str,
@@ -168,23 +164,30 @@ def at_crest(texts: Texts) -> dict[str, str]:
     return point_text(example([*scope(texts), CREST], CASE_STUDY))
 
 
-def _negated(row: Mapping[str, Any]) -> Relation:
-    return negations(Erratum.of(**row).expected)[0]
-
-
-DEFAULTS["fails"] = {
-    "verdict": "refuted",
-    "wrong": {"expected": "{given:negated}"},
-    "formula": "{given:implication}",
-    "witness": {"fails": "{given}"},
-}
-WITNESSES |= {
-    "fails": lambda row: Erratum.of(**row).witness(),
-    "crest": at_crest,
-    "numbers": lambda numbers: numbers,
-}
-FILTERS |= {
-    "fraction": Fraction,
-    "negated": _negated,
-    "implication": lambda row: Erratum.of(**row).latex,
-}
+def misprint(
+    entry: Entry,
+    name: str,
+    here: Texts,
+    relation: str,
+    expected: str | Relation,
+    *,
+    inside: Texts | None = None,
+    at: Mapping[str, str] | None = None,
+    **texts: Any,
+) -> Statement:
+    """Erratum of a relation that is printed for a set of states, and fails at a point of it."""
+    claim: dict[str, Any] = {"here": here, "printed": relation, "expected": expected}
+    claim |= {"inside": inside} if inside else {}
+    claim |= {"at": at} if at else {}
+    found = Erratum.of(**claim)
+    return beside(
+        entry,
+        name,
+        fails,
+        claim,
+        {"expected": negations(found.expected)[0]},
+        verdict="refuted",
+        formula=lambda: found.latex,
+        witness=found.witness,
+        **texts,
+    )

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
@@ -13,10 +12,10 @@ from capsule_sym._symbolic.model.proof import implies
 from capsule_sym._symbolic.model.symbols import delta, f_b, gamma, v_c, v_r, x_r
 from capsule_sym._symbolic.proofs.formula import NAMES, formula, same
 from capsule_sym._symbolic.proofs.relations import Texts, derived, scope
-from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, Context, checker
 
 _SWITCHES = {name: sp.Symbol(name) for name in ("H1", "H2", "H3")}
-_COASTING = ["v_c > 0", "x_r < delta", "P3 < f_b", "P3 > -f_b"]
+COASTING = ("v_c > 0", "x_r < delta", "P3 < f_b", "P3 > -f_b")
+"""States of a moving capsule in which Eq. (6), read literally, lets it coast."""
 
 
 def _step(argument: sp.Expr, region: tuple[Relation, ...]) -> sp.Expr | None:
@@ -33,7 +32,7 @@ def _step(argument: sp.Expr, region: tuple[Relation, ...]) -> sp.Expr | None:
     return None
 
 
-def _literal(texts: Mapping[str, str], region: Texts, drift: int) -> tuple[sp.Expr, ...]:
+def literal(texts: Mapping[str, str], region: Texts, drift: int) -> tuple[sp.Expr, ...]:
     """Eq. (6) in a region as rates of (x_r, v_r, v_c), `drift` standing for sign(v_c)."""
     place = {sp.sign(v_c): sp.Integer(drift)}
     for name, symbol in _SWITCHES.items():
@@ -45,7 +44,6 @@ def _literal(texts: Mapping[str, str], region: Texts, drift: int) -> tuple[sp.Ex
     return rates["x_m"] - rates["x_c"], rates["v_m"] - rates["v_c"], rates["v_c"]
 
 
-@checker
 def literal_field(
     field: int, texts: Mapping[str, str], regions: Sequence[Texts], drift: int | None = None
 ) -> bool:
@@ -55,10 +53,9 @@ def literal_field(
     """
     segment = SEGMENTS[field - 1]
     sign = segment.drift if drift is None else drift
-    return all(all(map(same, _literal(texts, one, sign), segment.field)) for one in regions)
+    return all(all(map(same, literal(texts, one, sign), segment.field)) for one in regions)
 
 
-@checker
 def printed_field(printed: Sequence[str], mode: str, field: int) -> bool:
     """Check that a printed field and its mode are those of the model."""
     segment = SEGMENTS[field - 1]
@@ -68,7 +65,6 @@ def printed_field(printed: Sequence[str], mode: str, field: int) -> bool:
     )
 
 
-@checker
 def slope_jumps(line: Sequence[str], size: str) -> bool:
     """Check that on the line F1 = F4, and d(F4 - F1)/dx_r = (0, -size, size/(gamma + 1))."""
     jump = derived(size)
@@ -100,41 +96,10 @@ def domain(field: int) -> tuple[tuple[Relation, ...], ...]:
     return (sp.Gt(drift * v_c, 0), side), (rest, side, sp.Gt(drift * segment.field[2], 0))
 
 
-def _regions(context: Context) -> tuple[tuple[Relation, ...], ...]:
-    """States where the field acts, with the force beyond the bound (drift) or within it (stick)."""
-    segment = SEGMENTS[context["field"] - 1]
+def acting(segment: Segment) -> tuple[tuple[Relation, ...], ...]:
+    """States where a field acts, with the force beyond the bound (drift) or within it (stick)."""
     side, force = _side(segment, False), segment.interaction
     if segment.stick:
         return ((sp.Eq(v_c, 0), side, sp.Lt(force, f_b), sp.Gt(force, -f_b)),)
     moving = sp.Gt(v_c, 0) if segment.drift > 0 else sp.Lt(v_c, 0)
     return (moving, side, sp.Gt(force, f_b)), (moving, side, sp.Lt(force, -f_b))
-
-
-def _equation_6(context: Context) -> str:
-    texts = context["e"]
-    rates = "; ".join(f"{key}' = {texts[key]}" for key in ("x_m", "v_m", "x_c", "v_c"))
-    return f"{rates}; " + ", ".join(f"{key} = H({texts[key]})" for key in _SWITCHES)
-
-
-def _segments(_: Context) -> Iterator[dict[str, Any]]:
-    for field in range(1, 7):
-        yield {"key": field, "field": field, "number": field + 6}
-
-
-EACH["segments"] = _segments
-EACH["printed"] = lambda context: (
-    {"key": key, "text": text} for key, text in context["e"].printed.items()
-)
-FACTS |= {
-    "text": lambda context: context["e"][context["key"]],
-    "friction_text": lambda context: context["texts"][context["friction"]],
-    "regions": _regions,
-    "shown_6": _equation_6,
-    "coasting": lambda context: _literal(context["e"].printed, _COASTING, 1)[2],
-}
-FILTERS |= {
-    "domain": domain,
-    "matrix": lambda field: sp.latex(sp.Matrix(SEGMENTS[field - 1].field)),
-    "place": lambda texts: tuple(texts[:2]),
-    "below": lambda text: text.replace(">", "<"),
-}

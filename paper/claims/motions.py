@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Any
 
 import sympy as sp
 
@@ -16,10 +15,8 @@ from capsule_sym._symbolic.proofs.formula import formula
 from capsule_sym._symbolic.proofs.inner_products import FIELDS
 from capsule_sym._symbolic.proofs.parts import PARTS
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
-from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
 from paper.claims.case_study import (
     BRACKETS,
-    OTHER,
     Bracket,
     Maps,
     Point,
@@ -27,22 +24,17 @@ from paper.claims.case_study import (
     cycle,
     first_fields,
     from_rest,
-    global_map,
     maps,
     point,
     steady_orbit,
 )
 from paper.claims.changes import Change, change, common
-from paper.printed import Event, Paper, Row, events, panels, row_at, section_4
+from paper.printed import Event, Paper, Row
 
 Sides = tuple[Point, Point, Bracket]
 """Two points with different motions that enclose a bifurcation."""
 
 _LOCAL = re.compile(r"P_\{(Σ\d+),F(\d),(Σ\d+)\}")
-_PROOF = (
-    "the orbit is enclosed by Krawczyk's method in ball arithmetic, every guard proved positive "
-    "along every segment, and its multipliers inside the unit circle"
-)
 _DRIFT = {"forward": 1, "backward": -1}
 
 
@@ -63,13 +55,11 @@ def maps_of(text: str) -> Maps:
     return tuple(map(read, text.split(" ∘ ")[::-1]))
 
 
-@checker
 def below(at: Point, bound: str) -> bool:
     """Check that the amplitude of a point is below a printed bound there."""
     return bool(formula(bound).subs(at.values) > at.values[alpha])
 
 
-@checker
 def chain(printed: Maps, table: Sequence[LocalMap], corner: bool) -> bool:
     """Check that a global map is a cycle of local maps, all printed (or at a corner, not)."""
     entered = {entry: field for field, entry in ENTRY_PLANE.items()}
@@ -80,7 +70,6 @@ def chain(printed: Maps, table: Sequence[LocalMap], corner: bool) -> bool:
     return chained and begun and (corner or set(printed) <= set(table))
 
 
-@checker
 def adjoins(row: Row, before: str, panel: str) -> bool:
     """Check that a row begins where the last one ends, and contains a panel's amplitude."""
     low, high = Fraction(row.low or before), Fraction(row.high)
@@ -89,19 +78,16 @@ def adjoins(row: Row, before: str, panel: str) -> bool:
     return Fraction(before) == low and here and (row.closed or value < high)
 
 
-@checker
 def moves(at: Point, expected: Maps) -> bool:
     """Check that at a point an attracting periodic motion has the given global map."""
     return cycle(maps(steady_orbit(at).fields)) == cycle(expected)
 
 
-@checker
 def tends(start: Sequence[str], at: Point, expected: Maps) -> bool:
     """Check that the motion from a start, which is rest, tends to one with the global map."""
     return set(map(Fraction, start)) == {0} and cycle(maps(from_rest(at))) == cycle(expected)
 
 
-@checker
 def impact_without(at: Mapping[str, str], drift: str) -> bool:
     """Check that from rest the first impact precedes any drift of a kind."""
     fields = first_fields(Point(tuple(at.items())))
@@ -141,7 +127,6 @@ def _line_parts(line: str, at: Point) -> set[str]:
     }
 
 
-@checker
 def bifurcates(sides: Sides, kind: str, line: str) -> bool:
     """Check that between two points lies a bifurcation of the printed type, on the printed line."""
     found = changed(sides)
@@ -150,13 +135,11 @@ def bifurcates(sides: Sides, kind: str, line: str) -> bool:
     return "^" not in line or _line_parts(line[:2], sides[1]) == {line}
 
 
-@checker
 def rounds(sides: Sides, printed: str) -> bool:
     """Check that every number between two points with a bifurcation rounds to the printed value."""
     return _rounding(sides, printed) == 1 and changed(sides) is not None
 
 
-@checker
 def off(sides: Sides, printed: str) -> bool:
     """Check that no number between two points with a bifurcation rounds to the printed value."""
     return _rounding(sides, printed) == -1 and changed(sides) is not None
@@ -170,7 +153,6 @@ def _rounding(sides: Sides, printed: str) -> int:
     return (low <= first and last <= high) - (last < low or high < first)
 
 
-@checker
 def near(sides: Sides, kind: str, line: str, alpha: str) -> bool:
     """Check that a bifurcation of the printed type lies within 1 % in alpha."""
     value, found = Fraction(alpha), changed(sides)
@@ -178,28 +160,24 @@ def near(sides: Sides, kind: str, line: str, alpha: str) -> bool:
     return close and found is not None and (found.type, found.line) == (kind, line[:2])
 
 
-@checker
 def crossing_map(sides: Sides, printed: Maps) -> bool:
     """Check that the global map at a crossing is that of both sides without the replaced field."""
     itinerary = common(sides[2].first, sides[2].second)
     return changed(sides) is not None and cycle(maps(itinerary)) == cycle(printed)
 
 
-@checker
 def ordered(sides: Sequence[Sides], order: bool) -> bool:
     """Check that bifurcations are in the printed order of alpha, or are not, as claimed."""
     values = [Fraction(one[0]["alpha"]) for one in sides]
     return all(map(changed, sides)) and (values == sorted(values)) == order
 
 
-@checker
 def types(sides: Sequence[Sides], printed: Sequence[str]) -> bool:
     """Check the order of the types of bifurcation for growing alpha, each at its first place."""
     found = [one.type for one in map(changed, sides) if one]
     return tuple(dict.fromkeys(found)) == tuple(printed) and len(found) == len(sides)
 
 
-@checker
 def rests(sides: Sides, below: str, event: Event, impacts: int | None = None) -> bool:
     """Check that below a printed bifurcation value the motion has stick fields only.
 
@@ -211,14 +189,12 @@ def rests(sides: Sides, below: str, event: Event, impacts: int | None = None) ->
     return stick and changed(sides) is not None and event.alpha == below
 
 
-@checker
 def stick_vanishes(sides: Sequence[Sides], printed: Sequence[str], but: str) -> bool:
     """Check that stick vanishes at the printed types of bifurcation except for a printed one."""
     found = {one.type: SEGMENTS[one.field - 1].stick for one in map(changed, sides) if one}
     return all(found.get(kind) == (kind != but) for kind in printed) and but in printed
 
 
-@checker
 def drift_begins(sides: Sides, event: Event, printed: Sequence[str]) -> bool:
     """Check that at an adding-sliding of Section 4 drift in the printed direction is inserted."""
     alpha, line, way = printed
@@ -231,7 +207,7 @@ def drift_begins(sides: Sides, event: Event, printed: Sequence[str]) -> bool:
     )
 
 
-def _shown(at: Point) -> dict[str, str]:
+def shown(at: Point) -> dict[str, str]:
     """Numbers of the proof at a point."""
     state = ", ".join(f"{float(x):.6f}" for x in steady_orbit(at).state)
     return {
@@ -245,81 +221,9 @@ def printed_gamma(paper: Paper) -> str:
     return str(paper["section.4.parameters"]["gamma"])
 
 
-def _at(context: Context) -> Point:
-    return point(context["paper"], context["alpha"], context.get("gamma"))
-
-
 def sides_at(paper: Paper, gamma: str) -> tuple[Sides, ...]:
     """Bifurcations of Section 4 at a mass ratio, each between two points."""
     return tuple(
         (point(paper, one.below, gamma), point(paper, one.above, gamma), one)
         for one in BRACKETS[gamma]
     )
-
-
-def _in_order(context: Context) -> str:
-    """Bifurcations by growing amplitude, as proved."""
-    pairs = zip(context["all_sides"], events(context["paper"]), strict=True)
-    found = sorted(pairs, key=lambda pair: Fraction(pair[0][0]["alpha"]))
-    return "; ".join(f"{event.type} ({sides[0]['alpha']})" for sides, event in found)
-
-
-def _each_row(context: Context) -> Iterator[dict[str, Any]]:
-    paper = context["paper"]
-    before = paper["figure.6"]["range"][0]
-    for number, row in enumerate(section_4(paper), start=1):
-        yield {
-            "key": number,
-            "row": row,
-            "before": before,
-            "from": row.low or row.high,
-            "open": "" if row.closed else ", open",
-            "corner": row.low is None,
-            "panel": panels(paper)[row.panel],
-        }
-        before = row.high
-
-
-def _each_event(context: Context) -> Iterator[dict[str, Any]]:
-    paper = context["paper"]
-    entries = [e.id for e in paper.begun_with("section.4.") if "event" in e.printed]
-    told = zip(entries, events(paper), sides_at(paper, printed_gamma(paper)), strict=True)
-    for number, (entry, event, sides) in enumerate(told, start=1):
-        yield {"key": number, "entry": entry, "event": event, "sides": sides}
-
-
-EACH |= {"rows_4": _each_row, "events": _each_event}
-FACTS |= {
-    "by_krawczyk": lambda _: _PROOF,
-    "at_panel": lambda context: _at(
-        Context(context, alpha=context["paper"]["figure.7"][context["panel"]])
-    ),
-    "adding": lambda context: context["e"]["adding"][context["row"]],
-    "adding_sides": lambda context: context["printed_sides"][context["event_at"]],
-    "adding_event": lambda context: context["events"][context["event_at"]],
-    "alpha": lambda context: context["e"][context["key"]],
-    "at_end": lambda context: point(context["paper"], context["paper"]["figure.6"]["range"][1]),
-    "at": _at,
-    "gamma_printed": lambda context: printed_gamma(context["paper"]),
-    "row_maps": lambda context: maps_of(row_at(context["paper"], context["alpha"]).map),
-    "maps": lambda context: maps_of(context["row"].map),
-    "events": lambda context: events(context["paper"]),
-    "kind": lambda context: "{0.type} on {0.line}".format(context["event"]),
-    "other": lambda context: sides_at(context["paper"], OTHER)[context["key"] - 1],
-    "all_sides": lambda context: sides_at(context["paper"], context["ratio"]),
-    "printed_sides": lambda context: sides_at(context["paper"], printed_gamma(context["paper"])),
-    "other_sides": lambda context: sides_at(context["paper"], OTHER),
-    "start": lambda context: tuple(context["paper"]["section.4.parameters"]["start"]),
-    "in_order": _in_order,
-}
-FILTERS |= {
-    "global": lambda itinerary: global_map(maps(itinerary)),
-    "global_map": global_map,
-    "itinerary": maps,
-    "maps_of": maps_of,
-    "between": lambda sides: f"between α = {sides[0]['alpha']} and {sides[1]['alpha']}",
-    "other_kind": lambda kind: "grazing" if kind == "grazing-sliding" else "grazing-sliding",
-    "other_drift": {"forward": "backward", "backward": "forward"}.__getitem__,
-    "named": lambda told: "; ".join(f"{event.type} at {event.alpha}" for event in told),
-}
-WITNESSES["motion"] = _shown

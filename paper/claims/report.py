@@ -1,7 +1,7 @@
-"""Report of `capsule-sym verify --out` on the paper: Markdown, in the order of the paper.
+"""Report of `python -m paper claims --out`: Markdown, in the order of the paper.
 
-Errata and the printed statements that hold are written one by one; Tables 1, 2 and 3 are compared
-with the printed ones; every other statement is a row of a table with its formula.
+Errata and the printed statements that hold are written one by one, and Tables 1, 2 and 3 beside
+the derived ones.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from paper.claims.tables import printed_maps
 from paper.printed import events, read
 
 _HEAD = """\
-# Proved statements
+# The printed statements beside their derivation
 
-Written by `capsule-sym verify --out`. Equation, table, figure and section numbers are those of
+Written by `python -m paper claims --out`. Equation, table, figure and section numbers are those of
 B. Guo and Y. Liu, *Three-dimensional map for a piecewise-linear capsule system with bidirectional
 drifts*, Physica D (2019), doi 10.1016/j.physd.2019.04.008, and so is the notation:
 P1 = v_c, P2 = x_r, P3 = x_r + 2ζ v_r, P4 = P3 + β (x_r − δ). A prime is a derivative in time.
@@ -46,7 +46,7 @@ evaluated in rational numbers. The sentence after "Proof" is the same argument b
 _SECTION_4 = """\
 Bifurcations of Section 4, each between two values of α at which the attracting motions are proved
 to differ: each orbit is enclosed by Krawczyk's method in ball arithmetic, its guards are proved
-positive along every segment, and its multipliers inside the unit circle. `capsule-sym enclose`
+positive along every segment, and its multipliers inside the unit circle. `python -m paper enclose`
 encloses the values themselves.
 """
 
@@ -148,21 +148,14 @@ def _table_3() -> Iterator[str]:
     )
 
 
-def _tables_1_2() -> Iterator[str]:
-    yield "### Table 1\n"
-    yield from _table_1()
-    yield "\n### Table 2\n"
-    yield from _table_2()
-
-
-_TABLES = {
-    "Printed statements that hold": _values,
-    "Table 2": _tables_1_2,
-    "Table 3": _table_3,
-}
-"""Tables at the beginning of a section, by the beginning of its title."""
+def _tables() -> Iterator[str]:
+    yield from _values()
+    for number, rows in enumerate((_table_1, _table_2, _table_3), start=1):
+        yield f"\n### Table {number}\n"
+        yield from rows()
 
 
 def markdown(report: Report) -> str:
-    """Report with every item in the order of the sections, formulas in LaTeX."""
-    return document(report, _HEAD, "Place in the paper", _TABLES)
+    """Report with every statement in the order of the sections, formulas in LaTeX."""
+    tables = {"Printed statements that hold": _tables}
+    return document(report, _HEAD, "Place in the paper", tables)

@@ -6,29 +6,23 @@ from collections.abc import Mapping, Sequence
 
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap, leaves_of
-from capsule_sym._symbolic.proofs.relations import listed
-from capsule_sym._symbolic.proofs.rows import FACTS, FILTERS, WITNESSES, Context, checker
 from paper.claims.case_study import Itinerary, maps
-from paper.claims.motions import Sides, changed, maps_of
+from paper.claims.motions import Sides, changed
 from paper.claims.space import crossing_sources
-from paper.printed import events
 
 _WAYS = {1: "forward", -1: "backward", 0: "none"}
 
 
-@checker
 def drifts(maps: Sequence[LocalMap], way: str, table: Sequence[LocalMap]) -> bool:
     """Check that local maps, all printed in Table 3, are drifts in a direction."""
     return set(maps) <= set(table) and drift_of([one.field for one in maps], way)
 
 
-@checker
 def drift_of(fields: Sequence[int], way: str) -> bool:
     """Check that the capsule moves in a direction in fields."""
     return {_WAYS[SEGMENTS[field - 1].drift] for field in fields} == {way}
 
 
-@checker
 def impact_of(fields: Sequence[int], printed: Sequence[str]) -> bool:
     """Check that fields are, one by one, with or without contact."""
     return [("without", "with")[SEGMENTS[field - 1].contact] for field in fields] == list(printed)
@@ -47,7 +41,6 @@ def _features(itinerary: Itinerary) -> set[str]:
     }
 
 
-@checker
 def does_beyond(sides: Sides, how: str, what: str) -> bool:
     """Check that above a bifurcation a feature of the motion begins or ends."""
     below, above = _features(sides[2].first), _features(sides[2].second)
@@ -55,7 +48,6 @@ def does_beyond(sides: Sides, how: str, what: str) -> bool:
     return what in found and changed(sides) is not None
 
 
-@checker
 def segment_does(sides: Sides, colour: str, role: str, colours: Sequence[str]) -> bool:
     """Check what the segment in a colour does at a bifurcation.
 
@@ -70,7 +62,6 @@ def segment_does(sides: Sides, colour: str, role: str, colours: Sequence[str]) -
     return fields[role] > 0 and colours[fields[role] - 1] == colour
 
 
-@checker
 def indicates(local_map: LocalMap, pieces: Sequence[str], line: str) -> bool:
     """Check that a field reaches a plane on a line only, with a boundary-intersection crossing."""
     field = local_map.field
@@ -78,38 +69,6 @@ def indicates(local_map: LocalMap, pieces: Sequence[str], line: str) -> bool:
     return reached == {line} and field in crossing_sources(line)
 
 
-def _number(context: Context) -> int:
-    """Number, from 0, of the bifurcation that is printed at an amplitude."""
-    return [event.alpha for event in events(context["paper"])].index(context["alpha"])
-
-
-def _pieces(context: Context) -> tuple[str, ...]:
-    """Pieces of the plane on which a printed map ends."""
-    target = maps_of(context["map"])[0].target
-    return tuple(context["paper"]["equation.24"]["planes"][int(target[1:]) - 1])
-
-
-def _modes(fields: Sequence[int]) -> Mapping[str, str]:
+def modes(fields: Sequence[int]) -> Mapping[str, str]:
+    """Modes of fields."""
     return {f"mode of F{field}": SEGMENTS[field - 1].mode for field in fields}
-
-
-FACTS |= {
-    "event": lambda context: events(context["paper"])[_number(context)],
-    "sides": lambda context: context["printed_sides"][_number(context)],
-    "pieces": _pieces,
-}
-FILTERS |= {
-    "fields": lambda fields: listed(f"F{field}" for field in fields),
-    "feature": lambda what: {
-        "impact": "contact",
-        "forward": "forward drift",
-        "backward": "backward drift",
-    }.get(what, f"passing {what}" if what[0] == "S" else what),
-    "map_of": lambda text: maps_of(text)[0],
-    "role": {
-        "meets": "meets the line",
-        "inserted": "is inserted",
-        "point": "is a point on the line",
-    }.__getitem__,
-}
-WITNESSES["modes"] = _modes

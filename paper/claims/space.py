@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -12,6 +13,7 @@ from capsule_sym._symbolic.model.geometry import (
     CELLS,
     LINES,
     PIECES,
+    SCENARIOS,
     SURFACES,
     Piece,
     disjoint,
@@ -19,7 +21,13 @@ from capsule_sym._symbolic.model.geometry import (
     meets,
 )
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
+from capsule_sym._symbolic.model.proof import (
+    consistent,
+    evaluate,
+    example,
+    implies,
+    sign_under,
+)
 from capsule_sym._symbolic.model.switching import (
     Leaf,
     derivatives,
@@ -27,13 +35,17 @@ from capsule_sym._symbolic.model.switching import (
     surface_transitions,
 )
 from capsule_sym._symbolic.model.symbols import STATE, delta, f_b, x_r
-from capsule_sym._symbolic.proofs.formula import formula, relations, same
+from capsule_sym._symbolic.proofs.formula import formula, same
+from capsule_sym._symbolic.proofs.geometry_proofs import lines_at
 from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, inner_products
 from capsule_sym._symbolic.proofs.relations import Texts, scope
-from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, Context, checker
-from capsule_sym._symbolic.proofs.table_proofs import on
+from capsule_sym._symbolic.proofs.table_proofs import ASSUMED, Pairs, on, passages_at
+from paper.claims.errata import CASE_STUDY, CREST, point_text
 from paper.claims.fields import domain
+from paper.claims.tables import Rows, pairs_of, spaces
+from paper.printed import Paper
 
+_DAMPED = scope(["zeta > 0"])
 _NARROW = scope(["zeta > 0", "δ < f_b"])
 
 
@@ -48,13 +60,11 @@ def _holders(name: str) -> frozenset[int]:
     )
 
 
-@checker
 def held_by(piece: str, subspace: int) -> bool:
     """Check that a piece is in one subspace of Eqs. (7)-(12) only."""
     return _holders(piece) == {subspace}
 
 
-@checker
 def outside_all(point: str, sets: Sequence[Texts], within: Texts) -> bool:
     """Check that a point exists under conditions on the parameters and is in none of the sets."""
     piece, hypotheses = PIECES[point], scope(within)
@@ -63,7 +73,6 @@ def outside_all(point: str, sets: Sequence[Texts], within: Texts) -> bool:
     )
 
 
-@checker
 def never_ends_on(ends: Sequence[tuple[int, str]], planes: Mapping[str, str]) -> bool:
     """Check that fields never end on planes, taken as the pieces that are printed."""
     return not any(
@@ -75,7 +84,6 @@ def never_ends_on(ends: Sequence[tuple[int, str]], planes: Mapping[str, str]) ->
     )
 
 
-@checker
 def impact_planes(planes: Sequence[str], names: Sequence[str], maps: Sequence[Any]) -> bool:
     """Check that every impact plane is one surface, on which maps of Table 3 begin and end."""
     surfaces = dict(zip(planes, names, strict=True))
@@ -87,7 +95,7 @@ def impact_planes(planes: Sequence[str], names: Sequence[str], maps: Sequence[An
     )
 
 
-def _found(context: Context) -> dict[str, frozenset[str]]:
+def derived_uses() -> dict[str, frozenset[str]]:
     """Surfaces and lines by their use, according to the derivation."""
 
     def impacts(change: int) -> frozenset[str]:
@@ -116,7 +124,6 @@ def _normal(name: str) -> tuple[sp.Expr, int]:
     return _FUNCTIONS[name[:2]], 1 if name[2] == "+" else -1
 
 
-@checker
 def gradient(normal: str, printed: Sequence[str]) -> bool:
     """Check that a printed normal is the gradient of its function, with the sign of its side."""
     function, side = _normal(normal)
@@ -124,7 +131,6 @@ def gradient(normal: str, printed: Sequence[str]) -> bool:
     return all(same(formula(text), slope) for text, slope in zip(printed, slopes, strict=True))
 
 
-@checker
 def points(line: str, printed: Sequence[str]) -> bool:
     """Check that the normal out of stick on a line points from one surface to the other."""
     inside, outside = printed
@@ -142,7 +148,6 @@ def _product(normal: str, field: int) -> sp.Expr:
     return side * along(function, SEGMENTS[field - 1])
 
 
-@checker
 def product(place: str, normal: str, field: int, printed: str) -> bool:
     """Check that a printed value is the inner product of its normal and field on the place.
 
@@ -159,7 +164,6 @@ def product(place: str, normal: str, field: int, printed: str) -> bool:
     return (edge, sense) == _normal(normal) and same(*found)
 
 
-@checker
 def product_sign(place: str, normal: str, field: int, printed: str) -> bool:
     """Check that the inner product has the printed sign all over the place."""
     sign = sign_under(_product(normal, field), PIECES[place].relations)
@@ -185,7 +189,6 @@ def _touching() -> Iterator[tuple[bool, bool]]:
                     yield _passes(leaf, field)
 
 
-@checker
 def product_means(sign: int, printed: str) -> bool:
     """Check what the sign of a drift's inner product with a surface's normal means.
 
@@ -210,7 +213,6 @@ def _mechanism(surface: str) -> tuple[int, bool, bool]:
     return len(rows), before.contact != after.contact, after.stick
 
 
-@checker
 def alike(surface: str, printed: Sequence[str]) -> bool:
     """Check that the other surfaces with the mechanism of a surface are those printed."""
     others = [name for name in SURFACES if name != surface]
@@ -233,13 +235,11 @@ def crossing_sources(line: str) -> dict[int, int]:
     }
 
 
-@checker
 def crosses(line: str, sources: Sequence[int], target: int) -> bool:
     """Check from where trajectories have a boundary-intersection crossing, and where they go."""
     return crossing_sources(line) == dict.fromkeys(sources, target)
 
 
-@checker
 def crossing_lines(printed: Sequence[str]) -> bool:
     """Check that the lines with boundary-intersection crossings are those printed."""
     lines = (name for name in LINES if name not in (*STICK_EDGE, "L9"))
@@ -248,7 +248,6 @@ def crossing_lines(printed: Sequence[str]) -> bool:
     ] == list(printed)
 
 
-@checker
 def tangent(line: str) -> bool:
     """Check that on P2 = delta all fields have inner product 0 with its normal on a line only."""
     here, plane = PIECES[line].relations, sp.Eq(P2, delta)
@@ -259,74 +258,45 @@ def tangent(line: str) -> bool:
     )
 
 
-def _numbered(context: Context) -> dict[str, int]:
+def subspace_of(paper: Paper) -> dict[str, int]:
     """Subspace of each surface and line on P1 = 0, Eq. (15)."""
-    sets = context["paper"]["equation.15"]["members"]
+    sets = paper["equation.15"]["members"]
     return {name: index for index, names in enumerate(sets, start=1) for name in names}
 
 
-def _planes(context: Context) -> dict[str, str]:
-    """Switching plane of each surface and line, Eq. (24)."""
-    sets = context["paper"]["equation.24"]["planes"]
-    return {name: f"Σ{index}" for index, names in enumerate(sets, start=1) for name in names}
+def leads_elsewhere(printed: Texts, rows: Rows, piece: str) -> bool:
+    """Check that a printed set holds states of a piece with none of the printed passages."""
+    told = pairs_of(rows)
+    holds = consistent([*scope(printed), *PIECES[piece].relations, *_DAMPED])
+    return holds and bool(told and on(piece)) and not told & on(piece)
 
 
-def _sets(context: Context) -> tuple[tuple[Any, ...], ...]:
-    """Parts of the subspaces of Eq. (15), with L5 to L8 as Eq. (14) prints them."""
-    paper = context["paper"]
-    texts: dict[str, list[str]] = {
-        **paper["equation.13"].printed,
-        **paper["equation.14.friction"].printed,
-        **paper["equation.14.impact"].printed,
+def unlike_its_lines(
+    corner: str, printed: str, expected: Rows, lines: Sequence[tuple[str, Pairs]]
+) -> bool:
+    """Check that a corner has the expected passages, which no row of Table 2 for a line there has.
+
+    The printed line has to be one of the lines that meet there.
+    """
+    narrow = (*_DAMPED, SCENARIOS["δ < f_b"])
+    here, rows = (*PIECES[corner].relations, *narrow, ASSUMED["L1"]), dict(lines)
+    return (
+        passages_at(corner, here, may=True) == set(expected)
+        and printed in rows
+        and rows.keys() == lines_at(corner, narrow)
+        and all(row != set(expected) for row in rows.values())
+    )
+
+
+def elsewhere(printed: Sequence[str], rows: Rows, piece: str) -> dict[str, str]:
+    """State of a printed set with wide gap, its printed relations there, and what follows."""
+    values = {**CASE_STUDY, delta: Fraction(3, 2)}
+    here = [*scope(printed), *PIECES[piece].relations, CREST]
+    point = example(here, values)
+    there = (formula(text) for text in printed[2:])
+    sides = (f"{evaluate(r.lhs, point)} {r.rel_op} {evaluate(r.rhs, point)}" for r in there)
+    return {
+        **point_text(point),
+        "printed relations there": f"{'; '.join(sides)}, true",
+        "passage there": f"{spaces(on(piece))}, not {spaces(pairs_of(rows))}",
     }
-    shown = [texts[name] for name in context["members"]]
-    return tuple(map(relations, [*shown, *paper["equation.15.moving"].printed.values()]))
-
-
-def _impacts(context: Context) -> dict[str, str]:
-    """Surfaces of Eq. (24) that are in no subspace of Eq. (15), by plane."""
-    planes = context["planes"].items()
-    return {plane: name for name, plane in planes if name not in context["members"]}
-
-
-def _members(context: Context) -> Iterator[dict[str, Any]]:
-    for name, subspace in _numbered(context).items():
-        yield {"key": name, "subspace": subspace}
-
-
-def _on_planes(context: Context) -> Iterator[dict[str, Any]]:
-    for name, plane in _planes(context).items():
-        yield {"key": name, "plane": plane}
-
-
-EACH |= {"members": _members, "planes": _on_planes}
-FACTS |= {
-    "members": _numbered,
-    "planes": _planes,
-    "subspace": lambda context: context["members"][context["key"]],
-    "sets": _sets,
-    "impacts": _impacts,
-    "found": lambda context: _found(context)[context["key"]],
-    "examples": lambda context: tuple(
-        dict.fromkeys(context["paper"][f"equation.{n}"]["on"] for n in range(16, 22))
-    ),
-}
-FILTERS |= {
-    "values": lambda table: tuple(table.values()),
-    "keys": tuple,
-    "next_piece": lambda name: f"{name[0]}{int(name[1:]) % 9 + 1}",
-    "number": lambda name: int(name[-1]),
-    "base": lambda name: ".".join(name.split(".")[:2]),
-    "domains": lambda field: domain(field)[:1],
-    "cups": lambda sets: "; ".join(
-        f"Σ{number} = {' ∪ '.join(names)}" for number, names in enumerate(sets[:6], start=1)
-    ),
-    "equalities": lambda table: ", ".join(f"{plane} = {name}" for plane, name in table.items()),
-    "opposite": lambda name: name[:2] + ("-" if name[2] == "+" else "+"),
-    "turned": lambda sign: "<" if sign == ">" else ">",
-    "omegas": lambda numbers: " and ".join(f"Ω{number}" for number in numbers),
-    "repels": lambda sign: "repelling" if sign == ">" else "attracting",
-    "way": {2: "stick", 1: "forward drift", 3: "backward drift"}.__getitem__,
-    "force": {2: "P3 < f_b", 1: "P3 > f_b", 3: "P3 < -f_b"}.__getitem__,
-    "gap": lambda text: "equal" if "==" in text else "greater",
-}

@@ -42,7 +42,7 @@ def claims(
         from paper.claims.report import markdown
 
         progress.update(task, description="deriving")
-        chosen = everything.item(only) if only else everything.sections()
+        chosen = everything.named(only) if only else everything.sections()
         progress.update(task, description="checking", total=sum(map(len, chosen.values())))
 
         def advance(result: Result) -> None:

@@ -14,8 +14,6 @@ from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap, local_maps
 from capsule_sym._symbolic.model.symbols import v_c, x_r
 from capsule_sym._symbolic.proofs.reachability import Witness, proves, source, target, witnesses
-from paper.claims import everything
-from paper.printed import read
 
 SAMPLE = witnesses()[::9]
 
@@ -85,36 +83,3 @@ def test_bernstein_bound_is_sharp_enough_and_sound() -> None:
     clear = [Fraction(101, 100), Fraction(-2), Fraction(1)]  # (t - 1)^2 + 1/100
     assert exceeds(clear, Fraction(0), Fraction(0), Fraction(2))
     assert not exceeds(clear, Fraction(2, 100), Fraction(0), Fraction(2))
-
-
-def test_counterexample_by_an_independent_integrator() -> None:
-    """From rest: stick, backward drift, and the impact while the capsule still moves back."""
-    (row,) = (row for row in everything.rows() if row.name == "section.3.1.equal")
-    (item,) = row.items(read())
-    values = {name: float(text) for name, text in item.claim["at"].items()}
-    assert values["delta"] == values["f_b"] == 1
-    assert values["zeta"] > 0
-
-    def force(y: np.ndarray) -> float:
-        return float(y[0] + 2 * values["zeta"] * y[1])
-
-    def stick(t: float, y: np.ndarray) -> list[float]:
-        return [y[1], -force(y) + values["alpha"] * np.cos(values["omega"] * t), 0.0]
-
-    def drift(t: float, y: np.ndarray) -> list[float]:
-        capsule = (force(y) + 1) / values["gamma"]
-        return [y[1], stick(t, y)[1] - capsule, capsule]
-
-    def slip(t: float, y: np.ndarray) -> float:
-        return abs(force(y)) - 1
-
-    def contact(t: float, y: np.ndarray) -> float:
-        return float(y[0] - 1)
-
-    slip.terminal = contact.terminal = True  # type: ignore[attr-defined]
-    options = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12}
-    first = solve_ivp(stick, (0, 20), [0, 0, 0], events=(slip, contact), **options)
-    assert force(first.y[:, -1]) == pytest.approx(-1)
-    second = solve_ivp(drift, (first.t[-1], 30), first.y[:, -1], events=contact, **options)
-    assert second.y[0, -1] == pytest.approx(1)
-    assert second.y[2, 1:].max() < 0

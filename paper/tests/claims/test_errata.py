@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
+import numpy as np
 import pytest
 import sympy as sp
+from scipy.integrate import solve_ivp
 
 from capsule_sym._symbolic.model.proof import consistent
 from capsule_sym._symbolic.model.symbols import (
@@ -22,15 +24,14 @@ from capsule_sym._symbolic.model.symbols import (
     zeta,
 )
 from paper.claims import everything
-from paper.claims.errata import Erratum
+from paper.claims.errata import Erratum, fails
 from paper.printed import read
 
-ITEMS = {item.name: item for item in everything.items(read())}
+ITEMS = {item.name: item for item in everything.statements(read())}
 BY_ID = {
-    item.name.removeprefix("erratum."): Erratum.of(**item.claim)
-    for row in everything.rows()
-    if row.fields["check"] == "fails"
-    for item in row.items(read())
+    name.removeprefix("erratum."): Erratum.of(**item.claim)
+    for name, item in ITEMS.items()
+    if item.check is fails
 }
 
 
@@ -140,3 +141,35 @@ def test_known_doubts_are_all_settled() -> None:
         "erratum.section.3.1.O1.line",
         "erratum.section.4.reference.1",
     } <= set(ITEMS)
+
+
+def test_counterexample_by_an_independent_integrator() -> None:
+    """From rest: stick, backward drift, and the impact while the capsule still moves back."""
+    claim = ITEMS["erratum.section.3.1.equal"].claim
+    values = {name: float(text) for name, text in claim["at"].items()}
+    assert values["delta"] == values["f_b"] == 1
+    assert values["zeta"] > 0
+
+    def force(y: np.ndarray) -> float:
+        return float(y[0] + 2 * values["zeta"] * y[1])
+
+    def stick(t: float, y: np.ndarray) -> list[float]:
+        return [y[1], -force(y) + values["alpha"] * np.cos(values["omega"] * t), 0.0]
+
+    def drift(t: float, y: np.ndarray) -> list[float]:
+        capsule = (force(y) + 1) / values["gamma"]
+        return [y[1], stick(t, y)[1] - capsule, capsule]
+
+    def slip(t: float, y: np.ndarray) -> float:
+        return abs(force(y)) - 1
+
+    def contact(t: float, y: np.ndarray) -> float:
+        return float(y[0] - 1)
+
+    slip.terminal = contact.terminal = True  # type: ignore[attr-defined]
+    options = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12}
+    first = solve_ivp(stick, (0, 20), [0, 0, 0], events=(slip, contact), **options)
+    assert force(first.y[:, -1]) == pytest.approx(-1)
+    second = solve_ivp(drift, (first.t[-1], 30), first.y[:, -1], events=contact, **options)
+    assert second.y[0, -1] == pytest.approx(1)
+    assert second.y[2, 1:].max() < 0

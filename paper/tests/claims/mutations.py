@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from capsule_sym._symbolic.proofs.rows import Row
 from capsule_sym._symbolic.proofs.statement import Statement, settle
 from paper.claims import everything
 from paper.claims.frozen import Expected, differences
@@ -193,6 +192,7 @@ class Reader(Paper):
         return found
 
 
+Claims = Callable[[Paper], Iterator[Statement]]
 Key = tuple[Any, ...]
 
 
@@ -210,20 +210,20 @@ def _key(item: Statement) -> Key:
 
 @dataclass(frozen=True)
 class Baseline:
-    """The statements of the unchanged transcription by row, and the entries each row reads."""
+    """The statements of the unchanged transcription, and the entries that each function reads."""
 
     paper: Paper
-    items: Mapping[Row, Mapping[str, Statement]]
-    reads: Mapping[Row, frozenset[str]]
+    items: Mapping[Claims, Mapping[str, Statement]]
+    reads: Mapping[Claims, frozenset[str]]
 
     @classmethod
     def of(cls, paper: Paper) -> Baseline:
         """The baseline of a transcription."""
         items, reads = {}, {}
-        for row in everything.rows():
+        for claims in everything.CLAIMS:
             reader = Reader(paper)
-            items[row] = {item.name: item for item in row.items(reader)}
-            reads[row] = frozenset(reader.read)
+            items[claims] = {item.name: item for item in claims(reader)}
+            reads[claims] = frozenset(reader.read)
         return cls(paper, items, reads)
 
 
@@ -234,11 +234,11 @@ def noticed(mutation: Mutation, baseline: Baseline, frozen: Expected) -> str:
     """
     paper = changed(baseline.paper, mutation)
     by_words = ""
-    for row, before in baseline.items.items():
-        if mutation.entry not in baseline.reads[row]:
+    for claims, before in baseline.items.items():
+        if mutation.entry not in baseline.reads[claims]:
             continue
         try:
-            now = {item.name: item for item in row.items(paper)}
+            now = {item.name: item for item in claims(paper)}
         except Exception:
             return "refused"
         if set(now) != set(before):

@@ -13,8 +13,8 @@ import pytest
 
 from paper.claims.frozen import expected
 from paper.printed import read
+from paper.tests.claims.mutations import Baseline, Mutation, mutations, noticed
 from tests.sampling import sampled, some
-from tests.symbolic.mutations import Baseline, Mutation, mutations, noticed
 
 LEAST = 150  # changes, as a floor: what is transcribed may grow
 

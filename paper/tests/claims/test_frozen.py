@@ -1,4 +1,4 @@
-"""Expected verdicts of `verify`: a changed verdict, text or witness, a statement gone or new."""
+"""Expected verdicts of the claims: a changed verdict, text or witness, a statement gone or new."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from paper.claims.frozen import Expected, differences
 from paper.printed import read
 
 _SOME = ("printed.normal", "printed.figure.3", "printed.equation.16", "erratum.equation.23")
-RESULTS = tuple(settle(i) for i in everything.items(read()) if i.name.startswith(_SOME))
+RESULTS = tuple(settle(i) for i in everything.statements(read()) if i.name.startswith(_SOME))
 BY_ID = {result.statement.name: result for result in RESULTS}
 
 
@@ -24,7 +24,7 @@ def test_unchanged_results_do_not_differ() -> None:
 def _with(result: Result, **changes: object) -> list[str]:
     item = replace(result.statement, **{k: v for k, v in changes.items() if k != "status"})
     status = changes.get("status", result.status)
-    other = replace(result, item=item, status=status)
+    other = replace(result, statement=item, status=status)
     return list(differences([other], frozen.expected(), whole=False))
 
 
