@@ -13,6 +13,7 @@ def group(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
+_EXPERIMENTS = "benchmarks.experiments.commands"
 for _name, _module, _text in (
     ("hardcases", "benchmarks.hardcases.commands", "Check the switches of hard cases."),
     ("events", "benchmarks.hardcases.commands", "Write the neutral suite of hard events."),
@@ -20,6 +21,15 @@ for _name, _module, _text in (
     ("bench", "benchmarks.speed.commands", "Measure speed against error, and the goals."),
     ("first-calls", "benchmarks.speed.commands", "Measure what a person calls first."),
     ("scenes", "benchmarks.speed.commands", "Measure the speed of each scene."),
+    ("optima", _EXPERIMENTS, "Compare optima with brute force."),
+    ("fronts", _EXPERIMENTS, "Compare Pareto fronts with random cells."),
+    ("trials", _EXPERIMENTS, "Compare optima with SciPy's global optimisers."),
+    ("pulses", _EXPERIMENTS, "Compare shortest pulses with brute force."),
+    ("shocks", _EXPERIMENTS, "Compare minimal shocks with random knocks."),
+    ("intervals", _EXPERIMENTS, "Count intervals of fits that contain the truth."),
+    ("battery", _EXPERIMENTS, "Compare branches and orbits with brute force."),
+    ("curves", _EXPERIMENTS, "Compare bifurcations of scenes with a judge in C."),
+    ("scenes-check", _EXPERIMENTS, "Compare runs of scenes with a judge in C."),
     ("bench-design", "benchmarks.speed.commands", "Measure the computations of a device's design."),
 ):
     group.add(_name, _module, _text)

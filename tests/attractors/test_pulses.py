@@ -27,7 +27,6 @@ from capsule_sym import (
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
-from tests.attractors import brute_pulses
 from tests.design.clock import LIMIT, Clock
 
 # Two motions of about the same speed, backward and forward.
@@ -393,9 +392,3 @@ def test_a_pulse_that_was_not_found_has_no_picture() -> None:
     none = switch_by_pulse(*motions(LONG, *LONG_STARTS), most_periods=1, values=9)
     with pytest.raises(InvalidInput, match="a pulse that was found"):
         capsule_sym.plot_pulse(none)
-
-
-@pytest.mark.long
-def test_no_pulse_is_longer_than_that_of_brute_force(monkeypatch) -> None:
-    monkeypatch.setattr(brute_pulses, "VALUES", 20_000)
-    assert brute_pulses.main([]) == 0

@@ -34,7 +34,7 @@ DEVICE = PhysicalParameters(
 )
 # Here a stick between two drifts appears by grazing-sliding, and the velocity is least.
 KINK = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
-# The best of 100,000 runs and of those near to them, `python -m tests.optima`, number 448.
+# The best of 100,000 runs and of those near to them, `python -m benchmarks optima`, number 448.
 LIGHTEST = 3.4415759310348726
 
 

@@ -1,4 +1,4 @@
-"""Scenes beside the judge, in small numbers; `tests.scenes.checks` has the large ones."""
+"""Scenes beside the judge, in small numbers; the command `scenes-check` has the large ones."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import pytest
 
+from benchmarks.experiments.scenes import adversarial, hard_cases, random_runs
 from tests.scenes import SCENES, UNIT, Integrator, Start, integrator
 from tests.scenes.cases import cases
-from tests.scenes.checks import adversarial, hard_cases, random_runs
 from tests.scenes.library import Library, library
 
 pytestmark = [

@@ -1,4 +1,4 @@
-"""Bifurcations of scenes beside the judge: `python -m tests.scenes.bifurcations SCENE ...`.
+"""Bifurcations of scenes beside the judge: `python -m benchmarks curves SCENE ...`.
 
 Random branches and curves are found by the package. Of each bifurcation the judge, `integrator.c`,
 solves for the orbits beside it: fixed points of its own map, by Newton's method on differences of
@@ -8,9 +8,7 @@ form, and the term by which the maps of both sides differ.
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -63,7 +61,8 @@ class Section(NamedTuple):
     def runs(self, points: Sequence[tuple[dict[str, float], Any]]) -> list[Run]:
         """Runs at parameters from states; raises Undecided where one does not come to its end."""
         starts = [
-            Start(p, tuple(map(float, x)), self.share * 2 * math.pi / p["omega"]) for p, x in points
+            Start(p, (float(x[0]), float(x[1]), float(x[2])), self.share * math.tau / p["omega"])
+            for p, x in points
         ]
         found = self.judge.runs(self.form, starts, self.share + self.periods, checked=False)
         if any(run.status != "done" for run in found):
@@ -170,6 +169,12 @@ class Judged:
         self.x, number = np.array(state), self.orbit.itinerary.period_number
         self.section = Section(judge, self.form, angle / math.tau, number)
 
+    @property
+    def bifurcation(self) -> Bifurcation:
+        """The bifurcation of a branch; a point of a curve is none."""
+        assert isinstance(self.one, Bifurcation)
+        return self.one
+
     def smooth(self) -> None:
         """The orbit closes, and a multiplier is that of its type."""
         run, by = self.section.jacobian(self.p, self.x)
@@ -264,8 +269,8 @@ class Judged:
             if orbit is None:
                 raise Undecided("there is nothing beyond")
             k = orbit.scene.facts.PARAMETERS.index(name)
-            rows = [*orbit.by_parameter[4:, k], performance(orbit).velocity.gradient[name]]
-            told[cycle(orbit.itinerary.fields)] = orbit, np.array(rows, dtype=float)
+            own = [*orbit.by_parameter[4:, k], performance(orbit).velocity.gradient[name]]
+            told[cycle(orbit.itinerary.fields)] = orbit, np.array(own, dtype=float)
         for sign in (1, -1):
             apart = []
             for step in (1e-6, 1e-7, 1e-8):
@@ -298,18 +303,18 @@ class Judged:
             runs.append([*durations(run), float(run.state[3]) / period])
         if len({len(one) for one in runs}) > 1:
             raise Undecided("another itinerary is near")
-        one, two, three = np.array(runs)
-        return passed(run), float(one[0]), (-5 * one + 8 * two - 3 * three) / (2 * step)
+        one, two, three = (np.array(row) for row in runs)
+        slope = (-5 * one + 8 * two - 3 * three) / (2 * step)
+        return passed(run), float(one[0]), slope
 
     def growth(self) -> None:
         """The duration of the segment grows with the parameter as by the normal form."""
-        one, form = self.one, self.one.normal_form
+        one, form = self.bifurcation, self.bifurcation.normal_form
         self.one_event()
-        assert isinstance(one, Bifurcation)
-        if form is None:
+        if form is None or one.segment is None:
             raise Undecided("no normal form")
         place = (one.segment - self.first) % len(self.orbit.itinerary)
-        found = []
+        found = list[float]()
         for size in (2e-3, 2e-4, 2e-5, 4e-6):
             if len(found) == 2 and abs(found[1] - found[0]) < GROWTH / 2:
                 break
@@ -327,10 +332,10 @@ class Judged:
 
     def discontinuity(self) -> None:
         """The map with the segment differs from that without by the normal form's term."""
-        one, form = self.one, self.one.normal_form
-        if form is None:
+        form, segment = self.bifurcation.normal_form, self.bifurcation.segment
+        if form is None or segment is None:
             raise Undecided("no normal form")
-        flows, n, segment = self.orbit.system.flows, len(self.orbit.itinerary), one.segment
+        flows, n = self.orbit.system.flows, len(self.orbit.itinerary)
         before, after = segment - 1, (segment + 1) % n
         if min(float(flows[before].h), float(flows[after].h)) < 1e-3:
             raise Undecided("another switch is near")
@@ -372,9 +377,8 @@ class Judged:
 
     def amplitude(self) -> None:
         """Beside a smooth bifurcation orbits are as far apart as by the normal form."""
-        one, form = self.one, self.one.normal_form
-        assert isinstance(one, Bifurcation)
-        if form is None:
+        one, form = self.bifurcation, self.bifurcation.normal_form
+        if form is None or form.coefficient is None:
             raise Undecided("no normal form")
         doubles = self.kind == "period doubling"
         n = len(self.orbit.itinerary) * (1 + doubles)
@@ -510,17 +514,13 @@ def checked(name: str, judge: Integrator, curves: int, seed: int) -> Tally:
     raise AssertionError("there is always another branch")
 
 
-def main() -> int:
-    """Judge bifurcations of scenes, and print a table."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("scenes", nargs="+")
-    parser.add_argument("--curves", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=0)
-    given, wrong = parser.parse_args(), 0
+def check(names: Sequence[str], curves: int, seed: int) -> int:
+    """Judge bifurcations of scenes, and print a table; how many are wrong."""
+    wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         judge = integrator(Path(folder))
-        for name in given.scenes:
-            tally = checked(name, judge, given.curves, given.seed)
+        for name in names:
+            tally = checked(name, judge, curves, seed)
             wrong += len(tally.wrong)
             for key in sorted({*tally.right, *tally.open}):
                 counts = f"{tally.right[key]} right, {tally.open[key]} not decided"
@@ -529,8 +529,4 @@ def main() -> int:
                 print(f"{name} WRONG: {problem}", flush=True)
             for reason, count in tally.reasons.most_common(8):
                 print(f"{name} not decided, {count}: {reason}")
-    return int(wrong > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return wrong

@@ -1,4 +1,4 @@
-"""SciPy's global optimisers on the problems of `tests.optima`: `python -m tests.optima.trials`.
+"""SciPy's global optimisers on the problems of `optima`: `python -m benchmarks trials`.
 
 Each gets the same metric of the motions from the starts, equally often; what is beyond a limit is
 worse than all that keeps it. The best known value is that of brute force, of `optimise` or of any
@@ -7,21 +7,20 @@ of them.
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from scipy.optimize import differential_evolution, direct, dual_annealing, shgo
 
-from tests.native import ROOT
-from tests.optima.__main__ import answered, forced
-from tests.optima.motions import Vector
-from tests.optima.problems import Problem, problem
-from tests.orbits.kept import Record, kept
+from benchmarks.experiments.kept import Record, kept
+from benchmarks.experiments.optima.answers import answered, forced
+from benchmarks.experiments.optima.motions import Vector
+from benchmarks.experiments.optima.problems import Problem, problem
 
 AMONG = (1e-6, 1e-3)
 REFUSED = 1e6  # where no motion settles
@@ -42,9 +41,11 @@ class Counted:
 
     @property
     def d(self) -> int:
+        """Number of variables."""
         return len(self.problem.over)
 
     def __call__(self, u: Vector) -> float:
+        """The objective at a place, or a punishment for what is beyond the limits."""
         return float(self.many(np.asarray(u)[:, None])[0])
 
     def many(self, u: Vector) -> Vector:
@@ -58,18 +59,12 @@ class Counted:
         return np.where(beyond == 0, value, punished)
 
 
-def by_shgo(counted: Counted) -> None:
-    shgo(counted, [(0, 1)] * counted.d, n=256, iters=64, sampling_method="sobol")
-
-
-def by_direct(counted: Counted) -> None:
-    direct(counted, [(0, 1)] * counted.d, maxfun=10**6, maxiter=10**6, vol_tol=0, len_tol=0)
-
-
-def by_differential_evolution(counted: Counted) -> None:
-    differential_evolution(
-        counted.many,
-        [(0, 1)] * counted.d,
+METHODS: dict[str, Callable[[Counted, Any], object]] = {
+    "shgo": lambda f, box: shgo(f, box, n=256, iters=64, sampling_method="sobol"),
+    "direct": lambda f, box: direct(f, box, maxfun=10**6, maxiter=10**6, vol_tol=0, len_tol=0),
+    "differential_evolution": lambda f, box: differential_evolution(
+        cast("Any", f.many),
+        box,
         maxiter=10**6,
         tol=0,
         polish=False,
@@ -77,18 +72,8 @@ def by_differential_evolution(counted: Counted) -> None:
         updating="deferred",
         init="sobol",
         rng=0,
-    )
-
-
-def by_dual_annealing(counted: Counted) -> None:
-    dual_annealing(counted, [(0, 1)] * counted.d, maxiter=10**6, rng=0)
-
-
-METHODS: dict[str, Callable[[Counted], None]] = {
-    "shgo": by_shgo,
-    "direct": by_direct,
-    "differential_evolution": by_differential_evolution,
-    "dual_annealing": by_dual_annealing,
+    ),
+    "dual_annealing": lambda f, box: dual_annealing(f, box, maxiter=10**6, rng=0),
 }
 
 
@@ -100,7 +85,7 @@ def tried(number: int, evaluations: int, known: Record) -> Record:
     for name, method in METHODS.items():
         counted, clock = Counted(given, evaluations), time.process_time()
         with suppress(Spent):
-            method(counted)
+            method(counted, [(0, 1)] * counted.d)
         found["seconds"][name] = time.process_time() - clock
         found["values"][name] = counted.best
     found["values"]["brute force"] = sign * known["best"]["value"] if known["best"] else math.inf
@@ -118,23 +103,17 @@ def with_own(one: Record) -> Record:
     return one | {"best": best, "unit": max(abs(best), one["unit"])}
 
 
-def main() -> int:
+def report(problems: int, evaluations: int, cells: int, out: Path) -> None:
     """Try all of them on the first problems, and print a table."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--problems", type=int, default=15)
-    parser.add_argument("--evaluations", type=int, default=1500)
-    parser.add_argument("--cells", type=int, default=20_000, help="of brute force, if not known")
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "optima")
-    given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(parents=True, exist_ok=True)
 
     def enough(done: list[Record]) -> bool:
-        return len(done) >= given.problems
+        return len(done) >= problems
 
-    known = kept(given.out / "brute.jsonl", lambda number: forced(number, given.cells), enough)
-    path = given.out / f"trials-{given.evaluations}.jsonl"
-    records = kept(path, lambda n: tried(n, given.evaluations, known[n]), enough)
-    records = [with_own(one) for one in records[: given.problems]]
+    known = kept(out / "brute.jsonl", lambda number: forced(number, cells), enough)
+    path = out / f"trials-{evaluations}.jsonl"
+    records = kept(path, lambda n: tried(n, evaluations, known[n]), enough)
+    records = [with_own(one) for one in records[:problems]]
     row = "{:24} {:>12} {:>12} {:>10} {:>10}"
     print(row.format("method", *(f"within {by:g}" for by in AMONG), "median s", "longest s"))
     for name in ("optimise", *METHODS):
@@ -142,8 +121,3 @@ def main() -> int:
         seconds = [one["seconds"][name] for one in records]
         counts = (f"{int((off <= by).sum())} of {len(off)}" for by in AMONG)
         print(row.format(name, *counts, f"{np.median(seconds):.2f}", f"{max(seconds):.2f}"))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,4 +1,4 @@
-"""Pareto fronts beside random cells: `python -m tests.optima.fronts`.
+"""Pareto fronts beside random cells: `python -m benchmarks fronts`.
 
 A cell beats a point if it costs no more and is better by more than 1e-6 of the front's range. A
 hole is how far a cell that nothing beats is from the next point, over the ranges of the front.
@@ -6,21 +6,18 @@ hole is how far a cell that nothing beats is from the next point, over the range
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.experiments.kept import Record, kept
+from benchmarks.experiments.optima.brute import AT_ONCE, cells
+from benchmarks.experiments.optima.motions import Vector
+from benchmarks.experiments.optima.problems import Problem, problem, valued
 from capsule_sym import Parameters, SceneParameters, pareto, scenes
-from tests.native import ROOT
-from tests.optima.brute import AT_ONCE, cells
-from tests.optima.motions import Vector
-from tests.optima.problems import Problem, problem, valued
-from tests.orbits.kept import Record, kept
 
 WORSE = 1e-6
 PAIRS = (
@@ -79,7 +76,8 @@ def unbeaten(both: Vector) -> NDArray[np.intp]:
     order = np.lexsort((-values, costs))
     order = order[np.isfinite(values[order]) & np.isfinite(costs[order])]
     best = np.maximum.accumulate(np.append(-np.inf, values[order]))[:-1]
-    return order[values[order] > best]
+    found: NDArray[np.intp] = order[values[order] > best]
+    return found
 
 
 def forced(number: int, count: int) -> Record:
@@ -130,7 +128,8 @@ def judged(number: int, known: Record, points: int) -> Record:
 
 
 def report(count: int, cells_each: int, points: int, out: Path) -> int:
-    """Print a table of the fronts; how many have points that cells beat."""
+    """Print a table of the chosen fronts and random ones; how many have points that cells beat."""
+    out.mkdir(parents=True, exist_ok=True)
     known = kept(
         out / f"clouds-{cells_each}.jsonl",
         lambda number: forced(number, cells_each),
@@ -148,19 +147,3 @@ def report(count: int, cells_each: int, points: int, out: Path) -> int:
         print(row.format(one["front"], of, one["beaten"], *shown, one["status"]), flush=True)
     (out / "fronts.jsonl").write_text("".join(lines))
     return bad
-
-
-def main() -> int:
-    """Check the chosen fronts, and random ones."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--fronts", type=int, default=7)
-    parser.add_argument("--cells", type=int, default=100_000)
-    parser.add_argument("--points", type=int, default=20)
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "optima")
-    given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
-    return int(report(given.fronts, given.cells, given.points, given.out) > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

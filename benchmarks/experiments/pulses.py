@@ -1,14 +1,14 @@
 """The shortest pulses of ten pairs of motions beside brute force over the drive's values.
 
 Brute force is separate code over runs of the map: it closes no orbit, and identifies a motion by
-the states that its run repeats. `python -m tests.attractors.brute_pulses` prints the table, and
-fails if a pulse is longer.
+the states that its run repeats. `python -m benchmarks pulses` prints the table, and fails if
+a pulse is longer.
 """
 
 from __future__ import annotations
 
-import sys
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -134,26 +134,26 @@ def hits(
     return found
 
 
-def main(numbers: list[int]) -> int:
-    """Print the table of these pairs; 1 where a pulse is longer than brute force's."""
+def check(numbers: Sequence[int] = (), amplitudes: int = VALUES) -> int:
+    """Print the table of these pairs, of all by default; how many pulses brute force beats."""
     print("  scene           periods   velocity          alpha         value    found  brute    s")
     longer = 0
     for number in numbers or range(len(PAIRS)):
         scene, given, *starts, shares = PAIRS[number]
         parameters = getattr(scenes, scene).Parameters(**given)
         bounds = shares[0] * parameters.alpha, shares[1] * parameters.alpha
-        orbits = [solve_orbit(parameters, start) for start in starts]
+        before, after = (solve_orbit(parameters, start) for start in starts)
         begun = time.process_time()
-        found = switch_by_pulse(*orbits, {"alpha": bounds}, most_periods=MOST)
+        found = switch_by_pulse(before, after, {"alpha": bounds}, most_periods=MOST)
         taken = time.process_time() - begun
         start, end = (motion(parameters, one) for one in starts)
-        values = np.linspace(*bounds, VALUES)
+        values = np.linspace(*bounds, amplitudes)
         brute = next(
             (n for n in range(1, MOST + 1) if hits(parameters, start, end, values, n)), MOST + 1
         )
         ours = found.periods or MOST + 1
         longer += ours > brute
-        speeds = " ".join(f"{float(one.average_velocity):+.3f}" for one in orbits)
+        speeds = " ".join(f"{float(one.average_velocity):+.3f}" for one in (before, after))
         shown = [f"{n}" if n <= MOST else "none" for n in (ours, brute)]
         print(
             f"{number:2d} {scene:15s} {len(start)} to {len(end)}  {speeds}  "
@@ -161,9 +161,5 @@ def main(numbers: list[int]) -> int:
             f"  {taken:5.2f}",
             flush=True,
         )
-    print(f"{longer} longer than brute force over {VALUES:,} amplitudes")
-    return int(longer > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main([int(one) for one in sys.argv[1:]]))
+    print(f"{longer} longer than brute force over {amplitudes:,} amplitudes")
+    return longer

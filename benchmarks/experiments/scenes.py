@@ -1,4 +1,4 @@
-"""Runs and hard starts of scenes beside the judge: `python -m tests.scenes.checks SCENE ...`.
+"""Runs and hard starts of scenes beside the judge: `python -m benchmarks scenes-check SCENE ...`.
 
 The judge is `integrator.c`, based on the equations of motion alone, in 113 bits. Checks that are
 interrupted resume where they were, unless the code has changed.
@@ -6,10 +6,8 @@ interrupted resume where they were, unless the code has changed.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
@@ -18,7 +16,6 @@ from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
-from tests.native import ROOT
 from tests.scenes import (
     HERE,
     UNIT,
@@ -137,7 +134,7 @@ def random_motions(judge: Integrator, library: Library, count: int, seed: int) -
     """Random periodic motions: an orbit is found, near the run's end, and the judge closes it."""
     random, tally = Random(f"motions {seed}"), Tally()
     while tally.starts < count:
-        starts = []
+        starts = list[Start]()
         while len(starts) < count - tally.starts:
             start = random_start(library.form, random)
             if start.parameters["zeta"] > 0:
@@ -151,7 +148,8 @@ def random_motions(judge: Integrator, library: Library, count: int, seed: int) -
                 problem = f"status {motion.status}, {apart:.1g} apart, {motion.number} periods"
                 tally.blame(start, "orbit", "motion", problem)
                 continue
-            again = start._replace(state=motion.orbit)
+            x_r, v_r, v_c = motion.orbit
+            again = start._replace(state=(x_r, v_r, v_c))
             (run,) = judge.runs(library.form, [again], motion.number, checked=False)
             back = max(abs(float(a) - b) for a, b in zip(run.state, motion.orbit, strict=False))
             tally.worst = max(tally.worst, back)
@@ -245,9 +243,9 @@ def _log(path: Path, key: str) -> dict[str, Tally]:
 
 
 def _code(*files: Path) -> str:
-    names = ("checks.py", "cases.py", "starts.py", "__init__.py", "pieces.h", "integrator.c")
-    own = (HERE / name for name in names)
-    return sha256(b"".join(file.read_bytes() for file in (*files, *own))).hexdigest()[:16]
+    names = ("cases.py", "starts.py", "__init__.py", "pieces.h", "integrator.c")
+    every = (*files, Path(__file__), *(HERE / name for name in names))
+    return sha256(b"".join(file.read_bytes() for file in every)).hexdigest()[:16]
 
 
 class Checked(NamedTuple):
@@ -293,17 +291,9 @@ def checked(scene: str, folder: Path, runs: int, motions: int, hard: int) -> Che
     return Checked(found, (min(one for one, _ in times), min(many for _, many in times)))
 
 
-def main() -> int:
-    """Check scenes, and print a table."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("scenes", nargs="+")
-    parser.add_argument("--runs", type=int, default=1000, help="random runs of four periods")
-    parser.add_argument("--motions", type=int, default=500, help="random periodic motions")
-    parser.add_argument("--hard", type=int, default=100_000, help="random hard starts")
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "scenes")
-    given = parser.parse_args()
-    counts = given.runs, given.motions, given.hard
-    found = {name: checked(name, given.out, *counts) for name in given.scenes}
+def check(scenes: Sequence[str], runs: int, motions: int, hard: int, out: Path) -> bool:
+    """Check scenes, and print a table; False if a scene and the judge disagree."""
+    found = {name: checked(name, out, runs, motions, hard) for name in scenes}
     for name, one in found.items():
         for tally in one.tallies.values():
             for problem in tally.wrong:
@@ -312,23 +302,17 @@ def main() -> int:
     row = "{:16} {:>10} {:>5} {:>9} {:>9} {:>12} {:>5} {:>12} {:>12}"
     print(row.format("wrong of", "runs", "off", "cases", "motions", "hard", "off", "us", "us many"))
     for name, one in found.items():
-        runs, named, motions, hard = (
-            f"{len(tally.wrong)} of {tally.starts}" for tally in one.tallies.values()
-        )
+        wrong = [f"{len(tally.wrong)} of {tally.starts}" for tally in one.tallies.values()]
         off = (f"{one.tallies[kind].worst:.2f}" for kind in ("runs", "hard"))
         times = (f"{a:.2f} ({a / b:.2f})" for a, b in zip(one.times, first, strict=True))
-        print(row.format(name, runs, next(off), named, motions, hard, next(off), *times))
+        print(row.format(name, wrong[0], next(off), *wrong[1:], next(off), *times))
     print(
         f"\noff: largest error of a final state, of {STATES:g} units of rounding errors, and "
         f"of a switching time, of {CONTRACT:g} u (t* + M/|g'(t*)|).\n"
         "us: microseconds a switch, one by one and side by side, and over those of the first row."
     )
     for name, one in found.items():
-        hard = one.tallies["hard"]
+        tally = one.tallies["hard"]
         print(f"{name}: cases by name {one.tallies['cases'].kinds}")
-        print(f"{name}: left open {hard.open}, open to the judge {hard.undecided}; {hard.kinds}")
-    return int(any(tally.wrong for one in found.values() for tally in one.tallies.values()))
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        print(f"{name}: left open {tally.open}, open to the judge {tally.undecided}; {tally.kinds}")
+    return not any(tally.wrong for one in found.values() for tally in one.tallies.values())

@@ -3,7 +3,7 @@
 import pytest
 from scipy.stats import binom
 
-from tests.design.coverage import held
+from benchmarks.experiments.intervals import held
 from tests.sampling import ALL, many, sampled
 
 

@@ -1,28 +1,26 @@
-"""`optimise` beside brute force: `python -m tests.optima --problems 40 --cells 100000`.
+"""`optimise` beside brute force: `python -m benchmarks optima --problems 40 --cells 100000`.
 
-Both append to files under results/optima, a line each: interrupted work resumes where it ended,
+Both append to files in a folder, a line each: interrupted work resumes where it ended,
 brute force is not repeated, and answers are computed again if the code has changed.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-import sys
 import time
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.experiments.kept import Record, kept
+from benchmarks.experiments.optima import brute
+from benchmarks.experiments.optima.motions import settled
+from benchmarks.experiments.optima.problems import Problem, problem
 from capsule_sym import Optimum, optimise, simulate_many
-from tests.native import ROOT
-from tests.optima import brute
-from tests.optima.motions import settled
-from tests.optima.problems import Problem, problem
-from tests.orbits.kept import Record, kept
 
+HERE = Path(__file__).parent
 WORSE, SEEDS_APART = 1e-6, 1e-9
 ENDED = ("optimal", "optimal-at-border")
 BESIDE = 8  # places next to an answer
@@ -111,8 +109,9 @@ def judged(known: Record, found: Record) -> Record:
             return -math.inf
         if claimed is None or not math.isfinite(claimed):
             return math.inf
-        return sign * (claimed - better["value"]) / unit
+        return float(sign * (claimed - better["value"]) / unit)
 
+    misses: tuple[tuple[float, Record | None], ...]
     limit = found["limit"]
     if limit is not None and math.isfinite(limit):
         misses = (behind(told, held), held), (behind(limit, best), best)
@@ -192,49 +191,29 @@ def report(
 
 def code() -> str:
     """A digest of what an answer rests on."""
-    files = sorted((ROOT / "capsule_sym" / "_design").glob("*.py"))
-    files += [Path(__file__).with_name(name) for name in ("problems.py", "motions.py")]
+    files = sorted((HERE.parents[2] / "capsule_sym" / "_design").glob("*.py"))
+    files += [HERE / name for name in ("problems.py", "motions.py")]
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
 
 
-def main() -> int:
-    """Check so many problems, with so many seeds."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--problems", type=int, default=40)
-    parser.add_argument("--cells", type=int, default=100_000, help="of brute force, a problem")
-    parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--known", action="store_true", help="only what brute force has done")
-    parser.add_argument("--out", type=Path, default=ROOT / "results" / "optima")
-    parser.add_argument("--samples", type=int, default=SAMPLES, help="of the survey of `optimise`")
-    given = parser.parse_args()
-    survey = f"-{given.samples}" if given.samples != SAMPLES else ""
-    given.out.mkdir(parents=True, exist_ok=True)
-    count = 0 if given.known else given.problems
-
-    def force(number: int) -> Record:
-        return forced(number, given.cells)
-
-    def enough(done: list[Record]) -> bool:
-        return len(done) >= count
-
-    known = kept(given.out / "brute.jsonl", force, enough)[: given.problems]
-
-    def answer(number: int) -> Record:
-        return answered(number // given.seeds, number % given.seeds, given.samples)
-
+def check(problems: int, cells: int, seeds: int, samples: int, only_known: bool, out: Path) -> int:
+    """Check so many problems, or those that brute force has done, with so many seeds."""
+    survey = f"-{samples}" if samples != SAMPLES else ""
+    out.mkdir(parents=True, exist_ok=True)
+    known = kept(
+        out / "brute.jsonl",
+        lambda number: forced(number, cells),
+        lambda done: only_known or len(done) >= problems,
+    )[:problems]
     answers = kept(
-        given.out / f"answers-{given.seeds}{survey}-{code()}.jsonl",
-        answer,
-        lambda done: len(done) >= given.seeds * len(known),
+        out / f"answers-{seeds}{survey}-{code()}.jsonl",
+        lambda number: answered(number // seeds, number % seeds, samples),
+        lambda done: len(done) >= seeds * len(known),
     )
     answers = [one for one in answers if one["number"] < len(known)]
     shares = kept(
-        given.out / "scattered.jsonl",
+        out / "scattered.jsonl",
         lambda number: riddled(number, known),
         lambda done: len(done) >= len(known),
     )
-    return report(known, answers, shares, given.out / f"failures{survey}.jsonl")
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return report(known, answers, shares, out / f"failures{survey}.jsonl")

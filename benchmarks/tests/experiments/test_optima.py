@@ -1,12 +1,12 @@
-"""Optima against brute force that shares no code with the optimiser (`python -m tests.optima`)."""
+"""Optima against brute force that shares no code with the optimiser."""
 
 from dataclasses import replace
 
 import pytest
 
+from benchmarks.experiments.optima.answers import WORSE, answered, forced, judged, wrong
+from benchmarks.experiments.optima.problems import Problem, problem
 from capsule_sym import OptimumStatus, Parameters, optimise
-from tests.optima.__main__ import WORSE, answered, forced, judged, wrong
-from tests.optima.problems import Problem, problem
 
 # With a margin and a start of its own, and with two limits.
 SMALL = 1, 2

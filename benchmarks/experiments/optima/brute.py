@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
-from tests.optima.motions import Vector, stays
-from tests.optima.problems import Problem
+from benchmarks.experiments.optima.motions import Vector, stays
+from benchmarks.experiments.optima.problems import Problem
 
 AT_ONCE = 16384
 PLACES, ZOOMED, ROUNDS = 24, 12, 8  # places that are looked at closer, samples, and rounds of it
@@ -66,7 +66,7 @@ def polished(
     def judged(places: Vector) -> tuple[Vector, Vector]:
         return problem.judged(problem.motions(places, sure=True), margin)[:2]
 
-    near = cKDTree(u).query(u, min(len(u), 4 * u.shape[1]))[1]
+    near = np.asarray(cKDTree(u).query(u, min(len(u), 4 * u.shape[1]))[1])
     ahead = np.lexsort((value, beyond))
     rank = np.empty(len(u), int)
     rank[ahead] = np.arange(len(u))

@@ -1,4 +1,4 @@
-"""Minimal shocks against random knocks: `python -m tests.attractors.brute_shocks`.
+"""Minimal shocks against random knocks: `python -m benchmarks shocks`.
 
 Each motion gets a million knocks; none may be smaller than the minimal shock by 1e-6 of it and lose
 the motion. `simulate_many` runs them, and their ends are compared with a run that has settled long
@@ -7,11 +7,10 @@ before; no code is shared with the search. Motions in the file of results are no
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +49,7 @@ Vector = NDArray[np.float64]
 State = tuple[float, float, float]
 
 
-def settled(parameters: Parameters, start: State, number: int) -> tuple[Trajectory, Vector]:
+def settled(parameters: Any, start: State, number: int) -> tuple[Trajectory, Vector]:
     """A run over so many periods of the motion that a start leads to, and its states at phase 0."""
     end = simulate(parameters, start, periods=4000).final[1]
     run = simulate(parameters, end, periods=number)
@@ -84,17 +83,13 @@ def lost(orbit: Orbit, start: State, size: float, count: int, seed: int) -> int:
     return found
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--knocks", type=int, default=1_000_000)
-    parser.add_argument("--motions", type=int, default=len(MOTIONS))
-    parser.add_argument("--out", type=Path, default=Path("results/shocks.json"))
-    given = parser.parse_args()
-    done = json.loads(given.out.read_text()) if given.out.exists() else {}
-    given.out.parent.mkdir(parents=True, exist_ok=True)
+def check(motions: int, knocks: int, out: Path) -> int:
+    """Print a line for each motion; how many are lost after a smaller knock."""
+    done = json.loads(out.read_text()) if out.exists() else {}
+    out.parent.mkdir(parents=True, exist_ok=True)
     bad = 0
-    for values, (x_r, v_r) in MOTIONS[: given.motions]:
-        name = f"{values} from {x_r:g}, {v_r:g}, {given.knocks} knocks"
+    for values, (x_r, v_r) in MOTIONS[:motions]:
+        name = f"{values} from {x_r:g}, {v_r:g}, {knocks} knocks"
         if name not in done:
             orbit = solve_orbit(
                 Parameters(**dict(zip(NAMES, values, strict=True))), (x_r, v_r, 0.0)
@@ -102,15 +97,11 @@ def main() -> None:
             begun = time.process_time()
             shock = minimal_shock(orbit)
             seconds = time.process_time() - begun
-            smaller = lost(orbit, (x_r, v_r, 0.0), (1 - _SMALLER) * shock.size, given.knocks, 1)
+            smaller = lost(orbit, (x_r, v_r, 0.0), (1 - _SMALLER) * shock.size, knocks, 1)
             done[name] = [shock.size, str(shock.status), smaller, seconds]
-            given.out.write_text(json.dumps(done, indent=1))
+            out.write_text(json.dumps(done, indent=1))
         size, status, smaller, seconds = done[name]
         bad += smaller > 0
         print(f"{name}: {size:.9g}, {status}, {smaller} smaller, {seconds:.1f} s", flush=True)
     print(f"{bad} motions are lost after a smaller knock")
-    sys.exit(bad > 0)
-
-
-if __name__ == "__main__":
-    main()
+    return bad

@@ -9,9 +9,7 @@ from functools import partial
 
 import pytest
 
-from capsule_sym import Bifurcation, continue_bifurcation, continue_orbit, scenes, solve_orbit
-from tests.scenes import Integrator, integrator
-from tests.scenes.bifurcations import (
+from benchmarks.experiments.curves import (
     Judged,
     Tally,
     Undecided,
@@ -19,6 +17,8 @@ from tests.scenes.bifurcations import (
     judge_bifurcation,
     judge_curve,
 )
+from capsule_sym import Bifurcation, continue_bifurcation, continue_orbit, scenes, solve_orbit
+from tests.scenes import Integrator, integrator
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 

@@ -1,4 +1,4 @@
-"""Random periodic motions found by `solve_orbit`: `python -m tests.orbits.random_motions`.
+"""Random periodic motions found by `solve_orbit`: `python -m benchmarks battery`.
 
 Parameters are uniform in the ranges below. A run from rest that repeats itself over at most 16
 excitation periods within 1e-9, by the states of the map alone, is a periodic motion; `solve_orbit`
@@ -8,15 +8,14 @@ a run that was stopped resumes.
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.experiments.kept import kept
 from capsule_sym import Parameters, simulate, solve_orbit
 from capsule_sym._orbits.shooting.admissibility import rerun
-from tests.orbits.kept import kept
 
 RANGES = {
     "alpha": (0.0, 5.0),
@@ -65,7 +64,7 @@ def judged(number: int) -> dict[str, object]:
     return result
 
 
-def main(count: int, path: Path) -> int:
+def check(count: int, path: Path) -> int:
     """Check motions until so many periodic ones are known; print those that are not found."""
     known = kept(
         path, judged, lambda known: sum(one["periods"] is not None for one in known) >= count
@@ -79,7 +78,3 @@ def main(count: int, path: Path) -> int:
     print(f"{len(periodic)} periodic motions of {len(known)}, {len(lost)} not found")
     print(f"seconds: median {slow[len(slow) // 2]:.2f}, longest {slow[-1]:.2f}")
     return 1 if lost else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]), Path(sys.argv[2])))

@@ -1,22 +1,26 @@
-"""Shares of 95 % intervals that hold the truth, by `python -m tests.design.coverage [SETS]`.
+"""Shares of 95 % intervals that hold the truth, by `python -m benchmarks intervals`.
 
 Intervals by standard errors and profiles, of four parameters, in fits with each loss
 to synthetic series with errors of several kinds.
 """
 
-import sys
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from capsule_sym import Parameters, fit, simulate
+from capsule_sym import Fit, Parameters, fit, simulate
 from capsule_sym._design.least_squares import LOSSES, Profile
 
 TRUE = Parameters(alpha=0.83, delta=0.03, zeta=0.06, beta=1.7, gamma=3.3)
 STATE, PHASE, NOISE = (0.1, 0.2, 0.3), 0.4, 2e-3
 UNKNOWN = ("alpha", "delta", "zeta", "beta")
 
-ERRORS = {
+Vector = NDArray[np.float64]
+
+ERRORS: dict[str, Callable[[np.random.Generator, int], Any]] = {
     "normal": lambda draw, n: draw.normal(size=n),
     "outliers": lambda draw, n: draw.normal(size=n) * np.where(draw.random(n) < 0.1, 50, 1),
     "one-sided": lambda draw, n: draw.normal(size=n) + 100 * (draw.random(n) < 0.05),
@@ -29,7 +33,7 @@ COUNTS = {9: UNKNOWN[:2], 20: UNKNOWN, 150: UNKNOWN}
 """Unknowns, by the number of times."""
 
 
-def data_of(errors, count, seed):
+def data_of(errors: str, count: int, seed: int) -> dict[str, Vector]:
     """Measurements at `count` irregular times, with errors by name."""
     draw = np.random.default_rng([seed, count])
     times = np.concatenate([[PHASE], PHASE + np.sort(draw.uniform(0, 50, count - 1))])
@@ -38,27 +42,29 @@ def data_of(errors, count, seed):
     return {"t": times, "x_m": x_r + x_c + of_x_m, "x_c": x_c + of_x_c}
 
 
-def held(loss, errors, count, seeds, kind="errors"):
+def held(
+    loss: str, errors: str, count: int, seeds: Iterable[int], kind: str = "errors"
+) -> NDArray[np.bool_]:
     """Mask (sets, k) of intervals of a kind that contain the true value."""
     found, unknown = [], COUNTS[count]
-    how = {"state": STATE, "phase": PHASE, "loss": loss}
     for seed in seeds:
-        one = fit(data_of(errors, count, seed), TRUE, unknown, **how)
+        data = data_of(errors, count, seed)
+        one = fit(data, TRUE, unknown, state=STATE, phase=PHASE, loss=loss)
         found.append([_holds(one, k, kind) for k in range(len(unknown))])
     return np.array(found)
 
 
-def _holds(one, k, kind):
+def _holds(one: Fit, k: int, kind: str) -> bool:
     """True if an interval of the k-th value contains the true one."""
     name = list(one.values)[k]
     truth = getattr(TRUE, name)
     if kind == "profile":
         profile = Profile(one.problem, one.found, one.limits, k, one.growth[k])
-        return profile.growth(truth) < one.deviations() ** 2
-    return abs(one.values[name] - truth) < one.deviations() * one.standard_errors[name]
+        return bool(profile.growth(truth) < one.deviations() ** 2)
+    return bool(abs(one.values[name] - truth) < one.deviations() * one.standard_errors[name])
 
 
-def main(sets):
+def table(sets: int) -> None:
     """Print the table."""
     print("values  errors      intervals" + "".join(f"{loss:>10}" for loss in LOSSES))
     for count in COUNTS:
@@ -69,12 +75,8 @@ def main(sets):
     _print(max(COUNTS), "correlated", "errors", sets // 4)
 
 
-def _print(count, errors, kind, sets):
+def _print(count: int, errors: str, kind: str, sets: int) -> None:
     """Print a row."""
     shares = [held(loss, errors, count, range(sets), kind).mean() for loss in LOSSES]
     numbers = "".join(f"{100 * share:8.1f} %" for share in shares)
     print(f"{2 * count:6}  {errors:11} {kind:9}{numbers}", flush=True)
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)

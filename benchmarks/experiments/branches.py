@@ -1,4 +1,4 @@
-"""Branches against brute force: `python -m tests.orbits.battery COUNT FILE`.
+"""Branches against brute force: `python -m benchmarks battery`.
 
 Branches in all parameters and on two paths, from random motions. At values along the branch the map
 alone, run from a state next to the branch's orbit, has to settle on a motion with the branch's
@@ -9,16 +9,16 @@ that was stopped resumes.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from benchmarks.experiments.kept import kept
 from capsule_sym import Branch, BranchPoint, Parameters, continue_orbit, simulate, solve_orbit
 from capsule_sym._map.itinerary import cyclic_start
-from tests.orbits.kept import kept
 
 KINDS = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b", "base excitation", "device")
 RANGES = {
@@ -31,7 +31,7 @@ RANGES = {
     "f_b": (0.5, 2.0),
 }
 # Low damping, no stiffness, gap beyond friction, a capsule nearly pinned, resonance, superharmonic.
-SPECIAL = (
+SPECIAL: tuple[dict[str, float], ...] = (
     {"zeta": 0.005},
     {"beta": 0.0},
     {"delta": 1.2},
@@ -79,7 +79,7 @@ def settled(point: BranchPoint) -> tuple[int, ...] | None:
     return written([one.field for one in motion.segments], p)
 
 
-def written(fields: Sequence[int], parameters: Parameters) -> tuple[int, ...]:
+def written(fields: Sequence[int], parameters: Any) -> tuple[int, ...]:
     """A cycle begun where it is written; without stiffness contact is nothing."""
     cycle = list(fields)
     if parameters.beta == 0:
@@ -140,7 +140,7 @@ def chain(branch: Branch) -> list[str]:
     return wrong
 
 
-def main(count: int, path: Path) -> int:
+def check(count: int, path: Path) -> int:
     """Check so many branches; print the table."""
     known = kept(path, judged, lambda known: len(known) >= count)
     for one in known:
@@ -154,7 +154,3 @@ def main(count: int, path: Path) -> int:
     bad = sum(bool(one["wrong"]) for one in known)
     print(f"{len(known)} branches, {bad} with something wrong")
     return 1 if bad else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]), Path(sys.argv[2])))

@@ -1,0 +1,1 @@
+"""Experiments: results beside brute force and judges that share no code with them."""

@@ -1,0 +1,1 @@
+"""Optima and fronts beside brute force."""
