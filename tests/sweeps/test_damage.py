@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +64,12 @@ def stores(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     return store
 
 
+def copied(whole: Path, path: Path) -> Path:
+    """A copy of a store."""
+    shutil.copytree(whole, path)
+    return path
+
+
 def delete(path: Path) -> None:
     path.unlink()
 
@@ -102,11 +106,11 @@ def damaged_once(
     """Damages one file of a copy and resumes: it is mended, or refused in one line."""
     run_again = KINDS[kind]
     before = contents(whole)
-    shutil.copytree(whole, path)
-    damage(path / name)
+    damage(copied(whole, path) / name)
     lock = name.rsplit("/", 1)[-1] == "lock"
     if damage is folder or (damage is link and lock):
-        if mends_folders(kind, name):
+        # A chart is written again as a whole, whatever is in its place.
+        if kind == "chart" and name.startswith("chart.zarr"):
             run_again(path, resume=True)
             assert contents(path) == before
             return
@@ -125,21 +129,12 @@ def damaged_once(
     assert not damaged_parts(info_record(path, check=True))
 
 
-def mends_folders(kind: str, name: str) -> bool:
-    """A chart is written again as a whole, whatever is in its place."""
-    return kind == "chart" and name.startswith("chart.zarr")
-
-
-def every_file(whole: Path) -> list[str]:
-    return sorted(contents(whole))
-
-
 @sampled
 def test_a_store_mends_whatever_file_is_damaged(
     stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
     whole = stores("sweep")
-    names = every_file(whole)
+    names = sorted(contents(whole))
     # coordinates, arrays, their chunks, records, what describes the store twice, the lock
     assert len(names) >= 1 + 2 * 2 + 3 + 3 * 2 + 2 + 2 + 1
     for i, name in enumerate(names):
@@ -166,42 +161,29 @@ def test_stores_of_all_kinds_mend_whatever_file_is_damaged(
     kind: str, damage: Callable[[Path], None], stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
     whole = stores(kind)
-    for i, name in enumerate(every_file(whole)):
+    for i, name in enumerate(sorted(contents(whole))):
         damaged_once(kind, whole, tmp_path / str(i), name, damage)
 
 
-def folders(whole: Path) -> Iterator[str]:
-    for name in ("results.zarr", "results.zarr/alpha", "results.zarr/itinerary/c", "chunks"):
-        assert (whole / name).is_dir()
-        yield name
-
-
-def test_whole_folders_that_are_gone_are_made_again(
-    stores: Callable[[str], Path], tmp_path: Path
+@pytest.mark.parametrize("file", [False, True])
+def test_folders_that_are_gone_are_made_again_and_files_in_their_place_told_in_one_line(
+    file: bool, stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
     whole = stores("sweep")
-    for i, name in enumerate(folders(whole)):
-        path = tmp_path / str(i)
-        shutil.copytree(whole, path)
+    names = ("results.zarr", "results.zarr/alpha", "results.zarr/itinerary/c", "chunks")
+    for i, name in enumerate(names):
+        path = copied(whole, tmp_path / str(i))
         shutil.rmtree(path / name)
+        if file:
+            (path / name).touch()
+            with pytest.raises(CapsuleError) as refused:
+                run_small(path, resume=True)
+            assert "\n" not in str(refused.value)
+            assert name in str(refused.value)
+            continue
         assert damaged_parts(info_record(path, check=True)) > 0
         assert run_small(path, resume=True) > 0
         assert contents(path) == contents(whole)
-
-
-def test_files_in_place_of_folders_are_told_in_one_line(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
-    whole = stores("sweep")
-    for i, name in enumerate(folders(whole)):
-        path = tmp_path / str(i)
-        shutil.copytree(whole, path)
-        shutil.rmtree(path / name)
-        (path / name).touch()
-        with pytest.raises(CapsuleError) as refused:
-            run_small(path, resume=True)
-        assert "\n" not in str(refused.value)
-        assert name in str(refused.value)
 
 
 def test_what_is_no_longer_the_result_is_not_opened(
@@ -211,39 +193,18 @@ def test_what_is_no_longer_the_result_is_not_opened(
     names = ("alpha/c/0", "alpha/zarr.json", "itinerary/zarr.json", "zarr.json")
     for i, name in enumerate(names):
         for damage in (delete, truncate, flip):
-            path = tmp_path / f"{i} {damage.__name__}"
-            shutil.copytree(whole, path)
+            path = copied(whole, tmp_path / f"{i} {damage.__name__}")
             damage(path / "results.zarr" / name)
             with pytest.raises(InvalidInput, match=rf"repair results.zarr.{name} with --resume"):
                 open_results(path)
 
 
-OPENED = """
-import sys
-import xarray as xr
-from capsule_sym import open_results
-for store, results in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
-    with xr.open_zarr(results) as plain, open_results(store) as ours:
-        assert plain.load().identical(ours.load())
-"""
-
-
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.filterwarnings("error")
 def test_xarray_opens_a_finished_store(kind: str, stores: Callable[[str], Path]) -> None:
     place = stores(kind) / ("chart.zarr" if kind == "chart" else "results.zarr")
     with xr.open_zarr(place, chunks=None) as plain, open_results(stores(kind)) as ours:
         assert plain.load().identical(ours.load())
-
-
-@pytest.mark.long
-def test_xarray_opens_finished_stores_without_a_warning(stores: Callable[[str], Path]) -> None:
-    # In a process of its own, as a user's: Dask reads in threads, and once stood still for ever
-    # among what thousands of other tests had left behind.
-    names = {kind: "chart.zarr" if kind == "chart" else "results.zarr" for kind in KINDS}
-    places = [str(at) for kind in KINDS for at in (stores(kind), stores(kind) / names[kind])]
-    program = [sys.executable, "-W", "error", "-c", OPENED, *places]
-    done = subprocess.run(program, capture_output=True, text=True, timeout=300, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_records_of_another_shape_are_damage(stores: Callable[[str], Path], tmp_path: Path) -> None:
@@ -257,8 +218,7 @@ def test_records_of_another_shape_are_damage(stores: Callable[[str], Path], tmp_
         for j, shape in enumerate(shapes):
             if (whole / name).read_bytes() == shape:
                 continue
-            path = tmp_path / f"{i} {j}"
-            shutil.copytree(whole, path)
+            path = copied(whole, tmp_path / f"{i} {j}")
             (path / name).write_bytes(shape)
             assert info_record(path, check=True)["damaged_parts"]
             if (i + j) % 5 == 0:
@@ -269,8 +229,7 @@ def test_records_of_another_shape_are_damage(stores: Callable[[str], Path], tmp_
 def test_a_store_of_which_nothing_tells_the_sweep_is_left_alone(
     stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
-    path = tmp_path / "store"
-    shutil.copytree(stores("sweep"), path)
+    path = copied(stores("sweep"), tmp_path / "store")
     for name in ("sweep.json", "chunks/sweep.copy"):
         flip(path / name)
     before = contents(path)
@@ -309,8 +268,7 @@ def test_a_run_killed_at_its_end_is_not_taken_for_damaged(
 
 
 def test_a_sweep_does_not_go_on_with_a_basin(stores: Callable[[str], Path], tmp_path: Path) -> None:
-    path = tmp_path / "store"
-    shutil.copytree(stores("basin"), path)
+    path = copied(stores("basin"), tmp_path / "store")
     compute = ("itinerary", "progression", "final")
     sweep = Sweep(STARTS, Parameters(alpha=1.2), periods=100, chunk=(1, 3), compute=compute)
     with pytest.raises(InvalidInput, match="kind = 'sweep': must be 'basin'"):
@@ -318,8 +276,7 @@ def test_a_sweep_does_not_go_on_with_a_basin(stores: Callable[[str], Path], tmp_
 
 
 def test_links_are_not_written_through(stores: Callable[[str], Path], tmp_path: Path) -> None:
-    path, mine = tmp_path / "store", tmp_path / "mine"
-    shutil.copytree(stores("sweep"), path)
+    path, mine = copied(stores("sweep"), tmp_path / "store"), tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis").write_text("all of it")
     (path / "partial").symlink_to(mine)

@@ -75,15 +75,6 @@ def test_a_chunk_that_is_written_is_counted_whenever_the_interrupt_comes(
     assert str(told.value).startswith(f"{cells} of 120 cells are kept")
 
 
-def test_an_interrupt_says_what_is_kept(tmp_path: Path) -> None:
-    def stop(done: int, total: int) -> None:
-        if done > 40:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt, match=r"\d+ of 120 cells are kept in .*with --resume"):
-        run_sweep(chart(), tmp_path / "store", progress=stop)
-
-
 def children(process: int) -> int:
     psutil: Any = pytest.importorskip("psutil")
     return len(psutil.Process(process).children())

@@ -1,5 +1,6 @@
 """Refined charts: what is left out is what it is taken for, and the boundaries are sharp."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -84,48 +85,31 @@ def test_a_chart_along_one_axis_is_refined_too(
         assert results["computed"].values.mean() < 0.5
 
 
-def test_an_interrupted_refinement_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(execution_module, "compute", disk)
-    sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 33), Axis.linear("gamma", 1.0, 5.0, 33)))
-    whole = refine_sweep(sweep, tmp_path / "whole", stride=8)
-    calls = 0
-
-    def interrupted(done: int, total: int) -> None:
-        nonlocal calls
-        calls += 1
-        if calls == 20:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        refine_sweep(sweep, tmp_path / "store", stride=8, progress=interrupted)
-    rest = refine_sweep(sweep, tmp_path / "store", stride=8, resume=True)
-    done = sum(r.computed for r in rest.rounds)
-    assert 0 < done < sum(r.computed for r in whole.rounds)
-    with open_results(tmp_path / "store") as one, open_results(tmp_path / "whole") as other:
-        assert one.identical(other)
-
-
-def test_a_refinement_whose_time_is_over_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_a_refinement_that_is_interrupted_or_whose_time_is_over_goes_on(
+    interrupted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(execution_module, "compute", disk)
     sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 33), Axis.linear("gamma", 1.0, 5.0, 33)))
     whole = refine_sweep(sweep, tmp_path / "whole", stride=8)
-    first = whole.rounds[0].computed
+    first, store = whole.rounds[0].computed, tmp_path / "store"
 
     def stop(done: int, total: int) -> None:
         if total != first and done:
+            if interrupted:
+                raise KeyboardInterrupt
             present().stop()
 
-    part = refine_sweep(sweep, tmp_path / "store", stride=8, progress=stop, max_seconds=1e9)
-    assert (part.success, part.status, len(part.rounds)) == (False, "time-limit", 2)
-    done = part.statistics["computed"]
-    assert first < done == sum(part.outcomes.values()) == round(part.fraction * 33 * 33)
-    assert not (tmp_path / "store" / "chart.zarr").exists()
-    rest = refine_sweep(sweep, tmp_path / "store", stride=8, resume=True)
+    with pytest.raises(KeyboardInterrupt) if interrupted else nullcontext():
+        part = refine_sweep(sweep, store, stride=8, progress=stop, max_seconds=1e9)
+        assert (part.success, part.status, len(part.rounds)) == (False, "time-limit", 2)
+        done = part.statistics["computed"]
+        assert first < done == sum(part.outcomes.values()) == round(part.fraction * 33 * 33)
+    assert not (store / "chart.zarr").exists()
+    rest = refine_sweep(sweep, store, stride=8, resume=True)
     assert rest.success
-    assert rest.statistics["computed"] == whole.statistics["computed"] - done
-    with open_results(tmp_path / "store") as one, open_results(tmp_path / "whole") as other:
+    assert 0 < rest.statistics["computed"] < whole.statistics["computed"] - first
+    with open_results(store) as one, open_results(tmp_path / "whole") as other:
         assert one.identical(other)
 
 

@@ -12,7 +12,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import ExitStack, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -79,23 +79,46 @@ def test_a_run_says_how_its_cells_ended(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 class Here(Executor):
-    """Computes in the thread that submits, as a user's own executor may."""
+    """Computes in the thread that submits, as a user's own executor may, and counts the chunks.
+
+    It stops after so many, and fails under some, as where workers die.
+    """
+
+    def __init__(self, stop_after: int = 10**9, fails: tuple[int, ...] = ()) -> None:
+        self.parts: list[Sweep] = []
+        self.stop_after, self.fails = stop_after, fails
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if len(self.parts) == self.stop_after:
+            raise KeyboardInterrupt
         future: Future[Any] = Future()
         try:
+            if len(self.parts) in self.fails:
+                raise MemoryError("no room")
             future.set_result(fn(*args, **kwargs))
         except Exception as error:
             future.set_exception(error)
+        self.parts.append(args[0])
         return future
 
 
+@contextmanager
+def executor_of(kind: str) -> Iterator[Executor | None]:
+    """Executor of each kind that a run may have."""
+    with ExitStack() as stack:
+        if kind == "dask":
+            pytest.importorskip("distributed")
+            yield stack.enter_context(client_of("local", 2)).get_executor()
+        elif kind == "processes":
+            yield stack.enter_context(ProcessPoolExecutor(2, get_context("spawn")))
+        else:
+            yield stack.enter_context(ThreadPoolExecutor(1)) if kind == "own" else None
+
+
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-@pytest.mark.parametrize(
-    "executor", ["threads", "own", pytest.param("dask", marks=pytest.mark.long)]
-)
-def test_a_run_whose_time_is_over_goes_on(
-    executor: str, whole: dict[str, bytes], tmp_path: Path
+@pytest.mark.parametrize("kind", ["threads", "own", "processes", "dask"])
+def test_executors_give_equal_results_also_after_their_time_is_over(
+    kind: str, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
     told = []
 
@@ -105,18 +128,13 @@ def test_a_run_whose_time_is_over_goes_on(
             present().stop()
 
     store = tmp_path / "store"
-    with ExitStack() as stack:
-        how: Any = None
-        if executor == "own":
-            how = stack.enter_context(ThreadPoolExecutor(1))
-        if executor == "dask":
-            pytest.importorskip("distributed")
-            how = stack.enter_context(client_of("local", 1)).get_executor()
-        found = run_sweep(SWEEP, store, executor=how, workers=1, progress=stop, max_seconds=1e9)
-    assert 40 < found.computed == sum(found.outcomes.values()) == told[-1] < 120
-    assert (found.success, found.status) == (False, "time-limit")
-    assert "continue with --resume" in found.message
-    rest = run_sweep(SWEEP, store, workers=1, resume=True)
+    with executor_of(kind) as own:
+        how: dict[str, Any] = {"executor": own, "workers": 2}
+        found = run_sweep(SWEEP, store, progress=stop, max_seconds=1e9, **how)
+        assert 40 < found.computed == sum(found.outcomes.values()) == told[-1] < 120
+        assert (found.success, found.status) == (False, "time-limit")
+        assert "continue with --resume" in found.message
+        rest = run_sweep(SWEEP, store, resume=True, **how)
     assert (rest.success, rest.computed) == (True, 120 - found.computed)
     assert contents(store) == whole
 
@@ -199,57 +217,15 @@ def test_a_random_design_has_its_points_as_coordinates(tmp_path: Path) -> None:
         assert set(results.coords) == {"alpha", "gamma"}
 
 
-@pytest.mark.parametrize("processes", [False, True])
-def test_executors_give_equal_results(
-    processes: bool, whole: dict[str, bytes], tmp_path: Path
-) -> None:
-    given = ProcessPoolExecutor(2, get_context("spawn")) if processes else nullcontext()
-    with given as executor:
-        run_sweep(SWEEP, tmp_path / "store", executor=executor, workers=2)
-    assert contents(tmp_path / "store") == whole
-
-
-@pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_a_dask_cluster_of_two_workers_gives_equal_results(
-    whole: dict[str, bytes], tmp_path: Path
-) -> None:
-    distributed: Any = pytest.importorskip("distributed")
-    with (
-        distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        assert len(client.nthreads()) == 2
-        run_sweep(SWEEP, tmp_path / "store", executor=client.get_executor(), workers=2)
-    assert contents(tmp_path / "store") == whole
-
-
-class Counting(Executor):
-    """Executor in the calling thread that counts its calls, and may stop."""
-
-    def __init__(self, stop_after: int = 10**9, error: BaseException | None = None) -> None:
-        self.parts: list[Sweep] = []
-        self.stop_after, self.error = stop_after, error
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        if len(self.parts) == self.stop_after:
-            raise self.error or KeyboardInterrupt
-        self.parts.append(args[0])
-        future: Future[Any] = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
-
-
 @pytest.mark.parametrize("after", [0, 5])
 def test_an_interrupted_run_goes_on_where_it_was(
     after: int, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
     with pytest.raises(KeyboardInterrupt):
-        run_sweep(SWEEP, tmp_path / "store", executor=Counting(after), workers=1)
+        run_sweep(SWEEP, tmp_path / "store", executor=Here(after), workers=1)
     with open_results(tmp_path / "store") as results:
         pending = int((results["outcome"] == CellOutcome.PENDING).sum())
-    rest = Counting()
+    rest = Here()
     summary = run_sweep(SWEEP, tmp_path / "store", executor=rest, workers=1, resume=True)
     assert len(rest.parts) == CHUNKS - after
     assert summary.computed == pending == sum(part.size for part in rest.parts)
@@ -258,44 +234,22 @@ def test_an_interrupted_run_goes_on_where_it_was(
 
 def test_a_finished_run_computes_nothing_again(whole: dict[str, bytes], tmp_path: Path) -> None:
     run_sweep(SWEEP, tmp_path / "store")
-    rest = Counting()
+    rest = Here()
     assert run_sweep(SWEEP, tmp_path / "store", executor=rest, resume=True).computed == 0
     assert rest.parts == []
     assert contents(tmp_path / "store") == whole
 
 
-def damages() -> Iterator[Any]:
-    def truncate(data: bytes) -> bytes:
-        return data[: len(data) // 2]
-
-    def flip(data: bytes) -> bytes:
-        return data[:-1] + bytes([data[-1] ^ 1])
-
-    def empty(data: bytes) -> bytes:
-        return b""
-
-    for name in ("results.zarr/outcome/c/1/2", "chunks/000000/000000004.json"):
-        for damage in (truncate, flip, empty, None):
-            yield pytest.param(name, damage)
-    for name in ("final/c/0/0/0", "itinerary/c/2/1", "progression/c/1/0"):
-        yield pytest.param(f"results.zarr/{name}", flip)
-
-
-@pytest.mark.parametrize(("name", "damage"), list(damages()))
-def test_a_damaged_chunk_is_found_and_computed_again(
-    name: str, damage: Any, whole: dict[str, bytes], tmp_path: Path
-) -> None:
+def test_a_damaged_chunk_alone_is_computed_again(whole: dict[str, bytes], tmp_path: Path) -> None:
     for key, data in whole.items():
         (tmp_path / key).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / key).write_bytes(data)
-    if damage is None:
-        (tmp_path / name).unlink()
-    else:
-        (tmp_path / name).write_bytes(damage(whole[name]))
-    again = Counting()
-    summary = run_sweep(SWEEP, tmp_path, executor=again, resume=True)
+    for name in ("outcome/c/1/2", "final/c/1/2/0"):
+        data = whole[f"results.zarr/{name}"]
+        (tmp_path / "results.zarr" / name).write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
+    again = Here()
+    assert run_sweep(SWEEP, tmp_path, executor=again, resume=True).damaged == 1
     assert len(again.parts) == 1
-    assert summary.damaged == 1
     assert contents(tmp_path) == whole
 
 
@@ -343,20 +297,20 @@ def test_a_store_is_not_mixed_with_anything_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run_sweep(SWEEP, tmp_path / "store")
-    with pytest.raises(InvalidInput, match="--resume"):
-        run_sweep(SWEEP, tmp_path / "store")
-    with pytest.raises(InvalidInput, match="periods = 41: must be 40"):
-        run_sweep(chart(periods=41), tmp_path / "store", resume=True)
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "thesis.tex").touch()
-    with pytest.raises(InvalidInput, match="new, empty"):
-        run_sweep(SWEEP, tmp_path / "other", resume=True)
     run_sweep(SWEEP, tmp_path / "headless")
     for name in ("sweep.json", "chunks/sweep.copy"):
         (tmp_path / "headless" / name).unlink()
     before = contents(tmp_path / "headless")
-    with pytest.raises(InvalidInput, match="new, empty"):
-        run_sweep(SWEEP, tmp_path / "headless", resume=True)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.tex").touch()
+    for name, sweep, resume, told in (
+        ("store", SWEEP, False, "--resume"),
+        ("store", chart(periods=41), True, "periods = 41: must be 40"),
+        ("other", SWEEP, True, "new, empty"),
+        ("headless", SWEEP, True, "new, empty"),
+    ):
+        with pytest.raises(InvalidInput, match=told):
+            run_sweep(sweep, tmp_path / name, resume=resume)
     assert contents(tmp_path / "headless") == before
     (tmp_path / "file").touch()
     with pytest.raises(InvalidInput, match="a directory"):
@@ -368,20 +322,12 @@ def test_a_store_is_not_mixed_with_anything_else(
         run_sweep(SWEEP, tmp_path / "store", resume=True)
 
 
-def test_results_of_other_kernels_are_not_taken_in(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(kernels="x"))
-    with pytest.raises(CapsuleError, match="a worker has the kernels x"):
-        run_sweep(SWEEP, tmp_path / "store", executor=Counting())
-
-
 def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     here = live()
     with pytest.raises(KeyboardInterrupt):
-        run_sweep(SWEEP, tmp_path / "store", executor=Counting(5), workers=1)
+        run_sweep(SWEEP, tmp_path / "store", executor=Here(5), workers=1)
     for module in (cells_module, store_module):
         monkeypatch.setattr(module, "live", lambda *_: "c-other")
     before = contents(tmp_path / "store")
@@ -396,14 +342,19 @@ def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
         assert results.attrs["core"] == "; ".join(sorted([here, "c-other"]))
 
 
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [({"kernels": "x"}, "a worker has the kernels x"), ({"core": "c-x"}, "core = 'c-x'")],
+)
 def test_a_worker_with_another_core_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    change: dict[str, str], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(core="c-x"))
-    with pytest.raises(InvalidInput, match="core = 'c-x'"):
-        run_sweep(SWEEP, tmp_path / "store", executor=Counting())
-    run_sweep(SWEEP, tmp_path / "store", executor=Counting(), resume=True, any_core=True)
-    assert set(Held(tmp_path / "store").tally().cores) == {"c-x"}
+    monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(**change))
+    with pytest.raises(CapsuleError, match=told):
+        run_sweep(SWEEP, tmp_path / "store", executor=Here())
+    if "core" in change:
+        run_sweep(SWEEP, tmp_path / "store", executor=Here(), resume=True, any_core=True)
+        assert set(Held(tmp_path / "store").tally().cores) == {"c-x"}
 
 
 def test_no_more_chunks_are_under_way_than_workers(
@@ -433,21 +384,6 @@ def test_no_more_chunks_are_under_way_than_workers(
     assert (most, unwritten) == (3, 0)
 
 
-class Killing(Counting):
-    """Executor whose workers die under some chunks, as those of a cluster."""
-
-    def __init__(self, *deadly: int) -> None:
-        super().__init__()
-        self.deadly = deadly
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        future = super().submit(fn, *args, **kwargs)
-        if len(self.parts) - 1 in self.deadly:
-            future = Future()
-            future.set_exception(MemoryError("no room"))
-        return future
-
-
 @pytest.mark.parametrize(
     ("deadly", "done"), [((4,), 8), ((0, 7), 7), ((0, 1, 2, 3), 0), ((1, 3, 8), 6)]
 )
@@ -455,7 +391,7 @@ def test_chunks_that_cannot_be_computed_are_named_after_all_others_or_three(
     deadly: tuple[int, ...], done: int, tmp_path: Path
 ) -> None:
     with pytest.raises(Lost) as told:
-        run_sweep(SWEEP, tmp_path / "store", executor=Killing(*deadly), workers=1)
+        run_sweep(SWEEP, tmp_path / "store", executor=Here(fails=deadly), workers=1)
     named = "; ".join(f"chunk {index}: MemoryError: no room" for index in deadly[:3])
     assert str(told.value) == named
     assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == done
@@ -469,7 +405,7 @@ def test_what_cannot_run_is_refused(how: dict[str, Any], tmp_path: Path) -> None
 
 def test_progress_starts_from_what_is_there_and_ends_at_all(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
-        run_sweep(SWEEP, tmp_path / "store", executor=Counting(4), workers=1)
+        run_sweep(SWEEP, tmp_path / "store", executor=Here(4), workers=1)
     seen: list[tuple[int, int]] = []
     run_sweep(SWEEP, tmp_path / "store", resume=True, progress=lambda *at: seen.append(at))
     done = [n for n, _ in seen]
@@ -485,7 +421,7 @@ def test_the_record_of_a_chunk_holds_its_words_and_reasons(
         return compute(part)._replace(reasons={"3": "no luck"})
 
     monkeypatch.setattr(run_module, "compute", failing)
-    run_sweep(SWEEP, tmp_path / "store", executor=Counting())
+    run_sweep(SWEEP, tmp_path / "store", executor=Here())
     record = json.loads((tmp_path / "store/chunks/000000/000000000.json").read_text())
     assert record["reasons"] == {"3": "no luck"}
     assert sum(cells for _, cells in record["itineraries"].values()) <= 20
