@@ -62,6 +62,7 @@ types: $(READY)  ## check types, strictly
 
 contract: $(READY)  ## check which package imports which
 	$(BIN)/lint-imports
+	$(BIN)/python -m benchmarks.houses
 
 lines: $(READY)  ## print the size of the house beside its goals
 	@$(BIN)/python -m benchmarks.lines

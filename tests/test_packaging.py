@@ -316,7 +316,8 @@ def test_a_core_that_cannot_be_loaded_is_not_taken_for_none(plain: Path) -> None
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy = tmp_path_factory.mktemp("checkout")
     ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "capsule_sym", copy / "capsule_sym", ignore=ignored)
+    for house in ("capsule_sym", "paper", "benchmarks"):
+        shutil.copytree(ROOT / house, copy / house, ignore=ignored)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, copy)
     return copy

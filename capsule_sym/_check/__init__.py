@@ -1,1 +1,1 @@
-"""Speed against error: this map and its peers, side by side in one run."""
+"""Switches of any integrator, compared with those of the exact map."""
