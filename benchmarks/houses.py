@@ -22,7 +22,11 @@ def imported(text: str) -> Iterator[str]:
     """Private modules of the tool that a file imports, or from which it imports names."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
-            yield from (one.name for one in node.names if one.name.startswith(f"{TOOL}."))
+            yield from (
+                one.name
+                for one in node.names
+                if one.name.startswith(f"{TOOL}.") and one.name != f"{TOOL}.scenes"
+            )
         elif isinstance(node, ast.ImportFrom) and not node.level:
             home = node.module or ""
             if home.partition(".")[0] == TOOL:

@@ -14,7 +14,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Literal
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym import InvalidInput
 
 Reading = Literal["clear", "doubtful", "illegible"]
 

@@ -21,9 +21,8 @@ import capsule_sym
 from benchmarks.hardcases.lanes import LaneSwitch, first_switch
 from benchmarks.hardcases.reference import CONTRACT, WIDE, Start, error, names
 from benchmarks.hardcases.starts import RandomStart, random_start
-from capsule_sym._errors import InvalidInput, Outcome
+from capsule_sym import InvalidInput, Outcome, Segment
 from capsule_sym._files import growing
-from capsule_sym._map import Segment
 from capsule_sym._map.backend import Backend, default_backend
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Guard

@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from benchmarks.hardcases import baselines
 from benchmarks.hardcases.cases import Case
 from benchmarks.hardcases.reference import ReferenceCheck, Start, check
-from capsule_sym import Parameters
-from capsule_sym._errors import Outcome
-from capsule_sym._map import Trajectory, simulate
+from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from capsule_sym._processes import end, spawning, undisturbed
 from paper.study import casestudy
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import capsule_sym
-from capsule_sym._errors import InvalidInput
+from capsule_sym import InvalidInput
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._files import read_json
 from capsule_sym._parameters import of_paper
@@ -18,11 +18,10 @@ from capsule_sym._parameters import of_paper
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from capsule_sym import Parameters, SceneDevice, SceneParameters, Trajectory
     from capsule_sym._figures.arcs import Motion
     from capsule_sym._figures.data import Store
     from capsule_sym._figures.style import Colours
-    from capsule_sym._map import Trajectory
-    from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
 
 BENCH = Path("results/bench/bench.json")
 _PART = BENCH.with_name("part.json")  # of a quick study, or one with some of the tools
@@ -186,8 +185,8 @@ class Entry:
             raise InvalidInput("scene", study.system.scene.name, allowed)
         figure = self.make(study)
         if study.device is not None and not self.metric:
+            from capsule_sym import figure_style
             from capsule_sym._figures.layout import add_words
-            from capsule_sym._figures.style import figure_style
             from capsule_sym._figures.units import DIMENSIONLESS
 
             with figure_style():

@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+from capsule_sym import InvalidInput, NotInstalled, Parameters, figure_style
 from capsule_sym import _explorer as explorer
-from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.data import Store, Track
-from capsule_sym._figures.style import Colours, figure_style
+from capsule_sym._figures.style import Colours
 from capsule_sym._files import read_json
-from capsule_sym._parameters import Parameters
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts
 from capsule_sym.generated.capsule.py import DIGEST

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from mpl_toolkits.mplot3d import proj3d
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym import InvalidInput, Parameters
 from capsule_sym._figures.boundaries import Array, Limits, corners, lines, surfaces
 from capsule_sym._figures.labels import PATCH, Names
 from capsule_sym._figures.layout import NARROW, canvas, fit_view, size_of
@@ -23,7 +23,6 @@ from capsule_sym._figures.style import (
     mathematical,
     styled,
 )
-from capsule_sym._parameters import Parameters
 from paper.study.sections import SCHEMATIC, line_point
 
 GAPS = (0.4, 1.0, 1.6)

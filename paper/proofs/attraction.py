@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym import CapsuleError, Parameters, Trajectory, simulate
 from capsule_sym._enclosures.numbers.balls import (
     Ball,
     Matrix,
@@ -36,10 +37,7 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import C, at_rest
 from capsule_sym._enclosures.passage.runs import itinerary_of, steps_of
 from capsule_sym._enclosures.passage.segments import Bundle, Interval, Passage, Step
-from capsule_sym._errors import CapsuleError
-from capsule_sym._map import Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import Parameters
 from paper.proofs.case import EXACT
 from paper.proofs.parts import BOTH, AlphaPart, Outcome
 from paper.proofs.touches import Soft

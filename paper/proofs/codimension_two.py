@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from capsule_sym import CodimensionTwoPoint, Parameters, continue_bifurcation
 from capsule_sym._enclosures.numbers.balls import Ball, Unproved, decimal, matrix, precision
 from capsule_sym._enclosures.orbits.events import NEAR, Event, beyond, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import held
-from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
-from capsule_sym._orbits.continuation.points.bifurcation import CodimensionTwoPoint
 from capsule_sym._orbits.continuation.points.kinds import CROSSING
-from capsule_sym._parameters import Parameters
 from paper.proofs.intervals import approximate
 
 FREE = ("alpha", "gamma")

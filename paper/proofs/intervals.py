@@ -9,18 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from capsule_sym import Bifurcation, Itinerary, Orbit, Parameters, continue_orbit, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, ball, precision
 from capsule_sym._enclosures.orbits.events import Event, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, held, rotated, shooting_of
 from capsule_sym._enclosures.orbits.shooting import Shooting
 from capsule_sym._enclosures.passage.guards import Watch
-from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import solve_orbit
-from capsule_sym._parameters import Parameters
 from paper.proofs.branches import Box, march
 
 THRESHOLD_BITS, BRANCH_BITS = 320, 128

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 
+from capsule_sym import CapsuleError, Parameters, simulate
 from capsule_sym._enclosures.numbers.balls import (
     Ball,
     arb,
@@ -20,10 +21,7 @@ from capsule_sym._enclosures.numbers.balls import (
     upper,
 )
 from capsule_sym._enclosures.passage.segments import Interval, Passage
-from capsule_sym._errors import CapsuleError
-from capsule_sym._map import simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import Parameters
 from paper.proofs.attraction import BITS, PERIODS, Motions
 from paper.proofs.case import EXACT
 from paper.proofs.parts import DrivePart, Outcome

@@ -5,13 +5,10 @@ from __future__ import annotations
 from itertools import product
 from typing import NamedTuple
 
+from capsule_sym import CapsuleError, Itinerary, Parameters, SteadyMotion, Trajectory, simulate
 from capsule_sym._enclosures.numbers.balls import ball, precision
 from capsule_sym._enclosures.orbits.shooting import Shooting
-from capsule_sym._errors import CapsuleError
-from capsule_sym._map import SteadyMotion, Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._parameters import Parameters
 from paper.proofs.case import EXACT
 from paper.proofs.curve_patches import Guess, named, prove_curve
 from paper.proofs.parts import Outcome, Patch

@@ -20,7 +20,7 @@ from time import perf_counter, process_time
 from types import ModuleType
 from typing import Any, NamedTuple, Protocol
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym import InvalidInput
 from capsule_sym._files import growing, write_whole
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._processes import end, spawning, undisturbed

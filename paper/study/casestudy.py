@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import capsule_sym
-from capsule_sym._map import SteadyMotion, Trajectory, simulate
+from capsule_sym import Parameters, SceneParameters, SteadyMotion, Trajectory, simulate
 from capsule_sym._map.backend import default_backend
-from capsule_sym._parameters import Parameters, SceneParameters
 from capsule_sym._records import dumps, motion_record, segment_record, table
 from capsule_sym._records import write as write_texts
 from capsule_sym.generated.capsule.py import DIGEST

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from capsule_sym import Parameters
 from capsule_sym._figures.arcs import Arc
 from capsule_sym._figures.boundaries import Array
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._parameters import Parameters
 from paper.printed import read
 
 

@@ -8,22 +8,22 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from capsule_sym._map.backend import Number, backend
-from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
-from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
-from capsule_sym._orbits.continuation.curves.curve import Curve
-from capsule_sym._orbits.continuation.families.states import Ending
-from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points.bifurcation import (
+from capsule_sym import (
     Bifurcation,
     CodimensionTwoPoint,
-    refined,
+    Curve,
+    Ending,
+    ParameterPath,
+    Parameters,
+    continue_bifurcation,
+    continue_orbit,
+    solve_orbit,
 )
+from capsule_sym._map.backend import Number, backend
+from capsule_sym._orbits.continuation.points.bifurcation import refined
 from capsule_sym._orbits.continuation.points.extended import ExtendedSystem
 from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.search import solve_orbit
-from capsule_sym._parameters import Parameters
 from capsule_sym._records import table, write
 from paper import printed as paper
 from paper.study.casestudy import GAMMAS
