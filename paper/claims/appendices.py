@@ -13,10 +13,8 @@ from capsule_sym._symbolic.model.geometry import PIECES
 from capsule_sym._symbolic.model.proof import consistent, example
 from capsule_sym._symbolic.model.symbols import alpha, force, v_r, zeta
 from capsule_sym._symbolic.proofs.appendices import BY_LINE, sliding, stick_does, within_bound
-from capsule_sym._symbolic.proofs.formula import formula, same
 from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
 from capsule_sym._symbolic.proofs.parts import PARTS, Part, bifurcations, part
-from capsule_sym._symbolic.proofs.relations import Texts, follows, listed, same_sets, scope
 from capsule_sym._symbolic.proofs.statement import Statement
 from capsule_sym._symbolic.proofs.table_proofs import passages
 from paper.claims.beside import beside, next_field
@@ -30,7 +28,9 @@ from paper.claims.errata import (
     positive,
     same_formula,
 )
+from paper.claims.formula import formula, same
 from paper.claims.motions import below
+from paper.claims.relations import Texts, follows, listed, same_sets, scope
 from paper.claims.space import points
 from paper.claims.tables import spaces
 from paper.printed import Paper

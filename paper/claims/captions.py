@@ -11,11 +11,11 @@ import sympy as sp
 from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.symbols import delta, v_r
 from capsule_sym._symbolic.proofs.parts import part
-from capsule_sym._symbolic.proofs.relations import Texts, listed, scope
 from capsule_sym._symbolic.proofs.statement import Statement
 from paper.claims.beside import beside, next_field
 from paper.claims.case_study import Point, maps, point, steady_orbit
 from paper.claims.motions import number_of, printed_gamma, shown, sides_at
+from paper.claims.relations import Texts, listed, scope
 from paper.printed import Event, Paper, events, panels
 
 Place = tuple[Point, str, int, int]

@@ -9,9 +9,9 @@ import sympy as sp
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.proof import example
 from capsule_sym._symbolic.model.symbols import PARAMETERS, delta, tau, x_r
-from capsule_sym._symbolic.proofs.formula import NotAFormula, formula, same
-from capsule_sym._symbolic.proofs.relations import derived, scope
 from paper.claims.errata import CASE_STUDY, CREST
+from paper.claims.formula import NotAFormula, formula, same
+from paper.claims.relations import derived, scope
 from paper.printed import Paper
 
 Printed = Mapping[str, str]

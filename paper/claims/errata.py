@@ -14,10 +14,10 @@ from capsule_sym._symbolic.model.geometry import PIECES
 from capsule_sym._symbolic.model.proof import consistent, evaluate, example, implies, negations
 from capsule_sym._symbolic.model.switching import reduced
 from capsule_sym._symbolic.model.symbols import STATE, alpha, beta, delta, f_b, force, gamma, zeta
-from capsule_sym._symbolic.proofs.formula import formula, same
-from capsule_sym._symbolic.proofs.relations import Texts, derived, latex, scope
 from capsule_sym._symbolic.proofs.statement import Statement
 from paper.claims.beside import beside
+from paper.claims.formula import formula, same
+from paper.claims.relations import Texts, derived, latex, scope
 from paper.printed import Entry, read
 
 CREST = sp.Eq(force, alpha)  # omega tau = 0

@@ -10,8 +10,8 @@ from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.proof import implies
 from capsule_sym._symbolic.model.symbols import delta, f_b, gamma, v_c, v_r, x_r
-from capsule_sym._symbolic.proofs.formula import NAMES, formula, same
-from capsule_sym._symbolic.proofs.relations import Texts, derived, scope
+from paper.claims.formula import NAMES, formula, same
+from paper.claims.relations import Texts, derived, scope
 
 _SWITCHES = {name: sp.Symbol(name) for name in ("H1", "H2", "H3")}
 COASTING = ("v_c > 0", "x_r < delta", "P3 < f_b", "P3 > -f_b")

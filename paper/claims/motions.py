@@ -11,7 +11,6 @@ import sympy as sp
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap
 from capsule_sym._symbolic.model.symbols import alpha, v_r
-from capsule_sym._symbolic.proofs.formula import formula
 from capsule_sym._symbolic.proofs.inner_products import FIELDS
 from capsule_sym._symbolic.proofs.parts import PARTS
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
@@ -29,6 +28,7 @@ from paper.claims.case_study import (
     steady_orbit,
 )
 from paper.claims.changes import Change, change, common
+from paper.claims.formula import formula
 from paper.printed import Event, Paper, Row
 
 Sides = tuple[Point, Point, Bracket]

@@ -9,7 +9,6 @@ import sympy as sp
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.proof import example
 from capsule_sym._symbolic.model.symbols import PARAMETERS
-from capsule_sym._symbolic.proofs.relations import listed, same_sets
 from capsule_sym._symbolic.proofs.statement import Statement
 from paper.claims.beside import beside, next_field, union
 from paper.claims.dimensions import (
@@ -25,6 +24,7 @@ from paper.claims.dimensions import (
 )
 from paper.claims.errata import CASE_STUDY, misprint, point_text, same_formula
 from paper.claims.fields import COASTING, acting, domain, literal, literal_field, printed_field
+from paper.claims.relations import listed, same_sets
 from paper.printed import Paper
 
 

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from functools import partial
 
 from capsule_sym._symbolic.model.geometry import PIECES
-from capsule_sym._symbolic.proofs.formula import relations
-from capsule_sym._symbolic.proofs.geometry_proofs import corner_lines
-from capsule_sym._symbolic.proofs.relations import absent, follows, latex, listed, same_sets, scope
 from capsule_sym._symbolic.proofs.statement import Statement
 from paper.claims.beside import beside, braces, next_field
 from paper.claims.errata import at_crest, equal, misprint, same_union
 from paper.claims.fields import domain, slope_jumps
+from paper.claims.formula import relations
 from paper.claims.motions import impact_without
+from paper.claims.relations import absent, corner_lines, follows, latex, listed, same_sets, scope
 from paper.claims.space import (
     alike,
     crosses,

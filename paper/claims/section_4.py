@@ -7,7 +7,6 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from capsule_sym._symbolic.proofs.relations import listed, same_sets
 from capsule_sym._symbolic.proofs.statement import Statement
 from paper.claims.beside import beside
 from paper.claims.case_study import OTHER, Itinerary, global_map, maps, point
@@ -33,6 +32,7 @@ from paper.claims.motions import (
     tends,
     types,
 )
+from paper.claims.relations import listed, same_sets
 from paper.claims.segments import (
     does_beyond,
     drift_of,

@@ -35,13 +35,13 @@ from capsule_sym._symbolic.model.switching import (
     surface_transitions,
 )
 from capsule_sym._symbolic.model.symbols import STATE, delta, f_b, x_r
-from capsule_sym._symbolic.proofs.formula import formula, same
 from capsule_sym._symbolic.proofs.geometry_proofs import lines_at
 from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, inner_products
-from capsule_sym._symbolic.proofs.relations import Texts, scope
 from capsule_sym._symbolic.proofs.table_proofs import ASSUMED, Pairs, on, passages_at
 from paper.claims.errata import CASE_STUDY, CREST, point_text
 from paper.claims.fields import domain
+from paper.claims.formula import formula, same
+from paper.claims.relations import Texts, scope
 from paper.claims.tables import Rows, pairs_of, spaces
 from paper.printed import Paper
 

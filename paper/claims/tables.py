@@ -18,7 +18,6 @@ from capsule_sym._symbolic.model.switching import (
 )
 from capsule_sym._symbolic.model.symbols import v_c
 from capsule_sym._symbolic.proofs import reachability
-from capsule_sym._symbolic.proofs.relations import derived, listed, same_sets, scope
 from capsule_sym._symbolic.proofs.statement import Statement
 from capsule_sym._symbolic.proofs.table_proofs import (
     Pairs,
@@ -28,6 +27,7 @@ from capsule_sym._symbolic.proofs.table_proofs import (
 )
 from paper.claims.beside import beside, next_field
 from paper.claims.errata import at_crest, misprint
+from paper.claims.relations import derived, listed, same_sets, scope
 from paper.printed import Paper
 
 Rows = Sequence[Sequence[Any]]

@@ -9,7 +9,7 @@ import sympy as sp
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.proof import always_solvable, consistent, implies, sign_under
-from capsule_sym._symbolic.model.symbols import alpha, force, v_c, v_r, x_r, zeta
+from capsule_sym._symbolic.model.symbols import alpha, delta, f_b, force, v_c, v_r, x_r, zeta
 from capsule_sym._symbolic.proofs.inner_products import outward
 from capsule_sym._symbolic.proofs.parts import (
     BIFURCATIONS,
@@ -20,9 +20,7 @@ from capsule_sym._symbolic.proofs.parts import (
     bifurcations,
     part,
 )
-from capsule_sym._symbolic.proofs.relations import derived, follow_all, follows, listed, scope
-from capsule_sym._symbolic.proofs.rows import FACTS, FILTERS, checker
-from capsule_sym._symbolic.proofs.statement import Statement, vanishes
+from capsule_sym._symbolic.proofs.statement import Relations, Statement, follow, vanishes
 
 _DAMPED = sp.Gt(zeta, 0)
 BY_LINE = {bound.line: bound for bound in BOUNDS}
@@ -32,7 +30,6 @@ def _one_way(bound: Bound) -> sp.Expr:
     return bound.side * outward(bound.line)
 
 
-@checker
 def sharp(line: str, condition: Relation) -> bool:
     """Check that a bound is sufficient, and for each parameter beyond it some point violates it."""
     here, way = PIECES[line].relations, _one_way(BY_LINE[line])
@@ -41,34 +38,36 @@ def sharp(line: str, condition: Relation) -> bool:
     )
 
 
-@checker
 def solved(line: str, bound: sp.Expr) -> bool:
     """Check that the condition of a line is alpha <= bound, multiplied by 4 zeta^2."""
     smaller, larger = BY_LINE[line].condition
     return vanishes(larger - smaller - sp.expand(4 * zeta**2 * (bound - alpha)))
 
 
-@checker
-def undamped(line: str, absent: str, product: str, other: str) -> bool:
+def undamped(line: str, absent: Relation, product: sp.Expr, other: str) -> bool:
     """Check that without damping a line exists only as stated, and another one does not.
 
     On the line the inner product out of stick is as stated, and can be negative.
     """
-    flat = scope(["zeta == 0"])
-    here = [*flat, *PIECES[line].relations]
+    flat = sp.Eq(zeta, 0)
+    here = [flat, *PIECES[line].relations]
     return (
-        empty(PIECES[line], [*flat, *scope([absent])])
-        and implies(here, sp.Eq(outward(line), derived(product)))
+        empty(PIECES[line], [flat, absent])
+        and implies(here, sp.Eq(outward(line), product))
         and consistent([*here, outward(line) < 0])
-        and empty(PIECES[other], flat)
+        and empty(PIECES[other], [flat])
     )
 
 
-@checker
-def has_velocity(line: str, condition: str) -> bool:
+def all_follow(cases: Sequence[tuple[Relations, Relation]]) -> bool:
+    """Check that in each case a relation holds everywhere in a set of states."""
+    return all(implies(here, then) for here, then in cases)
+
+
+def has_velocity(line: str, condition: Relation) -> bool:
     """Check that a line has a point with a given v_r if and only if the condition holds."""
-    here, (relation,) = PIECES[line].relations, scope([condition])
-    return implies(here, relation) and always_solvable([relation], here, (x_r, v_c))
+    here = PIECES[line].relations
+    return implies(here, condition) and always_solvable([condition], here, (x_r, v_c))
 
 
 def _both_signs(one: Part) -> bool:
@@ -82,7 +81,6 @@ def _both_signs(one: Part) -> bool:
     )
 
 
-@checker
 def stick_does(place: str, printed: str) -> bool:
     """Check that on a part of a line stick always ends, always begins, or does either in time."""
     one = part(place)
@@ -97,7 +95,6 @@ def within_bound(line: str) -> Part:
     return Part(line, 0, (_DAMPED, sp.Lt(*bound.condition)), bound.side, "")
 
 
-@checker
 def sliding(place: str, printed: Sequence[str]) -> bool:
     """Check that exactly these sliding bifurcations are possible on a part, or on L1 or L4."""
     one = part(place) if "^" in place else within_bound(place)
@@ -140,31 +137,31 @@ def appendix_a() -> Iterator[Statement]:
             formula=sp.latex(within),
         )
     first, second = (BY_LINE[line] for line in ("L1", "L4"))
-    smaller = "4*zeta**2*(alpha + f_b) <= f_b - delta"
-    larger = "4*zeta**2*(alpha + f_b) <= (1 + beta)*(f_b + delta)"
+    smaller, larger = sp.Le(*first.condition), sp.Le(*second.condition)
     yield Statement(
         "appendix.A.intersection",
         "Section 3.3, Appendix A",
         "the bound for L1 implies the bound for L4, so the printed intersection of the two ranges "
         "of alpha is the first of them",
-        follows,
-        {"here": (smaller,), "printed": (larger,)},
-        {"here": (larger,), "printed": (smaller,)},
+        follow,
+        {"here": (smaller,), "then": (larger,)},
+        {"here": (larger,), "then": (smaller,)},
         formula=rf"{sp.latex(first.alpha_bound)}\le {sp.latex(second.alpha_bound)}",
     )
-    end = "4*zeta**2*(alpha + f_b) == f_b - delta"
-    on_closure = ("cl L1", "zeta > 0", end, "n_L1 <= 0")
-    places = ((on_closure, ("x_r == delta",)), (on_closure, ("u == -alpha",)))
-    at_corner = ("O1", "zeta > 0", end, "u == -alpha")
+    n, end = outward("L1"), sp.Eq(*first.condition)
+    vanishes_there = (*PIECES["L1"].closure.relations, _DAMPED, end, sp.Le(n, 0))
+    crest = sp.Eq(force, -alpha)
+    places = ((vanishes_there, sp.Eq(x_r, delta)), (vanishes_there, crest))
+    at_corner = (*PIECES["O1"].relations, _DAMPED, end, crest)
     yield Statement(
         "appendix.A.endpoint",
         "Eq. (A.4)",
         "at the end point of the bound (22) vanishes on the closure of L1 only at O1, which is not "
         "on L1 (open at delta), at the instants cos(omega tau) = -1",
-        follow_all,
-        {"cases": (*places, (at_corner, ("n_L1 == 0",)))},
-        {"cases": (*places, (at_corner, ("n_L1 > 0",)))},
-        formula=sp.latex(sp.Eq(outward("L1"), 0)),
+        all_follow,
+        {"cases": (*places, (at_corner, sp.Eq(n, 0)))},
+        {"cases": (*places, (at_corner, sp.Gt(n, 0)))},
+        formula=sp.latex(sp.Eq(n, 0)),
     )
     yield Statement(
         "appendix.A.undamped",
@@ -172,8 +169,8 @@ def appendix_a() -> Iterator[Statement]:
         "without damping L1 exists only for delta > f_b, and there (22) is v_r: no bound on alpha "
         "makes its sign positive everywhere; L4 does not exist",
         undamped,
-        {"line": "L1", "absent": "delta <= f_b", "product": "v_r", "other": "L4"},
-        {"absent": "delta >= f_b"},
+        {"line": "L1", "absent": sp.Le(delta, f_b), "product": v_r, "other": "L4"},
+        {"absent": sp.Ge(delta, f_b)},
         formula=r"\zeta=0:\ \langle\nabla P_3^+,F_2\rangle=v_r",
         verdict="conditional",
     )
@@ -187,17 +184,23 @@ _OCCUR = {1: ("crossing", "grazing"), -1: ("switching",), None: BIFURCATIONS}
 
 def appendix_b() -> Iterator[Statement]:
     """Range of v_r on L1-L4, and on each part of them stick and the bifurcations."""
-    ranges = {"L1": "> f_b", "L2": "> -f_b", "L3": "< f_b", "L4": "< -f_b"}
-    for line, beyond in ranges.items():
-        when = f"2*zeta*v_r {beyond} - delta"
+    speed = 2 * zeta * v_r
+    ranges = {
+        "L1": (sp.Gt, f_b - delta),
+        "L2": (sp.Gt, -f_b - delta),
+        "L3": (sp.Lt, f_b - delta),
+        "L4": (sp.Lt, -f_b - delta),
+    }
+    for line, (beyond, end) in ranges.items():
+        when = beyond(speed, end)
         yield Statement(
             f"appendix.B.{line}.range",
             "Appendix B",
-            f"{line} has a point of relative velocity v_r if and only if {derived(when)}",
+            f"{line} has a point of relative velocity v_r if and only if {when}",
             has_velocity,
             {"line": line, "condition": when},
-            {"condition": f"-{when}"},
-            formula=sp.latex(derived(when)),
+            {"condition": beyond(-speed, end)},
+            formula=sp.latex(when),
         )
     for one in PARTS:
         formula = rf"L_{one.line[1]}^{{({one.number})}}:\ {one.interval}"
@@ -220,17 +223,9 @@ def appendix_b() -> Iterator[Statement]:
         yield Statement(
             f"appendix.B.{one.name}.bifurcations",
             "Section 3.3",
-            f"sliding bifurcations possible on {one.name}: {listed(_OCCUR[one.side])}",
+            f"sliding bifurcations possible on {one.name}: {', '.join(_OCCUR[one.side])}",
             sliding,
             {"place": one.name, "printed": _OCCUR[one.side]},
             {"printed": tuple(kind for kind in BIFURCATIONS if kind not in _OCCUR[one.side])},
             formula=formula,
         )
-
-
-FACTS |= {
-    "part": lambda context: part(context["key"]),
-    "bound": lambda context: BY_LINE[context["key"]],
-    "within": lambda context: sp.Le(*context["bound"].condition),
-}
-FILTERS["other_way"] = {"ends": "begins", "begins": "ends"}.__getitem__

@@ -8,6 +8,7 @@ similar is claimed.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import product
 
 import sympy as sp
@@ -27,8 +28,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.proofs.rows import FACTS, checker
-from capsule_sym._symbolic.proofs.statement import vanishes
+from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
 _OTHER = {symbol: sp.Symbol(f"{symbol}_2", real=True) for symbol in STATE}
 _PUSH = sp.Symbol("w", real=True)  # |w| <= alpha + f_b/gamma
@@ -106,7 +106,6 @@ def _momentum() -> bool:
     )
 
 
-@checker
 def falls_far_out(bound: sp.Expr) -> bool:
     """Check that the bound decreases for large |x_r| or |v_r|, and the momentum is as stated.
 
@@ -131,7 +130,6 @@ def falls_far_out(bound: sp.Expr) -> bool:
     return by_friction and forces and vanishes(gained - told) and _momentum()
 
 
-@checker
 def comes_to_rest(bound: sp.Expr) -> bool:
     """Check that the bound and the springs' energy change as the proof states, in every field."""
 
@@ -146,17 +144,62 @@ def comes_to_rest(bound: sp.Expr) -> bool:
     return all(map(told, SEGMENTS))
 
 
-@checker
 def tends_to_one_orbit(energy: sp.Expr) -> bool:
     """Check that, for beta = 0, an energy of differences and other steps are as in the proof."""
     return _loses_energy(energy) and _rigid() and falls_far_out(BOUND)
 
 
-FACTS |= {
-    "energy": lambda _: ENERGY,
-    "bounding": lambda _: BOUND,
-    "resting": lambda _: RESTING,
-    "equal_masses": lambda _: ENERGY.subs(gamma, 1),
-    "skew": lambda _: BOUND - x_r * v_r * zeta,
-    "short": lambda _: RESTING - (zeta * x_r) ** 2,
-}
+def attraction() -> Iterator[Statement]:
+    """Boundedness, rest under a small force, and one orbit for beta = 0."""
+    yield Statement(
+        "attraction.bounded",
+        "beyond the paper",
+        "for zeta > 0 every motion enters one bounded set of (x_r, v_r, v_c) and stays there",
+        falls_far_out,
+        {"bound": BOUND},
+        {"bound": BOUND - x_r * v_r * zeta},
+        formula=rf"{sp.latex(BOUND)}+2\left(1+\tfrac{{1}}{{\gamma}}\right)G(x_r)",
+        proof="with m = 1 + 1/gamma the bound changes at the rate -2 m zeta v_r^2 - 2 m^2 zeta x_r "
+        "g(x_r) + 2 w (v_r + m zeta x_r), |w| <= alpha + f_b/gamma, x_r g >= x_r^2: negative "
+        "outside an ellipse. So x_r, v_r and the forces are bounded in the end. A drift that is "
+        "fast enough keeps its direction for a period, in which v_r + (1 + gamma) v_c loses f_b 2 "
+        "pi/omega",
+    )
+    yield Statement(
+        "attraction.rest",
+        "beyond the paper",
+        "for zeta > 0 and a force so small that its bound on the springs is below f_b, the capsule "
+        "of every motion comes to rest for good",
+        comes_to_rest,
+        {"bound": RESTING},
+        {"bound": RESTING - (zeta * x_r) ** 2},
+        formula=rf"W={sp.latex(RESTING)}+G(x_r)",
+        proof="with G the energy of both springs, of force g, W changes at the rate alpha "
+        "cos(omega tau) (v_r + v_c + zeta x_r) - zeta v_r^2 + zeta v_r v_c - zeta x_r g - "
+        "f_b |v_c|, at most alpha |v_r| + zeta alpha |x_r| - zeta v_r^2 - zeta x_r^2 - "
+        "(f_b - alpha - zeta |v_r|) |v_c|. In the end |v_r| is bounded "
+        "(attraction.bounded); if there zeta |v_r| < f_b - alpha, W falls to its largest "
+        "value where that rate is not negative. If for all such W the force |g + 2 zeta "
+        "v_r| < f_b, a capsule that moves loses its speed at a rate, and one at rest "
+        "stays so",
+    )
+    yield Statement(
+        "attraction.beta0",
+        "beyond the paper",
+        "for beta = 0 and zeta > 0 there is one orbit of period 2 pi/omega in (x_r, v_r, v_c), and "
+        "every motion tends to it",
+        tends_to_one_orbit,
+        {"energy": ENERGY},
+        {"energy": ENERGY.subs(gamma, 1)},
+        formula=r"\dot E=-2\zeta\,\Delta v_r^2-\Delta v_c\,\Delta f\le 0,\quad E="
+        + sp.latex(ENERGY),
+        proof="the energy E of the difference of two motions never grows: the damper loses 2 zeta "
+        "(difference of v_r)^2, friction f a sum of products of a speed and a margin. So the map "
+        "over a period does not expand; its motions are bounded, so that it has a fixed point "
+        "(Browder). On the limit set of any other motion E is constant against that orbit: v_r is "
+        "the same, so x_r differs by a constant d and v_r + v_c changes its difference at the rate "
+        "-d; E constant makes d = 0, v_c differ by a constant c, and f equal. If c > 0, no instant "
+        "has |f| < f_b, where both stick; f = f_b needs the faster v_c >= c, f = -f_b needs it <= "
+        "0; v_c is continuous, so that f is one of them for ever, and the momentum v_r + (1 + "
+        "gamma) v_c is not bounded. So c = 0",
+    )

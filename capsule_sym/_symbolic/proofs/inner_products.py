@@ -28,7 +28,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.proofs.rows import EACH, FILTERS, checker
+from capsule_sym._symbolic.proofs.statement import Statement
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
 """Function whose bound +f_b or -f_b is reached on L1-L4."""
@@ -123,7 +123,6 @@ def inner_products() -> tuple[InnerProduct, ...]:
     )
 
 
-@checker
 def has_sign(product: InnerProduct, sign: Sign | Relation) -> bool:
     """Check that an inner product has a sign; a relation: both, positive exactly where it holds.
 
@@ -161,20 +160,26 @@ def _latex(product: InnerProduct) -> str:
     )
 
 
-def _told(product: InnerProduct) -> dict[str, Any]:
-    """Texts of a statement about an inner product, and those of a wrong one."""
-    if product.sign is None:
-        where = product.positive
-        said = {"sign": where, "is": f"> 0 exactly where {where}", "verdict": "conditional"}
-        iff = r"\quad\text{positive iff }" + sp.latex(where)
-        return {**said, "latex": iff, "wrong": sp.Lt(*where.args)}
-    word = {1: "> 0", -1: "< 0", 0: "= 0"}[product.sign]
-    said = {"sign": product.sign, "is": word, "verdict": "proved"}
-    return {**said, "latex": word if product.sign else "", "wrong": -product.sign or 1}
-
-
-EACH["inner_products"] = lambda _: ({"product": p, **_told(p)} for p in inner_products())
-FILTERS |= {
-    "product_latex": _latex,
-    "ascii": lambda normal: normal[1:].replace("−", "-"),
-}
+def inner() -> Iterator[Statement]:
+    """Sign of every inner product, or the condition under which it is positive."""
+    words = {1: "> 0", -1: "< 0", 0: "= 0"}
+    for product in inner_products():
+        if product.sign is None:
+            sign: Any = product.positive
+            wrong: Any = sp.Lt(*sign.args)
+            told = f"> 0 exactly where {sign}"
+            after = r"\quad\text{positive iff }" + sp.latex(sign)
+        else:
+            sign, wrong, told = product.sign, -product.sign or 1, words[product.sign]
+            after = told if product.sign else ""
+        normal = product.normal[1:].replace("−", "-")
+        yield Statement(
+            f"inner.{product.place}.{normal}.F{product.field}",
+            "Section 3",
+            f"on {product.place}, ⟨{product.normal}, F{product.field}⟩ {told}",
+            has_sign,
+            {"product": product, "sign": sign},
+            {"sign": wrong},
+            formula=_latex(product) + after,
+            verdict="conditional" if product.sign is None else "proved",
+        )

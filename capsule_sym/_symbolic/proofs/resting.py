@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from capsule_sym._symbolic.model.model import P2, P3, SEGMENTS
 from capsule_sym._symbolic.model.symbols import alpha, delta, omega, tau, v_c, v_r, x_r
-from capsule_sym._symbolic.proofs.rows import FACTS, checker
+from capsule_sym._symbolic.proofs.statement import Statement
 
 _RATE = SEGMENTS[1].field[1]
 _AHEAD = -sp.diff(_RATE, x_r) - omega**2  # in phase with the force, times the response
@@ -37,7 +39,6 @@ def _zero(expression: sp.Expr) -> bool:
     return bool(sp.simplify(expression) == 0)
 
 
-@checker
 def grazes_at(value: sp.Expr, force_squared: sp.Expr) -> bool:
     """Check that at a value of alpha the response rises to P2 = delta, and P3 to its value."""
     orbit, field = _orbit(), SEGMENTS[1].field
@@ -54,8 +55,19 @@ def grazes_at(value: sp.Expr, force_squared: sp.Expr) -> bool:
     )
 
 
-FACTS |= {
-    "graze": lambda _: GRAZE,
-    "force_squared": lambda _: _FORCE,
-    "in_antiphase": lambda _: delta * sp.sqrt((1 + omega**2) ** 2 + _BEHIND**2),
-}
+def resting_orbit() -> Iterator[Statement]:
+    """Amplitude at which the resting orbit first touches the spring."""
+    yield Statement(
+        "grazing.L9.closed",
+        "Section 4",
+        "for delta > 0, delta sqrt(1 + 4 zeta^2 omega^2) < f_b, and zeta > 0 or omega other than 1,"
+        " the resting orbit grazes on L9 at "
+        "alpha = delta sqrt((1 - omega^2)^2 + 4 zeta^2 omega^2), "
+        "and is free of contact below",
+        grazes_at,
+        {"value": GRAZE, "force_squared": _FORCE},
+        {"value": delta * sp.sqrt((1 + omega**2) ** 2 + _BEHIND**2)},
+        formula=rf"\alpha={sp.latex(GRAZE)},\quad {sp.latex(_FORCE)}<f_{{b}}^2",
+        proof="the response of F2 put into its field; the largest x_r over a period is delta there "
+        "and grows with alpha, and the largest P3 is below f_b",
+    )

@@ -6,7 +6,7 @@ changed, which has to fail.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import cached_property, partial
@@ -16,11 +16,13 @@ from typing import Any, Literal
 import sympy as sp
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._symbolic.model.elimination import Undecided
+from capsule_sym._symbolic.model.elimination import Relation, Undecided
+from capsule_sym._symbolic.model.proof import consistent, implies
 
 Verdict = Literal["proved", "refuted", "conditional"]
 Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]
 Arguments = Mapping[str, Any]
+Relations = Sequence[Relation]
 
 
 AS_PRINTED = "as printed"
@@ -212,3 +214,13 @@ def _leaves_nothing(residuals: Callable[[sp.Expr], Residuals], claim: sp.Expr) -
 def vanishes(claim: sp.Expr) -> bool:
     """Check that an expression is identically zero."""
     return bool(sp.expand(sp.together(claim)) == 0)
+
+
+def follow(here: Relations, then: Relations) -> bool:
+    """Check that relations hold everywhere in a set of states."""
+    return all(implies(here, relation) for relation in then)
+
+
+def never(here: Relations) -> bool:
+    """Check that relations never hold together."""
+    return not consistent(here)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import sympy as sp
@@ -23,16 +23,16 @@ from capsule_sym._symbolic.model.switching import (
     never_rests,
     surface_transitions,
 )
+from capsule_sym._symbolic.model.symbols import delta, f_b, zeta
 from capsule_sym._symbolic.proofs.appendices import BY_LINE
 from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
 from capsule_sym._symbolic.proofs.parts import part
 from capsule_sym._symbolic.proofs.reachability import Witness, proves, witness_text, witnesses
-from capsule_sym._symbolic.proofs.relations import Texts, scope
-from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
+from capsule_sym._symbolic.proofs.statement import Relations, Statement
 
 Maps = frozenset[LocalMap]
 Pairs = frozenset[tuple[int, int]]
-_DAMPED = scope(["zeta > 0"])
+_DAMPED = (sp.Gt(zeta, 0),)
 ASSUMED = {line: sp.Lt(*BY_LINE[line].condition) for line in ("L1", "L4")}
 """Appendix A's open intervals of alpha, for which Table 2 is printed."""
 
@@ -67,7 +67,6 @@ def on(place: str) -> Pairs:
     return passages_at(place, (*PIECES[place].relations, *bound))
 
 
-@checker
 def passages(place: str, pairs: Sequence[tuple[int, int]]) -> bool:
     """Check that exactly these sources and targets occur on a line or a part of it."""
     return on(place) == set(pairs)
@@ -125,13 +124,11 @@ def expected_mechanism(line: str) -> dict[str, Passage]:
     }
 
 
-@checker
 def has_mechanism(line: str, passages: Mapping[str, Passage]) -> bool:
     """Check that sources and targets on a line are these, by the sign of n and of its rate."""
     return mechanism(line) == passages
 
 
-@checker
 def leads_only(line: str, within: Relation, target: int) -> bool:
     """Check that under a condition every trajectory leaves a line into one subspace."""
     here = [*PIECES[line].relations, *_DAMPED, within]
@@ -140,61 +137,116 @@ def leads_only(line: str, within: Relation, target: int) -> bool:
     )
 
 
-@checker
 def occurs_by(local_map: LocalMap, shown: Sequence[Witness]) -> bool:
     """Check that there is a witness, and every one proves that a local map occurs."""
     return bool(shown) and all(w.local_map == local_map and proves(w) for w in shown)
 
 
-@checker
-def allows(within: Texts, maps: Iterable[LocalMap]) -> bool:
+def allows(within: Relations, maps: Iterable[LocalMap]) -> bool:
     """Check that under conditions on the parameters exactly these local maps are not excluded."""
-    return allowed_maps(scope(within)) == set(maps)
+    return allowed_maps(within) == set(maps)
 
 
-@checker
 def complete(maps: Sequence[LocalMap]) -> bool:
     """Check that these are the maps not excluded, at points of any degeneracy."""
     known = {(m.field, m.target) for m in maps}
     return set(maps) == set(local_maps()) and end_planes() <= known
 
 
-@checker
-def never_ends_at_rest(field: int, within: Texts) -> bool:
+def never_ends_at_rest(field: int, within: Relations) -> bool:
     """Check that a drift that begins at an impact of a moving capsule cannot end at rest."""
-    return never_rests(SEGMENTS[field - 1], scope(within))
+    return never_rests(SEGMENTS[field - 1], within)
 
 
-def _each_map(_: Context) -> Iterator[dict[str, Any]]:
-    for local_map in sorted({w.local_map for w in witnesses()}):
-        yield {"map": local_map, "shown": tuple(w for w in witnesses() if w.local_map == local_map)}
+def table_2() -> Iterator[Statement]:
+    """Mechanism on L1-L4, that of L1 and L4 within the bounds of Appendix A, and L10."""
+    for line, (beside, stick, opposite) in FIELDS.items():
+        found = expected_mechanism(line)
+        yield Statement(
+            f"table2.{line}",
+            "Table 2",
+            f"on {line}, with n = {outward(line)}: n > 0 leads Ω{beside}, Ω{stick}, Ω{opposite} to "
+            f"Ω{beside}; n < 0 leads Ω{opposite} to Ω{stick}; n = 0 > n' leads all three to "
+            f"Ω{stick}; n = 0 < n' leads Ω{opposite} to Ω{beside}",
+            has_mechanism,
+            {"line": line, "passages": found},
+            {"passages": {"-": found["+"]}},
+            formula=f"n={sp.latex(outward(line))}",
+            verdict="conditional",
+        )
+    for line, target in (("L1", 1), ("L4", 6)):
+        within = sp.Le(*BY_LINE[line].condition)
+        yield Statement(
+            f"table2.{line}.one_way",
+            "Table 2, Appendix A",
+            f"while {within} and zeta > 0, {line} leads to Ω{target} only",
+            leads_only,
+            {"line": line, "within": within, "target": target},
+            {"within": sp.Not(within)},
+            formula=sp.latex(within),
+            verdict="conditional",
+        )
+    yield Statement(
+        "table2.L10",
+        "not in Table 2",
+        "on L10 (corners apart): Ω6 → Ω1",
+        passages,
+        {"place": "L10", "pairs": ((6, 1),)},
+        {"pairs": ((1, 6),)},
+        formula=PIECES["L10"].latex,
+    )
 
 
-def _each_regime(_: Context) -> Iterator[dict[str, Any]]:
-    for gap in SCENARIOS:
-        for damping, relation in (("ζ > 0", "zeta > 0"), ("ζ = 0", "zeta == 0")):
-            regime = (gap, relation == "zeta > 0")
+def table_3() -> Iterator[Statement]:
+    """Local maps: that those derived are all, which occur in each case, and a witness of each."""
+    shown: dict[LocalMap, list[Witness]] = {}
+    for witness in witnesses():
+        shown.setdefault(witness.local_map, []).append(witness)
+    every = tuple(sorted(shown))
+    yield Statement(
+        "table3.complete",
+        "Table 3",
+        f"no local map but the {len(every)} derived ones occurs",
+        complete,
+        {"maps": every},
+        {"maps": every[1:]},
+        formula=rf"|\text{{Table 3}}|={len(every)}",
+    )
+    yield Statement(
+        "table3.never_rests",
+        "not in the paper",
+        "for delta >= f_b a capsule that moves forward at the impact moves forward until contact "
+        "ends: from Σ7 only Σ8 follows",
+        never_ends_at_rest,
+        {"field": 4, "within": (sp.Ge(delta, f_b),)},
+        {"within": (sp.Lt(delta, f_b),)},
+        formula=rf"\tfrac{{d}}{{d\tau}}\Bigl({sp.latex(momentum(SEGMENTS[3]))}\Bigr)\ge0",
+    )
+    for gap, relation in SCENARIOS.items():
+        for damping, damped in (("ζ > 0", sp.Gt(zeta, 0)), ("ζ = 0", sp.Eq(zeta, 0))):
+            regime = (gap, damping == "ζ > 0")
             maps = sorted({w.local_map for w in witnesses() if w.regime == regime})
-            yield {"gap": gap, "damping": damping, "relation": relation, "maps": maps}
-
-
-def _regimes(shown: Sequence[Witness]) -> str:
-    regimes = (witness.regime for witness in shown)
-    return "; ".join(sorted({f"{gap}{'' if damped else ', ζ = 0'}" for gap, damped in regimes}))
-
-
-EACH |= {"derived_maps": _each_map, "regimes": _each_regime}
-FACTS |= {
-    "passages": lambda context: expected_mechanism(context["key"]),
-    "n": lambda context: outward(context["key"]),
-    "derived_maps": lambda _: tuple(sorted({w.local_map for w in witnesses()})),
-    "line_10": lambda _: "L10",
-    "held": lambda _: momentum(SEGMENTS[3]),
-}
-FILTERS |= {
-    "regimes": _regimes,
-    "count": len,
-    "not": sp.Not,
-    "elsewhere": lambda one: LocalMap("Σ7" if one.target != "Σ7" else "Σ2", one.field, one.source),
-}
-WITNESSES["shown"] = lambda shown: witness_text(shown[0])
+            yield Statement(
+                f"table3.regime.{gap}.{damping}".replace(" ", ""),
+                "Table 3",
+                f"for {gap}, {damping} exactly {len(maps)} local maps occur: those with a witness; "
+                "all others are excluded",
+                allows,
+                {"within": (relation, damped), "maps": maps},
+                {"maps": maps[1:]},
+                formula=rf"|\text{{Table 3}}|={len(maps)}",
+            )
+    for one in every:
+        regimes = {
+            f"{gap}{'' if damped else ', ζ = 0'}" for gap, damped in (w.regime for w in shown[one])
+        }
+        yield Statement(
+            f"table3.{one.target}.F{one.field}.{one.source}",
+            "Table 3",
+            f"{one} occurs, for {'; '.join(sorted(regimes))}",
+            occurs_by,
+            {"local_map": one, "shown": shown[one]},
+            {"local_map": LocalMap("Σ2" if one.target == "Σ7" else "Σ7", one.field, one.source)},
+            formula=one.formula,
+            witness=partial(witness_text, shown[one][0]),
+        )

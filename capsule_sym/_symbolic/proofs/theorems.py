@@ -1,41 +1,30 @@
-"""Statements about the model by section: the rows of `statements/` and all their checks."""
+"""Statements about the model by section."""
 
 from __future__ import annotations
 
-from functools import cache
-from itertools import chain
+from collections.abc import Callable, Iterator
 
-from capsule_sym._symbolic.proofs import (
-    appendices,
-    attraction,
-    geometry_proofs,
-    inner_products,
-    relations,
-    resting,
-    table_proofs,
-)
-from capsule_sym._symbolic.proofs.rows import Row, read_rows
+from capsule_sym._symbolic.proofs.appendices import appendix_a, appendix_b
+from capsule_sym._symbolic.proofs.attraction import attraction
+from capsule_sym._symbolic.proofs.geometry_proofs import fields_at_boundaries, state_space
+from capsule_sym._symbolic.proofs.inner_products import inner
+from capsule_sym._symbolic.proofs.resting import resting_orbit
 from capsule_sym._symbolic.proofs.statement import Statement
+from capsule_sym._symbolic.proofs.table_proofs import table_2, table_3
 
-CHECKS = (appendices, attraction, geometry_proofs, inner_products, relations, resting, table_proofs)
-"""Modules that register checks and the names used in rows."""
-
-PARTS = ("geometry", "tables", "motions")
-"""Files of rows."""
-
-
-@cache
-def rows() -> tuple[Row, ...]:
-    """All rows."""
-    return read_rows(__package__, "statements", PARTS)
-
-
-_GENERATED = {"appendix": (appendices.appendix_a, appendices.appendix_b)}
+GROUPS: dict[str, tuple[Callable[[], Iterator[Statement]], ...]] = {
+    "geometry": (state_space,),
+    "fields": (fields_at_boundaries,),
+    "inner": (inner,),
+    "table2": (table_2,),
+    "table3": (table_3,),
+    "appendix": (appendix_a, appendix_b),
+    "grazing": (resting_orbit,),
+    "attraction": (attraction,),
+}
 """Functions that yield statements, by the first word of their names."""
 
 
 def items(*families: str) -> tuple[Statement, ...]:
     """Statements whose names begin with one of these words."""
-    found = (row for row in rows() if row.name.partition(".")[0] in families)
-    yielded = (group() for family in families for group in _GENERATED.get(family, ()))
-    return tuple(chain(chain.from_iterable(row.items() for row in found), *yielded))
+    return tuple(one for family in families for group in GROUPS[family] for one in group())

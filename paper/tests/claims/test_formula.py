@@ -7,7 +7,7 @@ import sympy as sp
 
 from capsule_sym._symbolic.model.model import P3
 from capsule_sym._symbolic.model.symbols import delta, f_b, gamma, v_r, zeta
-from capsule_sym._symbolic.proofs.formula import NotAFormula, cleared, formula, relations
+from paper.claims.formula import NotAFormula, cleared, formula, relations
 
 
 def test_formula_is_read() -> None:

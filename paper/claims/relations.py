@@ -11,12 +11,12 @@ import sympy as sp
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, empty
 from capsule_sym._symbolic.model.model import P3, SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, implies
+from capsule_sym._symbolic.model.proof import implies
 from capsule_sym._symbolic.model.symbols import STATE, force
-from capsule_sym._symbolic.proofs.formula import NAMES, formula, relations
+from capsule_sym._symbolic.proofs.geometry_proofs import meet_at
 from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, outward
 from capsule_sym._symbolic.proofs.parts import part
-from capsule_sym._symbolic.proofs.rows import FILTERS, checker
+from paper.claims.formula import NAMES, formula, relations
 
 Texts = Iterable[str | Relation]
 """Relations as text: printed, or the name of a piece, a part or a position of the gap."""
@@ -62,33 +62,18 @@ def _within(inner: tuple[Relation, ...], outer: tuple[Relation, ...]) -> bool:
     return all(implies(inner, relation) for relation in outer)
 
 
-@checker
 def same_sets(printed: Sequence[Texts], expected: Sequence[Texts]) -> bool:
     """Check that sets of states are, one by one, those expected: each includes the other."""
     pairs = [(scope(a), scope(b)) for a, b in zip(printed, expected, strict=False)]
     return len(printed) == len(expected) and all(_within(a, b) and _within(b, a) for a, b in pairs)
 
 
-@checker
 def follows(here: Texts, printed: Texts) -> bool:
     """Check that printed relations hold everywhere in a set."""
     hypotheses = scope(here)
     return all(implies(hypotheses, relation) for relation in scope(printed))
 
 
-@checker
-def follow_all(cases: Sequence[tuple[Texts, Texts]]) -> bool:
-    """Check that in each case relations hold everywhere in a set."""
-    return all(follows(here, then) for here, then in cases)
-
-
-@checker
-def never(here: Texts) -> bool:
-    """Check that relations never hold together."""
-    return not consistent(scope(here))
-
-
-@checker
 def absent(piece: str, within: Texts) -> bool:
     """Check that a piece holds no state under conditions on the parameters."""
     return empty(PIECES[piece], scope(within))
@@ -104,20 +89,6 @@ def latex(of: Iterable[Relation]) -> str:
     return r",\ ".join(map(sp.latex, of))
 
 
-FILTERS |= {
-    "list": listed,
-    "and": " and ".join,
-    "braces": lambda texts: "{" + ", ".join(texts) + "}",
-    "union": lambda sets: " or ".join("{" + ", ".join(texts) + "}" for texts in sets),
-    "rest": lambda names: tuple(names[1:]),
-    "reversed": lambda names: tuple(reversed(names)),
-    "sorted": sorted,
-    "next": lambda number: number % 6 + 1,
-    "bare": lambda text: text.replace(" ", ""),
-    "latex": lambda texts: latex(scope(texts)),
-    "piece": lambda name: PIECES[name].latex,
-    "tex": sp.latex,
-    "text": lambda text: str(derived(text)),
-    "formula": lambda text: sp.latex(derived(text)),
-    "symbol": lambda name: rf"{name[0]}_{{{name[1:]}}}",
-}
+def corner_lines(corner: str, printed: Sequence[str], within: Texts) -> bool:
+    """Check that the lines that meet at a corner are those printed."""
+    return meet_at(corner, printed, scope(within))
