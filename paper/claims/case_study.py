@@ -51,7 +51,7 @@ class Point:
         return {symbol: sp.Rational(self[str(symbol)]) for symbol in PARAMETERS}
 
 
-def point(paper: Paper, alpha: str, gamma: str | None = None) -> Point:
+def point(paper: Paper, alpha: str, gamma: str = "") -> Point:
     """Printed parameters at an amplitude, with another mass ratio if one is given."""
     entry = paper["section.4.parameters"]
     numbers = {str(symbol): entry.printed.get(str(symbol), alpha) for symbol in PARAMETERS}

@@ -19,7 +19,6 @@ from paper.claims.case_study import (
     Bracket,
     Maps,
     Point,
-    SteadyOrbit,
     cycle,
     first_fields,
     from_rest,
@@ -30,6 +29,7 @@ from paper.claims.case_study import (
 from paper.claims.changes import Change, change, common
 from paper.claims.formula import formula
 from paper.printed import Event, Paper, Row
+from paper.proofs.steady import SteadyOrbit
 
 Sides = tuple[Point, Point, Bracket]
 """Two points with different motions that enclose a bifurcation."""

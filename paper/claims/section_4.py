@@ -101,93 +101,76 @@ def rows_of_maps(paper: Paper) -> Iterator[Statement]:
     )
 
 
-_NOT_THIS_GAMMA = "The printed bifurcation value is not that of the printed γ (section.4.event)."
+_MOTIONS: dict[str, Itinerary] = {
+    **{"a": (2, 5), "b": (5, 2), "c": (5, 2), "d": (5, 4, 5, 2), "e": (5, 4, 5, 2)},
+    **{"f": (5, 4, 1, 2), "g": (5, 4, 1, 2), "h": (5, 4, 1, 2, 3, 2)},
+    **{"i": (5, 4, 1, 2, 3, 6), "j": (5, 4, 1, 2, 3, 6)},
+    **dict.fromkeys("klmnop", (4, 1, 3, 6)),
+}
+"""Fields of the attracting motion at the amplitude of each panel of Fig. 7."""
+_AT_OTHER: dict[str, Itinerary] = {"l": (4, 1, 2, 3, 6), "n": (4, 1, 3, 2, 3, 6)}
+"""Those at the other mass ratio where they differ."""
 _NO_STICK = (
     "At the printed γ the stick in F2 is gone already: F1 leads to F3. At γ = 3.0 the printed map "
     "is right."
 )
+_DIFFERING = {
+    "a": "The graze is at 0.0073756..., which rounds to the printed value; at the rounded value "
+    "itself impacts have begun.",
+    **dict.fromkeys(
+        "eikmo",
+        "The printed bifurcation value is not that of the printed γ (section.4.event).",
+    ),
+    **dict.fromkeys("ln", _NO_STICK),
+}
+"""Panels whose printed map is not that of the motion, with the reason."""
 
 
 def panel_motions(paper: Paper) -> Iterator[Statement]:
     """The panels of Fig. 7: the attracting motion at each, and the one reached from rest."""
     figure = paper["figure.7"]
 
-    def motion(panel: str, itinerary: Itinerary, gamma: str | None = None, **given: Any) -> Any:
+    def motion(panel: str, itinerary: Itinerary, gamma: str = "", **texts: Any) -> Statement:
+        """The motion at a panel's amplitude, at the printed mass ratio or another one."""
         alpha = figure[panel]
-        at, row = point(paper, alpha, gamma), row_at(paper, alpha)
-        name = f"section.4.panel.{panel}"
-        texts = {
-            "says": f"at {at} (Fig. 7({panel})) the attracting motion has the map "
-            f"{global_map(maps(itinerary))}",
-            "printed": f"Fig. 7({panel}), {at}: P = {global_map(maps_of(row.map))}",
-        }
-        if gamma:
-            name += ".other"
-            texts = {
-                "says": f"at {at} the attracting motion has the map {global_map(maps(itinerary))}",
-                "printed": f"Fig. 7({panel}), α = {alpha}: P = {global_map(maps_of(row.map))}",
-            }
+        at, printed = point(paper, alpha, gamma), maps_of(row_at(paper, alpha).map)
+        here, named = (f"α = {alpha}", "") if gamma else (str(at), f" (Fig. 7({panel}))")
         return beside(
             figure,
-            name,
+            f"section.4.panel.{panel}{'.other' if gamma else ''}",
             moves,
-            {"at": at, "expected": maps_of(row.map)},
+            {"at": at, "expected": printed},
             {"expected": maps(itinerary[1:]) if gamma else ()},
+            says=f"at {at}{named} the attracting motion has the map {global_map(maps(itinerary))}",
+            printed=f"Fig. 7({panel}), {here}: P = {global_map(printed)}",
             proof=_KRAWCZYK,
             witness=partial(shown, at),
             **texts,
-            **given,
         )
 
-    for panel, itinerary in (
-        ("b", (5, 2)),
-        ("c", (5, 2)),
-        ("d", (5, 4, 5, 2)),
-        ("f", (5, 4, 1, 2)),
-        ("g", (5, 4, 1, 2)),
-        ("h", (5, 4, 1, 2, 3, 2)),
-        ("j", (5, 4, 1, 2, 3, 6)),
-        ("p", (4, 1, 3, 6)),
-    ):
-        yield motion(panel, itinerary)
-    for panel, itinerary, consequence in (
-        (
-            "a",
-            (2, 5),
-            "The graze is at 0.0073756..., which rounds to the printed value; at the rounded value "
-            "itself impacts have begun.",
-        ),
-        ("e", (5, 4, 5, 2), _NOT_THIS_GAMMA),
-        ("i", (5, 4, 1, 2, 3, 6), _NOT_THIS_GAMMA),
-        ("k", (4, 1, 3, 6), _NOT_THIS_GAMMA),
-        ("l", (4, 1, 3, 6), _NO_STICK),
-        ("m", (4, 1, 3, 6), _NOT_THIS_GAMMA),
-        ("n", (4, 1, 3, 6), _NO_STICK),
-        ("o", (4, 1, 3, 6), _NOT_THIS_GAMMA),
-    ):
+    for panel, itinerary in _MOTIONS.items():
+        if panel not in _DIFFERING:
+            yield motion(panel, itinerary)
+    for panel in sorted(_DIFFERING):
+        itinerary = _MOTIONS[panel]
         yield motion(
             panel,
             itinerary,
             correction={"expected": maps(itinerary)},
             derived=f"P = {global_map(maps(itinerary))}",
             verdict="conditional" if panel == "a" else "refuted",
-            consequence=consequence,
+            consequence=_DIFFERING[panel],
         )
-    others = (("l", (4, 1, 2, 3, 6)), ("n", (4, 1, 3, 2, 3, 6)))
-    for panel, itinerary in others:
+    for panel, itinerary in _AT_OTHER.items():
         yield motion(
             panel, itinerary, OTHER, derived=f"so it is at γ = {OTHER}", verdict="conditional"
         )
     entry = paper["section.4.parameters"]
     start = tuple(entry["start"])
+    from_rest = [(panel, _MOTIONS[panel], "") for panel in "fhjlnp"]
     for panel, itinerary, gamma in (
-        ("f", (5, 4, 1, 2), None),
-        ("h", (5, 4, 1, 2, 3, 2), None),
-        ("j", (5, 4, 1, 2, 3, 6), None),
-        ("l", (4, 1, 3, 6), None),
-        ("n", (4, 1, 3, 6), None),
-        ("p", (4, 1, 3, 6), None),
-        *((panel, itinerary, OTHER) for panel, itinerary in others),
+        *from_rest,
+        *((panel, itinerary, OTHER) for panel, itinerary in _AT_OTHER.items()),
     ):
         at = point(paper, figure[panel], gamma)
         yield beside(
@@ -291,7 +274,7 @@ def order(paper: Paper) -> Iterator[Statement]:
     entry, told = paper["section.4.events"], events(paper)
     printed = "; ".join(f"{event.type} at {event.alpha}" for event in told)
     other = sides_at(paper, OTHER)
-    for gamma, name, sides, texts in (
+    cases: tuple[tuple[str, str, tuple[Sides, ...], dict[str, Any]], ...] = (
         (
             printed_gamma(paper),
             "section.4.order",
@@ -299,7 +282,8 @@ def order(paper: Paper) -> Iterator[Statement]:
             {"verdict": "refuted", "consequence": "The printed order is that of γ = 3.0."},
         ),
         (OTHER, "section.4.order.other", other, {"verdict": "conditional"}),
-    ):
+    )
+    for gamma, name, sides, texts in cases:
         pairs = sorted(
             zip(sides, told, strict=True), key=lambda pair: Fraction(pair[0][0]["alpha"])
         )
