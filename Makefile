@@ -77,16 +77,18 @@ core: $(READY)  ## compile what changed of the C cores, as after `make generate`
 check-generated: $(READY)  ## check that generated/ is what the derivation gives
 	$(BIN)/python -m capsule_sym.codegen --check
 
-# The documentation shows what `verify` finds: results/verify.md, made anew where what it is made from is newer.
+# The documentation shows what is proved: results/*.md, made anew where what they are made from is newer.
 results/verify.md: $(PROVED) | $(READY)
 	$(BIN)/capsule-sym verify --out $@ > /dev/null
+results/claims.md: $(PROVED) | $(READY)
+	$(BIN)/python -m paper claims --out $@ > /dev/null
 
 # What the pages are built with is installed once, for it takes as long as the pages.
 .venv/.docs: $(READY)
 	@$(call bring,docs)
 	@touch $@
 
-docs: results/verify.md .venv/.docs  ## build the documentation in docs/_build/html, and run its examples
+docs: results/verify.md results/claims.md .venv/.docs  ## build the documentation in docs/_build/html, and run its examples
 	$(BIN)/python -m sphinx -q -W --keep-going -j auto docs docs/_build/html
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or not long" tests/docs
 
