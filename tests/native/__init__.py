@@ -5,10 +5,16 @@ import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[2]
 LIBRARY, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "capsule" / "c"
 EXAMPLE = ROOT / "docs" / "howto" / "example.c"
+
+
+def structure(name: str, **fields: Any) -> Any:
+    """A structure of C, with the types of its members."""
+    return type(name, (ctypes.Structure,), {"_fields_": [*fields.items()]})
 
 
 def place_of(text: str, directory: Path, name: str = "") -> Path:

@@ -22,7 +22,7 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from tests.native import KERNELS, LIBRARY, changed_library, compile_in
+from tests.native import KERNELS, LIBRARY, changed_library, compile_in, structure
 from tests.native.test_shooting import orbits, random_case
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
@@ -50,15 +50,11 @@ MUTANTS = {
 SINGULAR = 1e15  # condition of equations that fix no step, as where what is held is on a surface
 
 
-class Spelt(ctypes.Structure):
-    """A capsule_itinerary."""
-
-    _fields_ = (
-        ("fields", ctypes.c_void_p),
-        ("count", ctypes.c_int),
-        ("periods", ctypes.c_int),
-        ("mirrored", ctypes.c_int),
-    )
+Spelt = structure(
+    "capsule_itinerary",
+    fields=ctypes.c_void_p,
+    **dict.fromkeys(("count", "periods", "mirrored"), ctypes.c_int),
+)
 
 
 class Case(NamedTuple):

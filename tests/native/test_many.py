@@ -88,6 +88,10 @@ BAD: list[tuple[str, dict[str, Any]]] = [
     ("keep", {"keep": "all"}),
     ("keep", {"keep": [1e9]}),
     ("max_seconds", {"max_seconds": -1}),
+    ("alpha", {"parameters": np.array([[0.1, *[1.0] * 6], [-1.0, *[1.0] * 6]])}),
+    *(("parameters", {"parameters": one}) for one in (SETS[0], ["a"], np.zeros((1, 7), complex))),
+    *(("states", {"states": one}) for one in (np.zeros((3, 3)), "abc")),
+    ("phases", {"phases": [0.0, 1.0]}),
 ]
 
 
@@ -96,6 +100,8 @@ def test_bad_input_is_refused_by_name(field: str, bad: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput) as caught:
         simulate_many(**{"parameters": SETS, "periods": 2, **bad})
     assert caught.value.field == field
+    with pytest.raises(InvalidInput, match="index"):
+        simulate_many(SETS, periods=1)[0:2]  # type: ignore[index]
 
 
 def test_tangencies_are_kept() -> None:
@@ -122,21 +128,6 @@ def test_states_at_the_ends_of_very_many_periods_are_kept_in_pieces() -> None:
     )
     assert found.status.tolist() == ["finished"]
     assert found.kept.nbytes < 10**6
-
-
-def test_kinds_and_shapes_that_do_not_fit_are_refused() -> None:
-    for bad in (
-        {"parameters": SETS[0]},
-        {"parameters": ["a"]},
-        {"parameters": np.zeros((1, 7), complex)},
-        {"states": np.zeros((3, 3))},
-        {"states": "abc"},
-        {"phases": [0.0, 1.0]},
-    ):
-        with pytest.raises(InvalidInput):
-            simulate_many(**{"parameters": SETS, "periods": 2, **bad})
-    with pytest.raises(InvalidInput, match="index"):
-        simulate_many(SETS, periods=1)[0:2]  # type: ignore[index]
 
 
 def test_what_is_kept_takes_no_more_memory_than_it_may(monkeypatch: pytest.MonkeyPatch) -> None:

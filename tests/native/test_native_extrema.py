@@ -9,7 +9,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from mpmath import mp, mpc, mpf
 from capsule_sym import Parameters
 from capsule_sym._map.backend import Backend, NumpyBackend, backend
 from capsule_sym._native import core
-from tests.native import KERNELS, LIBRARY, compile_in
+from tests.native import KERNELS, LIBRARY, compile_in, structure
 
 pytestmark = [
     pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here"),
@@ -50,32 +50,19 @@ ROUNDINGS = (
 ROUNDED = 0.9 * 2.0**-53
 FORMS = {
     "2.0 * UNIT * TWO_PI * f->amplitude": (
-        ((1e3, 1e-3, 0.01, 0.0, 0.0, 1.0), 2, 0.0, 0.0, 1.57, 0.01, 0.0, 4 * math.pi * ROUNDED)
-    ),
+        (1e3, 1e-3, 0.01, 0.0, 0.0, 1.0), 2, 0.0, 0.0, 1.57, 0.01, 0.0, 4 * math.pi * ROUNDED),
     "c->fast * h / (1.0 + c->sigma * h)": (
-        ((0.018, 0.0445, 1.36, 0.0, 30.0, 0.228), 4, 0.414, 0.0, 1.356, 236.0, 0.0, 0.0)
-    ),
+        (0.018, 0.0445, 1.36, 0.0, 30.0, 0.228), 4, 0.414, 0.0, 1.356, 236.0, 0.0, 0.0),
     "1.0 + phase + c->omega * h": (
         (0.016459300830176406, 14.16734247601147, 0.06168456082858189, 0.3, 0.0, 4.373605873733001),
-        *(5, 0.0, 0.0, 4.139744222235191, 1776.9512679002873, 0.0, 0.0),
-    ),
+        5, 0.0, 0.0, 4.139744222235191, 1776.9512679002873, 0.0, 0.0),
     "FORM_UNITS * UNIT": (
-        (
-            (0.0, 0.3, 0.41675401693265324, 0.0, 30.0, 0.14654664891821365),
-            4,
-            0.0,
-            0.6118379496432829,
-            3.53,
-            34.25310185651047,
-            0.0,
-            0.0,
-        )
-    ),
+        (0.0, 0.3, 0.41675401693265324, 0.0, 30.0, 0.14654664891821365),
+        4, 0.0, 0.6118379496432829, 3.53, 34.25310185651047, 0.0, 0.0),
     "2.0 * UNIT * (TWO_PI + turned)": (
-        ((0.0096, 23.0, 0.106, 0.01, 0.0, 0.99), 5, -0.2, 0.67, 3.22, 2338.6, 0.0, 0.0)
-    ),
+        (0.0096, 23.0, 0.106, 0.01, 0.0, 0.99), 5, -0.2, 0.67, 3.22, 2338.6, 0.0, 0.0),
     "UNIT * gap": ((0.0, 1.0, 1.0, 0.0, 0.0, 1.0), 2, 0.0, 0.0, 0.0, 1.0, ROUNDED, 0.0),
-}
+}  # fmt: skip
 INSTEAD = {"1.0 + phase + c->omega * h": "1.0 + phase"}
 LEFT_OUT = (*REMAINDERS, *ROUNDINGS, *FORMS)
 
@@ -101,21 +88,11 @@ void probe_expand(const capsule_constants *c, const capsule_start *start, int qu
 ORDER = 8
 
 
-class Expanded(ctypes.Structure):
-    """An expansion."""
-
-    _fields_ = (
-        ("value", ctypes.c_double),
-        ("rate", ctypes.c_double * ORDER),
-        ("error", ctypes.c_double * ORDER),
-        *((name, ctypes.c_double) for name in ("rest", "growth", "x_r", "gap", "v_r")),
-    )
-
-
-class Extremum(ctypes.Structure):
-    """A capsule_extremum."""
-
-    _fields_ = (("kind", ctypes.c_int), ("time", ctypes.c_double), ("value", ctypes.c_double))
+DOUBLE = ctypes.c_double
+_OTHERS = dict.fromkeys(("rest", "growth", "x_r", "gap", "v_r"), DOUBLE)
+_COEFFICIENTS = dict.fromkeys(("rate", "error"), DOUBLE * ORDER)
+Expanded = structure("expansion", value=DOUBLE, **_COEFFICIENTS, **_OTHERS)
+Extremum = structure("capsule_extremum", kind=ctypes.c_int, time=DOUBLE, value=DOUBLE)
 
 
 class Segment(NamedTuple):
@@ -166,7 +143,7 @@ class Library:
             return None
         return tuple(extremum.kind for extremum in found if extremum.time > one.after)
 
-    def found(self, one: Segment, room: int) -> list[Extremum] | None:
+    def found(self, one: Segment, room: int) -> list[Any] | None:
         """The extrema; None where they stay open. Nothing beyond the room is written to."""
         found = (Extremum * (room + 1))()
         found[room].kind = 99
@@ -205,14 +182,9 @@ def random_segments(seed: int) -> list[Segment]:
     """A segment with each of its quantities."""
     rng = np.random.default_rng(seed)
     field, angle, duration = int(rng.integers(1, 7)), rng.uniform(0, 6), rng.uniform(1, 12)
-    parameters = Parameters(
-        alpha=rng.uniform(0, 3),
-        omega=rng.uniform(0.2, 4),
-        delta=rng.uniform(0, 1),
-        zeta=rng.choice([0.0, 0.05, 0.5]),
-        beta=rng.uniform(0, 30),
-        gamma=rng.uniform(0.3, 8),
-    )
+    alpha, omega, delta = rng.uniform(0, 3), rng.uniform(0.2, 4), rng.uniform(0, 1)
+    zeta, beta, gamma = rng.choice([0.0, 0.05, 0.5]), rng.uniform(0, 30), rng.uniform(0.3, 8)
+    parameters = Parameters(alpha, omega, delta, zeta, beta, gamma)
     numbers = NumpyBackend()
     c = numbers.constants(field, parameters)
     x_r, v_r, v_c = rng.uniform(-1, 1, 3)

@@ -15,7 +15,7 @@ from capsule_sym import Parameters, floquet_multipliers, performance, simulate, 
 from capsule_sym._native import core
 from capsule_sym._orbits.metrics.many import METRICS, multipliers_of
 from capsule_sym.generated.capsule.interface import ORBIT, SEGMENT, OrbitStatus, Quantity
-from tests.native import KERNELS, LIBRARY, changed_library, compile_in
+from tests.native import KERNELS, LIBRARY, changed_library, compile_in, structure
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
@@ -23,7 +23,7 @@ CHANGED = ("sensitivities.c", "orbit.c", "metrics.c", "extrema.c")
 MUTANTS = {
     "times of switches that stay": ("later[k] /= -guard[BY_TIME];", "later[k] = 0.0;"),
     "v_c that sticking leaves": ("if (next->drift == 0.0)", "if (0)"),
-    "a period that stays": ("end_by[PARAMETER + OMEGA_AT] = run->end_by_omega;", ""),
+    "a period that stays": ("{[PARAMETER + OMEGA_AT] = run->end_by_omega}", "{0.0}"),
     "v_c at rest": ("at->state[2][2] = 0.0;", "at->state[2][2] = 1.0;"),
     "Newton's method not at its end": ("#define ROUNDINGS 16.0", "#define ROUNDINGS 1e11"),
     "corrections that are rounding": ("#define STAGNANT 1e-9", "#define STAGNANT 0.0"),
@@ -94,44 +94,16 @@ PEAKED = [
 # Friction is so weak beside P that v_c comes back by 4 f_b/P of itself a period, some 1e-4: a
 # rounding of the run is a correction thousands of times as large.
 SLOWLY = Parameters(alpha=3e4, omega=0.7, delta=3e6, zeta=0.1, gamma=1.0)
-ROUNDED = [
-    Parameters(
-        1.9129971052158024,
-        2.1686615044531696,
-        0.3254749604168795,
-        0.03177860223950555,
-        27.48296345254292,
-        1.872567274490781,
-        1.0,
-    ),
-    Parameters(
-        2.998760297177118,
-        0.4228681790825429,
-        0.6593882831090137,
-        0.06784893172284591,
-        11.69398242129951,
-        3.028596091559377,
-        1.0,
-    ),
-    Parameters(
-        0.3656849254260202,
-        0.6028038876906743,
-        0.5699406828341114,
-        0.057269445925474234,
-        17.022024919628354,
-        1.3586922928317446,
-        1.0,
-    ),
-    Parameters(
-        1.864040084559151,
-        0.4564364049490021,
-        0.7788102662768914,
-        0.06018309980915948,
-        16.829713562317906,
-        4.167211658517079,
-        1.0,
-    ),
-]
+ROUNDED = [Parameters(*values) for values in (
+    (1.9129971052158024, 2.1686615044531696, 0.3254749604168795, 0.03177860223950555,
+     27.48296345254292, 1.872567274490781),
+    (2.998760297177118, 0.4228681790825429, 0.6593882831090137, 0.06784893172284591,
+     11.69398242129951, 3.028596091559377),
+    (0.3656849254260202, 0.6028038876906743, 0.5699406828341114, 0.057269445925474234,
+     17.022024919628354, 1.3586922928317446),
+    (1.864040084559151, 0.4564364049490021, 0.7788102662768914, 0.06018309980915948,
+     16.829713562317906, 4.167211658517079),
+)]  # fmt: skip
 """Motions of one period at which corrections stop at some hundred roundings."""
 # The second correction from here is larger than half the first.
 CROOKED = (0.8628, 0.4042, 0.8994)
@@ -145,17 +117,20 @@ const capsule_code capsule_code_fused, capsule_code_wide = {leave_open}, capsule
 """
 
 
-class Request(ctypes.Structure):
-    """A capsule_orbit_request."""
-
-    _fields_ = (
-        ("segments", ctypes.c_void_p),
-        ("room", ctypes.c_size_t),
-        ("energies", ctypes.c_int),
-        ("forces", ctypes.c_int),
-        ("gradients", ctypes.c_int),
-        ("watch", ctypes.c_void_p),
-    )
+POINTER, SIZE, INT, DOUBLE = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int, ctypes.c_double
+Request = structure(
+    "capsule_orbit_request",
+    **dict(segments=POINTER, room=SIZE, energies=INT, forces=INT, gradients=INT, watch=POINTER),
+)
+Run = structure(
+    "capsule_closed_run",
+    **dict(map=POINTER, segments=POINTER, count=SIZE, periods=INT, end=DOUBLE, end_by_omega=DOUBLE),
+)
+Peak = structure(
+    "capsule_peak",
+    **dict.fromkeys(("size", "after", "x_r", "gap", "v_r"), DOUBLE),
+    **dict(segment=SIZE, at_end=INT),
+)
 
 
 @pytest.fixture(scope="module")
@@ -167,29 +142,6 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
     sources += [KERNELS / "capsule_kernels.c", place / "stub.c"]
     compile_in(place, "-c", *sources)
     return place
-
-
-class Run(ctypes.Structure):
-    """A capsule_closed_run."""
-
-    _fields_ = (
-        ("map", ctypes.c_void_p),
-        ("segments", ctypes.c_void_p),
-        ("count", ctypes.c_size_t),
-        ("periods", ctypes.c_int),
-        ("end", ctypes.c_double),
-        ("end_by_omega", ctypes.c_double),
-    )
-
-
-class Peak(ctypes.Structure):
-    """A capsule_peak."""
-
-    _fields_ = (
-        *((name, ctypes.c_double) for name in ("size", "after", "x_r", "gap", "v_r")),
-        ("segment", ctypes.c_size_t),
-        ("at_end", ctypes.c_int),
-    )
 
 
 class Library:

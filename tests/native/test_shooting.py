@@ -61,15 +61,8 @@ def random_case(seed: int) -> tuple[tuple[float, ...], Itinerary, np.ndarray]:
     """Parameters, an itinerary, and unknowns; some durations are 0, tiny, or below 0."""
     draw = Random(seed)
     itinerary = random_itinerary(draw)
-    values = Parameters(
-        alpha=draw.uniform(0.2, 2),
-        omega=draw.uniform(0.4, 2),
-        delta=draw.uniform(0, 0.5),
-        zeta=draw.uniform(0.01, 0.5),
-        beta=draw.uniform(0, 5),
-        gamma=draw.uniform(0.3, 5),
-        f_b=draw.uniform(0.3, 1.5),
-    )
+    ranges = ((0.2, 2), (0.4, 2), (0, 0.5), (0.01, 0.5), (0, 5), (0.3, 5), (0.3, 1.5))
+    values = Parameters(*(draw.uniform(*ends) for ends in ranges))
     # If v_c vanishes twice at a start off the force's bound, it is a small difference over the
     # square of a short duration: there they are long.
     durations = [
@@ -79,11 +72,8 @@ def random_case(seed: int) -> tuple[tuple[float, ...], Itinerary, np.ndarray]:
         for i in range(len(itinerary))
     ]
     start = [draw.uniform(-1, 1) for _ in range(3)]
-    return (
-        tuple(values.to_dict().values()),
-        itinerary,
-        np.array([*start, draw.uniform(0, 6), *durations]),
-    )
+    z = np.array([*start, draw.uniform(0, 6), *durations])
+    return tuple(values.to_dict().values()), itinerary, z
 
 
 def everything(system: ShootingSystem) -> list[Any]:
@@ -134,28 +124,19 @@ def compare(seed: int) -> None:
         assert np.max(abs(found.monodromy - matrix)) <= relative * (1 + abs(matrix).max()), seed
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_the_system_is_that_of_fifty_digits(seed: int) -> None:
-    compare(seed)
-
-
-@pytest.mark.long
-def test_hundreds_of_systems_are_those_of_fifty_digits() -> None:
-    for seed in range(40, 440):
-        compare(seed)
+@pytest.mark.parametrize("seed", [*range(40), pytest.param(None, marks=pytest.mark.long)])
+def test_the_system_is_that_of_fifty_digits(seed: int | None) -> None:
+    for one in range(40, 440) if seed is None else (seed,):
+        compare(one)
 
 
 def orbits(count: int) -> list[Orbit]:
     draw, found = Random(3), []
     while len(found) < count:
-        parameters = Parameters(
-            alpha=draw.uniform(0.2, 3),
-            omega=draw.uniform(0.5, 2),
-            delta=draw.choice((0.0, draw.uniform(0, 0.6))),
-            zeta=draw.uniform(0.01, 0.6),
-            beta=draw.uniform(0, 10),
-            gamma=draw.uniform(0.4, 4),
-        )
+        alpha, omega = draw.uniform(0.2, 3), draw.uniform(0.5, 2)
+        delta = draw.choice((0.0, draw.uniform(0, 0.6)))
+        others = (draw.uniform(*ends) for ends in ((0.01, 0.6), (0, 10), (0.4, 4)))
+        parameters = Parameters(alpha, omega, delta, *others)
         orbit = solve_orbit(parameters, periods=128)
         if orbit.success:
             found.append(orbit)
@@ -185,13 +166,9 @@ def compare_searches(count: int) -> None:
     assert solved > count / 2
 
 
-def test_the_search_is_that_of_the_reference() -> None:
-    compare_searches(12)
-
-
-@pytest.mark.long
-def test_hundreds_of_searches_are_those_of_the_reference() -> None:
-    compare_searches(300)
+@pytest.mark.parametrize("count", [12, pytest.param(300, marks=pytest.mark.long)])
+def test_the_search_is_that_of_the_reference(count: int) -> None:
+    compare_searches(count)
 
 
 def test_a_segment_held_at_no_duration_is_the_bifurcation() -> None:

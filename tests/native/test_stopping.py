@@ -33,9 +33,7 @@ many[:, 3] = np.linspace(0.05, 0.09, 300_000)
 for call in (
     lambda: simulate(Parameters(), periods=10**12, max_segments=10**12),
     lambda: simulate(Parameters(), periods=10**12, keep="final"),
-    lambda: simulate(
-        Parameters(), periods=10**12, keep="switches", max_segments=10**12
-    ),
+    lambda: simulate(Parameters(), periods=10**12, keep="switches", max_segments=10**12),
     lambda: simulate_many(rows, periods=10**12),
     lambda: simulate_many(apart, periods=10**12),
     lambda: simulate_many(rows, periods=10**12, threads=2),
@@ -68,11 +66,8 @@ def test_a_watch_stops_runs_in_threads_and_they_go_on_from_where_they_were() -> 
     count = len(ROWS)
     records, stops = np.empty(count, core.STATE), np.full(count, -1, np.int8)
     core.start_many(ROWS, np.zeros((count, 3)), np.zeros(count), records, watch)
-    work = threading.Thread(
-        target=core.run_many,
-        args=(ROWS, records, FOR_EVER, stops),
-        kwargs={"position": True, "watch": watch},
-    )
+    given, how = (ROWS, records, FOR_EVER, stops), {"position": True, "watch": watch}
+    work = threading.Thread(target=core.run_many, args=given, kwargs=how)
     work.start()
     work.join(0.1)
     watch.stop()
