@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
-from functools import partial
 from itertools import groupby, pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._check.growth import growth_of_errors
 from capsule_sym._check.matching import Pair, matched
-from capsule_sym._check.naming import COLUMNS, event_between, named
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, evaluation, simulate
 from capsule_sym._map.backend import backend
-from capsule_sym._parameters import SceneParameters
+from capsule_sym._parameters import Scene, SceneParameters
 
 _MOST = 10_000  # switches
 _SLACK = 0.125  # of a period of the drive or of the spring: times that are closer may be one
@@ -27,8 +25,9 @@ _UNIT = 2.0**-53
 _RESTART = 1e-9  # time after a switch within which another is the same one, found again
 
 
-class Event(NamedTuple):
-    """A switch: its time, dimensionless, and the field entered, the field left, or the guard."""
+@dataclass(frozen=True)
+class Event:
+    """A switch: its time, dimensionless, and the field entered."""
 
     time: float
     event: str
@@ -133,36 +132,26 @@ class SwitchCheck:
 
     def record(self) -> dict[str, Any]:
         """The comparison as a plain record."""
-        switches = [
-            {
-                "event": (self.exact[a] if a is not None else self.given[b or 0]).event,
-                "exact": None if a is None else self.exact[a].time,
-                "given": None if b is None else self.given[b].time,
-                "error": None if a is None or b is None else float(error),
-                "growth": None if a is None else float(self.growth[a]),
-            }
-            for (a, b), error in zip(self.pairs, self.errors, strict=True)
-        ]
-        differences = [
-            {
-                "missed": [one._asdict() for one in part.missed],
-                "invented": [one._asdict() for one in part.invented],
-                "cause": str(part.cause),
-                "gap": part.gap,
-                "needed": part.needed,
-                "agrees_again": part.agrees_again,
-            }
-            for part in self.differences
-        ]
+        switches = []
+        for (a, b), error in zip(self.pairs, self.errors.tolist(), strict=True):
+            true = None if a is None else self.exact[a]
+            given = None if b is None else self.given[b]
+            switches.append(
+                {
+                    "event": getattr(true or given, "event", None),
+                    "exact": true and true.time,
+                    "given": given and given.time,
+                    "error": error if true and given else None,
+                    "growth": None if a is None else float(self.growth[a]),
+                }
+            )
+        names = ("message", "segment_error", "needed", "tolerance")
         return {
             "right": self.success,
-            "message": self.message,
-            "segment_error": self.segment_error,
-            "needed": self.needed,
-            "tolerance": self.tolerance,
+            **{name: getattr(self, name) for name in names},
             "horizon": None if self.horizon == math.inf else self.horizon,
             "own_horizon": None if self.own_horizon == math.inf else self.own_horizon,
-            "differences": differences,
+            "differences": [asdict(one) for one in self.differences],
             "switches": switches,
         }
 
@@ -177,7 +166,6 @@ def check_switches(
     state: Sequence[float] = (0.0, 0.0, 0.0),
     phase: float = 0.0,
     *,
-    by: str = "entered",
     end: float | None = None,
     resolution: float = 0.0,
     tolerance: float | None = None,
@@ -187,48 +175,79 @@ def check_switches(
     """Comparison of an integrator's switches with the exact ones, computed in 50 digits.
 
     `times` (n,) are the integrator's switching times, ascending, from `phase` on; the drive's angle
-    is omega t. `events` names each switch, `by` the field "entered" or "left" (a number, "F5" or
-    "C-S"), or by the "guard" (gap, drift, upper, lower, back gap or edge). The run starts at
-    `state` (x_r, v_r, v_c) and ends at `end`, by default at the last of the times. `resolution` is
-    the uncertainty of the times, such as half a unit of the last digit printed. `tolerance`, that
-    of the integrator, is compared with the one that suffices. All quantities are dimensionless.
+    is omega t. `events` names the field entered at each switch: a number, "F5" or "C-S". The run
+    starts at `state` (x_r, v_r, v_c) and ends at `end`, by default at the last of the times.
+    `resolution` is the uncertainty of the times, such as half a unit of the last digit printed.
+    `tolerance`, that of the integrator, is compared with the one that suffices. All quantities are
+    dimensionless.
 
     Errors are compared with their growth: `growth` is the shift of each switch by an error of the
     segments before it. From `horizon` on no double can follow the motion, and switches are not
     compared. The exact run stops after `max_seconds`; `progress` is called with its whole periods.
     Raises InvalidInput for a value that is not allowed.
     """
-    check_one_of("by", by, COLUMNS)
     found = evaluation.real("times", times, "real numbers")
     _check_times(found, phase, resolution)
     if tolerance is not None and not (math.isfinite(tolerance) and tolerance > 0):
         raise InvalidInput("tolerance", tolerance, "finite and > 0")
-    scene = parameters.scene
-    names = [named(scene, by, event, row) for row, event in enumerate(events, 1)]
+    names = [_named(parameters.scene, event, row) for row, event in enumerate(events, 1)]
     if len(names) != len(found):
         raise InvalidInput("events", len(names), f"one for each time, {len(found)}")
     last = float(found[-1]) if end is None and len(found) else float(phase if end is None else end)
     if not (math.isfinite(last) and last >= max([phase, *found[-1:]])):
         raise InvalidInput("end", last, "finite, and not before the last of the times")
     slack = _SLACK * min(parameters.period, math.tau)
-    settings = {"max_segments": 2 * _MOST, "max_seconds": max_seconds, "progress": progress}
-    truth, growth, horizon = _truth((parameters, state, phase), last + slack, slack, settings)
+    start, until = (parameters, state, phase), last + slack
+    # The run in doubles gives the time up to which they can follow the motion.
+    settings: dict[str, Any] = {"max_segments": 2 * _MOST}
+    first = simulate(*start, periods=_periods(until, parameters), **settings)
+    size = max(1.0, *(abs(float(x)) for one in first.segments for x in one.end_state))
+    horizon = _first(_UNIT * size * growth_of_errors(first) >= slack, _times(first))
+    settings |= {"max_seconds": max_seconds, "progress": progress, "backend": "mpmath"}
+    truth = simulate(*start, periods=_periods(min(until, horizon), parameters), **settings)
+    why = "no double can follow"
+    if not truth.success:
+        horizon, why = truth.span[1], f"the exact run stopped: {truth.message}"
+
     ends = _times(truth)
-    exact = tuple(
-        Event(float(t), event_between(by, *pair))
-        for t, pair in zip(ends, pairwise(truth.segments), strict=True)
+    judged = sum(float(time) < min(horizon, until) for time in ends)
+    ends, growth = ends[:judged], growth_of_errors(truth)[:judged]
+    exact = tuple(Event(float(t), s.name) for t, s in zip(ends, truth.segments[1:], strict=False))
+    timed = zip(found.tolist(), names, strict=True)
+    given = tuple(Event(time, name) for time, name in timed if time < horizon)
+    pairs = matched(_columns(exact), _columns(given), slack, min(last, horizon - slack))
+    both = [(given[b].time, ends[a]) if None not in (a, b) else None for a, b in pairs]
+    errors = np.array([float(one[0] - one[1]) if one else math.nan for one in both])
+    own = _segment_error(pairs, errors, exact, growth, resolution)
+    grown = (own or 0.0) * growth >= slack
+    own_horizon = exact[int(np.argmax(grown))].time if grown.any() else horizon
+    differences = _differences(exact, given, pairs, growth, (own, tolerance), own_horizon)
+    message = _message(differences, len(given), horizon, why)
+    return SwitchCheck(
+        exact,
+        given,
+        tuple(pairs),
+        errors,
+        growth,
+        own,
+        horizon,
+        own_horizon,
+        tuple(differences),
+        tolerance,
+        message,
     )
-    judged = sum(event.time < min(horizon, last + slack) for event in exact)
-    exact, growth, ends = exact[:judged], growth[:judged], ends[:judged]
-    given = tuple(
-        Event(float(t), name) for t, name in zip(found, names, strict=True) if t < horizon
-    )
-    until = min(last, horizon - slack)
-    pairs = matched(_columns(exact), _columns(given), slack, until)
-    errors = np.array([_error(pair, ends, given) for pair in pairs])
-    why = "no double can follow" if truth.success else f"the exact run stopped: {truth.message}"
-    limits = _Limits(horizon, slack, resolution, tolerance, why)
-    return _judged(exact, given, pairs, errors, growth, limits)
+
+
+def _named(scene: Scene, event: object, row: int) -> str:
+    """The field entered at a switch, as "F5"."""
+    text = str(event).strip().upper()
+    modes, fields = list(map(str, scene.facts.MODES)), [f"F{k}" for k in scene.facts.FIELDS]
+    if (field := f"F{text.removeprefix('F')}") in fields:
+        return field
+    if text in modes:
+        return fields[modes.index(text)]
+    allowed = ", ".join(f"{field} or {mode}" for field, mode in zip(fields, modes, strict=True))
+    raise InvalidInput(f"entered in row {row}", event, f"one of {allowed}")
 
 
 def _check_times(times: NDArray[np.float64], phase: float, resolution: float) -> None:
@@ -242,22 +261,14 @@ def _check_times(times: NDArray[np.float64], phase: float, resolution: float) ->
         raise InvalidInput("resolution", resolution, "finite and >= 0")
 
 
-def _truth(
-    start: tuple[SceneParameters, Sequence[float], float],
-    end: float,
-    slack: float,
-    settings: dict[str, Any],
-) -> tuple[Trajectory, NDArray[np.float64], float]:
-    """The run in 50 digits, growth of errors to its switches, and the time to which it counts."""
-    period, run = start[0].period, partial(simulate, *start)
-    whole = max(1, math.ceil(end / period))
-    first = run(periods=whole, max_segments=2 * _MOST)
-    size = max(1.0, *(abs(float(x)) for one in first.segments for x in one.end_state))
-    lost = _UNIT * size * growth_of_errors(first) >= slack
-    horizon = float(_times(first)[int(np.argmax(lost))]) if lost.any() else math.inf
-    periods = max(1, math.ceil(min(end, horizon) / period))
-    truth = run(periods=periods, backend="mpmath", **settings)
-    return truth, growth_of_errors(truth), horizon if truth.success else truth.span[1]
+def _periods(end: float, parameters: SceneParameters) -> int:
+    """Number of whole periods of the drive up to a time, at least one."""
+    return max(1, math.ceil(end / parameters.period))
+
+
+def _first(there: NDArray[np.bool_], times: NDArray[np.object_]) -> float:
+    """First of the times at which something is there; infinite if it never is."""
+    return float(times[int(np.argmax(there))]) if there.any() else math.inf
 
 
 def _times(run: Trajectory) -> NDArray[np.object_]:
@@ -272,61 +283,31 @@ def _columns(events: Sequence[Event]) -> tuple[NDArray[np.float64], list[str]]:
     return np.array([one.time for one in events], float), [one.event for one in events]
 
 
-def _error(pair: Pair, ends: NDArray[np.object_], given: Sequence[Event]) -> float:
-    if pair.true is None or pair.given is None:
-        return math.nan
-    return float(given[pair.given].time - ends[pair.true])
-
-
-class _Limits(NamedTuple):
-    horizon: float
-    slack: float
-    resolution: float
-    used: float | None
-    why: str
-
-
-def _judged(
+def _differences(
     exact: tuple[Event, ...],
     given: tuple[Event, ...],
     pairs: list[Pair],
-    errors: NDArray[np.float64],
     growth: NDArray[np.float64],
-    limits: _Limits,
-) -> SwitchCheck:
-    """The verdict on matched lists."""
-    first = next((k for k, pair in enumerate(pairs) if None in pair), len(pairs))
-    own = _segment_error(pairs[:first], errors, exact, growth, limits.resolution)
-    grown = (own or 0.0) * growth >= limits.slack
-    own_end = exact[int(np.argmax(grown))].time if grown.any() else limits.horizon
+    known: tuple[float | None, float | None],
+    own_horizon: float,
+) -> list[Difference]:
+    """Differences of matched lists, by the error of a segment and the tolerance if `known`."""
+    found = list[Difference]()
     groups = [list(group) for _, group in groupby(pairs, key=lambda pair: None in pair)]
-    differences = list[Difference]()
-    for place, group in enumerate(groups):
+    for group, after in zip(groups, [*groups[1:], None], strict=True):
         if None not in group[0]:
             continue
-        then = groups[place + 1][0].true if place + 1 < len(groups) else None
+        then = after[0].true if after else None
         again = None if then is None else exact[then].time
         missed = [pair.true for pair in group if pair.true is not None]
         invented = [pair.given for pair in group if pair.given is not None]
         gap, needed = _resolved(missed, exact, growth)
         events = tuple(exact[k] for k in missed), tuple(given[k] for k in invented)
-        cause = Cause.EARLIER if differences else _cause(own, limits.used, needed, invented, given)
-        if cause is Cause.TOLERANCE and min(one.time for part in events for one in part) >= own_end:
+        cause = Cause.EARLIER if found else _cause(known, needed, invented, given)
+        if cause is Cause.TOLERANCE and min(e.time for part in events for e in part) >= own_horizon:
             cause = Cause.GROWTH
-        differences.append(Difference(*events, cause, gap, needed, again))
-    return SwitchCheck(
-        exact,
-        given,
-        tuple(pairs),
-        errors,
-        growth,
-        own,
-        limits.horizon,
-        own_end,
-        tuple(differences),
-        limits.used,
-        _message(differences, len(given), limits),
-    )
+        found.append(Difference(*events, cause, gap, needed, again))
+    return found
 
 
 def _segment_error(
@@ -336,10 +317,11 @@ def _segment_error(
     growth: NDArray[np.float64],
     resolution: float,
 ) -> float | None:
-    """Least error of a segment's state that explains the times of some switches."""
+    """Least error of a segment's state that explains the times before the first difference."""
     found = []
-    for pair, error in zip(pairs, errors, strict=False):
-        assert pair.true is not None
+    for pair, error in zip(pairs, errors, strict=True):
+        if pair.true is None or pair.given is None:
+            break
         shown = max(resolution, float(np.spacing(exact[pair.true].time)))
         if 0 < growth[pair.true] < math.inf:
             found.append(max(abs(error) - shown, 0.0) / growth[pair.true])
@@ -364,13 +346,13 @@ def _resolved(
 
 
 def _cause(
-    own: float | None,
-    used: float | None,
+    known: tuple[float | None, float | None],
     needed: float | None,
     invented: Sequence[int],
     given: Sequence[Event],
 ) -> Cause:
     """Cause of the first difference."""
+    own, used = known
     if any(k and given[k].time - given[k - 1].time <= _RESTART for k in invented):
         return Cause.RESTART
     if own is None and used is None:
@@ -380,16 +362,14 @@ def _cause(
     return Cause.SEARCH
 
 
-def _message(differences: Sequence[Difference], count: int, limits: _Limits) -> str:
+def _message(differences: Sequence[Difference], count: int, horizon: float, why: str) -> str:
     """The verdict as a sentence."""
-    whole = limits.horizon == math.inf
-    until = "" if whole else f" before {limits.horizon:.6g}, where {limits.why}"
+    until = "" if horizon == math.inf else f" before {horizon:.6g}, where {why}"
     if not differences:
         told = "the one switch is" if count == 1 else f"all {count} switches are"
         return f"{told} right{until}"
-    missed, invented = (
-        sum(len(getattr(one, name)) for one in differences) for name in ("missed", "invented")
-    )
+    missed = sum(len(one.missed) for one in differences)
+    invented = sum(len(one.invented) for one in differences)
     first = differences[0]
     told = f"{missed} missed and {invented} invented{until}; the first at {first.time:.6g}"
     return f"{told}; cause: {first.cause}"

@@ -9,7 +9,6 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from capsule_sym._check.naming import COLUMNS
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._parameters import CAPSULE, Scene
 
@@ -22,8 +21,7 @@ class Switches(NamedTuple):
 
     times: tuple[float, ...]
     events: tuple[str, ...]
-    by: str
-    """Column that names the events: "entered", "left" or "guard"."""
+    """Field entered at each."""
     resolution: float
     """Half a unit of the last digit printed; 0 where times are as exact as doubles."""
     settings: dict[str, tuple[float, ...]]
@@ -31,7 +29,7 @@ class Switches(NamedTuple):
 
 
 def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches:
-    """The switches of a CSV file with a column `time` and one of `entered`, `left` and `guard`.
+    """The switches of a CSV file with the columns `time` and `entered`.
 
     Other columns are left alone. Lines `# name = value` give parameters of the scene, `state`
     (three numbers), `phase`, `end` and `tolerance`. Raises InvalidInput for a file that cannot be
@@ -51,22 +49,17 @@ def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches
     try:
         head, *body = ([cell.strip() for cell in row] for row in rows)
     except (ValueError, csv.Error):
-        raise InvalidInput("file", str(path), f"a table with time and {_one_of()}") from None
-    named = [name for name in COLUMNS if name in head]
-    if head.count("time") != 1 or len(named) != 1:
-        raise InvalidInput("columns", ",".join(head), f"time and {_one_of()}, each once")
+        raise InvalidInput("file", str(path), "a table with time and entered") from None
+    if not head.count("time") == head.count("entered") == 1:
+        raise InvalidInput("columns", ",".join(head), "time and entered, each once")
     numbers, events = [], []
     for count, row in enumerate(body, 1):
         if len(row) != len(head):
             raise InvalidInput(f"row {count}", ",".join(row), f"of {len(head)} cells, as the head")
         numbers.append(_number(f"time in row {count}", row[head.index("time")]))
-        events.append(row[head.index(named[0])])
+        events.append(row[head.index("entered")])
     resolution = max(map(_resolution, numbers), default=0.0)
-    return Switches(tuple(map(float, numbers)), tuple(events), named[0], resolution, settings)
-
-
-def _one_of() -> str:
-    return f"one of {', '.join(COLUMNS)}"
+    return Switches(tuple(map(float, numbers)), tuple(events), resolution, settings)
 
 
 def _setting(note: str, scene: Scene) -> tuple[str, tuple[float, ...]]:

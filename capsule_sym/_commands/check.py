@@ -40,10 +40,10 @@ def check(
 ) -> None:
     """Compare an integrator's switches with the exact ones, with the causes of differences.
 
-    SWITCHES.csv has a column "time" and one of "entered" (the field: F5, 5 or C-S), "left" and
-    "guard" (gap, drift, upper, lower, back gap, edge). Lines "# name = value" above it give
-    parameters, state, phase, end and tolerance; options override them. Times are dimensionless, or
-    in seconds where --params is a device. The drive's angle is omega times the time.
+    SWITCHES.csv has the columns "time" and "entered" (the field: F5, 5 or C-S). Lines "# name =
+    value" above it give parameters, state, phase, end and tolerance; options override them. Times
+    are dimensionless, or in seconds where --params is a device. The drive's angle is omega times
+    the time.
 
     Errors are compared with their growth along the motion, up to the horizon of double precision.
     Exits with 1 if a switch is missed or invented.
@@ -54,12 +54,10 @@ def check(
     parameters, device = _loaded(system, table)
     unit = device.time(1.0) if device else 1.0
 
-    def chosen(name: str, given: float | None, default: float | None) -> float | None:
-        held = table.settings.get(name, (default,))[0] if given is None else given
-        return held
+    def chosen(name: str, given: float | None) -> float | None:
+        return next(iter(table.settings.get(name, ())), None) if given is None else given
 
-    last = chosen("end", end, None)
-    begin = chosen("phase", phase, 0.0) or 0.0
+    last, begin = chosen("end", end), chosen("phase", phase) or 0.0
     with present.progress("Checking the switches") as update:
         found = capsule_sym.check_switches(
             [time / unit for time in table.times],
@@ -67,10 +65,9 @@ def check(
             parameters,
             state or table.settings.get("state", (0.0, 0.0, 0.0)),
             begin / unit,
-            by=table.by,
             end=None if last is None else last / unit,
             resolution=table.resolution / unit,
-            tolerance=chosen("tolerance", tolerance, None),
+            tolerance=chosen("tolerance", tolerance),
             max_seconds=max_seconds,
             progress=lambda turns: update(description=f"Exact run to period {turns}"),
         )

@@ -174,30 +174,16 @@ def test_nothing_is_judged_where_no_double_can_follow():
 
 
 @pytest.mark.parametrize(
-    ("name", "by"),
-    [
-        pytest.param(
-            name, by, marks=() if (name, by) == ("prototype", "guard") else pytest.mark.long
-        )
-        for name in scenes.SHIPPED
-        for by in ("entered", "left", "guard")
-    ],
+    "name",
+    [pytest.param(n, marks=() if n == "prototype" else pytest.mark.long) for n in scenes.SHIPPED],
 )
-def test_switches_are_named_in_any_way_in_every_scene(name, by):
+def test_switches_are_named_by_mode_or_number_in_every_scene(name):
     parameters = scenes.load(name).Parameters()
     run = simulate(parameters, periods=2)
     times = [s.end.period * parameters.period + s.end.phase for s in run.segments[:-1]]
-    facts = parameters.scene.facts
-    if by == "guard":
-        events = []
-        for before, after in zip(run.segments, run.segments[1:], strict=False):
-            (c, d), (c2, d2) = facts.FIELDS[before.field], facts.FIELDS[after.field]
-            level = facts.LEVELS[before.field] != facts.LEVELS[after.field]
-            stick = "upper" if d2 > 0 else "lower"
-            events.append("edge" if level else "gap" if c != c2 else "drift" if d else stick)
-    else:
-        events = [s.mode for s in (run.segments[1:] if by == "entered" else run.segments[:-1])]
-    assert check_switches(times, events, parameters, by=by).success
+    entered = run.segments[1:]
+    for events in ([s.mode for s in entered], [s.field for s in entered]):
+        assert check_switches(times, events, parameters).success
 
 
 @pytest.mark.parametrize(
@@ -208,8 +194,6 @@ def test_switches_are_named_in_any_way_in_every_scene(name, by):
         ({"times": [-1, 1]}, "time in row 1"),
         ({"events": ["F2"]}, "events"),
         ({"events": ["F2", "F7"]}, "entered in row 2"),
-        ({"events": ["gap", "hop"], "by": "guard"}, "guard in row 2"),
-        ({"by": "field"}, "by"),
         ({"end": 1.5}, "end"),
         ({"resolution": -1}, "resolution"),
         ({"tolerance": 0}, "tolerance"),
@@ -225,18 +209,18 @@ def test_bad_input_is_named(values, field):
 def test_a_file_has_switches_and_what_they_are_of(tmp_path):
     file = tmp_path / "switches.csv"
     file.write_text(
-        "# by my code\n# alpha = 0.7\n# state = 0 0 0\nx_r, time, left\n0.02,0.2410,F2\n"
+        "# by my code\n# alpha = 0.7\n# state = 0 0 0\nx_r, time, entered\n0.02,0.2410,F2\n"
     )
     found = read_switches(file)
-    assert found == ((0.241,), ("F2",), "left", 0.5e-4, {"alpha": (0.7,), "state": (0.0,) * 3})
+    assert found == ((0.241,), ("F2",), 0.5e-4, {"alpha": (0.7,), "state": (0.0,) * 3})
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "a table with time and one of"),
-        ("time\n1\n", "time and one of entered, left, guard, each once"),
-        ("time,entered,left\n", "each once"),
+        ("", "a table with time and entered"),
+        ("time\n1\n", "time and entered, each once"),
+        ("time,entered,entered\n", "each once"),
         ("time,entered\n1\n", "row 1"),
         ("time,entered\none,F5\n", "time in row 1 = 'one': must be a number"),
         ("time,entered\n1,F5\n2,F9\n", "entered in row 2"),
