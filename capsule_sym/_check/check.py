@@ -216,8 +216,7 @@ def check_switches(
     timed = zip(found.tolist(), names, strict=True)
     given = tuple(Event(time, name) for time, name in timed if time < horizon)
     pairs = matched(_columns(exact), _columns(given), slack, min(last, horizon - slack))
-    both = [(given[b].time, ends[a]) if None not in (a, b) else None for a, b in pairs]
-    errors = np.array([float(one[0] - one[1]) if one else math.nan for one in both])
+    errors = np.array([_error(pair, ends, given) for pair in pairs])
     own = _segment_error(pairs, errors, exact, growth, resolution)
     grown = (own or 0.0) * growth >= slack
     own_horizon = exact[int(np.argmax(grown))].time if grown.any() else horizon
@@ -308,6 +307,12 @@ def _differences(
             cause = Cause.GROWTH
         found.append(Difference(*events, cause, gap, needed, again))
     return found
+
+
+def _error(pair: Pair, ends: NDArray[np.object_], given: Sequence[Event]) -> float:
+    if pair.true is None or pair.given is None:
+        return math.nan
+    return float(given[pair.given].time - ends[pair.true])
 
 
 def _segment_error(
