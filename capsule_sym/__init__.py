@@ -12,9 +12,9 @@ _NEEDS = {
     "matplotlib": (
         *("_figures.attractors", "_figures.branches", "_figures.charts", "_figures.curves"),
         "_figures.design",
-        *("_figures.device", "_figures.diagrams", "_figures.events", "_figures.evolution"),
-        *("_figures.portraits", "_figures.precision", "_figures.pulses", "_figures.shocks"),
-        *("_figures.statespace", "_figures.style", "_figures.sweeps", "_figures.switching"),
+        *("_figures.device", "_figures.diagrams", "_figures.evolution"),
+        *("_figures.portraits", "_figures.pulses", "_figures.shocks"),
+        *("_figures.style", "_figures.sweeps"),
     ),
     "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.refinement", "_sweeps.results"),
 }

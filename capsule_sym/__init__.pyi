@@ -64,17 +64,13 @@ from capsule_sym._figures.charts import plot_chart as plot_chart
 from capsule_sym._figures.design import plot_front as plot_front
 from capsule_sym._figures.design import plot_residuals as plot_residuals
 from capsule_sym._figures.device import animate as animate
-from capsule_sym._figures.device import plot_fig1 as plot_fig1
 from capsule_sym._figures.diagrams import plot_diagram as plot_diagram
-from capsule_sym._figures.evolution import plot_fig6 as plot_fig6
 from capsule_sym._figures.evolution import plot_itineraries as plot_itineraries
 from capsule_sym._figures.plots import plot as plot
 from capsule_sym._figures.portraits import plot_displacements as plot_displacements
-from capsule_sym._figures.portraits import plot_fig7 as plot_fig7
 from capsule_sym._figures.portraits import plot_margins as plot_margins
 from capsule_sym._figures.portraits import plot_motion as plot_motion
 from capsule_sym._figures.portraits import plot_phase_portrait as plot_phase_portrait
-from capsule_sym._figures.precision import plot_work_precision as plot_work_precision
 from capsule_sym._figures.pulses import plot_pulse as plot_pulse
 from capsule_sym._figures.shocks import plot_shock as plot_shock
 from capsule_sym._figures.style import figure_style as figure_style

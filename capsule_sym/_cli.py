@@ -101,6 +101,7 @@ def group(context: click.Context) -> None:
 
 _MOVED = {
     "paper": "python -m paper case-study",
+    "report": "python -m paper report",
     "enclose": "python -m paper enclose",
     "bench": "python -m benchmarks bench",
     **dict.fromkeys(("design", "steer"), "capsule-sym optimise, see docs/howto/optimise.md"),
@@ -125,7 +126,6 @@ for _section, _name, _module, _text in (
     (_EVERYDAY, "fit", "fit", "Fit parameters to measured series."),
     (_EVERYDAY, "check", "check", "Check an integrator's switches."),
     (_EVERYDAY, "explore", "explore", "Open the exact map as a page in a browser."),
-    (_CHECKS, "report", "figures", "Write the case study as one page of HTML."),
     (_CHECKS, "verify", "verify", "Prove the derivations with SymPy."),
 ):
     group.add(_name, f"capsule_sym._commands.{_module}", _text, _section)

@@ -1,8 +1,9 @@
-"""The commands `figure` and `report`."""
+"""The command `figure`."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,9 +14,9 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
-from paper.figures.catalogue import FIGURES, Study
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -29,6 +30,8 @@ class _Subject(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: str, param: Any, ctx: Any) -> str:
         """The name, or the path, which exists."""
+        if (now := _moved(value)) and not os.path.exists(value):
+            raise click.UsageError(f"{value} has moved: {now}")
         store = os.path.exists(os.path.join(value, "results.zarr"))
         if store and value in FIGURES:
             self.fail(f"{value!r} is a figure and a sweep: write ./{value} for the sweep", param)
@@ -45,12 +48,17 @@ class _Subject(click.ParamType):  # type: ignore[type-arg]
         return names or [CompletionItem(incomplete, type="file")]
 
 
+def _moved(name: str) -> str:
+    """Command that draws a figure of this name, if it has moved there."""
+    if re.fullmatch(r"fig[1-9]|fig[89]-exact|chart", name):
+        return f"python -m paper figure {name}, in a checkout"
+    return "python -m benchmarks bench, in a checkout" if name == "work-precision" else ""
+
+
 def _list() -> str:
     width = max(map(len, FIGURES))
-    lines = {True: "Names, of any scene:", False: "Of the paper's capsule alone:"}
-    for name, entry in FIGURES.items():
-        lines[entry.general] += f"\n  {name:{width}}  {entry.title}"
-    return "\n\n".join(f"\b\n{part}" for part in lines.values())
+    lines = (f"  {name:{width}}  {entry.title}" for name, entry in FIGURES.items())
+    return "\n".join(["\b", "Names, of any scene:", *lines])
 
 
 class Picture(NamedTuple):
@@ -70,7 +78,7 @@ class Picture(NamedTuple):
         check_resolution(self.dpi)
 
 
-_picture = several(
+PICTURE = several(
     Picture,
     out=options.out(
         "File to write; its ending .png, .svg or .pdf decides the format.", "FILE", required=True
@@ -85,7 +93,7 @@ _picture = several(
     dpi=option("Resolution of a PNG, and of dots in the others.  [default: 300]", type=float),
     data=option("Write what is drawn beside it as well, as CSV.", is_flag=True),
 )
-_colours = option(
+COLOURS = option(
     "Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
     type=click.Choice(["safe", "paper"]),
     default="safe",
@@ -98,9 +106,9 @@ def figure(
     subjects: tuple[str, ...] = argument(
         type=_Subject(), nargs=-1, required=True, metavar="NAME|RESULT..."
     ),
-    picture: Picture = _picture,
+    picture: Picture = PICTURE,
     system: options.System = options.parameters(),
-    colours: Any = _colours,
+    colours: Any = COLOURS,
     quantity: str = option(
         "Of branches: stroboscopic x_r, v_r or v_c, average velocity, or progression in a period.",
         "--of",
@@ -126,10 +134,9 @@ def figure(
 ) -> None:
     """Draw a figure by its name, or results.
 
-    A NAME is one of those below, of the paper's system or of another. `figure motion` with a file
-    name that ends in .gif or .mp4 gives an animation. Computed results are kept in the user's cache
-    directory, so that drawing it again takes a second; the parameters are in the picture's
-    metadata.
+    A NAME is one of those below. `figure motion` with a file name that ends in .gif or .mp4 gives
+    an animation. Computed results are kept in the user's cache directory, so that drawing it again
+    takes a second; the parameters are in the picture's metadata.
 
     A RESULT is a file that `branch --out` wrote, or several, a file of `curve --out`, or the
     directory of `sweep` or `basin`. Of branches, with those that leave theirs, a colour is a
@@ -173,14 +180,14 @@ def _of_name(
     name: str, picture: Picture, system: options.System, colours: Any, moving: bool
 ) -> Figure | None:
     """A figure by its name; None for an animation, which is written."""
-    from capsule_sym._figures.data import Store
+    from capsule_sym._figures.store import Store
     from capsule_sym._figures.style import describe
 
     parameters, device = system.load()
     with present.tracking() as track:
         study = Study(Store(track), parameters, colours, picture.width, system.chosen, device)
         if not moving:
-            return describe(FIGURES[name].drawn(study), FIGURES[name].title)
+            return describe(FIGURES[name].make(study), FIGURES[name].title)
         if picture.data:
             raise click.UsageError(f"--data is for pictures, which {picture.out} is not")
         (motion,) = study.store.motions([parameters])
@@ -238,28 +245,3 @@ def _curves(path: Path) -> list[Any]:
     except (ValueError, LookupError, TypeError) as error:
         raise InvalidInput("--curve", str(path), "a file of `curve --json`") from error
     return found
-
-
-@command(further=options.paper_alone)
-def report(
-    out: Path = options.out(
-        "HTML file to write.", "FILE", default="results/report.html", show_default=True
-    ),
-    colours: Any = _colours,
-    as_json: bool = options.as_json,
-) -> None:
-    """Write the whole case study as one page of HTML that opens without a network.
-
-    The explorer, to which it links, is written beside it as explorer.html.
-
-    Figures are drawn for it; tables come from the files that `paper`, `verify`, `bench` and
-    `make paper` leave in results, and a section without its file names the command that makes it.
-    """
-    options.require("matplotlib", "jinja2")
-    from capsule_sym._processes import processors
-    from paper.figures.report import EXPLORER, write
-
-    with present.tracking(lines=True) as track:
-        write(out, colours, track, processors())
-    files = (out, out.parent / EXPLORER) if as_json else (out,)
-    present.tell_written(*files, as_json=as_json)

@@ -1,9 +1,6 @@
-"""Switching surfaces S1-S6 and lines L1-L8 as polygons and polylines, Eqs. (13)-(14).
+"""Lines L1-L8 of the plane P1 = v_c = 0, Eq. (14), as their ends.
 
 L10 is the part of P1 = 0, P2 = delta that Eq. (14) omits: v_r < 0, P3 > f_b, for delta > f_b.
-
-All lie on one of two planes: P1 = v_c = 0 (S1-S6, L1-L8) or P2 = x_r = delta (S7-S10, L9). A box, a
-pair of limits for each of (x_r, v_r, v_c), bounds the part that is drawn.
 """
 
 from __future__ import annotations
@@ -18,26 +15,6 @@ from capsule_sym._parameters import Parameters
 
 Array = NDArray[np.float64]
 Limits = tuple[float, float]
-
-
-def surfaces(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
-    """Parts of S1-S6 in a rectangle of the plane P1 = 0, as polygons (n, 2) of (x_r, v_r).
-
-    A surface that does not meet the rectangle is absent.
-    """
-    p, delta = parameters, parameters.delta
-    rectangle = np.column_stack([(*x_r, *x_r[::-1]), np.repeat(v_r, 2)])
-    free = _clip(rectangle, (-1.0, 0.0, delta))
-    pressed = _clip(rectangle, (1.0, 0.0, -delta))
-    found: dict[str, Array] = {}
-    for first, half, stick in ((1, free, 2), (4, pressed, 5)):
-        c = NumpyBackend().constants(stick, p)
-        at_origin = c.force(0.0, -delta, 0.0)
-        force = np.array([c.force_change(1.0, 0.0), c.force_change(0.0, 1.0), at_origin])
-        above, below = (force + np.array([0.0, 0.0, bound]) for bound in (-p.f_b, p.f_b))
-        parts = (_clip(half, above), _clip(_clip(half, -above), below), _clip(half, -below))
-        found |= {f"S{first + i}": part for i, part in enumerate(parts) if len(part) > 2}
-    return found
 
 
 def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
@@ -80,22 +57,6 @@ def corners(parameters: Parameters) -> tuple[float, float]:
         return np.copysign(np.inf, p.f_b - p.delta), -np.inf
     c = NumpyBackend().constants(2, p)
     return c.velocity_at(p.f_b), c.velocity_at(-p.f_b)
-
-
-def _clip(polygon: Array, half_plane: Sequence[float] | Array) -> Array:
-    """Part of a convex polygon where a x + b y + c >= 0, by Sutherland and Hodgman."""
-    a, b, c = half_plane
-    if not len(polygon):
-        return polygon
-    values = polygon @ (a, b) + c
-    kept = []
-    for i, (point, value) in enumerate(zip(polygon, values, strict=True)):
-        before, previous = polygon[i - 1], values[i - 1]
-        if (value >= 0) != (previous >= 0):
-            kept.append(before + (point - before) * previous / (previous - value))
-        if value >= 0:
-            kept.append(point)
-    return np.array(kept).reshape(-1, 2)
 
 
 def within(ends: Array, half_planes: Sequence[tuple[float, float, float]]) -> Array:

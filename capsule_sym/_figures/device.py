@@ -1,4 +1,4 @@
-"""The capsule, its mass and its springs as a drawing: at rest (Fig. 1), or in an animation."""
+"""The capsule, its mass and its springs as a drawing, in an animation."""
 
 from __future__ import annotations
 
@@ -10,21 +10,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import FancyBboxPatch, Rectangle
 from matplotlib.transforms import Affine2D
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.arcs import Motion, arcs, cycle
-from capsule_sym._figures.layout import add_key, canvas, new_figure, size_of
+from capsule_sym._figures.layout import add_key, new_figure
 from capsule_sym._figures.portraits import field_handles, plot_phase_portrait, stops_of
-from capsule_sym._figures.sizes import MOVING, PAGE
-from capsule_sym._figures.style import Colours, describe, field_colour, figure_style, styled
+from capsule_sym._figures.sizes import MOVING
+from capsule_sym._figures.style import Colours, field_colour, figure_style
 from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
 from capsule_sym._parameters import SceneDevice, SceneParameters
 
-_INK, _SHELL, _MASS, _SOFT = "#16202c", "#eef1f5", "#56B4E9", "#52606f"
+INK, _SHELL, _MASS, SOFT = "#16202c", "#eef1f5", "#56B4E9", "#52606f"
 _HALF, _HIGH, _ROUND = 2.6, 1.1, 0.55  # half length, height and rounding of the shell
 _WIDE = 0.42  # half width of the mass
 _WALL = 0.14
@@ -54,14 +53,14 @@ def draw_capsule(axes: Axes, frame: Frame, colour: str = _MASS) -> list[Any]:
         _HIGH - _ROUND,
         boxstyle=f"round,pad={_ROUND}",
         facecolor=_SHELL,
-        edgecolor=_INK,
+        edgecolor=INK,
         linewidth=1.2,
     )
     body = Rectangle(
-        (mass - _WIDE, 0.32), 2 * _WIDE, 0.9, facecolor=colour, edgecolor=_INK, linewidth=0.8
+        (mass - _WIDE, 0.32), 2 * _WIDE, 0.9, facecolor=colour, edgecolor=INK, linewidth=0.8
     )
     plate = max(frame.gap, frame.mass) + at + _WIDE
-    stop = Rectangle((plate, 0.42), _STOP, 0.7, facecolor=_SOFT, edgecolor="none")
+    stop = Rectangle((plate, 0.42), _STOP, 0.7, facecolor=SOFT, edgecolor="none")
     artists: list[Any] = [axes.add_patch(patch) for patch in (shell, body, stop)]
     # A spring behind lies between the first one and the damper.
     aside = 0.0 if frame.behind is None else 0.12
@@ -71,11 +70,11 @@ def draw_capsule(axes: Axes, frame: Frame, colour: str = _MASS) -> list[Any]:
     ]
     if frame.behind is not None:
         plate = min(-frame.behind, frame.mass) + at - _WIDE
-        stop = Rectangle((plate - _STOP, 0.62), _STOP, 0.3, facecolor=_SOFT, edgecolor="none")
+        stop = Rectangle((plate - _STOP, 0.62), _STOP, 0.3, facecolor=SOFT, edgecolor="none")
         artists.append(axes.add_patch(stop))
         springs.append((left + _WALL, plate - _STOP, 0.77, 5))
     for begin, end, height, turns in springs:
-        artists += axes.plot(*_spring(begin, end, height, turns), color=_INK, linewidth=0.9)
+        artists += axes.plot(*_spring(begin, end, height, turns), color=INK, linewidth=0.9)
     artists += _damper(axes, left + _WALL, mass - _WIDE, 0.52 - aside)
     return artists
 
@@ -96,16 +95,16 @@ def _damper(axes: Axes, begin: float, end: float, height: float) -> list[Any]:
         ([rod, end], [height, height]),
         ([rod, rod], [height - 0.07, height + 0.07]),
     ):
-        artists += axes.plot(x, y, color=_INK, linewidth=0.9)
+        artists += axes.plot(x, y, color=INK, linewidth=0.9)
     return artists
 
 
 def ground(axes: Axes, left: float, right: float) -> list[Any]:
     """The ground on which the capsule lies, hatched below, and nothing else on the axes."""
-    artists: list[Any] = axes.plot([left, right], [0, 0], color=_INK, linewidth=1.0)
+    artists: list[Any] = axes.plot([left, right], [0, 0], color=INK, linewidth=1.0)
     artists.append(axes.add_patch(
         Rectangle(
-            (left, -0.16), right - left, 0.16, hatch="/////", facecolor="none", edgecolor=_SOFT,
+            (left, -0.16), right - left, 0.16, hatch="/////", facecolor="none", edgecolor=SOFT,
             linewidth=0,
         )
     ))  # fmt: skip
@@ -114,8 +113,6 @@ def ground(axes: Axes, left: float, right: float) -> list[Any]:
     return artists
 
 
-_TYPE = 2.5  # points of type in each inch of Fig. 1
-_MOST = 10.0  # points of type in Fig. 1 at most
 _SLOPE = math.radians(3)  # slope of a track without a device
 
 
@@ -132,50 +129,6 @@ def _tilted(axes: Axes, artists: list[Any], angle: float) -> list[Any]:
     for artist in artists if angle else ():
         artist.set_transform(Affine2D().rotate(angle) + axes.transData)
     return artists
-
-
-@styled
-def plot_fig1(*, width: float = PAGE, figure: Figure | SubFigure | None = None) -> Figure:
-    """The capsule with its mass, springs, damper and gap, and the symbols of each (Fig. 1).
-
-    Drawn into `figure`, a figure or a part of one, if it is given.
-    """
-    page = canvas(figure, width, 0.355 * width)
-    axes = page.add_axes((0.0, 0.0, 1.0, 1.0))
-    ground(axes, -4.4, 4.4)
-    axes.set_ylim(-0.36, 2.76)
-    draw_capsule(axes, Frame())
-    # In a column the type grows with the drawing, so that it can be read on a narrow screen too.
-    size = min(_TYPE * size_of(page)[0], _MOST)
-    small: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size}
-    for x, y, text in (
-        (0.0, 0.77, "$M_m$"),
-        (-1.45, 1.28, "$k_1$"),
-        (-1.45, 0.22, "$c$"),
-        (1.75, 1.1, "$k_2$"),
-        (0.66, 0.17, "$G$"),
-        (-2.95, 1.2, "$M_c$"),
-    ):
-        axes.text(x, y, text, **small)
-    arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": _INK, "linewidth": 1.0}
-    for begin, end, y, text, aside in (
-        (0.0, 1.0, 1.95, r"$P_d\,\cos\Omega t$", 1.75),
-        (0.0, 1.0, 2.45, "$X_m$", 1.3),
-        (-3.9, -2.9, 2.45, "$X_c$", -2.6),
-        (3.9, 2.9, 0.25, "$F_r$", 4.15),
-    ):
-        axes.annotate("", (end, y), xytext=(begin, y), arrowprops=arrow)
-        axes.text(aside, y, text, **small)
-    for x, low in ((0.0, 1.3), (-3.9, 2.3)):
-        axes.plot([x, x], [low, 2.6], color=_SOFT, linewidth=0.6)
-    axes.annotate(
-        "",
-        (0.42, 0.44),
-        xytext=(0.87, 0.44),
-        arrowprops={"arrowstyle": "<->", "color": _INK, "linewidth": 0.7, "shrinkA": 0,
-                    "shrinkB": 0},
-    )  # fmt: skip
-    return describe(page, "Capsule, inner mass, springs, damper and gap")
 
 
 _PER_SECOND = 20

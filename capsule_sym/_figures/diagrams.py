@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import draw_runs, shared
-from capsule_sym._figures.data import orbit_of, strobe
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.store import orbit_of, strobe
 from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
 

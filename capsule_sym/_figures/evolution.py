@@ -1,4 +1,4 @@
-"""Motions against the excitation amplitude: Fig. 6, and which field acts when."""
+"""Which field acts when, against the excitation amplitude."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure, SubFigure
-from matplotlib.lines import Line2D
+from matplotlib.figure import Figure
 
 from capsule_sym._figures.arcs import Motion, cycle, is_periodic
 from capsule_sym._figures.branches import (
@@ -20,8 +19,8 @@ from capsule_sym._figures.branches import (
     units_of,
 )
 from capsule_sym._figures.labels import Names
-from capsule_sym._figures.layout import NARROW, add_key, axes_for, canvas, fit_view
-from capsule_sym._figures.portraits import field_handles, unsettled_handles
+from capsule_sym._figures.layout import add_key, axes_for
+from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     NOT_PERIODIC,
@@ -31,69 +30,11 @@ from capsule_sym._figures.style import (
     column_edges,
     describe,
     field_colour,
-    labels_of,
     readable,
     styled,
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import SceneDevice
-
-
-@styled
-def plot_fig6(
-    motions: Sequence[Motion],
-    heavy: Sequence[Motion] = (),
-    *,
-    colours: Colours = "safe",
-    width: float = PAGE,
-    figure: Figure | SubFigure | None = None,
-) -> Figure:
-    """Motions in (x_r, v_r), one behind the other by alpha; the `heavy` in wide lines (Fig. 6).
-
-    Drawn into `figure`, a figure or a part of one, if it is given.
-    """
-    page = canvas(figure, width, (0.6 if width > NARROW else 0.75) * width)
-    axes: Any = page.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", computed_zorder=False)
-    axes.view_init(20, -62)
-    axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.2)
-    # The least alpha is nearest to the eye, and so is drawn last.
-    widths = [(motion, 0.5) for motion in motions] + [(motion, 1.4) for motion in heavy]
-    widths.sort(key=lambda pair: -pair[0].parameters.alpha)
-    for level, (motion, wide) in enumerate(widths):
-        alpha, settled = motion.parameters.alpha, is_periodic(motion)
-        for arc in cycle(motion):
-            colour = field_colour(arc.field, colours, arc.scene) if settled else "0.6"
-            depth = np.full_like(arc.x_r, alpha)
-            axes.plot(
-                arc.x_r,
-                depth,
-                arc.v_r,
-                color=colour,
-                lw=wide,
-                zorder=level,
-                label=f"_F{arc.field}" if settled else "_not periodic",
-            )
-    # Words would take a column from the motions.
-    named = (
-        labels_of(motions[0].parameters.scene)
-        if width > NARROW
-        else {"x_r": "$x_r$", "alpha": r"$\alpha$", "v_r": "$v_r$"}
-    )
-    axes.set_xlabel(named["x_r"], labelpad=-4)
-    axes.set_ylabel(named["alpha"], labelpad=6 if width > NARROW else -4)
-    axes.set_zlabel(named["v_r"], labelpad=-6)
-    axes.tick_params(pad=-2)
-    axes.locator_params(nbins=9 if width > NARROW else 5)
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.pane.set_visible(False)
-        axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
-    fit_view(axes)
-    system = motions[0].parameters
-    handles = field_handles(page, colours, system.scene) + unsettled_handles(motions)
-    if heavy:
-        handles.append(Line2D([], [], color="0.4", linewidth=1.4, label="exact bifurcation"))
-    add_key(page, handles)
-    return describe(page, "Phase trajectories over the amplitude", parameters=system)
 
 
 @styled

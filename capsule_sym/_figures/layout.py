@@ -5,19 +5,13 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
-from itertools import product
 from typing import Any
 
-import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from matplotlib.text import Text
-from matplotlib.transforms import Bbox
-from mpl_toolkits.mplot3d import proj3d
-from numpy.typing import NDArray
 
 from capsule_sym._figures.notebook import NotebookFigure
 from capsule_sym._figures.style import figure_of
@@ -27,8 +21,6 @@ NARROW = 5.0
 
 _RIM = 0.03  # inches that stay free beside a key, and between it and the panels
 _LABEL = 22  # letters that fit beside a row
-_SPARE = 3.0  # dots that stay free around a view
-_FITTED = 6  # layouts of a view in perspective: its texts do not grow with it
 
 
 def across(width: float, least: float, most: int) -> int:
@@ -125,50 +117,6 @@ def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:
         )
 
 
-def fit_view(axes: Any, title: Text | None = None) -> None:
-    """Lay a view in perspective so that its texts fill the place it has, and its title the corner.
-
-    Matplotlib gives it a square, of which it fills a part, or more than it.
-    """
-    page = axes.get_figure(root=False)
-    whole = figure_of(page)
-    renderer = FigureCanvasAgg(whole).get_renderer()  # type: ignore[no-untyped-call]
-    place: Bbox = axes.get_position(original=True)
-    size = np.array([page.bbox.width, page.bbox.height])
-    low, high = (size * corner for corner in (place.min, place.max))
-    head = 0.0
-    if title is not None:
-        title.set_in_layout(False)
-        head = title.get_window_extent(renderer).height
-    low, high = low + _SPARE, high - _SPARE
-    room = high - low - (0.0, head)
-    origin = np.array([page.bbox.x0, page.bbox.y0])
-    side: NDArray[np.float64] = np.full(2, min(room))
-    middle = low + room / 2
-    for _ in range(_FITTED):
-        axes.set_position((*((middle - side / 2) / size), *(side / size)))
-        axes.apply_aspect()
-        axes.M = axes.get_proj()
-        drawn = _extent(axes, renderer)
-        # Texts do not grow with it, so that it takes a few steps.
-        side = side * min(room / np.array([drawn.width, drawn.height]))
-        centre = np.array([drawn.x0 + drawn.x1, drawn.y0 + drawn.y1]) / 2
-        middle = middle + low + room / 2 - (centre - origin)
-    if title is not None:
-        corner = origin + np.array([low[0], high[1] - head])
-        x, y = title.get_transform().inverted().transform(corner)
-        title.set_position((x, y))
-
-
-def _extent(axes: Any, renderer: Any) -> Bbox:
-    """Extent of a view in perspective, in dots: the corners of its box, and axes with texts."""
-    corners = np.array(list(product(axes.get_xlim(), axes.get_ylim(), axes.get_zlim())))
-    x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
-    at = axes.transData.transform(np.column_stack([x, y]))
-    beside = [axis.get_tightbbox(renderer) for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
-    return Bbox.union([Bbox([at.min(axis=0), at.max(axis=0)]), *filter(None, beside)])
-
-
 def new_figure(width: float, height: float, **options: Any) -> Figure:
     """An empty figure, sizes in inches, that no global list of figures keeps."""
     return NotebookFigure(figsize=(width, height), **options)
@@ -188,9 +136,3 @@ def axes_for(axes: Any, width: float, height: float, **grid: Any) -> tuple[Figur
         return figure_of(axes[0] if hasattr(axes, "__len__") else axes), axes
     figure = new_figure(width, height, layout="constrained")
     return figure, figure.subplots(**grid)
-
-
-def size_of(figure: Figure | SubFigure) -> tuple[float, float]:
-    """Width and height in inches of a figure, or of a part of one as it is now."""
-    dots = figure_of(figure).dpi
-    return figure.bbox.width / dots, figure.bbox.height / dots

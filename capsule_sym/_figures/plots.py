@@ -21,7 +21,7 @@ def plot(result: Any, **options: Any) -> Figure:
     `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front`, `plot_attractors`,
     `plot_shock`, `plot_pulse` and `plot_tolerances`. Raises InvalidInput for anything else.
     """
-    from capsule_sym._figures.data import branch_record
+    from capsule_sym._figures.store import branch_record
     from capsule_sym._map import Trajectory
     from capsule_sym._orbits.continuation.branches.branch import Branch
     from capsule_sym._orbits.shooting.orbit import Orbit

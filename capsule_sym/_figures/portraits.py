@@ -1,4 +1,4 @@
-"""Motions in time and in the phase plane, singly or panel by panel (Fig. 7), and their guards.
+"""Motions in time and in the phase plane, and their guards.
 
 Segments are in the colours of their fields.
 """
@@ -8,19 +8,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
 from capsule_sym._figures.boundaries import lines, within
-from capsule_sym._figures.layout import across, add_key, axes_for, canvas, label_row
+from capsule_sym._figures.layout import across, add_key, axes_for, label_row
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     GREY,
@@ -30,13 +29,11 @@ from capsule_sym._figures.style import (
     Colours,
     describe,
     field_colour,
-    itinerary,
     mathematical,
     readable,
     styled,
 )
 from capsule_sym._figures.units import Units
-from capsule_sym._map import Trajectory
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import CAPSULE, Parameters, Scene, SceneDevice, SceneParameters
 
@@ -282,55 +279,6 @@ def stops_of(parameters: SceneParameters) -> tuple[float, ...]:
     """Places x_r of the stops: in front and, if there are two, behind."""
     (front, _), *behind = parameters.scene.facts.STOPS
     return (getattr(parameters, front), *(-getattr(parameters, gap) for gap, _ in behind))
-
-
-_PAIR = 3.0  # least width of a panel, a pair of axes, in inches
-_ROW, _FOOT = 1.1, 0.2  # heights in inches: a row, the lowest labels
-
-
-@styled
-def plot_fig7(
-    motions: Sequence[Trajectory],
-    *,
-    colours: Colours = "safe",
-    width: float = PAGE,
-    figure: Figure | SubFigure | None = None,
-) -> Figure:
-    """Displacements of mass and capsule, and the phase portrait, of each motion (Fig. 7).
-
-    Drawn into `figure`, a figure or a part of one, if it is given.
-    """
-    pairs = across(width, _PAIR, 2)
-    rows = -(-len(motions) // pairs)
-    page = canvas(figure, width, rows * _ROW + _FOOT, layout="constrained")
-    grid = page.subplots(rows, 2 * pairs, squeeze=False)
-    for index, left in enumerate(grid[:, ::2].flat):
-        right = grid[:, 1::2].flat[index]
-        if index >= len(motions):
-            left.set_axis_off()
-            right.set_axis_off()
-            continue
-        _panel(motions[index], left, right, ascii_lowercase[index], colours)
-    for axes in grid[:-1].flat:
-        axes.set_xlabel("")
-    handles = field_handles(page, colours) + boundary_handles(page)
-    add_key(page, handles + unsettled_handles(motions))
-    system = motions[0].parameters
-    return describe(page, "Displacements and phase portraits", parameters=system)
-
-
-def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Colours) -> None:
-    plot_displacements(motion, left, colours=colours)
-    left.set_ylabel("$x_m$, $x_c$")
-    plot_phase_portrait(motion, right, colours=colours)
-    right.set_xlabel("$x_r$")
-    right.set_ylabel("$v_r$", labelpad=0)
-    left.set_title(rf"({letter})  $\alpha$ = {motion.parameters.alpha:g}", loc="left")
-    steady = motion.steady()
-    right.set_title(itinerary(steady.itinerary) if steady else "not periodic", loc="left")
-    for axes in (left, right):
-        axes.locator_params(axis="y", nbins=4)
-        axes.locator_params(axis="x", nbins=5)
 
 
 _NAMED = 0.04  # of the bar: a piece into which the name of its segment fits

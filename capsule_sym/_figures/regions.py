@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -83,10 +82,6 @@ class Plane(NamedTuple):
         return np.array([self.x[0], self.y[0]]), np.array([np.ptp(self.x), np.ptp(self.y)])
 
 
-PLANE = Plane("alpha", "gamma", (0.005, 2.0), (1.5, 5.0))
-"""Plane in which the motions of the case study are charted."""
-
-
 def patches(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
     """Patches into which curves cut the unit square of a plane, as polygons of shapely.
 
@@ -123,34 +118,6 @@ def _through(line: Any, codimension_two: Array) -> Array:
     if 0.0 in there:
         found[[0, 1]] = found[[1, 0]]
     return found
-
-
-def samples(plane: Plane, cut: Sequence[Any], across: int) -> list[tuple[int, float, float]]:
-    """Points within the patches, one of each and those of a grid, with the patch's number."""
-    import shapely
-
-    side = (np.arange(across) + 0.5) / across
-    grid = np.column_stack([v.ravel() for v in np.meshgrid(side, side)])
-    found = []
-    for number, patch in enumerate(cut):
-        inner = patch.buffer(-0.2 / across)
-        middle = shapely.point_on_surface(patch)
-        inside = grid[shapely.contains_xy(inner, *grid.T)]
-        points = plane.back([(middle.x, middle.y), *inside])
-        found += [(number, float(x), float(y)) for x, y in points]
-    return found
-
-
-def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]]) -> list[Region]:
-    """Patches as regions, each with the itinerary of most of its samples."""
-    itineraries: dict[int, Counter[str]] = {}
-    for number, itinerary in found:
-        itineraries.setdefault(number, Counter())[itinerary] += 1
-    return [
-        _region(plane, patch, itineraries[number].most_common(1)[0][0])
-        for number, patch in enumerate(cut)
-        if number in itineraries
-    ]
 
 
 def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[Region]]:
@@ -203,13 +170,14 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
         rest = patch.difference(shapely.unary_union([part for _, part in parts]))
         for itinerary, part in ((most, rest), *parts):
             found += [
-                _region(plane, piece, itinerary)
+                region_of(plane, piece, itinerary)
                 for piece in getattr(part, "geoms", [part])
                 if piece.geom_type == "Polygon" and piece.area > _LEAST
             ]
     return plane, found
 
 
-def _region(plane: Plane, polygon: Any, itinerary: str) -> Region:
+def region_of(plane: Plane, polygon: Any, itinerary: str) -> Region:
+    """Region of a polygon of the unit square."""
     rings = [polygon.exterior, *polygon.interiors]
     return Region(tuple(plane.back(np.asarray(ring.coords)) for ring in rings), itinerary)

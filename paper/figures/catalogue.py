@@ -1,166 +1,111 @@
-"""The figures by name: what each shows, and what is computed for it before it is drawn."""
+"""The figures by name: how each is made, its title, its caption and its text alternative."""
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import capsule_sym
-from capsule_sym import InvalidInput
-from capsule_sym._figures.sizes import PAGE
-from capsule_sym._files import read_json
+from capsule_sym import InvalidInput, Parameters, orbit_from_record
+from capsule_sym._figures import catalogue as general
+from capsule_sym._figures.catalogue import BEGIN, Study
 from capsule_sym._parameters import of_paper
+from paper.study import data
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from capsule_sym import Parameters, SceneDevice, SceneParameters, Trajectory
     from capsule_sym._figures.arcs import Motion
-    from capsule_sym._figures.data import Store
-    from capsule_sym._figures.style import Colours
+    from paper.study.events import Event
 
-BENCH = Path("results/bench/bench.json")
-_PART = BENCH.with_name("part.json")  # of a quick study, or one with some of the tools
-_BEGIN, _END = 0.005, 2.0  # excitation amplitudes of the case study
-_SAMPLES = 400  # motions side by side in the picture of itineraries
 _BEHIND = 40  # motions one behind the other in Fig. 6
 
 
-@dataclass(frozen=True)
-class Study:
-    """Input of a figure: results kept in a store, of one system.
+def _schematic(study: Study) -> Parameters:
+    """The system of Figs. 2 to 5: by default one whose lines lie apart."""
+    from paper.study.sections import SCHEMATIC
 
-    `chosen` is true for a system of the user; otherwise Figs. 2 to 5 show one whose lines lie
-    apart, and the guards are those at a larger amplitude. `width` is in inches. Of a `device`
-    the figures are in SI units, or say that they are not.
-    """
-
-    store: Store
-    system: SceneParameters
-    colours: Colours = "safe"
-    width: float = PAGE
-    chosen: bool = False
-    device: SceneDevice | None = None
-
-    @property
-    def looks(self) -> dict[str, Any]:
-        """Options of every figure with segments."""
-        return {"colours": self.colours, "width": self.width}
-
-    @property
-    def schematic(self) -> Parameters:
-        """The system of Figs. 2 to 5."""
-        from paper.study.sections import SCHEMATIC
-
-        return of_paper(self.system) if self.chosen else SCHEMATIC
-
-    def at(self, alpha: float) -> SceneParameters:
-        """The system at an excitation amplitude."""
-        return self.system.replace(alpha=alpha)
-
-    def motions(self, alphas: list[float]) -> list[Trajectory]:
-        """The steady motions from rest at excitation amplitudes."""
-        return self.store.motions([self.at(alpha) for alpha in alphas])
-
-    @property
-    def last(self) -> float:
-        """The largest excitation amplitude: that of the case study, or the system's own."""
-        return max(_END, self.system.alpha)
-
-    def branch(self) -> Any:
-        """The branch in alpha over the whole case study, and further to the system's own."""
-        return self.store.branch(self.at(_BEGIN), "alpha", _BEGIN, self.last)
-
-    def evenly(self, count: int) -> list[float]:
-        """Excitation amplitudes from the first to the last, evenly spaced."""
-        return [_BEGIN + (self.last - _BEGIN) * i / (count - 1) for i in range(count)]
+    return of_paper(study.system) if study.chosen else SCHEMATIC
 
 
-def _switching(study: Study, which: int) -> Figure:
-    from paper.study.sections import sections
+def _fig1(study: Study) -> Figure:
+    from paper.figures.capsule import plot_fig1
 
-    parameters = study.schematic
-    bundles = [study.store.bundle(one, parameters) for one in sections(parameters)[which - 3]]
-    return capsule_sym.plot_switching(which, bundles, parameters, **study.looks)
+    return plot_fig1(width=study.width)
+
+
+def _fig2(study: Study) -> Figure:
+    from paper.figures.statespace import plot_fig2
+
+    return plot_fig2(_schematic(study), **study.looks)
+
+
+def _switching(which: int) -> Callable[[Study], Figure]:
+    def draw(study: Study) -> Figure:
+        from paper.figures.switching import plot_switching
+        from paper.study.sections import sections
+
+        parameters = _schematic(study)
+        bundles = [data.bundle(one, parameters) for one in sections(parameters)[which - 3]]
+        return plot_switching(which, bundles, parameters, **study.looks)
+
+    return draw
 
 
 def _fig6(study: Study) -> Figure:
-    exact = [capsule_sym.orbit_from_record(one["orbit"]) for one in study.branch()["bifurcations"]]
-    return capsule_sym.plot_fig6(study.motions(study.evenly(_BEHIND)), exact, **study.looks)
+    from paper.figures.motions import plot_fig6
+
+    exact = [orbit_from_record(one["orbit"]) for one in study.branch()["bifurcations"]]
+    return plot_fig6(study.motions(study.evenly(_BEHIND)), exact, **study.looks)
 
 
 def _fig7(study: Study) -> Figure:
+    from paper.figures.motions import plot_fig7
     from paper.study.casestudy import PANELS
 
-    return capsule_sym.plot_fig7(study.motions(list(PANELS.values())), **study.looks)
+    return plot_fig7(study.motions(list(PANELS.values())), **study.looks)
 
 
-def _around(study: Study, which: int, exactly: bool) -> Figure:
-    from capsule_sym._figures.data import orbit_of
-    from paper.study.events import CROSSINGS, SLIDINGS, exact
+def _around(which: int, exactly: bool) -> Callable[[Study], Figure]:
+    """Fig. 8 or 9, around the printed values or the exact ones."""
 
-    events = {8: CROSSINGS, 9: SLIDINGS}[which]
-    if not exactly:
-        groups = [study.motions(list(event.alphas)) for event in events]
-        return capsule_sym.plot_events(events, groups, **study.looks)
-    record = study.branch()
-    found = exact(events, record["bifurcations"])
-    orbits: list[list[Motion]] = [
-        [
-            orbit_of(one) if one and alpha == event.middle else study.motions([alpha])[0]
-            for alpha in event.alphas
+    def draw(study: Study) -> Figure:
+        from paper.figures.events import plot_events
+        from paper.study.events import CROSSINGS, SLIDINGS, exact
+
+        events: Sequence[Event] = {8: CROSSINGS, 9: SLIDINGS}[which]
+        if not exactly:
+            return plot_events(
+                events, [study.motions(list(one.alphas)) for one in events], **study.looks
+            )
+        found = exact(events, study.branch()["bifurcations"])
+        orbits: list[list[Motion]] = [
+            [
+                orbit_from_record(one["orbit"])
+                if one and alpha == event.middle
+                else study.motions([alpha])[0]
+                for alpha in event.alphas
+            ]
+            for event, one in found
         ]
-        for event, one in found
-    ]
-    return capsule_sym.plot_events([event for event, _ in found], orbits, **study.looks)
+        return plot_events([event for event, _ in found], orbits, **study.looks)
 
-
-def _itineraries(study: Study) -> Figure:
-    motions = study.motions(study.evenly(_SAMPLES))
-    return capsule_sym.plot_itineraries(motions, study.branch(), **study.looks, device=study.device)
-
-
-def _of_branch(study: Study, draw: Callable[..., Figure]) -> Figure:
-    return draw(study.branch(), width=study.width, device=study.device)
-
-
-def _of_motion(study: Study, draw: Callable[..., Figure], alpha: float) -> Figure:
-    (found,) = study.motions([alpha])
-    return draw(found, **study.looks, device=study.device)
+    return draw
 
 
 def _chart(study: Study) -> Figure:
     from capsule_sym._figures.charts import draw_regions
-    from capsule_sym._figures.regions import PLANE
     from paper.study.casestudy import GAMMAS
 
-    start = study.at(_BEGIN)
-    curves = study.store.curves(start, PLANE)
-    regions = study.store.regions(start, PLANE)
-    return draw_regions(PLANE, regions, curves, levels=GAMMAS, width=study.width)
-
-
-def measured() -> Path:
-    """The file with the times of all tools or, where there is none, that of a part of the study."""
-    return _PART if _PART.exists() and not BENCH.exists() else BENCH
-
-
-def _work_precision(study: Study) -> Figure:
-    path = measured()
-    if not path.exists():
-        made = "there; make it with: capsule-sym bench --out results/bench"
-        raise InvalidInput("results", str(path), made)
-    record = read_json(path, "JSON", "results")
-    return capsule_sym.plot_work_precision(record, width=study.width)
+    start = study.at(BEGIN)
+    curves = data.plane_curves(study.store, start, data.PLANE)
+    regions = data.plane_regions(study.store, start, data.PLANE)
+    return draw_regions(data.PLANE, regions, curves, levels=GAMMAS, width=study.width)
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A figure: how it is made, and its record in figures.toml."""
+    """A figure: how it is made, and its texts."""
 
     make: Callable[[Study], Figure]
     title: str
@@ -197,38 +142,245 @@ class Entry:
         return figure
 
 
-_MADE: dict[str, Callable[[Study], Figure]] = {
-    "fig1": lambda study: capsule_sym.plot_fig1(width=study.width),
-    "fig2": lambda study: capsule_sym.plot_fig2(study.schematic, **study.looks),
-    "fig3": lambda study: _switching(study, 3),
-    "fig4": lambda study: _switching(study, 4),
-    "fig5": lambda study: _switching(study, 5),
-    "fig6": _fig6,
-    "fig7": _fig7,
-    "fig8": lambda study: _around(study, 8, exactly=False),
-    "fig8-exact": lambda study: _around(study, 8, exactly=True),
-    "fig9": lambda study: _around(study, 9, exactly=False),
-    "fig9-exact": lambda study: _around(study, 9, exactly=True),
-    "motion": lambda study: _of_motion(study, capsule_sym.plot_motion, study.system.alpha),
-    "bifurcations": lambda study: _of_branch(study, capsule_sym.plot_bifurcations),
-    "itineraries": _itineraries,
-    "energies": lambda study: _of_branch(study, capsule_sym.plot_energies),
-    "chart": _chart,
-    "margins": lambda study: _of_motion(
-        study, capsule_sym.plot_margins, study.system.alpha if study.chosen else 1.5
-    ),
-    "work-precision": _work_precision,
-}
-_RECORDS = tomllib.loads((files(__package__) / "figures.toml").read_text(encoding="utf-8"))
-for _figure in ("fig8", "fig9"):
-    _like = _RECORDS[_figure]
-    _more = "The solid orbit is the one that Newton's method finds on the line."
-    _RECORDS[f"{_figure}-exact"] = _like | {
-        "title": f"Fig. {_figure[3:]} around the exact values",
-        "caption": f"{_like['caption']} {_more}",
-    }
-_GENERAL = {"motion", "bifurcations", "itineraries", "energies", "margins"}
 FIGURES = {
-    name: Entry(make, **_RECORDS[name], general=name in _GENERAL) for name, make in _MADE.items()
+    "fig1": Entry(
+        _fig1,
+        title="Fig. 1: the capsule",
+        caption=(
+            "A mass in a capsule that lies on the ground with dry friction. The drive moves the "
+            "mass, the spring k_1 and the damper c hold it to the capsule, and beyond the gap G "
+            "it meets the spring k_2."
+        ),
+        seen=(
+            "A capsule lies on hatched ground. In it a mass M_m is tied to the left wall by a "
+            "spring k_1 above a damper c. Right of the mass, at a gap G, a plate stands before a "
+            "spring k_2 on the right wall. Arrows: displacements X_m and X_c and the drive P_d "
+            "cos Omega t to the right, friction F_r to the left."
+        ),
+        metric=True,
+    ),
+    "fig2": Entry(
+        _fig2,
+        title="Fig. 2: state space",
+        caption=(
+            "Subspaces, surfaces S1-S10 and lines L1-L9 at parameters that set them apart (ζ = "
+            "0.3, β = 0.6), and the plane P1 = 0 from above. L10 (δ > f_b) is not in Eq. (14)."
+        ),
+        seen=(
+            "Above, in perspective: the horizontal plane v_c = 0 cut by the upright plane x_r = "
+            "delta, with six tinted surfaces S1 to S6 on the one and four, S7 to S10, on the "
+            "other, the lines L1 to L8 between them and L9 upright. Below, the plane v_c = 0 from "
+            "above for gaps less than, equal to and larger than the friction bound: two pairs of "
+            "parallel oblique lines that meet the upright line in the points O1 and O2."
+        ),
+    ),
+    "fig3": Entry(
+        _switching(3),
+        title="Fig. 3: switching on S1, S5 and S7",
+        caption="Bundles of exact trajectories across a surface, with its normals and the fields.",
+        seen=(
+            "Three square sections with bundles of trajectories. On S1 those of F3 come from "
+            "below and continue as F1; on S5 those of F4 and F6 come from both sides and continue "
+            "along it as F5; across S7 those of F1 continue as F4. Arrows show both normals and "
+            "the fields."
+        ),
+    ),
+    "fig4": Entry(
+        _switching(4),
+        title="Fig. 4: switching on L1 to L4",
+        caption=(
+            "The stick fields F2 and F5 along the lines when the excitation is largest and least: "
+            "on the middle parts of L2 and L3 they point to both sides. Then bundles of exact "
+            "trajectories across each line, in a plane section."
+        ),
+        seen=(
+            "Left, the plane v_c = 0 with arrows of the stick fields along L1 to L4, black and "
+            "grey for the two ends of the excitation. Right, six sections with bundles of "
+            "trajectories across L1, two parts of L2, two parts of L3, and L4: beside each a "
+            "stretch of stick begins or ends."
+        ),
+    ),
+    "fig5": Entry(
+        _switching(5),
+        title="Fig. 5: switching on L5 to L8",
+        caption="As Fig. 4, on the line where the planes P1 = 0 and P2 = δ meet.",
+        seen=(
+            "Left, the plane v_c = 0 with arrows across the upright line x_r = delta. Right, four "
+            "sections with bundles of trajectories across L5 to L8: stick lies beside L6 and L7, "
+            "none beside L5 and L8."
+        ),
+    ),
+    "fig6": Entry(
+        _fig6,
+        title="Fig. 6: phase trajectories over the excitation amplitude",
+        caption=(
+            "Steady motions in (x_r, v_r), one behind the other; wide lines are the orbits at the "
+            "exact bifurcation values."
+        ),
+        seen=(
+            "Closed orbits in the plane of relative displacement and velocity, one behind the "
+            "other by excitation amplitude from 0 to 2: small ovals of stick that grow, and gain "
+            "forward drift, then backward drift and a loop. The orbits at the exact bifurcation "
+            "values are drawn wide."
+        ),
+        by_gamma=True,
+    ),
+    "fig7": Entry(
+        _fig7,
+        title="Fig. 7: displacements and phase portraits, a to p",
+        caption=(
+            "At the printed amplitudes, with the fields of the steady motion in the order of time."
+        ),
+        seen=(
+            "Sixteen pairs of small diagrams, a to p, of growing amplitude. Left of each pair the "
+            "displacements of mass and capsule over three periods: at rest on average at first, "
+            "then in steps forward. Right the closed orbit with the switching lines, and its "
+            "itinerary from F5 F2 to F4 F1 F3 F6."
+        ),
+        by_gamma=True,
+    ),
+    "fig8": Entry(
+        _around(8, exactly=False),
+        title="Fig. 8: boundary-intersection crossings, printed amplitudes",
+        caption=(
+            "Whole on the left, magnified around the line on the right; dotted below, solid at, "
+            "dashed above the value."
+        ),
+        seen=(
+            "Two rows: the orbits below, at and above a boundary-intersection crossing in the "
+            "state space, whole on the left and magnified on the right, where the middle one "
+            "passes through the line."
+        ),
+        by_gamma=True,
+    ),
+    "fig8-exact": Entry(
+        _around(8, exactly=True),
+        title="Fig. 8 around the exact values",
+        caption=(
+            "Whole on the left, magnified around the line on the right; dotted below, solid at, "
+            "dashed above the value. The solid orbit is the one that Newton's method finds on the "
+            "line."
+        ),
+        seen=(
+            "Two rows: the orbits below, at and above a boundary-intersection crossing in the "
+            "state space, whole on the left and magnified on the right, where the middle one "
+            "passes through the line."
+        ),
+        by_gamma=True,
+    ),
+    "fig9": Entry(
+        _around(9, exactly=False),
+        title="Fig. 9: sliding bifurcations, printed amplitudes",
+        caption=(
+            "Whole on the left, magnified around the line on the right; dotted below, solid at, "
+            "dashed above the value."
+        ),
+        seen=(
+            "Four rows for adding-, crossing-, switching- and grazing-sliding: orbits below, at "
+            "and above the value in the state space, whole on the left and magnified on the "
+            "right, where the middle one touches or passes the line."
+        ),
+        by_gamma=True,
+    ),
+    "fig9-exact": Entry(
+        _around(9, exactly=True),
+        title="Fig. 9 around the exact values",
+        caption=(
+            "Whole on the left, magnified around the line on the right; dotted below, solid at, "
+            "dashed above the value. The solid orbit is the one that Newton's method finds on the "
+            "line."
+        ),
+        seen=(
+            "Four rows for adding-, crossing-, switching- and grazing-sliding: orbits below, at "
+            "and above the value in the state space, whole on the left and magnified on the "
+            "right, where the middle one touches or passes the line."
+        ),
+        by_gamma=True,
+    ),
+    "motion": Entry(
+        general.FIGURES["motion"].make,
+        title="Displacements and phase portrait",
+        caption="The steady motion from rest: mass dashed, capsule solid.",
+        seen=(
+            "Left, displacements of mass and capsule over three periods, the capsule in steps. "
+            "Right, the closed orbit in the phase plane with the switching lines. Colours are "
+            "those of the fields."
+        ),
+        by_gamma=True,
+        metric=True,
+        general=True,
+    ),
+    "bifurcations": Entry(
+        general.FIGURES["bifurcations"].make,
+        title="Bifurcation diagram",
+        caption=(
+            "The branch of periodic orbits through the case study, with its exact bifurcations."
+        ),
+        seen=(
+            "Three curves over the excitation amplitude from 0 to 2, all solid: stroboscopic "
+            "relative displacement and velocity, which rise, and the average velocity, 0 up to "
+            "0.37 and then rising to 0.25. Eight circles mark the bifurcations, labelled above, "
+            "with a key below."
+        ),
+        by_gamma=True,
+        metric=True,
+        general=True,
+    ),
+    "itineraries": Entry(
+        general.FIGURES["itineraries"].make,
+        title="Which field acts when",
+        caption="One column is one period of the steady motion, from phase 0 upwards.",
+        seen=(
+            "Coloured bands over the excitation amplitude, one for each field that acts, upwards "
+            "by phase. Stick fills most below 0.37; forward drift with contact and then without "
+            "it grows from there, backward drift begins as a tongue at 0.94, and stick ends "
+            "beyond 1.6."
+        ),
+        by_gamma=True,
+        metric=True,
+        general=True,
+    ),
+    "energies": Entry(
+        general.FIGURES["energies"].make,
+        title="Where the work of a period goes",
+        caption="What damper and friction take is stacked; it meets the work of the drive.",
+        seen=(
+            "Above, two stacked areas over the amplitude, the loss in the damper below that to "
+            "friction, which together meet the line of the drive's work and reach 5. Below, "
+            "friction's share: 0 up to 0.37, then rising to 0.78."
+        ),
+        by_gamma=True,
+        metric=True,
+        general=True,
+    ),
+    "chart": Entry(
+        _chart,
+        title="Motions over amplitude and mass ratio",
+        caption=(
+            "The key gives the itinerary of each number, the fields in the order of time; curves "
+            "are exact, circles the points where two bifurcations meet. Dashed: γ = 3.0 and 3.3."
+        ),
+        seen=(
+            "A plane of amplitude and mass ratio, cut by eight curves into numbered regions with "
+            "an itinerary each. The first four curves are nearly upright; beyond an amplitude of "
+            "1.2 the curves bend and cross in circles."
+        ),
+    ),
+    "margins": Entry(
+        general.FIGURES["margins"].make,
+        title="Guards of a motion over time",
+        caption=(
+            "At α = 1.5: the gap, the capsule's velocity and the force that it has to overcome; "
+            "thin where the quantity is no guard of the acting field."
+        ),
+        seen=(
+            "Four panels over one period: a bar of the itinerary, then gap, capsule velocity and "
+            "force, each a curve in the colours of the fields that switches colour where it meets "
+            "a dashed level."
+        ),
+        by_gamma=True,
+        metric=True,
+        general=True,
+    ),
 }
 """Every figure by its name on the command line."""

@@ -14,10 +14,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+<<<<<<< HEAD
 from capsule_sym import InvalidInput, NotInstalled, Parameters, figure_style
 from capsule_sym import _explorer as explorer
 from capsule_sym._figures.data import Store, Track
 from capsule_sym._figures.style import Colours
+=======
+from capsule_sym._figures.data import Store, Track
+
+from capsule_sym import _explorer as explorer
+from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._figures.style import Colours, figure_style
+>>>>>>> 1339f05c (Move Figs. 1 to 9 and their data out of the tool, and draw the bench's picture there)
 from capsule_sym._files import read_json
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts

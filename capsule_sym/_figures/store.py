@@ -6,6 +6,7 @@ A file is named by a digest of what it was computed from: inputs, package versio
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -19,21 +20,18 @@ import capsule_sym
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.arcs import UNSETTLED
 from capsule_sym._files import read_json, write_whole
-from capsule_sym._map import Trajectory, simulate
-from capsule_sym._parameters import Parameters, SceneParameters
+from capsule_sym._map import SteadyMotion, Trajectory, simulate
+from capsule_sym._parameters import SceneParameters
 from capsule_sym._records import dumps
 from capsule_sym.generated.capsule.py import DIGEST
-from paper.study import casestudy
 
 if TYPE_CHECKING:
-    from capsule_sym._figures.regions import Plane, Region
     from capsule_sym._orbits.continuation.branches.branch import Branch
     from capsule_sym._orbits.shooting.orbit import Orbit
-    from paper.study.sections import Section
 
 _BRANCH_POINTS = 200
-_STEPS = 30  # steps along a branch that is continued for its bifurcations only
-_ACROSS = 20  # grid points along each side of a chart at which motions are run
+_BLOCK = 64  # excitation periods between two tests for a steady motion
+MOST_PERIODS = 4096
 _DRAWN = 3  # least number of excitation periods of a motion that are drawn
 _CLOSING = 256  # excitation periods of the run that starts Newton's method
 
@@ -50,19 +48,17 @@ class Store:
 
     def get(self, name: str, inputs: Any, compute: Callable[[], Any]) -> Any:
         """Result of `compute`, plain data for JSON, cached under `name` and `inputs`."""
-        path = self._path(name, inputs, ".json")
+        source = _provenance(inspect.getsourcefile(compute) or "")
+        text = json.dumps([name, source, inputs], sort_keys=True)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+        path = self.directory / f"{name}-{digest}.json"
         # A damaged file is computed again.
         with suppress(OSError, ValueError, LookupError, TypeError):
             return read_json(path, "JSON")["result"]
-        kept = dumps({**_provenance(), "inputs": inputs, "result": compute()})
+        kept = dumps({**source, "inputs": inputs, "result": compute()})
         with suppress(InvalidInput):  # a figure needs no cache
             write_whole(path, kept)
         return json.loads(kept)["result"]
-
-    def _path(self, name: str, inputs: Any, ending: str = "") -> Path:
-        text = json.dumps([name, _provenance(), inputs], sort_keys=True)
-        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-        return self.directory / f"{name}-{digest}{ending}"
 
     def _at_once(self, text: str, compute: Callable[[], Any]) -> Any:
         """Result of one long step, with a progress bar."""
@@ -77,70 +73,25 @@ class Store:
 
         If the motion is not periodic, a run of `arcs.UNSETTLED` + 1 periods.
         """
-        inputs = [_known(parameters) for parameters in wanted]
+        inputs = [known(parameters) for parameters in wanted]
 
         def compute() -> list[dict[str, Any]]:
-            return [_settled(p) for p in self.track(wanted, "Settling motions", len(wanted))]
+            return [settled(p) for p in self.track(wanted, "Settling motions", len(wanted))]
 
         found = self.get("motions", inputs, compute)
-        return [_run(p, record) for p, record in zip(wanted, found, strict=True)]
+        return [run_settled(p, record) for p, record in zip(wanted, found, strict=True)]
 
     def branch(self, parameters: SceneParameters, parameter: str, begin: float, to: float) -> Any:
         """`branch_record` of the motion from rest at `begin`, continued in a parameter.
 
         If no run from rest becomes periodic there, of the motion at `to`, continued backward.
         """
-        inputs = [_known(parameters), parameter, begin, to]
+        inputs = [known(parameters), parameter, begin, to]
 
         def compute() -> dict[str, Any]:
-            return branch_record(_followed(parameters, parameter, (begin, to), _BRANCH_POINTS))
+            return branch_record(followed(parameters, parameter, (begin, to), _BRANCH_POINTS))
 
         return self.get("branch", inputs, lambda: self._at_once("Following the branch", compute))
-
-    def curves(self, parameters: SceneParameters, plane: Plane) -> Any:
-        """Bifurcations of the branch in the plane's first parameter as curves in both.
-
-        Plain data as of `capsule-sym curve --json`. The branch begins with the motion from rest at
-        the low end of the first range, or at the high end if that motion does not become periodic.
-        """
-        from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
-        from capsule_sym._orbits.continuation.records import curve_record
-
-        def compute() -> list[dict[str, Any]]:
-            found = _followed(parameters, plane.first, plane.x, _STEPS).bifurcations
-            tracked = self.track(found, "Following the curves", len(found))
-            return [
-                curve_record(continue_bifurcation(one, plane.second, (plane.x, plane.y)))
-                for one in tracked
-            ]
-
-        return self.get("curves", [_known(parameters), plane], compute)
-
-    def regions(self, parameters: SceneParameters, plane: Plane) -> list[Region]:
-        """Regions between the `curves`.
-
-        Their itineraries come from the steady motions from rest at one point of each region and at
-        the points of a grid.
-        """
-        from capsule_sym._figures import regions
-
-        cut = regions.patches(plane, self.curves(parameters, plane))
-        places = regions.samples(plane, cut, _ACROSS)
-
-        def compute() -> list[list[Any]]:
-            tracked = self.track(places, "Settling motions", len(places))
-            return [
-                [number, _itinerary(parameters.replace(**{plane.first: x, plane.second: y}))]
-                for number, x, y in tracked
-            ]
-
-        found = self.get("regions", [_known(parameters), plane], compute)
-        return regions.by_samples(plane, cut, found)
-
-    def bundle(self, section: Section, parameters: Parameters) -> list[Trajectory]:
-        """Runs of one period from the rim of a section's window."""
-        starts = section.starts(parameters).tolist()
-        return [simulate(parameters, start, section.phase, periods=1) for start in starts]
 
 
 def cache_directory() -> Path:
@@ -153,11 +104,13 @@ def cache_directory() -> Path:
 
 
 @cache
-def _provenance() -> dict[str, str]:
-    """Version, generated code, and a digest of the code that computes what is kept."""
+def _provenance(computing: str) -> dict[str, str]:
+    """Version, generated code, and a digest of the code by which a file computes what is kept."""
     root = Path(capsule_sym.__file__).parent
-    digest = hashlib.sha256((root / "_parameters.py").read_bytes())
-    for package in ("_map", "_native", "_orbits", "_study", "_sweeps"):
+    digest = hashlib.sha256()
+    for file in (computing, __file__, root / "_parameters.py", root / "_figures" / "arcs.py"):
+        digest.update(Path(file).read_bytes())
+    for package in ("_map", "_native", "_orbits"):
         for source in sorted((root / package).rglob("*")):
             if source.suffix in (".py", ".pyx", ".c", ".h"):
                 digest.update(source.read_bytes())
@@ -165,13 +118,13 @@ def _provenance() -> dict[str, str]:
     return {"version": capsule_sym.__version__, "generated": DIGEST, "code": code}
 
 
-def _known(parameters: SceneParameters) -> dict[str, Any]:
-    """Parameters, with their scene and its digest unless it is the paper's."""
+def known(parameters: SceneParameters) -> dict[str, Any]:
+    """Parameters as inputs of a `Store`, with their scene and its digest unless it is the paper's."""
     of = parameters.scene
     return ({**of.entry, "generated": of.digest} if of.entry else {}) | parameters.to_dict()
 
 
-def _followed(
+def followed(
     parameters: SceneParameters, parameter: str, ends: tuple[float, float], points: int
 ) -> Branch:
     """Branch from the first of these ends at which a run from rest becomes periodic."""
@@ -233,17 +186,23 @@ def orbit_of(record: Mapping[str, Any]) -> Orbit:
     return saved.orbit_from_record(record.get("orbit", record))
 
 
-def _itinerary(parameters: SceneParameters) -> str:
-    """Itinerary of the steady motion from rest; empty if it does not become steady."""
-    try:
-        record = _settled(parameters)
-    except InvalidInput:
-        return ""
-    steady = _run(parameters, record).steady()
-    return " ".join(steady.itinerary) if steady else ""
+def from_rest(parameters: SceneParameters) -> tuple[int, Trajectory, SteadyMotion | None]:
+    """Run from rest until its motion is steady: number of periods, last part of the run, motion.
+
+    The motion is None if it is not steady within 4096 periods, or if the run failed.
+    """
+    state, periods = (0.0, 0.0, 0.0), 0
+    while True:
+        trajectory = simulate(parameters, state, periods=_BLOCK)
+        periods += _BLOCK
+        motion = trajectory.steady() if trajectory.success else None
+        if motion or not trajectory.success or periods >= MOST_PERIODS:
+            return periods, trajectory, motion
+        # A run ends at phase 0, where the next one begins.
+        _, state = trajectory.final
 
 
-def _settled(parameters: SceneParameters) -> dict[str, Any]:
+def settled(parameters: SceneParameters) -> dict[str, Any]:
     """State at phase 0 and period number of the steady motion from rest.
 
     Newton's method is used if the motion settles slowly. The number is None if the motion is not
@@ -251,7 +210,7 @@ def _settled(parameters: SceneParameters) -> dict[str, Any]:
     """
     from capsule_sym._orbits.shooting.search import solve_orbit
 
-    _, last, motion = casestudy.from_rest(parameters)
+    _, last, motion = from_rest(parameters)
     if not last.success:
         raise InvalidInput(
             "parameters", parameters.to_dict(), f"those of a motion ({last.message})"
@@ -265,7 +224,8 @@ def _settled(parameters: SceneParameters) -> dict[str, Any]:
     return {"state": state, "period_number": None}
 
 
-def _run(parameters: SceneParameters, record: dict[str, Any]) -> Trajectory:
+def run_settled(parameters: SceneParameters, record: dict[str, Any]) -> Trajectory:
+    """Run of a few periods from a state that `settled` gives."""
     number = record["period_number"]
     # One period more than twice the motion's, to detect its repetition.
     periods = max(_DRAWN, 2 * number if number else UNSETTLED) + 1
