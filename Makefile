@@ -18,23 +18,11 @@ help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
 
 paper: $(READY)  ## the main job: the paper's case study, and results/report.html
-	$(BIN)/python -m paper case-study --out results/paper
-	@$(MAKE) -j2 --no-print-directory results/verify.json results/hardcases.json
-	$(BIN)/capsule-sym report
+	$(BIN)/python -m paper
 
 sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),$(addprefix $(at),/*.* /*/*.* /*/*/*.*))))
 within = $(call sources,$(addprefix capsule_sym/,$(1)))
 PROVED := $(call sources,paper) $(call within,_symbolic _enclosures _orbits _map _native generated)
-results/verify.json: $(READY) $(PROVED)
-	@mkdir -p results
-	$(BIN)/capsule-sym verify --json > $@.part
-	@mv $@.part $@
-
-HARD := $(call sources,benchmarks/hardcases) $(call within,_map _native generated)
-results/hardcases.json: $(READY) $(HARD)
-	@mkdir -p results
-	$(BIN)/python -m benchmarks hardcases --json > $@.part
-	@mv $@.part $@
 
 # A test that stands still shows what each thread is at, and fails; the longest takes two minutes.
 STILL := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true

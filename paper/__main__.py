@@ -8,14 +8,22 @@ from capsule_sym._cli import Group, main
 @click.group("python -m paper", cls=Group, invoke_without_command=True)
 @click.pass_context
 def group(context: click.Context) -> None:
-    """Guo and Liu (2019), reproduced with capsule-sym; from a checkout, in no wheel."""
+    """Guo and Liu (2019), reproduced with capsule-sym; from a checkout, in no wheel.
+
+    Without a command, all that is computed about the paper but for `enclose`: the case study,
+    proofs, hard cases and the report, into results/.
+    """
     if context.invoked_subcommand is None:
-        click.echo(context.get_help())
+        from paper.commands.everything import write_everything
+
+        write_everything()
 
 
 for _name, _module, _text in (
-    ("claims", "paper.commands.claims", "Compare every printed statement with its derivation."),
     ("case-study", "paper.commands.case_study", "Compute the case study beside the paper."),
+    ("figure", "paper.commands.figures", "Draw a figure of the paper or of the report."),
+    ("report", "paper.commands.figures", "Write the case study as one page of HTML."),
+    ("claims", "paper.commands.claims", "Compare every printed statement with its derivation."),
     ("enclose", "paper.commands.enclose", "Prove Section 4 in ball arithmetic."),
 ):
     group.add(_name, _module, _text)

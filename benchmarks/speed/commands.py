@@ -31,9 +31,9 @@ def bench(
     sweep the references are itineraries of this map; 50 digits confirm 11 of the 1,000.
 
     --out writes bench.json (part.json with --only or --quick), the same as --json prints, after
-    each part, so that an interrupted study keeps the finished parts. "trajectory" (the case study),
-    "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are rows of tool and
-    setting, DOP853 and RK4 in C among them, where cc is; "ratios" are their times over ours.
+    each part, so that an interrupted study keeps the finished parts, and at the end its picture,
+    time against error, as bench.svg or part.svg. "trajectory" (the case study), "tangencies" (its
+    motions within 1e-2 to 1e-12 of a tangency) and "sweep" are rows of tool and setting, DOP853 and RK4 in C among them, where cc is; "ratios" are their times over ours.
     "growth" is ours alone; "widths" counts what is wrong in lanes and in 106 bits; "roots" sets
     Newton's method beside Brent's; and "goals" is what has to be reached.
     """
@@ -51,7 +51,12 @@ def bench(
             if file is not None:
                 study.write(file)
     if file is not None:
-        click.echo(f"wrote {file}", err=True)
+        from benchmarks.speed.precision import plot_work_precision
+        from capsule_sym import save_figure
+
+        picture = file.with_suffix(".svg")
+        save_figure(plot_work_precision(study.record), picture)
+        click.echo(f"wrote {file}, {picture}", err=True)
     if as_json:
         click.echo(dumps(study.record))
         return

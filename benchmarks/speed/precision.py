@@ -34,8 +34,8 @@ def plot_work_precision(
 ) -> Figure:
     """Time per excitation period against the largest error, a curve for each tool and method.
 
-    `record` is the JSON of `capsule-sym bench`; the method is the text after the tolerance in a
-    row's `setting`. A hollow marker means that the tool missed or invented switches there.
+    `record` is the JSON of `python -m benchmarks bench`; the method is the text after the tolerance
+    in a row's `setting`. A hollow marker means that the tool missed or invented switches there.
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
     rows = {name: _measured(record.get(name, ())) for name in _TITLES}

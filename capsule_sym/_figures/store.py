@@ -119,7 +119,7 @@ def _provenance(computing: str) -> dict[str, str]:
 
 
 def known(parameters: SceneParameters) -> dict[str, Any]:
-    """Parameters as inputs of a `Store`, with their scene and its digest unless it is the paper's."""
+    """Parameters as inputs of a `Store`; with the scene and its digest unless it is the paper's."""
     of = parameters.scene
     return ({**of.entry, "generated": of.digest} if of.entry else {}) | parameters.to_dict()
 

@@ -14,35 +14,39 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
-<<<<<<< HEAD
 from capsule_sym import InvalidInput, NotInstalled, Parameters, figure_style
 from capsule_sym import _explorer as explorer
-from capsule_sym._figures.data import Store, Track
+from capsule_sym._figures.catalogue import Study
+from capsule_sym._figures.store import Store, Track
 from capsule_sym._figures.style import Colours
-=======
-from capsule_sym._figures.data import Store, Track
-
-from capsule_sym import _explorer as explorer
-from capsule_sym._errors import InvalidInput, NotInstalled
-from capsule_sym._figures.style import Colours, figure_style
->>>>>>> 1339f05c (Move Figs. 1 to 9 and their data out of the tool, and draw the bench's picture there)
 from capsule_sym._files import read_json
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts
 from capsule_sym.generated.capsule.py import DIGEST
-from paper.figures.catalogue import BENCH, FIGURES, Study, measured
+from paper.figures.catalogue import FIGURES
 from paper.printed import read
 from paper.study.casestudy import GAMMAS, THRESHOLDS
 
 EXPLORER = "explorer.html"
 """Name of the explorer's page beside the report."""
 
-_SOURCES = {
-    "cases": (Path("results/paper/casestudy.json"), "capsule-sym paper --out results/paper"),
-    "proofs": (Path("results/verify.json"), "capsule-sym verify --json > results/verify.json"),
-    "hard": (Path("results/hardcases.json"), "make results/hardcases.json, in a checkout"),
-    "bench": (BENCH, "capsule-sym bench --out results/bench"),
+RESULTS = Path("results")
+_BENCH = RESULTS / "bench" / "bench.json"
+_PART = _BENCH.with_name("part.json")  # of a quick study, or one with some of the tools
+SOURCES = {
+    "cases": (RESULTS / "paper/casestudy.json", "python -m paper case-study --out results/paper"),
+    "proofs": (RESULTS / "verify.json", "python -m paper"),
+    "hard": (RESULTS / "hardcases.json", "python -m paper"),
+    "bench": (_BENCH, "python -m benchmarks bench --out results/bench"),
 }
+"""Files whose results are shown, each with the command that writes it."""
+
+_PRECISION = (
+    "Work against precision",
+    "A hollow marker: switches were missed or invented at that setting.",
+    "Error over time per period on logarithmic axes, a curve with markers for each tool and way to "
+    "use it.",
+)
 _VERSIONS = ("capsule-sym", "numpy", "scipy", "mpmath", "sympy", "matplotlib")
 _RESOLUTION = 160  # of what is dots, in each inch
 _PLAIN = " /:;=,.()+-!?@*_[]{}|"  # characters that an address of data holds as they are
@@ -91,13 +95,13 @@ def page(colours: Colours, track: Track, workers: int = 1) -> str:
     template = environment.from_string(
         (files(__package__) / "report.html.j2").read_text(encoding="utf-8")
     )
-    saved = {name: _load(path) for name, (path, _) in _SOURCES.items() if name != "bench"}
-    saved["bench"] = _load(measured())
+    saved = {name: _load(path) for name, (path, _) in SOURCES.items() if name != "bench"}
+    saved["bench"] = _load(bench := measured())
     differing = _differing(saved["proofs"])
     return template.render(
         **saved,
-        missing={name: command for name, (_, command) in _SOURCES.items()},
-        partly=measured() != BENCH,
+        missing={name: command for name, (_, command) in SOURCES.items()},
+        partly=bench != _BENCH,
         parameters=Parameters(),
         gammas=GAMMAS,
         printed_thresholds=THRESHOLDS,
@@ -110,11 +114,27 @@ def page(colours: Colours, track: Track, workers: int = 1) -> str:
         statuses=Counter(item["status"] for item in saved["proofs"]["items"])
         if saved["proofs"]
         else {},
-        pictures=_pictures(colours, track, saved["bench"] is not None, workers),
+        pictures=_pictures(colours, track, workers),
+        precision=_precision(bench.with_suffix(".svg")),
         versions={"python": platform.python_version(), **_versions()},
         digest=DIGEST,
         explorer=EXPLORER,
     )
+
+
+def measured() -> Path:
+    """The file with the times of all tools or, where there is none, that of a part of the study."""
+    return _PART if _PART.exists() and not _BENCH.exists() else _BENCH
+
+
+def _precision(path: Path) -> list[Picture]:
+    """The picture that the bench has written, if there is one."""
+    if not path.exists():
+        return []
+    text = path.read_text(encoding="utf-8")
+    size = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text)
+    wide, high = (round(float(points) * 96 / 72) for points in size.groups()) if size else (0, 0)
+    return [Picture(*_PRECISION, _data_uri(text), wide, high, SOURCES["bench"][1])]
 
 
 def _load(path: Path) -> Any:
@@ -174,14 +194,11 @@ def _lines(proofs: Mapping[str, Any] | None) -> list[tuple[str, list[Mapping[str
     return list(found.items())
 
 
-def _pictures(
-    colours: Colours, track: Track, measured: bool, workers: int
-) -> dict[str, list[Picture]]:
+def _pictures(colours: Colours, track: Track, workers: int) -> dict[str, list[Picture]]:
     """The figures by name, one for each gamma where they depend on it."""
     wanted = [
         (name, gamma)
         for name, entry in FIGURES.items()
-        if measured or name != "work-precision"
         for gamma in (GAMMAS if entry.by_gamma else GAMMAS[:1])
     ]
     found: dict[str, list[Picture]] = {}
@@ -216,12 +233,13 @@ def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Pict
 
     name, gamma = one
     entry = FIGURES[name]
-    title, command = entry.title, f"capsule-sym figure {name} --out {name}.svg"
+    program = "capsule-sym" if entry.general else "python -m paper"
+    title, command = entry.title, f"{program} figure {name} --out {name}.svg"
     if entry.by_gamma:
         title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
     store = store or Store(lambda items, text, total: items)
     drawn = entry.make(Study(store, Parameters(gamma=gamma), colours))
-    uri, size = _data_uri(drawn), on_page(drawn)
+    uri, size = _data_uri(_svg(drawn)), on_page(drawn)
     return Picture(title, entry.caption, entry.seen, uri, *size, command)
 
 
@@ -230,16 +248,21 @@ def _told(one: _Wanted) -> str:
     return f"Drawing {name}, γ = {gamma}" if FIGURES[name].by_gamma else f"Drawing {name}"
 
 
-def _data_uri(figure: Any) -> str:
-    """A figure as an address that holds it, as curves."""
+def _svg(figure: Any) -> str:
+    """A figure as curves."""
     text = io.StringIO()
     with figure_style():
         figure.savefig(text, format="svg", dpi=_RESOLUTION, metadata={"Date": None})
+    return text.getvalue()
+
+
+def _data_uri(picture: str) -> str:
+    """An SVG as an address that holds it, without what nobody can see."""
     # Paths to a hundredth of a point, which no screen and no print can show.
     short = re.sub(
         r'(?<= d=")[^"]+',
         lambda path: re.sub(r"(?<=\.\d{2})\d+", "", path[0]),
-        text.getvalue(),
+        picture,
     )
     return f"data:image/svg+xml,{quote(short, safe=_PLAIN)}"
 

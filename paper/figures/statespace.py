@@ -9,13 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from mpl_toolkits.mplot3d import proj3d
 
-<<<<<<< HEAD
-from capsule_sym import InvalidInput, Parameters
-from capsule_sym._figures.boundaries import Array, Limits, corners, lines, surfaces
-=======
 from capsule_sym import InvalidInput, Parameters
 from capsule_sym._figures.boundaries import Array, Limits, corners, lines
->>>>>>> 1339f05c (Move Figs. 1 to 9 and their data out of the tool, and draw the bench's picture there)
 from capsule_sym._figures.labels import PATCH, Names
 from capsule_sym._figures.layout import NARROW, canvas
 from capsule_sym._figures.sizes import PAGE
@@ -27,10 +22,7 @@ from capsule_sym._figures.style import (
     mathematical,
     styled,
 )
-<<<<<<< HEAD
-=======
 from paper.figures.space import Box, add_space, draw_space, fit_view, size_of, surfaces, walls
->>>>>>> 1339f05c (Move Figs. 1 to 9 and their data out of the tool, and draw the bench's picture there)
 from paper.study.sections import SCHEMATIC, line_point
 
 GAPS = (0.4, 1.0, 1.6)

@@ -1,0 +1,72 @@
+"""The commands `figure` and `report`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from capsule_sym import save_figure
+from capsule_sym._commands import options, present
+from capsule_sym._commands.figures import COLOURS, PICTURE, Picture
+from capsule_sym._commands.signature import argument, command
+from capsule_sym._figures.catalogue import Study
+from paper.figures.catalogue import FIGURES
+
+
+def _list() -> str:
+    width = max(map(len, FIGURES))
+    lines = (f"  {name:{width}}  {entry.title}" for name, entry in FIGURES.items())
+    return "\n".join(["\b", "Names:", *lines])
+
+
+@command(epilog=_list())
+def figure(
+    name: str = argument(type=click.Choice([*FIGURES]), metavar="NAME"),
+    picture: Picture = PICTURE,
+    system: options.System = options.parameters(),
+    colours: Any = COLOURS,
+    as_json: bool = options.as_json,
+) -> None:
+    """Draw a figure of the paper or of the report by its name, of the paper's system or another.
+
+    Computed results are kept in the user's cache directory, so that drawing it again takes a
+    second; the parameters are in the picture's metadata.
+    """
+    picture.check(moving=False)
+    from capsule_sym._figures.store import Store
+    from capsule_sym._figures.style import describe
+
+    parameters, device = system.load()
+    with present.tracking() as track:
+        study = Study(Store(track), parameters, colours, picture.width, system.chosen, device)
+        drawn = describe(FIGURES[name].drawn(study), FIGURES[name].title)
+    save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
+    files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
+    present.tell_written(*files, as_json=as_json, figure=name)
+
+
+@command(further=options.paper_alone)
+def report(
+    out: Path = options.out(
+        "HTML file to write.", "FILE", default="results/report.html", show_default=True
+    ),
+    colours: Any = COLOURS,
+    as_json: bool = options.as_json,
+) -> None:
+    """Write the whole case study as one page of HTML that opens without a network.
+
+    The explorer, to which it links, is written beside it as explorer.html.
+
+    Figures are drawn for it; tables come from the files that `python -m paper` and the bench leave
+    in results, and a section without its file names the command that makes it.
+    """
+    options.require("plot", "matplotlib", "jinja2")
+    from capsule_sym._processes import processors
+    from paper.figures.report import EXPLORER, write
+
+    with present.tracking(lines=True) as track:
+        write(out, colours, track, processors())
+    files = (out, out.parent / EXPLORER) if as_json else (out,)
+    present.tell_written(*files, as_json=as_json)
