@@ -78,7 +78,7 @@ def test_sympy_stays_unimported_by_the_map() -> None:
         [
             ("sympy", "verify", "symbolic"),
             ("flint", "run --certify proof.json", "symbolic"),
-            ("matplotlib", "figure fig1 --out fig1.svg", "plot"),
+            ("matplotlib", "figure motion --out motion.svg", "plot"),
             ("zarr", "sweep --alpha 0.1:2:3 --out s", "sweep"),
         ],
         2,

@@ -62,7 +62,7 @@ def report(
     Figures are drawn for it; tables come from the files that `python -m paper` and the bench leave
     in results, and a section without its file names the command that makes it.
     """
-    options.require("plot", "matplotlib", "jinja2")
+    options.require("matplotlib", "jinja2")
     from capsule_sym._processes import processors
     from paper.figures.report import EXPLORER, write
 

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import capsule_sym
-from capsule_sym import Parameters, SceneParameters, SteadyMotion, Trajectory, simulate
+from capsule_sym import Parameters, SceneParameters, SteadyMotion
+from capsule_sym._figures.store import from_rest
 from capsule_sym._map.backend import default_backend
 from capsule_sym._records import dumps, motion_record, segment_record, table
 from capsule_sym._records import write as write_texts
@@ -22,10 +23,6 @@ PANELS = {name: float(alpha) for name, alpha in paper.panels(_PAPER).items()}
 
 GAMMAS = (float(_PAPER["section.4.parameters"]["gamma"]), 3.0)
 """Mass ratios of the two runs: the printed one, and one that yields the printed maps."""
-
-_BLOCK = 64  # excitation periods between two tests for a steady motion
-MOST_PERIODS = 4096
-
 
 THRESHOLDS = frozenset(float(row.high) for row in paper.section_4(_PAPER)[:-1])
 """Printed bifurcation values of alpha, rounded to four digits. The motion computed at one of them
@@ -72,22 +69,6 @@ def run() -> Iterator[Case]:
             parameters = Parameters(alpha=alpha, gamma=gamma)
             periods, _, motion = from_rest(parameters)
             yield Case(panel, parameters, periods, motion)
-
-
-def from_rest(parameters: SceneParameters) -> tuple[int, Trajectory, SteadyMotion | None]:
-    """Run from rest until its motion is steady: number of periods, last part of the run, motion.
-
-    The motion is None if it is not steady within 4096 periods, or if the run failed.
-    """
-    state, periods = (0.0, 0.0, 0.0), 0
-    while True:
-        trajectory = simulate(parameters, state, periods=_BLOCK)
-        periods += _BLOCK
-        motion = trajectory.steady() if trajectory.success else None
-        if motion or not trajectory.success or periods >= MOST_PERIODS:
-            return periods, trajectory, motion
-        # A run ends at phase 0, where the next one begins.
-        _, state = trajectory.final
 
 
 def record(cases: list[Case]) -> dict[str, Any]:

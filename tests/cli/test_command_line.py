@@ -126,16 +126,10 @@ def test_every_command_takes_json(inside) -> None:
     assert not [name for name in group.commands if "--json" not in inside(name, "--help").stdout]
 
 
-def test_json_says_what_was_written(inside, tmp_path: Path, monkeypatch) -> None:
-    def drawn(path: Path, *_: object) -> None:
-        path.write_text("a page")
-        (path.parent / "explorer.html").write_text("another")
-
-    monkeypatch.setattr("paper.figures.report.write", drawn)
+def test_json_says_what_was_written(inside, tmp_path: Path) -> None:
     lines = (
-        ("figure fig3 --out a.svg", {"figure": "fig3"}, ["a.svg"]),
+        ("figure motion --out a.svg", {"figure": "motion"}, ["a.svg"]),
         ("explore --out b.html", {}, ["b.html"]),
-        ("report --out c.html", {}, ["c.html", "explorer.html"]),
     )
     for line, told, names in lines:
         done = inside(*line.split(), "--json", cwd=tmp_path)

@@ -30,8 +30,7 @@ def asked(instruction: str, words: str = "") -> subprocess.CompletedProcess[str]
         ("capsule-sym sw", {"sweep"}),
         ("capsule-sym sweep --re", {"--refine", "--resume"}),
         ("capsule-sym run --backend n", {"numpy"}),
-        ("capsule-sym figure fig8", {"fig8", "fig8-exact"}),
-        ("capsule-sym diagram fig9-", {"fig9-exact"}),
+        ("capsule-sym figure m", {"margins", "motion"}),
         ("capsule-sym verify --o", {"--only", "--out"}),
     ],
 )

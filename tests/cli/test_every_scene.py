@@ -8,7 +8,7 @@ import pytest
 
 from capsule_sym import scenes
 from capsule_sym._cli import group
-from paper.figures.catalogue import FIGURES
+from capsule_sym._figures.catalogue import FIGURES
 
 Command = Callable[..., CompletedProcess[str]]
 
@@ -40,7 +40,7 @@ RUNS = {
 }
 DRAWN = {
     "curve": "--XX --Y --bifurcation all --points 1 --max-seconds 5",
-    **{f"figure {name}": "--out a.png" for name, one in FIGURES.items() if one.general},
+    **{f"figure {name}": "--out a.png" for name in FIGURES},
 }
 STORED = ("sweep --info grid", "figure grid --out a.png", "figure basin --out a.png")
 STORED += ("figure grid --as pareto --out a.png", "figure branch/branch.json --out a.png")
@@ -106,11 +106,6 @@ def test_what_is_of_the_paper_alone_says_so_in_one_line(
 ) -> None:
     chosen = ("--scene", name), ("--params", f"{name}.toml")
     said = {**{one: f"absent: {one} {why}" for one, why in PAPERS.items()}}
-    said |= {
-        f"figure {one} --out a.png": "capsule, for a figure of the paper; of any scene are motion"
-        for one, entry in FIGURES.items()
-        if not entry.general
-    }
     for line, why in said.items():
         for words in chosen:
             done = inside(*line.split(), *words, cwd=folder)

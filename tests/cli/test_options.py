@@ -68,10 +68,9 @@ REFUSED = [
     ("run --max-seconds nan", "'--max-seconds': nan is not in the range x>0"),
     # files that cannot be written
     ("run --certify=", "'--certify': '' is no path"),
-    ("figure fig1 --out=", "'--out': '' is no path"),
+    ("figure motion --out=", "'--out': '' is no path"),
     ("enclose --thresholds --out taken/below.json", "taken is not a writable directory"),
-    ("figure fig6 --out taken/below.svg", "taken is not a writable directory"),
-    ("report --out taken/below.html", "taken is not a writable directory"),
+    ("figure energies --out taken/below.svg", "taken is not a writable directory"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
     (f"sweep --info {300 * 'a'}", "must be a directory that holds a sweep"),
     ("sweep none.toml --out s", "alpha = []: must be one value or more"),
@@ -135,8 +134,7 @@ def test_a_device_is_told_how_to_become_parameters() -> None:
 
 
 LACKING = [
-    ("matplotlib platformdirs", "figure fig1 --out a.svg", "plot"),
-    ("matplotlib jinja2", "report --out a.html", "plot"),
+    ("matplotlib platformdirs", "figure motion --out a.svg", "plot"),
     ("xarray zarr", "sweep --alpha 0.1:2:3 --out s", "sweep"),
     ("xarray zarr", "basin --x-r 0:1:2 --out s", "sweep"),
     ("xarray zarr", "sweep --info s", "sweep"),

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym._figures import data
-from capsule_sym._figures.data import Store
+from capsule_sym._figures import store as kept
+from capsule_sym._figures.store import Store
 
 
 def untracked(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:
@@ -34,7 +34,7 @@ def settled() -> Callable[..., Trajectory]:
 def branch(store: Store) -> Any:
     """The branch of the case study at gamma = 3, as plain data."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(data, "_BRANCH_POINTS", 30)
+        patch.setattr(kept, "_BRANCH_POINTS", 30)
         return store.branch(Parameters(gamma=3.0), "alpha", 0.005, 2.0)
 
 

@@ -18,16 +18,12 @@ from capsule_sym import (
     figure_style,
     plot_bifurcations,
     plot_energies,
-    plot_events,
-    plot_fig6,
     plot_itineraries,
     simulate,
 )
 from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.branches import spread
-from capsule_sym._figures.data import orbit_of
 from capsule_sym._figures.evolution import draw_itineraries
-from paper.study.events import CROSSINGS, SLIDINGS, exact, nearest
 from tests.figures import SAFE
 from tests.figures.layout import problems
 
@@ -206,11 +202,6 @@ def test_what_is_not_periodic_has_a_meaning_in_the_legend(settled, branch) -> No
     assert sorted(columns) == pytest.approx([0.7, 1.55])  # that at 1.2 stays white
     without = plot_itineraries(motions[::2], branch)
     assert white not in [one.get_text() for one in without.legends[0].get_texts()]
-    behind = plot_fig6(motions)
-    grey = {line.get_data_3d()[1][0] for line in behind.axes[0].lines if line.get_color() == "0.6"}
-    assert grey == {1.2}
-    named = behind.legends[0].get_texts()[-1].get_text()
-    assert named == "not periodic: last periods of the run"
 
 
 def test_labels_lead_to_their_values_where_motions_reach_farther_than_the_branch(settled) -> None:
@@ -266,70 +257,3 @@ def test_itineraries_name_the_bifurcations(settled, branch) -> None:
             arcs = cycle(settled(alpha))
             (arc,) = [a for a in arcs if 0 <= phase - a.time[0] + arcs[0].time[0] <= np.ptp(a.time)]
             assert f"$F_{{{arc.field}}}$" == text.get_text()
-
-
-def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
-    heavy = orbit_of(branch["bifurcations"][3])
-    axes = plot_fig6([settled(0.7), settled(1.9)], [heavy]).axes[0]
-    found = {}
-    for line in axes.lines:
-        x_r, alpha, v_r = line.get_data_3d()
-        assert len(set(alpha)) == 1
-        found.setdefault(float(alpha[0]), []).append((line, x_r, v_r))
-    assert set(found) == {0.7, 1.9, branch["bifurcations"][3]["value"]}
-    for alpha, lines in found.items():
-        wide = {line.get_linewidth() > 1 for line, _, _ in lines}
-        assert wide == {alpha == heavy.parameters.alpha}
-    expected = np.concatenate([arc.x_r for arc in cycle(settled(0.7))])
-    assert np.concatenate([x for _, x, _ in found[0.7]]) == pytest.approx(expected)
-
-
-def test_events_move_to_their_exact_values(branch) -> None:
-    for event, (moved, one) in zip(
-        (*CROSSINGS, *SLIDINGS),
-        exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]),
-        strict=True,
-    ):
-        assert one is not None
-        assert moved.middle == one["value"] == pytest.approx(event.middle, rel=0.01)
-        assert moved.middle in moved.alphas
-        assert np.array(moved.alphas) - moved.middle == pytest.approx(
-            np.array(event.alphas) - event.middle, abs=1e-12
-        )
-    absent = exact(CROSSINGS, [])
-    assert absent == [(event, None) for event in CROSSINGS]
-
-
-def test_an_exact_orbit_meets_its_line(branch) -> None:
-    for event, one in exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]):
-        orbit = orbit_of(one)
-        p = orbit.parameters
-        assert p.alpha == one["value"]
-        x_r, v_r, v_c = nearest(cycle(orbit), event, p)
-        force = x_r + 2 * p.zeta * v_r
-        miss = {
-            "L2": force + p.f_b,
-            "L3": force + p.beta * (x_r - p.delta) - p.f_b,
-            "L6": x_r - p.delta,
-            "L7": x_r - p.delta,
-        }[event.line]
-        assert abs(v_c) < 1e-4
-        assert abs(miss) < 1e-3
-        if event.line in ("L6", "L7"):
-            assert (v_r > 0) == (event.line == "L6")
-
-
-def test_fig8_draws_below_at_and_above_in_three_styles(settled) -> None:
-    groups = [[settled(alpha) for alpha in event.alphas] for event in CROSSINGS]
-    axes = plot_events(CROSSINGS, groups).axes
-    assert len(axes) == 4
-    for row, group in zip((axes[0:2], axes[2:4]), groups, strict=True):
-        plot_itineraries = [len(cycle(run)) for run in group]
-        for view in row:
-            arcs = [line for line in view.lines if line.get_label().startswith("F")]
-            assert len(arcs) == sum(plot_itineraries)
-            styles = [line._unscaled_dash_pattern for line in arcs]
-            assert [len({str(style) for style in styles})] == [3]
-    box, close = axes[0], axes[1]
-    wide, narrow = (view.get_xlim3d() for view in (box, close))
-    assert narrow[1] - narrow[0] == pytest.approx(0.22 * (wide[1] - wide[0]))

@@ -9,10 +9,9 @@ import pytest
 import xarray as xr
 from shapely import Point
 
-from capsule_sym import Parameters, plot_chart
-from capsule_sym._figures.charts import by_area, draw_regions
-from capsule_sym._figures.data import Store
-from capsule_sym._figures.regions import Plane, by_cells, by_samples, patches, samples
+from capsule_sym import plot_chart
+from capsule_sym._figures.charts import by_area
+from capsule_sym._figures.regions import Plane, by_cells, patches
 
 WHITE = "no periodic motion found"
 CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}
@@ -70,18 +69,6 @@ def test_a_curve_that_ends_in_a_meeting_closes_its_region() -> None:
     for end in (short, {**short, "points": short["points"][::-1]}):
         cut = patches(plane, [straight, end])
         assert sorted(patch.area for patch in cut) == pytest.approx([0.125, 0.375, 0.5])
-
-
-def test_samples_lie_in_their_faces_and_the_most_frequent_itinerary_names_them() -> None:
-    plane = Plane("alpha", "gamma", (0.0, 2.0), (1.0, 3.0))
-    cut = patches(plane, [CURVE])
-    found = samples(plane, cut, 8)
-    assert {number for number, _, _ in found} == {0, 1}
-    for number, alpha, gamma in found:
-        left = alpha < 0.75 - 0.01 * (gamma - 1)
-        assert left == (cut[number].centroid.x < 0.4)
-    said = [(number, "F2" if place else "F5 F2") for place, (number, _, _) in enumerate(found)]
-    assert {region.itinerary for region in by_samples(plane, cut, said)} == {"F2"}
 
 
 def test_regions_are_filled_and_numbered_inside(results: xr.Dataset) -> None:
@@ -148,18 +135,3 @@ def test_cells_that_differ_bound_their_regions() -> None:
         for j, gamma in enumerate(over["gamma"][1:-1], 1):
             (own,) = (one for one in regions if one.shape().contains(Point(alpha, gamma)))
             assert own.itinerary == ("F5 F2" if codes[i, j] == 11 else "F2")
-
-
-def test_regions_are_computed_once_and_their_curve_bounds_them(store: Store, monkeypatch) -> None:
-    monkeypatch.setattr("capsule_sym._figures.data._ACROSS", 6)
-    plane = Plane("alpha", "gamma", (0.2, 0.45), (2.5, 3.5))
-    regions = store.regions(Parameters(), plane)
-    monkeypatch.setattr("capsule_sym._figures.data._settled", lambda *_: pytest.fail("again"))
-    again = store.regions(Parameters(), plane)
-    assert [region.itinerary for region in again] == [region.itinerary for region in regions]
-    assert sorted(region.itinerary for region in regions) == ["F5 F2", "F5 F4 F5 F2"]
-    # Adding-sliding on L3^(2) does not depend on gamma.
-    assert area(regions, "F5 F2") == pytest.approx(0.36877972418 - 0.2, abs=1e-8)
-    (curve,) = store.curves(Parameters(), plane)
-    figure = draw_regions(plane, regions, [curve])
-    assert {patch.get_label() for patch in figure.axes[0].patches} == {"_F5 F2", "_F5 F4 F5 F2"}

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym._cli import main
-from paper.figures.catalogue import FIGURES
+from capsule_sym._figures.catalogue import FIGURES
 
 
 def run_here(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -45,13 +45,15 @@ def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProc
     ("arguments", "part"),
     [
         ("fig99 --out x.png", "fig99"),
-        ("fig2 --out x.jpg", "out = 'x.jpg': must be a file name that ends in .png, .svg, .pdf"),
-        ("fig2", "--out"),
-        ("fig2 fig3 --out x.png", "fig2 is drawn alone: leave fig3 out"),
-        ("fig2 --of v_c --out x.png", "--of is for branches, which fig2 is not"),
-        ("fig7 --out x.png --gamma -1", "gamma = -1.0"),
-        ("fig2 --out x.png --colours loud", "loud"),
-        ("work-precision --out x.png", "capsule-sym bench"),
+        ("motion --out x.jpg", "out = 'x.jpg': must be a file name that ends in .png, .svg, .pdf"),
+        ("motion", "--out"),
+        ("motion margins --out x.png", "motion is drawn alone: leave margins out"),
+        ("motion --of v_c --out x.png", "--of is for branches, which motion is not"),
+        ("motion --out x.png --gamma -1", "gamma = -1.0"),
+        ("motion --out x.png --colours loud", "loud"),
+        ("fig7 --out x.png", "fig7 has moved: python -m paper figure fig7"),
+        ("fig8-exact --out x.png", "python -m paper figure fig8-exact"),
+        ("work-precision --out x.png", "has moved: python -m benchmarks bench"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(tmp_path: Path, arguments: str, part: str) -> None:
@@ -65,7 +67,7 @@ def test_bad_input_is_one_line_and_status_2(tmp_path: Path, arguments: str, part
 
 def test_a_path_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    done = run_here("figure", "fig2", "--out", "file/x.png", cwd=tmp_path)
+    done = run_here("figure", "motion", "--out", "file/x.png", cwd=tmp_path)
     assert done.returncode == 2
     assert "'--out': 'file/x.png' cannot be written" in done.stderr
 
@@ -87,7 +89,7 @@ def test_a_figure_is_written_and_pyplot_stays_out(tmp_path: Path) -> None:
         "import sys\nfrom capsule_sym._cli import main\ntry:\n    main(sys.argv[1:])\n"
         "finally:\n    print('LOADED', 'matplotlib.pyplot' in sys.modules, 'sympy' in sys.modules)"
     )
-    done = call("figure", "fig3", "--out", "new/x.svg", cwd=tmp_path, code=code)
+    done = call("figure", "motion", "--out", "new/x.svg", cwd=tmp_path, code=code)
     assert done.returncode == 0, done.stderr
     assert done.stderr == "wrote new/x.svg\n"
     assert done.stdout == "LOADED False False\n"
@@ -95,11 +97,11 @@ def test_a_figure_is_written_and_pyplot_stays_out(tmp_path: Path) -> None:
 
 
 def test_the_data_are_written_beside_the_figure(tmp_path: Path) -> None:
-    line = ("figure", "fig3", "--out", "x.svg", "--data", "--json")
+    line = ("figure", "motion", "--out", "x.svg", "--data", "--json")
     done = run_here(*line, cwd=tmp_path)
     sizes = {name: (tmp_path / name).stat().st_size for name in ("x.svg", "x.csv")}
     files = [{"path": name, "bytes": size} for name, size in sizes.items()]
-    assert json.loads(done.stdout) == {"figure": "fig3", "files": files}
+    assert json.loads(done.stdout) == {"figure": "motion", "files": files}
     assert (tmp_path / "x.csv").read_text().startswith("panel,x_label,y_label,series,x,y,z\n1,")
     moving = run_here("figure", "motion", "--out", "x.gif", "--data", cwd=tmp_path)
     assert (moving.returncode, moving.stderr.count("\n")) == (2, 1)

@@ -26,22 +26,20 @@ from capsule_sym import (
     plot_residuals,
     plot_shock,
     plot_tolerances,
-    plot_work_precision,
 )
 from capsule_sym._figures import branches, sweeps
+from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.curves import plot_curves
-from capsule_sym._figures.data import Store
+from capsule_sym._figures.store import Store
 from capsule_sym._figures.style import CURVES
-from paper.figures.catalogue import FIGURES, Study
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
 from tests.figures.test_parts import fitted, pulse, spread
-from tests.figures.test_precision import RECORD
 from tests.sampling import sampled, some
 
 COLUMN, PAGE = 3.35, 7.0
 # The others take more time to compute, or to draw.
-QUICK = {("fig1", COLUMN), ("fig2", COLUMN), ("margins", PAGE)}
+QUICK = {("margins", PAGE)}
 
 
 def looked_at(figure: Any) -> list[str]:
@@ -54,7 +52,6 @@ def looked_at(figure: Any) -> list[str]:
     [
         pytest.param(name, width, marks=[] if (name, width) in QUICK else [pytest.mark.long])
         for name in FIGURES
-        if name != "work-precision"
         for width in (COLUMN, PAGE)
     ],
 )
@@ -64,7 +61,7 @@ def test_every_text_of_a_figure_can_be_read(name: str, width: float, store: Stor
 
 @pytest.mark.long
 @pytest.mark.parametrize("width", [COLUMN, PAGE])
-@pytest.mark.parametrize("name", ["fig2", "fig3", "fig4", "fig5", "motion", "margins"])
+@pytest.mark.parametrize("name", ["motion", "margins"])
 def test_so_it_is_for_another_system(name: str, width: float, store: Store) -> None:
     other = Parameters(alpha=0.9, delta=1.3, zeta=0.2, beta=4.0, gamma=5.0, f_b=1.2)
     assert looked_at(FIGURES[name].make(Study(store, other, width=width, chosen=True))) == []
@@ -145,7 +142,6 @@ OTHERS: dict[str, Callable[[Any, float], Any]] = {
     "attractors": lambda branch, width: plot_attractors(coexisting(), width=width),
     "shock": lambda branch, width: plot_shock(minimal_shock(pulse().start), width=width),
     "pareto of cells": lambda branch, width: sweeps.plot_pareto(scattered(), width=width),
-    "work-precision": lambda branch, width: plot_work_precision(RECORD, width=width),
     "diagram": lambda branch, width: plot_diagram(
         {**branch, "switched": [], "origin": None}, width=width
     ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,6 @@ from capsule_sym import (
     InvalidInput,
     Parameters,
     plot_displacements,
-    plot_fig7,
     plot_margins,
     plot_motion,
     plot_phase_portrait,
@@ -22,6 +22,7 @@ from capsule_sym import (
 )
 from capsule_sym._figures.arcs import arcs, cycle, opening
 from tests.figures import PAPER, SAFE, integrated
+from tests.figures.baselines import as_before
 
 
 def axes_of() -> Axes:
@@ -136,21 +137,6 @@ def test_margins_end_on_their_bounds_where_the_field_changes(settled) -> None:
     assert all(a[1] == pytest.approx(b[0]) for a, b in pairwise(pieces))
 
 
-def test_fig7_has_a_pair_of_axes_and_the_word_for_each_motion(settled) -> None:
-    runs = [settled(alpha) for alpha in (0.45, 0.7, 1.2)]
-    figure = plot_fig7(runs, colours="paper")
-    shown = [axes for axes in figure.axes if axes.axison]
-    assert len(shown) == 6
-    titles = [axes.get_title(loc="left") for axes in shown]
-    assert [title for title in titles if title.startswith("F")] == [
-        "F5 F4 F5 F2",
-        "F5 F4 F1 F2",
-        "F5 F4 F1 F2 F3 F2",
-    ]
-    assert [title[:3] for title in titles if title.startswith("(")] == ["(a)", "(b)", "(c)"]
-    assert "0.7" in titles[2]
-
-
 def test_an_orbit_is_drawn_as_its_motion_is(settled) -> None:
     from capsule_sym import solve_orbit
 
@@ -182,17 +168,20 @@ def test_a_run_that_has_not_settled_is_drawn_as_it_ends_and_named() -> None:
     assert cycle(run)[0].time[0] == pytest.approx(0, abs=1e-12)
     assert cycle(run)[-1].time[-1] == pytest.approx(3)
     named = "not periodic: last periods of the run"
-    other = simulate(Parameters(alpha=0.7, gamma=3.0), periods=128)
-    for plot, titles in ((plot_motion, []), (plot_margins, []), (plot_fig7, ["not periodic"])):
-        motions = [run, other] if titles else run
-        figure = plot(motions) if titles else plot(motions, periods=2)
-        (key,) = figure.legends
+    for plot in (plot_motion, plot_margins):
+        (key,) = plot(run, periods=2).legends
         assert [one.get_text() for one in key.get_texts()].count(named) == 1
-        shown = [axes.get_title(loc="left") for axes in figure.axes]
-        assert shown.count("not periodic") == len(titles)
+    other = simulate(Parameters(alpha=0.7, gamma=3.0), periods=128)
     assert named not in [one.get_text() for one in plot_motion(other).legends[0].get_texts()]
 
 
 def test_colours_that_do_not_exist_are_refused(settled) -> None:
     with pytest.raises(InvalidInput, match="colours = 'loud': must be one of safe, paper"):
         plot_motion(settled(1.2), colours="loud")
+
+
+def test_a_picture_is_the_one_of_before_unless_the_motion_differs(settled, tmp_path: Path) -> None:
+    baseline = Path(__file__).parent / "baselines" / "motion.png"
+    for alpha, same in ((1.2, True), (1.3, False)):
+        drawn = plot_motion(settled(alpha, periods=64))
+        assert as_before(drawn, baseline, tmp_path) == same

@@ -14,29 +14,15 @@ import capsule_sym
 from capsule_sym import (
     Parameters,
     fit,
-    plot_events,
-    plot_fig1,
-    plot_fig2,
-    plot_fig6,
-    plot_fig7,
     plot_pulse,
     plot_residuals,
-    plot_switching,
     plot_tolerances,
-    plot_work_precision,
     simulate,
     solve_orbit,
     switch_by_pulse,
     tolerances,
 )
-from paper.study.events import CROSSINGS
-from paper.study.sections import SCHEMATIC, sections
-from tests.figures.test_precision import RECORD
 from tests.sampling import sampled, some
-
-
-def bundles(shown: Any) -> Any:
-    return [[simulate(SCHEMATIC, (0.0, 1.0, 0.5), periods=1)] for _ in shown]
 
 
 def fitted() -> Any:
@@ -55,24 +41,11 @@ def pulse() -> Any:
     return switch_by_pulse(*ends, values=100)
 
 
-FIG3, FIG4, FIG5 = sections(SCHEMATIC)
-Arguments = Callable[[Any], tuple[Any, ...]]
+Arguments = Callable[[], tuple[Any, ...]]
 COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
-    "fig1": (plot_fig1, lambda settled: ()),
-    "fig2": (plot_fig2, lambda settled: ()),
-    "fig3": (plot_switching, lambda settled: (3, bundles(FIG3))),
-    "fig4": (plot_switching, lambda settled: (4, bundles(FIG4))),
-    "fig5": (plot_switching, lambda settled: (5, bundles(FIG5))),
-    "fig6": (plot_fig6, lambda settled: ([settled(0.7), settled(1.9)],)),
-    "fig7": (plot_fig7, lambda settled: ([settled(0.7), settled(1.2), settled(1.9)],)),
-    "events": (
-        plot_events,
-        lambda settled: (CROSSINGS[:1], [[settled(a) for a in CROSSINGS[0].alphas]]),
-    ),
-    "work-precision": (plot_work_precision, lambda settled: (RECORD,)),
-    "residuals": (plot_residuals, lambda settled: (fitted(),)),
-    "tolerances": (plot_tolerances, lambda settled: (spread(),)),
-    "pulse": (plot_pulse, lambda settled: (pulse(),)),
+    "residuals": (plot_residuals, lambda: (fitted(),)),
+    "tolerances": (plot_tolerances, lambda: (spread(),)),
+    "pulse": (plot_pulse, lambda: (pulse(),)),
 }
 
 
@@ -93,8 +66,7 @@ def drawn(axes: Any) -> dict[str, Any]:
     }
 
 
-# The others take more time to draw, or are drawn as these are.
-QUICK = {"fig1", "fig3", "fig6", "work-precision", "residuals"}
+QUICK = {"residuals"}  # the others take more time to draw, or are drawn as these
 
 
 @sampled
@@ -103,9 +75,13 @@ QUICK = {"fig1", "fig3", "fig6", "work-precision", "residuals"}
     "name",
     [pytest.param(one, marks=[] if one in QUICK else [pytest.mark.long]) for one in COMPOSED],
 )
-def test_a_part_of_a_figure_holds_what_the_figure_alone_holds(name, layout, settled) -> None:
+def test_a_part_of_a_figure_holds_what_the_figure_alone_holds(name, layout) -> None:
     function, given = COMPOSED[name]
-    arguments = given(settled)
+    check_part(function, given(), layout)
+
+
+def check_part(function: Callable[..., Figure], arguments: Any, layout: str | None) -> None:
+    """What is drawn into a part of a figure is what is drawn alone, and within the part."""
     alone = function(*arguments)
     figure = Figure(figsize=(15, 7), layout=layout)
     left, right = figure.subfigures(1, 2)
@@ -124,12 +100,6 @@ def test_a_part_of_a_figure_holds_what_the_figure_alone_holds(name, layout, sett
     assert (figure.get_layout_engine() is None) == (layout is None)  # the rest is still laid out
 
 
-def test_a_whole_figure_can_be_given_as_well(settled) -> None:
-    figure = Figure(figsize=(7, 4))
-    assert plot_fig7([settled(0.7)], figure=figure) is figure
-    assert len(figure.axes) == 4
-
-
 @pytest.mark.parametrize("name", [one for one in capsule_sym.__all__ if one.startswith("plot_")])
 def test_every_figure_can_be_drawn_into_ones_own(name) -> None:
     taken = inspect.signature(getattr(capsule_sym, name)).parameters
@@ -139,12 +109,6 @@ def test_every_figure_can_be_drawn_into_ones_own(name) -> None:
     assert required or f"`{place}`" in (getattr(capsule_sym, name).__doc__ or "")
     composed = {function for function, _ in COMPOSED.values()}
     assert (getattr(capsule_sym, name) in composed) == (place == "figure")
-
-
-def test_a_key_in_a_sliver_of_a_page_is_wrapped(settled) -> None:
-    page = Figure(figsize=(5, 3))
-    left, _ = page.subfigures(1, 2, width_ratios=(1, 20))
-    assert plot_fig7([settled(0.7)], figure=left) is page
 
 
 def test_an_outlier_does_not_flatten_the_residuals() -> None:

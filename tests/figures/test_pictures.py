@@ -71,7 +71,6 @@ def test_what_is_described_twice_is_kept_once(tmp_path: Path) -> None:
         ("margins --width 2", "'--width': 2.0 is not in the range 3.3<=x<=20"),
         ("margins --dpi 5", "dpi = 5.0: must be in [30, 2400]"),
         ("motion --params nowhere.toml", "--params"),
-        ("fig2 --zeta 0", "zeta = 0.0: must be above 0"),
     ],
 )
 def test_what_no_picture_can_have_is_refused(tmp_path: Path, arguments: str, part: str) -> None:

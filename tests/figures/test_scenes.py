@@ -1,12 +1,9 @@
 """Pictures of scenes other than the paper's: stops, borders of rest, pulses, colours and labels."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, plot_margins, plot_motion, scenes, simulate
-from capsule_sym._cli import _status
 from capsule_sym._figures.arcs import arcs
 from capsule_sym._figures.device import Frame, draw_capsule
 from capsule_sym._figures.evolution import draw_itineraries
@@ -79,21 +76,6 @@ def test_labels_and_units_are_those_of_the_scene() -> None:
     )
     with pytest.raises(InvalidInput, match="must be of the scene slope"):
         Units.of_motion(device, SLOPE.Parameters())
-
-
-@pytest.mark.parametrize("name", ["fig1", "fig7", "fig9-exact", "chart"])
-def test_figures_of_the_paper_are_refused_of_another_scene(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "a.svg"
-    assert _status(["figure", name, "--scene", "slope", "--out", str(out)]) == 2
-    told = (
-        "error: scene = 'slope': must be capsule, for a figure of the paper; of any scene are mot"
-    )
-    output = capsys.readouterr()
-    assert (output.out, output.err.count("\n")) == ("", 1)
-    assert output.err.startswith(told)
-    assert not out.exists()
 
 
 def test_a_stiff_contact_is_drawn_as_a_curve() -> None:

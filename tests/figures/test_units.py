@@ -23,9 +23,9 @@ from capsule_sym import (
     plot_pareto,
     simulate,
 )
+from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.curves import plot_curves
-from capsule_sym._figures.data import Store
-from paper.figures.catalogue import FIGURES, Study
+from capsule_sym._figures.store import Store
 from tests.figures.layout import problems
 from tests.figures.test_branches import SMALL
 from tests.figures.test_layout import crowd, swept
@@ -123,15 +123,7 @@ def test_itineraries_are_over_the_force(run) -> None:
     assert axes.lines[0].get_xdata()[0] == pytest.approx(1.15 * FORCE)
 
 
-def test_another_figure_of_a_device_says_that_it_is_dimensionless(store: Store) -> None:
-    study = Study(store, DEVICE.dimensionless(), chosen=True, device=DEVICE)
-    figure = FIGURES["fig3"].drawn(study)
-    words = [text.get_text() for key in figure.legends for text in key.get_texts()]
-    assert "all quantities are dimensionless" in words
-    assert len({text.get_fontsize() for key in figure.legends for text in key.get_texts()}) == 1
-    assert problems(figure) == []
-    plain = FIGURES["fig3"].drawn(Study(store, DEVICE.dimensionless(), chosen=True))
-    assert len(plain.legends) == 1
+def test_curves_without_units_say_so() -> None:
     curves = plot_curves(crowd())
     assert curves.legends[1].get_texts()[-1].get_text() == "all quantities are dimensionless"
 
@@ -156,10 +148,10 @@ def test_sweeps_of_a_device_are_in_si_units() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("width", [3.35, 7.0])
-@pytest.mark.parametrize("name", [name for name in FIGURES if name != "work-precision"])
+@pytest.mark.parametrize("name", FIGURES)
 def test_every_text_of_a_devices_figure_can_be_read(name: str, width: float, store: Store) -> None:
     study = Study(store, DEVICE.dimensionless(), width=width, chosen=True, device=DEVICE)
-    assert problems(FIGURES[name].drawn(study)) == []
+    assert problems(FIGURES[name].make(study)) == []
 
 
 def test_the_command_takes_the_device_of_its_file(tmp_path: Path) -> None:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+import pathlib
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 
-from capsule_sym import Parameters, plot_fig2
-from capsule_sym._figures.boundaries import corners, lines, surfaces
+from capsule_sym import Parameters
+from capsule_sym._figures.arcs import cycle
+from capsule_sym._figures.boundaries import corners, lines
 from capsule_sym._figures.labels import Names
-from capsule_sym._figures.space import Box, add_space, box_of, draw_space, walls
-from paper.figures.statespace import GAPS, top_view
+from paper.figures.space import Box, add_space, box_of, draw_arcs, draw_space, surfaces, walls
+from paper.figures.statespace import GAPS, plot_fig2, top_view
+from tests.figures.baselines import as_before
 
 X, V = (-2.6, 4.2), (-8.5, 5.0)
 SETS = {
@@ -107,8 +110,12 @@ def test_top_view_draws_corners_and_lines_by_name() -> None:
     assert {"$S_{1}$", "$L_{10}$", "$O_{1}$"} <= shown
 
 
-def test_fig2_names_everything_once_in_space() -> None:
-    space, *views = plot_fig2().axes
+def test_fig2_names_everything_once_in_space(tmp_path: pathlib.Path) -> None:
+    figure = plot_fig2()
+    baseline = pathlib.Path(__file__).parent / "baselines" / "fig2.png"
+    assert as_before(figure, baseline, tmp_path)
+    assert not as_before(plot_fig2(colours="paper"), baseline, tmp_path)
+    space, *views = figure.axes
     shown = [text.get_text() for text in space.texts]
     expected = [f"$S_{{{i}}}$" for i in range(1, 11)] + [f"$L_{{{i}}}$" for i in range(1, 9)]
     assert sorted(shown) == sorted(
@@ -130,9 +137,6 @@ def test_walls_are_the_quarters_of_the_impact_plane() -> None:
 
 @pytest.mark.parametrize(("azimuth", "nearest"), [(-60, 4), (-120, 1)])
 def test_the_nearest_cell_is_drawn_last(settled, azimuth: float, nearest: int) -> None:
-    from capsule_sym._figures.arcs import cycle
-    from capsule_sym._figures.space import draw_arcs
-
     drawn = cycle(settled(1.2))
     figure, box = Figure(), box_of(drawn)
     axes = add_space(figure, 111, box, eye=(20, azimuth))
@@ -146,8 +150,6 @@ def test_the_nearest_cell_is_drawn_last(settled, azimuth: float, nearest: int) -
 
 
 def test_a_box_holds_its_arcs(settled) -> None:
-    from capsule_sym._figures.arcs import cycle
-
     drawn = cycle(settled(1.9))
     box = box_of(drawn)
     for arc in drawn:

@@ -7,13 +7,13 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from capsule_sym import InvalidInput, plot_switching, simulate
-from capsule_sym._figures.data import Store
+from capsule_sym import InvalidInput, simulate
 from capsule_sym._figures.style import mathematical
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._orbits.shooting.stability import field as rates
-from paper.figures.switching import draw_section
+from paper.figures.switching import draw_section, plot_switching
 from paper.study import sections
+from paper.study.data import bundle
 from paper.study.sections import (
     SCHEMATIC,
     Section,
@@ -28,17 +28,17 @@ SECTIONS = {section.name: section for section in (*FIG3, *FIG4, *FIG5)}
 
 
 @pytest.fixture(scope="module")
-def curves(store: Store) -> dict[str, list[tuple[int, np.ndarray, np.ndarray]]]:
+def curves() -> dict[str, list[tuple[int, np.ndarray, np.ndarray]]]:
     """The curves of every section by its name, of fewer trajectories than the figures show."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sections, "_ON_EDGE", 5)
-        return {name: drawn(section, store) for name, section in SECTIONS.items()}
+        return {name: drawn(section) for name, section in SECTIONS.items()}
 
 
-def drawn(section: Section, store: Store) -> list[tuple[int, np.ndarray, np.ndarray]]:
+def drawn(section: Section) -> list[tuple[int, np.ndarray, np.ndarray]]:
     """Field, abscissae and ordinates of every curve of a section."""
     axes = Figure().subplots()
-    draw_section(section, store.bundle(section, SCHEMATIC), axes)
+    draw_section(section, bundle(section, SCHEMATIC), axes)
     assert axes.get_xlim() == (-section.across, section.across)
     return [
         (FIELDS[to_hex(line.get_color())], *map(np.asarray, line.get_data()))

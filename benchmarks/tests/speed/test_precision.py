@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex
 
-from capsule_sym import plot_work_precision
+from benchmarks.speed.precision import plot_work_precision
 
 
 def row(

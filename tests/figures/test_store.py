@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym._figures import data
+from capsule_sym._figures import store as kept
 from capsule_sym._figures.arcs import cycle
-from capsule_sym._figures.data import Store, orbit_of
-from paper.study import casestudy
+from capsule_sym._figures.store import Store, from_rest, orbit_of, settled
 
 
 def count_items(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:
@@ -61,17 +60,17 @@ def test_nothing_is_kept_where_nothing_can_be_written(tmp_path: Path) -> None:
 
 def test_another_version_computes_again(counting: Store, monkeypatch) -> None:
     counting.get("sum", 1, lambda: 1)
-    now = data._provenance()
-    monkeypatch.setattr(data, "_provenance", lambda: now | {"code": "changed"})
+    now = kept._provenance(__file__)
+    monkeypatch.setattr(kept, "_provenance", lambda _: now | {"code": "changed"})
     assert counting.get("sum", 1, lambda: 2) == 2
 
 
 def test_a_file_says_what_it_was_computed_from(counting: Store) -> None:
     counting.get("sum", {"a": 1}, lambda: 1)
     (path,) = counting.directory.iterdir()
-    kept = json.loads(path.read_text(encoding="utf-8"))
-    assert set(kept) == {"version", "generated", "code", "inputs", "result"}
-    assert kept["inputs"] == {"a": 1}
+    content = json.loads(path.read_text(encoding="utf-8"))
+    assert set(content) == {"version", "generated", "code", "inputs", "result"}
+    assert content["inputs"] == {"a": 1}
 
 
 def test_a_computation_that_fails_keeps_nothing(counting: Store) -> None:
@@ -100,7 +99,7 @@ RESTLESS = Parameters(alpha=0.0074, zeta=0.0)  # without damping nothing fades
 
 
 def test_a_slow_motion_is_closed_by_newton(counting: Store) -> None:
-    _, last, unsettled = casestudy.from_rest(SLOW)
+    _, last, unsettled = from_rest(SLOW)
     assert unsettled is None
     (motion,) = counting.motions([SLOW])
     # The drawn motion repeats, and lies at the end of the run from rest.
@@ -147,6 +146,5 @@ def test_stroboscopic_states_of_a_branch_are_those_of_its_motions(branch) -> Non
     store = Store(count_items, Path("unused"))
     point = min(branch["points"], key=lambda one: abs(one["value"] - 1.2))
     parameters = Parameters(alpha=point["value"], gamma=3.0)
-    settled = data._settled(parameters)
-    assert point["stroboscopic"][0] == pytest.approx(settled["state"], abs=1e-8)
+    assert point["stroboscopic"][0] == pytest.approx(settled(parameters)["state"], abs=1e-8)
     assert not store.directory.exists()

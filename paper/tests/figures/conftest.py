@@ -1,0 +1,1 @@
+from tests.figures.conftest import branch, here, settled, store  # noqa: F401
