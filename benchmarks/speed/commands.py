@@ -33,9 +33,10 @@ def bench(
     --out writes bench.json (part.json with --only or --quick), the same as --json prints, after
     each part, so that an interrupted study keeps the finished parts, and at the end its picture,
     time against error, as bench.svg or part.svg. "trajectory" (the case study), "tangencies" (its
-    motions within 1e-2 to 1e-12 of a tangency) and "sweep" are rows of tool and setting, DOP853 and RK4 in C among them, where cc is; "ratios" are their times over ours.
-    "growth" is ours alone; "widths" counts what is wrong in lanes and in 106 bits; "roots" sets
-    Newton's method beside Brent's; and "goals" is what has to be reached.
+    motions within 1e-2 to 1e-12 of a tangency) and "sweep" are rows of tool and setting, DOP853
+    and RK4 in C among them, where cc is; "ratios" are their times over ours. "growth" is ours
+    alone; "widths" counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method
+    beside Brent's; and "goals" is what has to be reached.
     """
     from benchmarks.speed.study import Study
     from capsule_sym._records import dumps

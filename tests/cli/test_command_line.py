@@ -4,7 +4,6 @@ import ast
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 from importlib.metadata import version
@@ -15,7 +14,6 @@ import pytest
 
 import capsule_sym
 from capsule_sym._cli import group
-from paper.study import casestudy, thresholds
 
 PHYSICAL = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
 FILES = {
@@ -73,7 +71,6 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("run --params unknown.toml", ["parameter = 'alhpa'", "one of alpha"]),
         ("run --params text.toml", ["alpha = '0.7'", "a real number"]),
         ("run --params physical.toml --beta 2", ["beta = 2.0", "absent", "physical.toml"]),
-        ("paper --alpha 1", ["--alpha"]),
         ("jog", ["jog"]),
     ],
 )
@@ -153,7 +150,7 @@ def test_run_imports_what_its_backend_needs(backend: str, unwanted: set[str]) ->
 def test_help_and_version_succeed(command, inside) -> None:
     overview = inside("--help")
     assert overview.returncode == 0
-    for name in ("run", "paper", "verify"):
+    for name in ("run", "verify"):
         assert f"\n  {name} " in overview.stdout
         assert inside(name, "--help").returncode == 0
     assert re.fullmatch(
@@ -163,47 +160,6 @@ def test_help_and_version_succeed(command, inside) -> None:
     )
     alone = command()
     assert (alone.returncode, alone.stdout, alone.stderr) == (0, overview.stdout, "")
-
-
-def test_paper_json_is_one_object_and_what_it_writes(
-    inside, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(casestudy, "PANELS", {"f": 0.7})
-    monkeypatch.setattr(thresholds, "GAMMAS", (3.0,))
-    monkeypatch.setattr(thresholds, "LAST", 0.05)
-    done = inside("paper", "--json", "--out", "kept", cwd=tmp_path)
-    assert done.returncode == 0
-    record = json.loads(done.stdout)
-    assert list(record) == ["version", "generated", "backend", "start", "cases", "bifurcations"]
-    assert [case["parameters"]["gamma"] for case in record["cases"]] == [3.3, 3.0]
-    assert (tmp_path / "kept/casestudy.json").read_text(encoding="utf-8") == done.stdout
-
-
-def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
-    code = (
-        "import sys\n"
-        "from capsule_sym import _cli as cli\n"
-        "from paper.study import casestudy\n"
-        "run = casestudy.run\n"
-        "def announced():\n"
-        "    print('running', file=sys.stderr, flush=True)\n"
-        "    yield from run()\n"
-        "casestudy.run = announced\n"
-        "cli.main(['paper', '--json'])"
-    )
-    process = subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=tmp_path,
-    )
-    assert process.stderr is not None
-    assert process.stderr.readline() == "running\n"
-    process.send_signal(signal.SIGINT)
-    stdout, stderr = process.communicate(timeout=60)
-    assert (process.returncode, stdout, stderr) == (130, "", "error: interrupted\n")
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

@@ -236,7 +236,6 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
         (("branch", "--alpha", "1:inf"), "alpha = inf: must be finite"),
         # Before anything is computed, or missed.
         (("branch", "--out", f"{__file__}/new"), "not a writable directory"),
-        (("paper", "--out", f"{__file__}/new"), "not a writable directory"),
         (("branch", "--alpha", "1:"), "'1:' is not LOW:HIGH, such as 0.1:2"),
         (
             ("basin", "--x-r", "0:1", "--out", "new"),

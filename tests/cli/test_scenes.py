@@ -80,10 +80,7 @@ REFUSED = [
     ("branch --scene slope --f-b 1:2", "No such option '--f-b'"),
     ("branch --restart a.json PD1 --to 2 --scene slope", "--scene and --restart exclude each"),
     ("sweep a.toml --out s --scene slope", "--scene and FILE.toml exclude each other"),
-    ("paper --scene slope", "--scene = 'slope': must be absent: paper is about the capsule of the"),
-    ("enclose --scene slope", "must be absent: enclose is about the capsule of the paper alone"),
-    ("report --scene slope", "must be absent: report is about the capsule of the paper alone"),
-    ("bench --scene nowhere", f"--scene = 'nowhere': must be {_KNOWN}, or a folder that"),
+    ("run --scene nowhere", f"--scene = 'nowhere': must be {_KNOWN}, or a folder that"),
 ]
 
 

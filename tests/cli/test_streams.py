@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -11,9 +10,6 @@ import pytest
 from capsule_sym._cli import group, main
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.proofs import theorems
-from paper.commands import enclose as enclosing
-from paper.proofs import case, codimension_two
-from paper.study import casestudy, thresholds
 
 FULL = Path("/dev/full")
 SWEEP = """periods = 2
@@ -23,12 +19,10 @@ alpha = [0.5, 0.7]
 # Each command that prints results, as short as it can be.
 SHORT = {
     "run": "--periods 1",
-    "paper": "",
     "verify": "",
     "sweep": "two.toml --out one",
     "basin": "--x-r 0:1:2 --periods 2 --out two",
     "attractors": "--x-r 0:1 --starts 2 --periods 40",
-    "enclose": "",
     "orbit": "",
     "shock": "--samples 100 --largest 0.01",
     "branch": "--alpha 0.7:0.701 --points 1",
@@ -44,9 +38,7 @@ needs_full = pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full
 
 
 def test_every_command_that_prints_results_is_here() -> None:
-    assert set(SHORT) == set(group.commands) - {
-        *("explore", "figure", "report"),
-    }
+    assert set(SHORT) == set(group.commands) - {"explore", "figure"}
 
 
 @pytest.fixture
@@ -56,16 +48,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "two.toml").write_text(SWEEP)
     (tmp_path / "switches.csv").write_text("time,entered\n")
     (tmp_path / "measured.csv").write_text("t,x_r\n0,0\n1,0.2\n2,0.4\n3,0.3\n")
-    monkeypatch.setattr(casestudy, "PANELS", {"f": 0.7})
-    monkeypatch.setattr(thresholds, "compute", lambda report: [])
-    monkeypatch.setattr(thresholds, "record", lambda found: {})
-    monkeypatch.setattr(thresholds, "save", lambda found, folder: [])
-    monkeypatch.setattr(thresholds, "conclusion", lambda found: "")
     monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: theorems.items("inner")[:1]})
-    monkeypatch.setattr(case, "GAMMAS", ())
-    monkeypatch.setattr(codimension_two, "section4", lambda exact: [])
-    monkeypatch.setattr(enclosing, "spawning", ThreadPoolExecutor)
-    monkeypatch.setattr(enclosing, "end", ThreadPoolExecutor.shutdown)
 
 
 @needs_full

@@ -20,9 +20,7 @@ NO_PROGRESS = {"run", "explore"}
 NO_PROGRESS |= {"optimise", "fit"}
 # Arguments of each command, and its progress text in the middle of the work.
 MIDDLE = {
-    "paper": ([], "Running the case study"),
     "verify": ([], "deriving"),
-    "bench": (["--only", "SciPy"], "trajectory"),
     "sweep": (["long.toml", "--out", "store"], r"\d of 810,000 cells"),
     "basin": (
         ["--x-r", "-1:1:900", "--v-r", "-1:1:900", "--out", "store"],
@@ -56,9 +54,7 @@ MIDDLE = {
         r"Following \d{2,} points, at \S+, \S+",
     ),
     "check": (["switches.csv"], r"Exact run to period \d"),
-    "enclose": ([], "Enclosing"),
-    "figure": (["fig6", "--out", "fig6.svg"], "Following the branch"),
-    "report": ([], "Drawing fig2"),
+    "figure": (["energies", "--out", "a.svg"], "Following the branch"),
 }
 ENDS = {
     "verify": ["--only", "erratum.equation.6"],
@@ -67,7 +63,7 @@ ENDS = {
     "orbit": ["--starts", "2"],
     "figure": ["margins", "--out", "margins.svg"],
 }
-QUICK = {"paper", "sweep", "orbit"}  # of Ctrl-C; the others take as long together
+QUICK = {"sweep", "orbit"}  # of Ctrl-C; the others take as long together
 
 
 @pytest.fixture
