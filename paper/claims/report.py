@@ -6,14 +6,16 @@ the derived ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 
 from capsule_sym._symbolic.model.geometry import SCENARIOS
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import leaves_of, local_maps, surface_transitions
-from capsule_sym._symbolic.proofs.markdown import document, table
+from capsule_sym._symbolic.proofs.markdown import LETTERS, counts, math, point, table, text
 from capsule_sym._symbolic.proofs.reachability import witnesses
-from capsule_sym._symbolic.proofs.statement import Report
+from capsule_sym._symbolic.proofs.statement import Report, Result
 from capsule_sym._symbolic.proofs.table_proofs import mechanism
 from paper.claims.case_study import BRACKETS
 from paper.claims.tables import printed_maps
@@ -41,6 +43,93 @@ Every proof below is a computation that the command repeats. Signs and inclusion
 the force, α, δ and f_b whose coefficients have a known sign); at a witness the printed relation is
 evaluated in rational numbers. The sentence after "Proof" is the same argument by hand.
 """
+
+
+_NAME = (
+    rf"(?:{'|'.join(LETTERS)}|abs|cos|sin|sqrt|sign|mu|Omega(?:_0|\d)?|[A-Za-z]{{1,2}}_\w+|"
+    r"[PFSLOH]\d+(?:\^\(\d\))?|[XVAGHPcgtvx])(?![\w^])'?"
+)
+_TOKEN = rf"(?:P_\{{[^}}]*\}}|\{{[^}}]*\}}|{_NAME}|\d[\d.]*(?!\w)|[-−+*/=<>≤≥±∘|()²³])"
+_FORMULA = re.compile(rf"(?<![\w.]){_TOKEN}(?: ?{_TOKEN})*")
+_NAMED = {"abs": "operatorname{abs}", "sqrt": "operatorname{sqrt}", "sign": "operatorname{sign}"}
+_NAMED |= {word: word for word in (*LETTERS, "cos", "sin", "mu", "Omega")}
+_MARKS = {"**": "^", "==": "=", "<=": r"\le ", ">=": r"\ge ", "≤": r"\le ", "≥": r"\ge ", "*": " "}
+_MARKS |= {
+    "±": r"\pm ",
+    "∘": r"\circ ",
+    "−": "-",
+    "Σ": r"\Sigma",
+    "²": "^2",
+    "³": "^3",
+    "|": r"\vert ",
+}
+
+
+def _latex(formula: str) -> str:
+    """A formula of the transcription as LaTeX, term for term as it is printed."""
+    formula = re.sub(r"P_\{[^}]*\}", lambda map_: re.sub(r"(\d+)", r"_{\1}", map_[0]), formula)
+    formula = re.sub(
+        r"(?<!_)\{([^}_]|(?<!P)_)*\}", lambda set_: rf"\lbrace {set_[0][1:-1]}\rbrace ", formula
+    )
+    formula = re.sub(r"\b([A-Za-z]+)(\d+)\b", r"\1_{\2}", formula)
+    formula = re.sub(r"\b([A-Za-z]{1,2})_([A-Za-z]\w+)", r"\1_{\2}", formula)
+    formula = re.sub(
+        r"[A-Za-z]+",
+        lambda word: rf"\{_NAMED[word[0]]} " if word[0] in _NAMED else word[0],
+        formula,
+    )
+    for old, new in _MARKS.items():
+        formula = formula.replace(old, new)
+    return formula
+
+
+def _shown(line: str) -> str:
+    """A line of text, its formulas in LaTeX."""
+
+    def one(found: re.Match[str]) -> str:
+        term = found[0].rstrip(" (")
+        before, after = "", found[0][len(term) :]
+        while term.count("(") > term.count(")") and term.startswith("("):
+            term, before = term[1:], f"{before}("
+        while term.count(")") > term.count("(") and term.endswith(")"):
+            term, after = term[:-1], f"){after}"
+        whole = term.count("(") == term.count(")")
+        if not whole or not re.search(r"\w.*[=<>≤≥*/'].*\w|P_\{|\{.*\}", term):
+            return found[0]
+        return f"{before}${_latex(term)}${after}"
+
+    parts = re.split(r"(\$[^$]*\$)", _FORMULA.sub(one, line))
+    return "".join(part if part.startswith("$") else text(part) for part in parts)
+
+
+def _alike(result: Result) -> tuple[str, ...]:
+    """Key of printed statements that are shown together."""
+    item = result.statement
+    return item.equation, result.status, item.derived, item.proof, item.consequence
+
+
+def _beside(results: Sequence[Result], number: int) -> Iterator[str]:
+    """Printed statements that are alike, with the derivation, the proof, and the witnesses."""
+    item, last = results[0].statement, number + len(results) - 1
+    numbers = f"{number}" if len(results) == 1 else f"{number}–{last}"
+    yield f"### {numbers}. {item.equation}: {results[0].status}\n"
+    once = len({one.statement.printed for one in results}) == 1
+    if once:
+        yield f"- **Printed:** {_shown(item.printed)}"
+    yield f"- **Derived:** {_shown(item.derived)}"
+    if item.proof:
+        yield f"- **Proof:** {text(item.proof)}"
+    if item.consequence:
+        yield f"- **Consequence:** {text(item.consequence)}"
+    for one in results:
+        own = one.statement.says if once else one.statement.printed
+        said = "" if len(results) == 1 else f": {_shown(own)}"
+        yield f"- `{one.statement.name}`, {one.seconds:.2f} s{said}"
+        if one.witness:
+            yield f"  - **Witness:** {point(one)}"
+        if one.statement.latex:
+            yield f"\n  $${math(one.statement.latex)}$$\n"
+    yield ""
 
 
 _SECTION_4 = """\
@@ -155,7 +244,7 @@ def _tables_1_2() -> Iterator[str]:
     yield from _table_2()
 
 
-_TABLES = {
+_TABLES: dict[str, Callable[[], Iterator[str]]] = {
     "Printed statements that hold": _values,
     "Tables 1 and 2": _tables_1_2,
     "Table 3": _table_3,
@@ -165,5 +254,13 @@ _TABLES = {
 
 def markdown(report: Report) -> str:
     """Report with every statement in the order of the sections, then the derived tables."""
-    sections = {**report, **dict.fromkeys(("Tables 1 and 2", "Table 3"), ())}
-    return document(sections, _HEAD, "Place in the paper", _TABLES)
+    lines, number = [_HEAD, counts(report)], 1
+    for title, section in {**report, **dict.fromkeys(("Tables 1 and 2", "Table 3"), ())}.items():
+        lines += [f"## {title}\n"]
+        if title in _TABLES:
+            lines += [*_TABLES[title](), ""]
+        for _, alike in groupby(section, _alike):
+            together = list(alike)
+            lines += _beside(together, number)
+            number += len(together)
+    return "\n".join(lines).rstrip() + "\n"

@@ -119,22 +119,6 @@ def test_report_has_every_statement_and_formula(short: Path) -> None:
         assert math(item.latex) in report
 
 
-def test_a_printed_statement_is_shown_once_and_in_mathematics() -> None:
-    same = Statement(
-        "one", "Eq. (6)", "where |P| > f_b it is F1", bool, {}, {}, printed="v_c' == 2*zeta*P3"
-    )
-    results = tuple(Result(item, "proved", {}, 0.0) for item in (same, replace(same, name="two")))
-    report = document({"Some": results}, "")
-    assert report.count("### 1–2. Eq. (6): proved") == 1
-    assert report.count(r"- **Printed:** $v_c' = 2 \zeta  P_{3}$") == 1
-    assert report.count(r": where $\vert P\vert  > f_b$ it is F1") == 2
-    other = (
-        *results,
-        Result(replace(same, name="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
-    )
-    assert "- `three`, 0.00 s: O1 is the end of L9" in document({"Some": other}, "")
-
-
 def test_exit_status_is_one_when_a_proof_fails(
     short: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

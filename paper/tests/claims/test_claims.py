@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from capsule_sym import InvalidInput
 from capsule_sym._symbolic.proofs.markdown import math
-from capsule_sym._symbolic.proofs.statement import Statement, settle
+from capsule_sym._symbolic.proofs.statement import Result, Statement, settle
 from paper.claims import captions, everything, frozen, section_4
 from paper.claims.errata import same_formula
 from paper.claims.report import markdown
@@ -90,6 +90,22 @@ def test_report_sets_printed_tables_beside_derived_ones() -> None:
     for block in report.split("\n\n"):
         rows = [line for line in block.splitlines() if line.startswith("|")]
         assert len({row.count("|") for row in rows}) <= 1, rows[:1]
+
+
+def test_a_printed_statement_is_shown_once_and_in_mathematics() -> None:
+    same = Statement(
+        "one", "Eq. (6)", "where |P| > f_b it is F1", bool, {}, {}, printed="v_c' == 2*zeta*P3"
+    )
+    results = tuple(Result(item, "proved", {}, 0.0) for item in (same, replace(same, name="two")))
+    report = markdown({"Some": results})
+    assert report.count("### 1–2. Eq. (6): proved") == 1
+    assert report.count(r"- **Printed:** $v_c' = 2 \zeta  P_{3}$") == 1
+    assert report.count(r": where $\vert P\vert  > f_b$ it is F1") == 2
+    other = (
+        *results,
+        Result(replace(same, name="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
+    )
+    assert "- `three`, 0.00 s: O1 is the end of L9" in markdown({"Some": other})
 
 
 def test_every_erratum_has_what_the_report_needs() -> None:
