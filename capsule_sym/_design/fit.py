@@ -134,11 +134,6 @@ class Fit(Result):
         return self.found.loss.name
 
     @property
-    def loss_scale(self) -> float:
-        """Residual above which a robust loss reduces the weight, in the residuals' units."""
-        return self.found.loss.scale
-
-    @property
     def least(self) -> float:
         """Least sum of the squared residuals, each transformed by the loss."""
         return 2.0 * self.found.cost

@@ -67,6 +67,7 @@ def test_the_two_motions_of_the_basins_page_are_found():
     assert found.columns["fraction"].sum() == 1.0
 
 
+@pytest.mark.long
 def test_each_cell_of_a_basin_has_the_attractor_that_its_start_has_here(tmp_path):
     axes = Axis.linear("x_r", -2.0, 2.0, 8), Axis.linear("v_r", -2.0, 2.0, 7)
     _, basin = run_basin(Sweep(axes, BISTABLE, periods=300), tmp_path / "store")

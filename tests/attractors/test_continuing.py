@@ -24,6 +24,7 @@ def repeats(alpha, state, periods=3000):
     return 1 + int(np.argmax(change < 1e-4)), marks[-1]
 
 
+@pytest.mark.long
 def test_a_doubling_is_where_runs_begin_to_repeat_after_two_periods(found):
     (doubled,) = (one for one in found.branches if one.death and one.death.value > 2.1)
     (single,) = (one for one in found.branches if one.birth and one.birth.value > 2.1)
@@ -100,6 +101,7 @@ def test_the_end_of_the_time_gives_what_is_found():
     assert not late.success
 
 
+@pytest.mark.long
 def test_a_doubling_is_found_where_border_collisions_hide_it():
     """The doubled orbit passes a border collision so near that its branch comes back unseen."""
     system = Parameters(alpha=1.88, delta=0.03, zeta=0.05, beta=17.57, gamma=7.47)

@@ -142,6 +142,7 @@ def test_no_shorter_pulse_is_found_by_trying_all() -> None:
     assert leads(LONG, marks, state, "alpha", np.array([found.value]), 4).all()
 
 
+@pytest.mark.long
 def test_of_a_motion_of_two_periods_the_pulse_begins_at_the_better_one() -> None:
     found = switch_by_pulse(*motions(DOUBLE, *DOUBLE_STARTS))
     marks = cycle(DOUBLE, DOUBLE_STARTS[1], 2)
@@ -181,6 +182,7 @@ def test_work_and_force_of_the_drive_are_those_of_a_quadrature(scene) -> None:
     assert drive_force(run, times) == pytest.approx([force(time) for time in times], abs=1e-12)
 
 
+@pytest.mark.long
 def test_no_pulse_takes_less_work_than_the_least() -> None:
     ends = motions(BOTH_WAYS, BACK, FORTH)
     found = switch_by_pulse(*ends, least="work", most_periods=1, margin=0.0)
@@ -198,6 +200,7 @@ def test_no_pulse_takes_less_work_than_the_least() -> None:
     assert leads(BOTH_WAYS, marks, state, "alpha", np.array([found.value]), found.periods).all()
 
 
+@pytest.mark.long
 def test_with_tolerances_the_same_pulse_leads_there_at_all_ends() -> None:
     ends, share = motions(BOTH_WAYS, FORTH, BACK), {"alpha": 0.02, "zeta": 0.1}
     found = switch_by_pulse(*ends, tolerances=share)
@@ -355,6 +358,7 @@ def test_the_command_writes_what_it_finds(call, tmp_path, reversal) -> None:
     assert len(rows) == len(reversal.columns["time"])
 
 
+@pytest.mark.long
 def test_the_command_takes_numbers_of_attractors_or_the_other_way(call) -> None:
     box = "--x-r -2:2 --v-r -2:2"
     shown = {call(f"--state 0.5 -0.9 -0.9 {box} --reverse")[1], call(f"{box} --between 0 1")[1]}

@@ -102,6 +102,7 @@ def test_no_one_of_a_hundred_thousand_knocks_is_smaller(parameters: Parameters) 
     assert losses(found.orbit, 1.05 * found.size, 100_000, 2) > 0
 
 
+@pytest.mark.long
 def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: Shock) -> None:
     edge, state = shock.edge, shock.state
     assert edge is not None
@@ -153,6 +154,7 @@ def test_a_motion_without_contact_is_never_lost() -> None:
         _ = found.runs
 
 
+@pytest.mark.long
 def test_a_radius_that_is_not_on_the_boundary_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     def wrong(surface: object, place: Place, random: object) -> Place:
         return place._replace(radius=0.9 * place.radius)

@@ -27,6 +27,7 @@ from capsule_sym._design.quantities import dimensionless_slopes, of
 from capsule_sym._units import METRIC_UNITS
 from tests.design.cells import metrics_of
 from tests.design.clock import LIMIT, Clock
+from tests.sampling import many, sampled
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
 DEVICE = PhysicalParameters(
@@ -183,11 +184,12 @@ def test_a_further_round_finds_places_that_keep_a_limit(monkeypatch: pytest.Monk
     assert lightest(8).value == pytest.approx(LIGHTEST, rel=1e-12)
 
 
+@sampled
 def test_at_the_time_limit_the_best_of_all_rounds_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (4, 8))
     over = {"omega": (0.3, 3.0), "alpha": (0.2, 3.0)}
     fastest = partial(optimise, "velocity", over, Parameters(alpha=1.5, zeta=0.02, beta=20.0))
-    for problem in (lightest, fastest):
+    for problem in (lightest, fastest)[: many(2, 1)]:
         clock = Clock(monkeypatch, "survey, 0 of 16 runs")  # the third round
         found = problem(samples=16, max_seconds=LIMIT, progress=clock.progress)
         assert found.status is OptimumStatus.TIME_LIMIT
@@ -224,6 +226,7 @@ def test_a_metric_that_varies_in_a_further_round_is_not_flat(
     assert more.success
 
 
+@pytest.mark.long
 def test_no_optimum_is_lost_by_further_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
     # In one round of 16 cells a broader peak hides the best.
     base, over = Parameters(alpha=1.5, zeta=0.02, beta=20.0), {"omega": (0.3, 3), "alpha": (0.2, 3)}

@@ -115,7 +115,6 @@ def worse_between(front: Front, last: int, over: dict[str, tuple[float, float]])
 @pytest.mark.parametrize(
     ("scene", "count"),
     [
-        ("slope", 3000),
         pytest.param("slope", 100_000, marks=pytest.mark.long),
         pytest.param("prototype", 100_000, marks=pytest.mark.long),
     ],
@@ -160,6 +159,7 @@ def test_one_point_may_be_best_in_both() -> None:
     assert len(found.points) == 1
 
 
+@pytest.mark.long
 def test_both_metrics_count_in_their_worst_motion() -> None:
     found = pareto(
         "speed",
@@ -186,7 +186,7 @@ def test_both_metrics_count_in_their_worst_motion() -> None:
     "changed",
     [
         {"subject_to": ["cost_of_transport <= 2.5", "peak_force <= 4"]},
-        {"starts": [(0, 0, 0), (0.1, 0, 0)]},
+        pytest.param({"starts": [(0, 0, 0), (0.1, 0, 0)]}, marks=pytest.mark.long),
         pytest.param({"tolerances": {"zeta": 0.1}}, marks=pytest.mark.long),
     ],
 )
@@ -223,6 +223,7 @@ def test_what_is_not_allowed_is_refused(changed, field) -> None:
     assert caught.value.field == field
 
 
+@pytest.mark.long
 def test_a_metric_that_is_not_finite_at_the_end_of_a_front_is_told() -> None:
     """The least force does not move the capsule, whose cost of transport is infinite."""
     how = {"points": 5, "maximise": False, "samples": 32}

@@ -113,6 +113,7 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     assert other.u == pytest.approx(one.u, abs=1e-5)
 
 
+@pytest.mark.long
 def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
     """The search of the piece where it begins does not find the best."""
     base = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
@@ -145,6 +146,7 @@ def test_where_two_peaks_of_a_force_are_equal_each_of_them_is_a_constraint() -> 
         assert beside.worst > rest.found.place.worst
 
 
+@pytest.mark.long
 def test_slopes_by_fixed_parameters_hold_at_a_margin() -> None:
     def solved(base):
         program, place = at("velocity/work", {"delta": (0.15, 0.65)}, base, True, 0.05, u=0.1)

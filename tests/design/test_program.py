@@ -106,9 +106,14 @@ def test_where_a_function_has_no_number_others_are_taken() -> None:
     ("metric", "limits", "shift", "scale"),
     [
         ("speed + 1e10", [], 1e10, 1.0),
-        ("1e6*speed", ["peak_force <= 2.5", "work <= 1.5"], 0.0, 1e6),
-        ("1e-14*speed", ["peak_force <= 2.5"], 0.0, 1e-14),
-        ("speed", [("1e-6*peak_force - 2.5e-6", "<=", 0.0)], 0.0, 1.0),
+        *(
+            pytest.param(*one, marks=pytest.mark.long)
+            for one in (
+                ("1e6*speed", ["peak_force <= 2.5", "work <= 1.5"], 0.0, 1e6),
+                ("1e-14*speed", ["peak_force <= 2.5"], 0.0, 1e-14),
+                ("speed", [("1e-6*peak_force - 2.5e-6", "<=", 0.0)], 0.0, 1.0),
+            )
+        ),
     ],
 )
 def test_units_of_a_metric_or_a_limit_decide_nothing(metric, limits, shift, scale) -> None:
@@ -271,7 +276,7 @@ def test_the_best_cell_of_a_survey_is_the_best_in_its_worst_scenario() -> None:
     assert -surveyor.best[1] == pytest.approx(worst[best], rel=1e-12)
 
 
-@pytest.mark.parametrize("at", ["survey", "search 1"])
+@pytest.mark.parametrize("at", ["survey", pytest.param("search 1", marks=pytest.mark.long)])
 def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeypatch, at) -> None:
     clock = Clock(monkeypatch, at)
     tolerances = dict.fromkeys(("zeta", "beta", "gamma", "f_b", "omega", "delta"), 0.05)
@@ -353,6 +358,7 @@ def test_a_front_that_is_out_of_time_has_the_points_that_were_found(monkeypatch,
         assert point.value == pytest.approx(abs(performance(point.orbits[0]).velocity.value))
 
 
+@pytest.mark.long
 def test_equal_peaks_at_a_bound_leave_no_optimum_undecided() -> None:
     """Without a second spring all peaks are equal, and any of them has the gradient at beta = 0."""
     p = Parameters(alpha=0.73, omega=0.65, delta=0.43, zeta=0.06)

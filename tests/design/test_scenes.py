@@ -153,6 +153,7 @@ def test_an_optimum_beyond_which_the_start_leads_elsewhere_names_the_boundary() 
     assert found.value > max(from_rest(one) for one in np.linspace(250, 300, 51))
 
 
+@pytest.mark.long
 def test_a_search_that_ends_where_the_drive_drags_the_device_says_so() -> None:
     """The velocity grows with the mean force, alpha D, up to friction, 1: there is no best."""
     bounds = {"D": (0.2, 0.9)}

@@ -118,6 +118,7 @@ def test_motions_of_several_periods_are_closed_with_their_numbers() -> None:
     assert len(set(numbers)) > 1
 
 
+@pytest.mark.long
 def test_the_best_that_starts_lead_to_ends_at_the_edge_of_where_they_do() -> None:
     found = optimise("speed_per_work", NARROW, BESIDE, samples=128)
     assert (found.status, found.bifurcation) == ("optimal-at-border", BASIN)
