@@ -9,14 +9,27 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.geometry import PIECES
-from capsule_sym._symbolic.model.proof import consistent, example
-from capsule_sym._symbolic.model.symbols import alpha, force, v_r, zeta
-from capsule_sym._symbolic.proofs.appendices import BY_LINE, sliding, stick_does, within_bound
-from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
-from capsule_sym._symbolic.proofs.parts import PARTS, Part, bifurcations, part
-from capsule_sym._symbolic.proofs.statement import Statement
-from capsule_sym._symbolic.proofs.table_proofs import passages
+from capsule_sym._symbolic.theory import (
+    BY_LINE,
+    FIELDS,
+    PARTS,
+    PIECES,
+    Part,
+    Statement,
+    alpha,
+    bifurcations,
+    consistent,
+    example,
+    force,
+    outward,
+    part,
+    passages,
+    sliding,
+    stick_does,
+    v_r,
+    within_bound,
+    zeta,
+)
 from paper.claims.beside import beside, next_field
 from paper.claims.case_study import point
 from paper.claims.errata import (

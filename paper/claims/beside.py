@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from capsule_sym._symbolic.proofs.statement import AS_PRINTED, Statement, Verdict
+from capsule_sym._symbolic.theory import (
+    AS_PRINTED,
+    Statement,
+    Verdict,
+)
 from paper.printed import Entry
 
 _READ = {

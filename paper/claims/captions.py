@@ -8,10 +8,14 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.geometry import PIECES, empty
-from capsule_sym._symbolic.model.symbols import delta, v_r
-from capsule_sym._symbolic.proofs.parts import part
-from capsule_sym._symbolic.proofs.statement import Statement
+from capsule_sym._symbolic.theory import (
+    PIECES,
+    Statement,
+    delta,
+    empty,
+    part,
+    v_r,
+)
 from paper.claims.beside import beside, next_field
 from paper.claims.case_study import Point, maps, point, steady_orbit
 from paper.claims.motions import number_of, printed_gamma, shown, sides_at

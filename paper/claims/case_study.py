@@ -14,11 +14,13 @@ from typing import TypeVar
 import sympy as sp
 
 from capsule_sym._enclosures.numbers.balls import Unproved
-from capsule_sym._symbolic.model.elimination import Undecided
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.switching import LocalMap
-from capsule_sym._symbolic.model.symbols import PARAMETERS
-from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
+from capsule_sym._symbolic.theory import (
+    ENTRY_PLANE,
+    PARAMETERS,
+    SEGMENTS,
+    LocalMap,
+    Undecided,
+)
 from paper.printed import Paper
 from paper.proofs import steady
 from paper.proofs.attraction import tendency

@@ -10,7 +10,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.theory import (
+    SEGMENTS,
+    Segment,
+)
 
 Itinerary = tuple[int, ...]
 """Fields of one period in order of time."""

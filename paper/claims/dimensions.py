@@ -6,9 +6,15 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.model import SEGMENTS, Segment
-from capsule_sym._symbolic.model.proof import example
-from capsule_sym._symbolic.model.symbols import PARAMETERS, delta, tau, x_r
+from capsule_sym._symbolic.theory import (
+    PARAMETERS,
+    SEGMENTS,
+    Segment,
+    delta,
+    example,
+    tau,
+    x_r,
+)
 from paper.claims.errata import CASE_STUDY, CREST
 from paper.claims.formula import NotAFormula, formula, same
 from paper.claims.relations import derived, scope

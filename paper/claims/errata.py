@@ -9,12 +9,25 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.geometry import PIECES
-from capsule_sym._symbolic.model.proof import consistent, evaluate, example, implies, negations
-from capsule_sym._symbolic.model.switching import reduced
-from capsule_sym._symbolic.model.symbols import STATE, alpha, beta, delta, f_b, force, gamma, zeta
-from capsule_sym._symbolic.proofs.statement import Statement
+from capsule_sym._symbolic.theory import (
+    PIECES,
+    STATE,
+    Relation,
+    Statement,
+    alpha,
+    beta,
+    consistent,
+    delta,
+    evaluate,
+    example,
+    f_b,
+    force,
+    gamma,
+    implies,
+    negations,
+    reduced,
+    zeta,
+)
 from paper.claims.beside import beside
 from paper.claims.formula import formula, same
 from paper.claims.relations import Texts, derived, latex, scope

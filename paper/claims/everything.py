@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import cache, partial
 
-from capsule_sym._symbolic.proofs import statement
-from capsule_sym._symbolic.proofs.statement import Statement, Verdict
+from capsule_sym._symbolic import theory
+from capsule_sym._symbolic.theory import (
+    Statement,
+    Verdict,
+)
 from paper.claims import appendices, captions, section_2, section_3, section_4, tables
 from paper.printed import Paper, read
 
@@ -42,4 +45,4 @@ def sections() -> dict[str, tuple[Statement, ...]]:
 def named(name: str) -> dict[str, tuple[Statement, ...]]:
     """Comparison of a name by the title of its section; raises InvalidInput for none."""
     own = {title: partial(tuple, found) for title, found in sections().items()}
-    return statement.named(name, own, {title: "printed erratum" for title in own})
+    return theory.named(name, own, {title: "printed erratum" for title in own})

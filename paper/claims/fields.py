@@ -6,10 +6,18 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.model import SEGMENTS, Segment
-from capsule_sym._symbolic.model.proof import implies
-from capsule_sym._symbolic.model.symbols import delta, f_b, gamma, v_c, v_r, x_r
+from capsule_sym._symbolic.theory import (
+    SEGMENTS,
+    Relation,
+    Segment,
+    delta,
+    f_b,
+    gamma,
+    implies,
+    v_c,
+    v_r,
+    x_r,
+)
 from paper.claims.formula import NAMES, formula, same
 from paper.claims.relations import Texts, derived, scope
 

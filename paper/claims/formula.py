@@ -12,10 +12,18 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.model import P1, P2, P3, P4
-from capsule_sym._symbolic.model.symbols import PARAMETERS, STATE, tau, zeta
-from capsule_sym._symbolic.proofs.statement import vanishes
+from capsule_sym._symbolic.theory import (
+    P1,
+    P2,
+    P3,
+    P4,
+    PARAMETERS,
+    STATE,
+    Relation,
+    tau,
+    vanishes,
+    zeta,
+)
 
 NAMES: dict[str, sp.Expr] = {
     **{str(symbol): symbol for symbol in (*PARAMETERS, tau, *STATE)},

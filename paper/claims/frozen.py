@@ -15,7 +15,11 @@ from functools import cache
 from pathlib import Path
 
 from capsule_sym._files import write_whole
-from capsule_sym._symbolic.proofs.statement import AS_PRINTED, Result, Statement
+from capsule_sym._symbolic.theory import (
+    AS_PRINTED,
+    Result,
+    Statement,
+)
 
 PATH = Path(__file__).with_name("verdicts.toml")
 

@@ -8,12 +8,15 @@ from fractions import Fraction
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.switching import LocalMap
-from capsule_sym._symbolic.model.symbols import alpha, v_r
-from capsule_sym._symbolic.proofs.inner_products import FIELDS
-from capsule_sym._symbolic.proofs.parts import PARTS
-from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
+from capsule_sym._symbolic.theory import (
+    ENTRY_PLANE,
+    FIELDS,
+    PARTS,
+    SEGMENTS,
+    LocalMap,
+    alpha,
+    v_r,
+)
 from paper.claims.case_study import (
     BRACKETS,
     Bracket,

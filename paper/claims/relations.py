@@ -8,14 +8,22 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, empty
-from capsule_sym._symbolic.model.model import P3, SEGMENTS
-from capsule_sym._symbolic.model.proof import implies
-from capsule_sym._symbolic.model.symbols import STATE, force
-from capsule_sym._symbolic.proofs.geometry_proofs import meet_at
-from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, outward
-from capsule_sym._symbolic.proofs.parts import part
+from capsule_sym._symbolic.theory import (
+    P3,
+    PIECES,
+    SCENARIOS,
+    SEGMENTS,
+    STATE,
+    STICK_EDGE,
+    Relation,
+    along,
+    empty,
+    force,
+    implies,
+    meet_at,
+    outward,
+    part,
+)
 from paper.claims.formula import NAMES, formula, relations
 
 Texts = Iterable[str | Relation]

@@ -10,13 +10,23 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
-from capsule_sym._symbolic.model.geometry import SCENARIOS
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.switching import leaves_of, local_maps, surface_transitions
-from capsule_sym._symbolic.proofs.markdown import LETTERS, counts, math, point, table, text
-from capsule_sym._symbolic.proofs.reachability import witnesses
-from capsule_sym._symbolic.proofs.statement import Report, Result
-from capsule_sym._symbolic.proofs.table_proofs import mechanism
+from capsule_sym._symbolic.theory import (
+    LETTERS,
+    SCENARIOS,
+    SEGMENTS,
+    Report,
+    Result,
+    counts,
+    leaves_of,
+    local_maps,
+    math,
+    mechanism,
+    point,
+    surface_transitions,
+    table,
+    text,
+    witnesses,
+)
 from paper.claims.case_study import BRACKETS
 from paper.claims.tables import printed_maps
 from paper.printed import events, read

@@ -6,10 +6,12 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.proof import example
-from capsule_sym._symbolic.model.symbols import PARAMETERS
-from capsule_sym._symbolic.proofs.statement import Statement
+from capsule_sym._symbolic.theory import (
+    PARAMETERS,
+    SEGMENTS,
+    Statement,
+    example,
+)
 from paper.claims.beside import beside, next_field, union
 from paper.claims.dimensions import (
     HELD_NOT,

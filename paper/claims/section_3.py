@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from capsule_sym._symbolic.model.geometry import PIECES
-from capsule_sym._symbolic.proofs.statement import Statement
+from capsule_sym._symbolic.theory import (
+    PIECES,
+    Statement,
+)
 from paper.claims.beside import beside, braces, next_field
 from paper.claims.errata import at_crest, equal, misprint, same_union
 from paper.claims.fields import domain, slope_jumps

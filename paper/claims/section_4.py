@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from capsule_sym._symbolic.proofs.statement import Statement
+from capsule_sym._symbolic.theory import Statement
 from paper.claims.beside import beside
 from paper.claims.case_study import OTHER, Itinerary, global_map, maps, point
 from paper.claims.errata import equal

@@ -9,35 +9,43 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.geometry import (
+from capsule_sym._symbolic.theory import (
+    ASSUMED,
     CELLS,
     LINES,
+    P1,
+    P2,
+    P3,
+    P4,
     PIECES,
     SCENARIOS,
+    SEGMENTS,
+    STATE,
+    STICK_EDGE,
     SURFACES,
+    Leaf,
+    Pairs,
     Piece,
+    along,
+    consistent,
+    delta,
+    derivatives,
     disjoint,
     empty,
-    meets,
-)
-from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS
-from capsule_sym._symbolic.model.proof import (
-    consistent,
     evaluate,
     example,
+    f_b,
     implies,
-    sign_under,
-)
-from capsule_sym._symbolic.model.switching import (
-    Leaf,
-    derivatives,
+    inner_products,
     leaves_of,
+    lines_at,
+    meets,
+    on,
+    passages_at,
+    sign_under,
     surface_transitions,
+    x_r,
 )
-from capsule_sym._symbolic.model.symbols import STATE, delta, f_b, x_r
-from capsule_sym._symbolic.proofs.geometry_proofs import lines_at
-from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, inner_products
-from capsule_sym._symbolic.proofs.table_proofs import ASSUMED, Pairs, on, passages_at
 from paper.claims.errata import CASE_STUDY, CREST, point_text
 from paper.claims.fields import domain
 from paper.claims.formula import formula, same

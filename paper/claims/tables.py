@@ -8,22 +8,23 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, SURFACES
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.switching import (
+from capsule_sym._symbolic.theory import (
+    PIECES,
+    SCENARIOS,
+    SEGMENTS,
+    SURFACES,
     LocalMap,
+    Pairs,
+    Statement,
     allowed_maps,
     derivatives,
     local_maps,
-)
-from capsule_sym._symbolic.model.symbols import v_c
-from capsule_sym._symbolic.proofs import reachability
-from capsule_sym._symbolic.proofs.statement import Statement
-from capsule_sym._symbolic.proofs.table_proofs import (
-    Pairs,
     maps_by_number,
     occurring,
     on,
+    v_c,
+    witness_text,
+    witnesses,
 )
 from paper.claims.beside import beside, next_field
 from paper.claims.errata import at_crest, misprint
@@ -92,8 +93,8 @@ def printed_maps(paper: Paper) -> tuple[LocalMap, ...]:
 def _shown_map() -> dict[str, str]:
     """First stored witness of a map that Table 3 lacks."""
     (wanted,) = maps_by_number([(4, 2, 2)])
-    shown = next(w for w in reachability.witnesses() if w.local_map == wanted)
-    return {"local map": str(wanted), **reachability.witness_text(shown)}
+    shown = next(w for w in witnesses() if w.local_map == wanted)
+    return {"local map": str(wanted), **witness_text(shown)}
 
 
 def rows_of(paper: Paper, table: str, place: str) -> tuple[tuple[Any, ...], ...]:

@@ -15,7 +15,7 @@ from capsule_sym._commands.signature import command, option
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
-    from capsule_sym._symbolic.proofs.statement import Result
+    from capsule_sym._symbolic.theory import Result
 
 
 @command()
@@ -37,7 +37,7 @@ def claims(
     start = perf_counter()
     with present.make_progress() as progress:
         task = progress.add_task("importing SymPy", total=None)
-        from capsule_sym._symbolic.proofs import statement
+        from capsule_sym._symbolic import theory
         from paper.claims import everything, frozen
         from paper.claims.report import markdown
 
@@ -49,12 +49,12 @@ def claims(
             progress.advance(task)
             if not as_json:
                 # Above the bar: click's own stdout would write through it.
-                click.echo(statement.line(result), file=sys.stdout)
+                click.echo(theory.line(result), file=sys.stdout)
 
-        report = statement.run(chosen, advance)
+        report = theory.run(chosen, advance)
     results = [result for section in report.values() for result in section]
     if as_json:
-        click.echo(json.dumps({"items": [statement.record(result) for result in results]}))
+        click.echo(json.dumps({"items": [theory.record(result) for result in results]}))
     if out is not None:
         write_whole(out, markdown(report), "--out")
         click.echo(f"wrote {out}", err=True)
