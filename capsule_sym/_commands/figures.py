@@ -224,6 +224,11 @@ def _of_sweep(
     options.require("xarray", "zarr")
     lines = [one for path in curves for one in _curves(path)]
     with capsule_sym.open_results(store) as results:
+        try:
+            results.load()
+        except (OSError, RuntimeError, ValueError) as error:  # of Zarr, for a damaged chunk
+            allowed = "undamaged: repair its chunks with --resume"
+            raise InvalidInput("store", str(store), allowed) from error
         if kind is None:
             kind = "basin" if "attractor" in results else "chart"
         told = {"figure": kind}

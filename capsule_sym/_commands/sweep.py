@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import math
 import shlex
 import sys
@@ -10,7 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from traceback import clear_frames
 from typing import Any
 
 import click
@@ -189,20 +187,8 @@ def _summary(summary: Any, periods: int, store: str) -> dict[str, Any]:
 def _executor(workers: int | None, dask: str | None, **how: Any) -> Iterator[dict[str, Any]]:
     """Arguments of `run_sweep`, with a progress bar."""
     given = {**how, "workers": workers, "command": shlex.join(["capsule-sym", *sys.argv[1:]])}
-    try:
-        with _progress() as progress, _dask(dask, workers) as cluster:
-            yield {**given, **cluster, "progress": progress}
-    except KeyboardInterrupt as interrupt:
-        _let_go(interrupt)
-        raise KeyboardInterrupt(*interrupt.args) from None
-
-
-def _let_go(error: BaseException | None) -> None:
-    """Free what the frames of an exception hold, such as locks between processes."""
-    while error is not None:
-        clear_frames(error.__traceback__)
-        error = error.__context__
-    gc.collect()
+    with _progress() as progress, _dask(dask, workers) as cluster:
+        yield {**given, **cluster, "progress": progress}
 
 
 @contextmanager

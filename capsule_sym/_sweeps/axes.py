@@ -165,23 +165,17 @@ def check_name(name: object) -> None:
 
 def _doubles(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Values as doubles, in their shape; raises InvalidInput for other types."""
-    allowed = "real numbers, as many in each row"
     try:
         given = np.asarray(values) if hasattr(values, "dtype") else np.array(values, dtype=object)
-        if given.dtype == object:
-            for value in given.ravel().tolist():
-                if not is_real(value):
-                    raise InvalidInput(name, value, allowed)
-        elif given.dtype.kind not in "iuf":
-            raise InvalidInput(name, values, allowed)
+        real = given.dtype.kind in "iuf" or (
+            given.dtype == object and all(map(is_real, given.ravel().tolist()))
+        )
         with np.errstate(over="ignore"):
-            return given.astype(float)
-    except (OverflowError, RecursionError, TypeError) as error:
-        raise InvalidInput(name, values, allowed) from error
-    except ValueError as error:
-        if isinstance(error, InvalidInput):
-            raise
-        raise InvalidInput(name, values, allowed) from error
+            if real:
+                return given.astype(float)
+    except (OverflowError, RecursionError, TypeError, ValueError):
+        pass
+    raise InvalidInput(name, values, "real numbers, as many in each row")
 
 
 def named(scene: Scene) -> tuple[str, ...]:

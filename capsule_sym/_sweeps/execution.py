@@ -5,14 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    wait,
-)
+from concurrent import futures
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from itertools import islice
@@ -107,7 +100,7 @@ def run_sweep(
     sweep: Sweep,
     store: str | os.PathLike[str],
     *,
-    executor: Executor | None = None,
+    executor: futures.Executor | None = None,
     workers: int | None = None,
     resume: bool = False,
     any_core: bool = False,
@@ -136,7 +129,7 @@ def run_sweep(
     check_sweep(sweep)
     path, count = Path(store), processors() if workers is None else workers
     check_count("workers", count, most=MOST_WORKERS)
-    if not isinstance(executor, Executor | None):
+    if not isinstance(executor, futures.Executor | None):
         raise InvalidInput("executor", executor, "a concurrent.futures.Executor")
     limit = Watch(checked_seconds(max_seconds))
     begin, work, finished = perf_counter(), None, False
@@ -167,11 +160,11 @@ class _Run:
         self.todo = (index for index in range(chunks) if index not in whole)
         self.held = sum(map(store.sweep.cells_in, whole))
         self.done = self.held
-        self.under_way: dict[Future[Block], int] = {}
+        self.under_way: dict[futures.Future[Block], int] = {}
         self.failed: dict[int, str] = {}
         progress(self.done, store.sweep.size)
 
-    def all(self, executor: Executor | None) -> None:
+    def all(self, executor: futures.Executor | None) -> None:
         """Run chunks until none is left; raises Lost if some failed."""
         with pool_of(executor, self.workers) as pool:
             try:
@@ -193,14 +186,16 @@ class _Run:
             check_time()
             try:
                 self.under_way[pool.submit(self.store.sweep.part(index))] = index
-            except BrokenExecutor as error:
+            except futures.BrokenExecutor as error:
                 self.failed[index] = _reason(error)
                 raise self._lost() from error
         return bool(self.under_way)
 
     def _take(self, pool: Pool) -> None:
         """Write finished chunks; raises Lost if an executor is broken, or many chunks failed."""
-        done = wait(self.under_way, min(PATIENCE, present().left), FIRST_COMPLETED).done
+        done = futures.wait(
+            self.under_way, min(PATIENCE, present().left), futures.FIRST_COMPLETED
+        ).done
         if not done:
             check_time()
             pool.waited()
@@ -210,11 +205,11 @@ class _Run:
                 block = future.result()
             except TimeUp:
                 raise
-            except CancelledError as error:
+            except futures.CancelledError as error:
                 raise pool.lost() from error
             except Exception as error:
                 self.failed[self.under_way.pop(future)] = _reason(error)
-                if isinstance(error, BrokenExecutor) or len(self.failed) == _MOST_FAILED:
+                if isinstance(error, futures.BrokenExecutor) or len(self.failed) == _MOST_FAILED:
                     raise self._lost() from error
                 continue
             with deferred():  # an interrupt cannot separate the stored chunks from their count

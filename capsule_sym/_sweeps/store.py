@@ -16,30 +16,11 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._native import live
+from capsule_sym._sweeps import layout, results
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.files import checksums, move, place, remove, sealed
-from capsule_sym._sweeps.layout import (
-    Added,
-    arrays,
-    consolidate,
-    coordinates,
-    described,
-    itinerary_flags,
-    lay,
-    outcome_flags,
-    provenance,
-)
 from capsule_sym._sweeps.quantities import CellOutcome
-from capsule_sym._sweeps.results import (
-    CHART,
-    CHART_RECORD,
-    CHUNKS,
-    COPY,
-    RESULTS,
-    SWEEP,
-    Check,
-    Held,
-)
+from capsule_sym._sweeps.results import CHUNKS, COPY, RESULTS, SWEEP, Check, Held
 from capsule_sym._sweeps.sweep import Sweep
 
 _PARTIAL, _LOCK = "partial", "lock"
@@ -63,8 +44,8 @@ class Store:
         """Write an empty store; `sweep.json` comes last and marks it as complete."""
         for name in (RESULTS, CHUNKS):
             remove(self.path / name)
-        origin = provenance(command, self.sweep.parameters.scene)
-        lay(self.results, self.sweep, origin)
+        origin = layout.provenance(command, self.sweep.parameters.scene)
+        layout.lay(self.results, self.sweep, origin)
         head = {"kind": self.sweep.kind, "sweep": self.sweep.record(), "provenance": origin}
         self._describe({**head, "files": checksums(self.results), "ended": {}})
 
@@ -77,7 +58,7 @@ class Store:
         with writing(self.path):
             # As at the begin of a run, whose end writes all these files again with its additions.
             again = self.partial / RESULTS
-            lay(again, self.sweep, self.held.head["provenance"])
+            layout.lay(again, self.sweep, self.held.head["provenance"])
             files = checksums(again)
             move(files, again, self.results)
             remove(again)
@@ -112,7 +93,7 @@ class Store:
             move(keys.values(), self.partial, self.results)
             place(sealed(record), held.record_path(index), self.partial)
 
-    def finish(self, added: dict[str, Added]) -> None:
+    def finish(self, added: dict[str, layout.Added]) -> None:
         """Write the results that need all chunks: itineraries, cores, further results.
 
         All files of the results but the chunks are written again, which also repairs damage.
@@ -122,7 +103,7 @@ class Store:
         itineraries = tally.itineraries if "itinerary" in self.sweep.compute else None
         with writing(self.path):
             last = self.partial / RESULTS
-            lay(last, self.sweep, held.head["provenance"], tally.cores, itineraries, added)
+            layout.lay(last, self.sweep, held.head["provenance"], tally.cores, itineraries, added)
             files = checksums(last)
             # At any moment each file is either the old one or the one listed here.
             move([key for key in files if key not in held.head["files"]], last, self.results)
@@ -137,7 +118,7 @@ class Store:
     def _staging(self) -> dict[str, Any]:
         """Arrays like those of the results, in `partial`."""
         if not self._staged:
-            self._staged = arrays(zarr.open_group(self.partial), self.sweep)
+            self._staged = layout.arrays(zarr.open_group(self.partial), self.sweep)
         return self._staged
 
 
@@ -199,33 +180,32 @@ def write_chart(
     """Write a refined chart: columns by name with their dimensions, itineraries by code."""
     import xarray as xr
 
-    attributes = described(sweep, provenance("", sweep.parameters.scene), cores) | attributes
-    chart = xr.Dataset(columns, coordinates(sweep), attributes)
+    attributes = (
+        layout.described(sweep, layout.provenance("", sweep.parameters.scene), cores) | attributes
+    )
+    chart = xr.Dataset(columns, layout.coordinates(sweep), attributes)
     table = {text: (code, 0) for code, text in sorted(texts.items())}
-    chart["itinerary"].attrs.update(itinerary_flags(table))
-    chart["outcome"].attrs.update(outcome_flags())
+    chart["itinerary"].attrs.update(layout.itinerary_flags(table))
+    chart["outcome"].attrs.update(layout.outcome_flags())
     part = path / _PARTIAL
     with writing(path):
         remove(part)
         part.mkdir()
-        chart.to_zarr(part / CHART, zarr_format=3, consolidated=False)
-        consolidate(part / CHART)
-        remove(path / CHART_RECORD)
-        remove(path / CHART)
-        os.replace(part / CHART, path / CHART)
-        place(sealed({"files": checksums(path / CHART)}), path / CHART_RECORD, part)
+        chart.to_zarr(part / results.CHART, zarr_format=3, consolidated=False)
+        layout.consolidate(part / results.CHART)
+        remove(path / results.CHART_RECORD)
+        remove(path / results.CHART)
+        os.replace(part / results.CHART, path / results.CHART)
+        place(sealed({"files": checksums(path / results.CHART)}), path / results.CHART_RECORD, part)
         remove(part)
 
 
 def check_core(path: Path, core: str, begun: str) -> None:
     """Raises InvalidInput unless results of a core may be added to a store begun with `begun`."""
     if core != begun:
-        raise InvalidInput(
-            "core",
-            core,
-            f"{begun!r}, the core of {path}: results of two cores differ in the last "
-            "bits; --any-core allows it, and the record of each chunk names its core",
-        )
+        allowed = f"{begun!r}, the core of {path}: results of two cores differ in the last bits; "
+        allowed += "--any-core allows it, and the record of each chunk names its core"
+        raise InvalidInput("core", core, allowed)
 
 
 def _is_begun(path: Path) -> bool:
@@ -246,14 +226,11 @@ def _is_begun(path: Path) -> bool:
 
 
 def _check_same(path: Path, sweep: Sweep, any_core: bool) -> None:
-    there = Held(path).head
-    for name, value in {"kind": sweep.kind, **sweep.record()}.items():
-        before = {"kind": there["kind"], **there["sweep"]}.get(name)
-        if before != value:
-            raise InvalidInput(name, value, f"{before!r}, as in {path}")
-    origin, scene = there["provenance"], sweep.parameters.scene
-    if origin["kernels"] != scene.digest:
-        allowed = f"{origin['kernels']!r}, the kernels of {path}"
-        raise InvalidInput("kernels", scene.digest, allowed)
+    there, scene = Held(path).head, sweep.parameters.scene
+    origin = there["provenance"]
+    before = {"kind": there["kind"], **there["sweep"], "kernels": origin["kernels"]}
+    for name, value in {"kind": sweep.kind, **sweep.record(), "kernels": scene.digest}.items():
+        if before.get(name) != value:
+            raise InvalidInput(name, value, f"{before.get(name)!r}, as in {path}")
     if not any_core:
         check_core(path, live(scene), origin["core"])

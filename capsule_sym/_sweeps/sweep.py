@@ -72,12 +72,10 @@ class Sweep:
         set_(self, "state", check_start(self.parameters, self.state, 0.0, self.periods))
         scene = self.parameters.scene
         set_(self, "axes", tuple(axis.within(scene) for axis in self.axes))
-        names = [axis.name for axis in self.axes]
         changed = [quantity for axis in self.axes for quantity in axis.quantities]
-        for kind in (names, changed):
-            twice = next((name for name in kind if kind.count(name) > 1), None)
-            if twice:
-                raise InvalidInput("axis", twice, "given once")
+        for kind in ([axis.name for axis in self.axes], changed):
+            if twice := [name for name in kind if kind.count(name) > 1]:
+                raise InvalidInput("axis", twice[0], "given once")
         asked = self.compute if isinstance(self.compute, list | tuple) else [self.compute]
         wrong = [quantity for quantity in asked if quantity not in QUANTITIES]
         if wrong or not asked:
@@ -86,18 +84,15 @@ class Sweep:
         set_(self, "compute", tuple(q for q in QUANTITIES if q in asked))
         if not is_real(self.tolerance) or not 0.0 < self.tolerance < 1.0:
             raise InvalidInput("tolerance", self.tolerance, "a number in (0, 1)")
-        self._check_phases()
-        if self.size > _MOST_CELLS:
-            raise InvalidInput("cells", self.size, f"at most {_MOST_CELLS}")
-        self._check_chunk()
-        set_(self, "chunk", tuple(self.chunk) or self._chunk())
-
-    def _check_phases(self) -> None:
         column = {q: a.values[:, i] for a in self.axes for i, q in enumerate(a.quantities)}
         end = 2 * math.pi / float(np.max(column.get("omega", self.parameters.omega)))
         for phase in (self.phase, float(np.max(column.get("phase", 0.0)))):
             if not is_real(phase) or not 0.0 <= phase < end:
                 raise InvalidInput("phase", phase, f"a time in [0, 2 pi/omega) = [0, {end:g})")
+        if self.size > _MOST_CELLS:
+            raise InvalidInput("cells", self.size, f"at most {_MOST_CELLS}")
+        self._check_chunk()
+        set_(self, "chunk", tuple(self.chunk) or self._chunk())
 
     def _check_chunk(self) -> None:
         given = self.chunk

@@ -2,10 +2,7 @@
 
 import json
 import os
-import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -156,26 +153,6 @@ def test_bad_input_ends_with_2_and_says_what_is_allowed(
     said(capsys, ["sweep", file, "--out", store])
     given = [file if a == "FILE" else store if a == "STORE" else a for a in arguments]
     assert message in said(capsys, given, status=2)
-
-
-def test_ctrl_c_leaves_a_store_that_goes_on(tmp_path: Path) -> None:
-    path = tmp_path / "long.toml"
-    path.write_text(FILE.replace("periods = 40", "periods = 20000\nchunk = [1, 1]"))
-    arguments = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--out"]
-    program = subprocess.Popen(
-        [*arguments, str(tmp_path / "store")], stderr=subprocess.PIPE, text=True
-    )
-    chunks = tmp_path / "store" / "chunks"
-    while not list(chunks.rglob("*.json")):
-        assert program.poll() is None
-        time.sleep(0.01)
-    os.kill(program.pid, signal.SIGINT)
-    _, errors = program.communicate(timeout=60)
-    assert program.returncode == 130
-    done = len(list(chunks.rglob("*.json")))
-    assert 0 < done < 81
-    kept = f"{done} of 81 cells are kept in {tmp_path / 'store'}; continue with --resume"
-    assert errors == f"error: interrupted: {kept}\n"
 
 
 @pytest.mark.parametrize("more", [[], ["--refine", "4"], BASIN], ids=["sweep", "refine", "basin"])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import threading
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ from capsule_sym import (
     run_basin,
     run_sweep,
 )
+from capsule_sym._cli import main
 from capsule_sym._sweeps.files import sealed
 from capsule_sym._sweeps.results import damaged_parts, info_record
 from tests.sampling import sampled, some
@@ -189,14 +192,32 @@ def test_folders_that_are_gone_are_made_again_and_files_in_their_place_told_in_o
 def test_what_is_no_longer_the_result_is_not_opened(
     stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
-    whole = stores("sweep")
     names = ("alpha/c/0", "alpha/zarr.json", "itinerary/zarr.json", "zarr.json")
-    for i, name in enumerate(names):
-        for damage in (delete, truncate, flip):
-            path = copied(whole, tmp_path / f"{i} {damage.__name__}")
-            damage(path / "results.zarr" / name)
-            with pytest.raises(InvalidInput, match=rf"repair results.zarr.{name} with --resume"):
-                open_results(path)
+    cases = [*product(names, (delete, truncate, flip)), ("itinerary/c/0/0", delete)]
+    for i, (name, damage) in enumerate(cases):
+        path = copied(stores("sweep"), tmp_path / str(i))
+        damage(path / "results.zarr" / name)
+        with pytest.raises(InvalidInput, match=rf"repair results.zarr.{name} with --resume"):
+            open_results(path)
+
+
+@pytest.mark.parametrize("damage", [delete, truncate, flip])
+def test_no_figure_shows_a_damaged_chunk(
+    damage: Callable[[Path], None],
+    stores: Callable[[str], Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = copied(stores("sweep"), tmp_path / "store")
+    damage(path / "results.zarr/period_number/c/0/0")
+    with pytest.raises(SystemExit) as done:
+        main(["figure", str(path), "--out", str(tmp_path / "chart.svg")])
+    assert done.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(
+        rf"error: store = '{path}': must be undamaged: repair .* with --resume", line
+    )
+    assert not (tmp_path / "chart.svg").exists()
 
 
 @pytest.mark.parametrize("kind", KINDS)

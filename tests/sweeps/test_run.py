@@ -12,7 +12,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -168,19 +168,18 @@ def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.Monke
     assert (found.status, found.outcomes) == ("time-limit", {})
 
 
-@pytest.mark.parametrize("seconds", [0.0, -1.0, math.nan, "1"])
-def test_a_limit_that_is_no_time_is_refused(seconds: Any, tmp_path: Path) -> None:
-    for run in (run_sweep, refine_sweep):
-        with pytest.raises(InvalidInput, match="max_seconds"):
-            run(SWEEP, tmp_path / "store", max_seconds=seconds)
-    assert not (tmp_path / "store").exists()
-
-
 @pytest.mark.parametrize("run", [run_sweep, run_basin, refine_sweep])
-@pytest.mark.parametrize("given", ["x", None])
-def test_what_is_no_sweep_is_refused(run: Callable[..., Any], given: Any, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=f"^sweep = {given!r}: must be a Sweep$"):
-        run(given, tmp_path / "store")
+def test_what_is_no_sweep_or_cannot_run_is_refused(run: Callable[..., Any], tmp_path: Path) -> None:
+    store = tmp_path / "store"
+    for given in ("x", None):
+        with pytest.raises(InvalidInput, match=f"^sweep = {given!r}: must be a Sweep$"):
+            run(given, store)
+    bad: list[tuple[str, Any]] = [("max_seconds", one) for one in (0.0, -1.0, math.nan, "1")]
+    bad += [("workers", 0), ("workers", 1.5), ("executor", "fibres"), ("executor", "threads")]
+    sweep = Sweep((Axis.of("x_r", [0.0]),)) if run is run_basin else SWEEP
+    for name, value in bad:
+        with pytest.raises(InvalidInput, match=f"^{name} = "):
+            run(sweep, store, **{name: value})
     assert not list(tmp_path.iterdir())
 
 
@@ -217,27 +216,23 @@ def test_a_random_design_has_its_points_as_coordinates(tmp_path: Path) -> None:
         assert set(results.coords) == {"alpha", "gamma"}
 
 
-@pytest.mark.parametrize("after", [0, 5])
-def test_an_interrupted_run_goes_on_where_it_was(
+@pytest.mark.parametrize("after", [0, 5, CHUNKS])
+def test_a_run_goes_on_where_it_was_interrupted_and_a_finished_one_computes_nothing(
     after: int, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
-    with pytest.raises(KeyboardInterrupt):
-        run_sweep(SWEEP, tmp_path / "store", executor=Here(after), workers=1)
-    with open_results(tmp_path / "store") as results:
+    store, rest = tmp_path / "store", Here()
+    with pytest.raises(KeyboardInterrupt) if after < CHUNKS else nullcontext():
+        run_sweep(SWEEP, store, executor=Here(after), workers=1)
+    with open_results(store) as results:
         pending = int((results["outcome"] == CellOutcome.PENDING).sum())
-    rest = Here()
-    summary = run_sweep(SWEEP, tmp_path / "store", executor=rest, workers=1, resume=True)
+    seen: list[tuple[int, int]] = []
+    how: Any = {"resume": True, "progress": lambda *at: seen.append(at)}
+    summary = run_sweep(SWEEP, store, executor=rest, workers=1, **how)
     assert len(rest.parts) == CHUNKS - after
     assert summary.computed == pending == sum(part.size for part in rest.parts)
-    assert contents(tmp_path / "store") == whole
-
-
-def test_a_finished_run_computes_nothing_again(whole: dict[str, bytes], tmp_path: Path) -> None:
-    run_sweep(SWEEP, tmp_path / "store")
-    rest = Here()
-    assert run_sweep(SWEEP, tmp_path / "store", executor=rest, resume=True).computed == 0
-    assert rest.parts == []
-    assert contents(tmp_path / "store") == whole
+    assert contents(store) == whole
+    assert seen == sorted(seen)
+    assert (seen[0], seen[-1]) == ((120 - pending, 120), (120, 120))
 
 
 def test_a_damaged_chunk_alone_is_computed_again(whole: dict[str, bytes], tmp_path: Path) -> None:
@@ -395,23 +390,6 @@ def test_chunks_that_cannot_be_computed_are_named_after_all_others_or_three(
     named = "; ".join(f"chunk {index}: MemoryError: no room" for index in deadly[:3])
     assert str(told.value) == named
     assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == done
-
-
-@pytest.mark.parametrize("how", [{"executor": "fibres"}, {"workers": 0}, {"workers": 1.5}])
-def test_what_cannot_run_is_refused(how: dict[str, Any], tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput):
-        run_sweep(SWEEP, tmp_path / "store", **how)
-
-
-def test_progress_starts_from_what_is_there_and_ends_at_all(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt):
-        run_sweep(SWEEP, tmp_path / "store", executor=Here(4), workers=1)
-    seen: list[tuple[int, int]] = []
-    run_sweep(SWEEP, tmp_path / "store", resume=True, progress=lambda *at: seen.append(at))
-    done = [n for n, _ in seen]
-    assert done == sorted(done)
-    assert 0 < done[0] < 120
-    assert seen[-1] == (120, 120)
 
 
 def test_the_record_of_a_chunk_holds_its_words_and_reasons(
