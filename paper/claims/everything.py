@@ -27,6 +27,7 @@ _TITLES: dict[Verdict, str] = {
 }
 
 
+@cache
 def statements(paper: Paper) -> tuple[Statement, ...]:
     """All comparisons with a transcription."""
     return tuple(one for claims in CLAIMS for one in claims(paper))
