@@ -33,9 +33,10 @@ def beside(
     place: str = "",
     **texts: Any,
 ) -> Statement:
-    """Statement about an entry; what is printed is what it says unless another text is given.
+    """Statement about an entry of the transcription.
 
-    `texts` are further fields of a statement. One that says nothing is made of the two texts.
+    `printed` defaults to `says`; without `says` the statement is the printed text and the derived
+    one. `texts` are further fields of the statement.
     """
     told = (printed or says) + _READ[entry.reading].format(entry.note)
     return Statement(

@@ -117,7 +117,7 @@ _OTHERWISE = {
     ),
     "figure.9.d": ("no F2", "the stick in F2 is gone already: the graze is at 1.5513..."),
 }
-"""What happens at the first amplitude beside the event, where it is not what is printed."""
+"""Motion at the first amplitude beside the event, where it is not the printed one."""
 
 
 def captions(paper: Paper) -> Iterator[Statement]:

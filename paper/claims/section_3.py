@@ -424,7 +424,7 @@ def starts(paper: Paper) -> Iterator[Statement]:
 
 
 def uses(paper: Paper) -> Iterator[Statement]:
-    """What Section 3.1 says of the surfaces and lines."""
+    """The use of surfaces and lines in Section 3.1."""
     entry, found = paper["section.3.1.uses"], derived_uses()
     for key, said in (
         ("stick_on", "stick occurs on the surfaces"),

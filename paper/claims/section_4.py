@@ -326,7 +326,7 @@ _ROLES = {
 
 
 def said_of_rows(paper: Paper) -> Iterator[Statement]:
-    """What Section 4 says of its rows: drift, impacts, segments, and what begins or ends."""
+    """Remarks of Section 4 on its rows: drift, impacts, segments, and features that begin or end."""
     told, all_sides = events(paper), sides_at(paper, printed_gamma(paper))
     by_value = {e.alpha: (e, s) for e, s in reversed(list(zip(told, all_sides, strict=True)))}
     entry = paper["section.4.stationary"]

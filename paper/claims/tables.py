@@ -178,7 +178,7 @@ def table_1_and_2(paper: Paper) -> Iterator[Statement]:
         ("L2", "L2^(3)", 3, 2, 1, "P3' = -n, positive where n < 0"),
         ("L3", "L3^(1)", 4, 5, -1, "P4' = n, negative there"),
     ):
-        asked = (drift, stick) in pairs_of(rows_of(paper, "table.2", key))
+        listed = (drift, stick) in pairs_of(rows_of(paper, "table.2", key))
         curve = sign * derivatives(v_c, drift, 2)[2]
         yield misprint(
             entry,
@@ -187,7 +187,7 @@ def table_1_and_2(paper: Paper) -> Iterator[Statement]:
             f"{curve} < 0",
             f"{curve} > 0",
             place="Table 2, Section 3.3",
-            printed=f"{key}: {f'Ω{drift} → Ω{stick}' if asked else 'no such row'}, also on "
+            printed=f"{key}: {f'Ω{drift} → Ω{stick}' if listed else 'no such row'}, also on "
             f"{part_of}",
             derived=f"where stick begins on {key} (n < 0), none arrives from Ω{drift}",
             proof=f"on {key} v_c = v_c' = 0 along F{drift}, and gamma v_c'' = {told}",

@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
 from collections import Counter
 from copy import deepcopy
 from pathlib import Path
@@ -42,17 +41,19 @@ def test_every_reference_is_known(name: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def records(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """New records of the case study and of the enclosures, and the expected verdicts."""
-    folder = tmp_path_factory.mktemp("records")
-    program = str(Path(sys.executable).with_name("capsule-sym"))
-    subprocess.run([program, "paper", "--out", folder], check=True, stdout=subprocess.DEVNULL)
-    enclosed = subprocess.run([program, "enclose", "--json"], check=True, stdout=subprocess.PIPE)
-    verdicts = ROOT / "capsule_sym" / "_symbolic" / "verdicts.toml"
+def records() -> dict[str, Any]:
+    """New records of the case study and of the enclosures, and the verdicts."""
+    def printed(*command: str) -> dict[str, Any]:
+        line = [sys.executable, "-m", *command, "--json"]
+        run = subprocess.run(line, cwd=ROOT, check=True, stdout=subprocess.PIPE)
+        found: dict[str, Any] = json.loads(run.stdout)
+        return found
+
+    proved = (printed("paper", "claims"), printed("capsule_sym", "verify"))
     return {
-        "casestudy": json.loads((folder / "casestudy.json").read_text("utf-8")),
-        "enclosed": json.loads(enclosed.stdout),
-        "verdicts": Counter(tomllib.loads(verdicts.read_text("utf-8"))["status"].values()),
+        "casestudy": printed("paper", "case-study"),
+        "enclosed": printed("paper", "enclose"),
+        "verdicts": Counter(item["status"] for one in proved for item in one["items"]),
     }
 
 

@@ -35,7 +35,6 @@ REFUSED = [
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
     ("sweep --alpha 0.1:2:3 --out s --any-core", "--any-core needs --resume, which is missing"),
-    ("verify --only a --freeze", "--only and --freeze exclude each other"),
     (
         "figure curves.json --of v_c --out a.svg",
         "--of is for branches, which curves.json is not",

@@ -57,7 +57,7 @@ MIDDLE = {
     "figure": (["energies", "--out", "a.svg"], "Following the branch"),
 }
 ENDS = {
-    "verify": ["--only", "erratum.equation.6"],
+    "verify": ["--only", "appendix.A.L1.sharp"],
     "sweep": ["short.toml", "--out", "store"],
     "basin": ["--x-r", "-1:1:3", "--v-r", "-1:1:4", "--periods", "40", "--out", "store"],
     "orbit": ["--starts", "2"],
