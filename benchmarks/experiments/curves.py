@@ -33,7 +33,7 @@ from capsule_sym import (
     scenes,
     solve_orbit,
 )
-from capsule_sym._orbits.shooting.admissibility import _middle
+from capsule_sym._orbits.interface import middle
 from tests.scenes import SCENES, Form, Integrator, Run, Start, integrator, random_start
 
 SMALL = 1e-12  # of differences for a Jacobian
@@ -165,7 +165,7 @@ class Judged:
         self.p = {k: float(v) for k, v in self.orbit.parameters.to_dict().items()}
         flows = self.orbit.system.flows
         self.first = max(range(len(flows)), key=lambda i: float(flows[i].h))
-        state, angle = _middle(self.orbit, flows[self.first])
+        state, angle = middle(self.orbit, flows[self.first])
         self.x, number = np.array(state), self.orbit.itinerary.period_number
         self.section = Section(judge, self.form, angle / math.tau, number)
 
@@ -339,7 +339,7 @@ class Judged:
         before, after = segment - 1, (segment + 1) % n
         if min(float(flows[before].h), float(flows[after].h)) < 1e-3:
             raise Undecided("another switch is near")
-        state, angle = _middle(self.orbit, flows[before])
+        state, angle = middle(self.orbit, flows[before])
         omega, lag = self.p["omega"], min(float(flows[after].h) / 2, 0.05)
         lasting = float(flows[before].h) / 2 + lag
         local = Section(self.judge, self.form, angle / math.tau, lasting * omega / math.tau)

@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.experiments.kept import kept
 from capsule_sym import Parameters, simulate, solve_orbit
-from capsule_sym._orbits.shooting.admissibility import rerun
+from capsule_sym._orbits.interface import rerun
 
 RANGES = {
     "alpha": (0.0, 5.0),

@@ -23,14 +23,18 @@ from benchmarks.hardcases.reference import CONTRACT, WIDE, Start, error, names
 from benchmarks.hardcases.starts import RandomStart, random_start
 from capsule_sym import InvalidInput, Outcome, Segment
 from capsule_sym._files import growing
-from capsule_sym._map.backend import Backend, default_backend
-from capsule_sym._map.digits import fifty_digits
-from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import SegmentStart, Switch
-from capsule_sym._map.reference import Run
-from capsule_sym._map.transitions import State
+from capsule_sym._map.interface import (
+    Backend,
+    Guard,
+    Run,
+    SegmentStart,
+    State,
+    Switch,
+    default_backend,
+    fifty_digits,
+)
 from capsule_sym._native import core
-from capsule_sym._orbits.shooting.itinerary import contact, drift
+from capsule_sym._orbits.interface import contact, drift
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym.generated.capsule.py import DIGEST
 

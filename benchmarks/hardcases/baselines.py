@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.hardcases.reference import Start
 from capsule_sym import Parameters
-from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._map.interface import NumpyBackend
 from capsule_sym.generated.capsule.facts import FIELD_OF
 
 _SAMPLES = 200  # per excitation period

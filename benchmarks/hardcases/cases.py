@@ -10,10 +10,17 @@ from typing import Any
 
 from benchmarks.hardcases.reference import Start
 from capsule_sym import Parameters
-from capsule_sym._map.backend import Backend, Number, backend
-from capsule_sym._map.expansion import Guard, Point, side_of
-from capsule_sym._map.location import Flow, SegmentStart
-from capsule_sym._map.location import Start as Beginning
+from capsule_sym._map.interface import (
+    Backend,
+    Flow,
+    Guard,
+    Number,
+    Point,
+    SegmentStart,
+    backend,
+    side_of,
+)
+from capsule_sym._map.interface import Start as Beginning
 
 _DISTANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 1e-15)
 _DURATIONS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
@@ -68,7 +75,7 @@ class _Approach:
 
     def near(self, distance: float) -> Start:
         """The start whose guard has a minimum of -distance."""
-        from capsule_sym._map.precision import workspace
+        from capsule_sym._map.interface import workspace
 
         with backend("mpmath") as numbers:
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.hardcases.reference import Start
-from capsule_sym._map.backend import Backend, Number
-from capsule_sym._map.native import core
+from capsule_sym._map.interface import Backend, Number, core
 
 
 class LaneSwitch(NamedTuple):

@@ -8,13 +8,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym._map.backend import Backend, Number, NumpyBackend
-from capsule_sym._map.digits import fifty_digits
-from capsule_sym._map.expansion import Guard, expand
-from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
-from capsule_sym._map.native import NativeRun
-from capsule_sym._map.reference import Run
-from capsule_sym._map.transitions import State, start_at
+from capsule_sym._map.interface import (
+    Backend,
+    Flow,
+    Guard,
+    NativeRun,
+    Number,
+    NumpyBackend,
+    Run,
+    SegmentStart,
+    State,
+    Switch,
+    expand,
+    fifty_digits,
+    locate,
+    start_at,
+)
 from capsule_sym._parameters import of_paper
 from capsule_sym.generated.capsule.interface import Precision
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.hardcases.reference import Start
 from capsule_sym import Parameters
-from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._map.interface import NumpyBackend
 
 KINDS = ("graze", "sliding", "corner", "impact start", "slip start", "anywhere")
 _LONGEST = 4.0  # duration before the state to be met, over the segment's rate

@@ -9,9 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
-from capsule_sym._figures.layout import across, add_key, canvas, handles_of
-from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import describe, styled
+from capsule_sym._figures.interface import (
+    PAGE,
+    across,
+    add_key,
+    canvas,
+    describe,
+    handles_of,
+    styled,
+)
 
 Row = Mapping[str, Any]
 _MARKERS = "osD^v<>ph*XP"

@@ -15,12 +15,18 @@ from scipy.optimize import brentq
 
 from benchmarks.hardcases.cases import guard_at
 from benchmarks.speed.model import Start
-from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._map.digits import fifty_digits
-from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
-from capsule_sym._map.reference import Run
-from capsule_sym._map.transitions import State, start_at
+from capsule_sym._map.interface import (
+    Flow,
+    Guard,
+    NumpyBackend,
+    Run,
+    SegmentStart,
+    State,
+    Switch,
+    fifty_digits,
+    locate,
+    start_at,
+)
 
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
 """Relative to the switching time."""

@@ -3,119 +3,34 @@
 Nothing of the tool imports this module. Its names are not public, because they belong to one scene.
 """
 
-# ruff: noqa: F401 - imported to be exported
+# ruff: noqa: F401, I001 - imported to be exported
+# fmt: off
 
-from capsule_sym._symbolic.model.elimination import (
-    Relation,
-    Undecided,
-)
+from capsule_sym._symbolic.model.elimination import Relation, Undecided
 from capsule_sym._symbolic.model.geometry import (
-    CELLS,
-    LINES,
-    PIECES,
-    SCENARIOS,
-    SURFACES,
-    Piece,
-    disjoint,
-    empty,
-    meets,
+    CELLS, LINES, PIECES, SCENARIOS, SURFACES, Piece, disjoint, empty, meets,
 )
-from capsule_sym._symbolic.model.model import (
-    P1,
-    P2,
-    P3,
-    P4,
-    SEGMENTS,
-    Segment,
-)
+from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Segment
 from capsule_sym._symbolic.model.proof import (
-    consistent,
-    evaluate,
-    example,
-    implies,
-    negations,
-    sign_under,
+    consistent, evaluate, example, implies, negations, sign_under,
 )
 from capsule_sym._symbolic.model.switching import (
-    Leaf,
-    LocalMap,
-    allowed_maps,
-    derivatives,
-    leaves_of,
-    local_maps,
-    reduced,
-    surface_transitions,
+    Leaf, LocalMap, allowed_maps, derivatives, leaves_of, local_maps, reduced, surface_transitions,
 )
 from capsule_sym._symbolic.model.symbols import (
-    PARAMETERS,
-    STATE,
-    alpha,
-    beta,
-    delta,
-    f_b,
-    force,
-    gamma,
-    tau,
-    v_c,
-    v_r,
-    x_r,
-    zeta,
+    PARAMETERS, STATE, alpha, beta, delta, f_b, force, gamma, tau, v_c, v_r, x_r, zeta,
 )
-from capsule_sym._symbolic.proofs.appendices import (
-    BY_LINE,
-    sliding,
-    stick_does,
-    within_bound,
-)
-from capsule_sym._symbolic.proofs.geometry_proofs import (
-    lines_at,
-    meet_at,
-)
+from capsule_sym._symbolic.proofs.appendices import BY_LINE, sliding, stick_does, within_bound
+from capsule_sym._symbolic.proofs.geometry_proofs import lines_at, meet_at
 from capsule_sym._symbolic.proofs.inner_products import (
-    FIELDS,
-    STICK_EDGE,
-    along,
-    inner_products,
-    outward,
+    FIELDS, STICK_EDGE, along, inner_products, outward,
 )
-from capsule_sym._symbolic.proofs.markdown import (
-    LETTERS,
-    counts,
-    math,
-    point,
-    table,
-    text,
-)
-from capsule_sym._symbolic.proofs.parts import (
-    PARTS,
-    Part,
-    bifurcations,
-    part,
-)
-from capsule_sym._symbolic.proofs.reachability import (
-    ENTRY_PLANE,
-    witness_text,
-    witnesses,
-)
+from capsule_sym._symbolic.proofs.markdown import LETTERS, counts, math, point, table, text
+from capsule_sym._symbolic.proofs.parts import PARTS, Part, bifurcations, part
+from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE, witness_text, witnesses
 from capsule_sym._symbolic.proofs.statement import (
-    AS_PRINTED,
-    Report,
-    Result,
-    Statement,
-    Verdict,
-    line,
-    named,
-    record,
-    run,
-    vanishes,
+    AS_PRINTED, Report, Result, Statement, Verdict, line, named, record, run, vanishes,
 )
 from capsule_sym._symbolic.proofs.table_proofs import (
-    ASSUMED,
-    Pairs,
-    maps_by_number,
-    mechanism,
-    occurring,
-    on,
-    passages,
-    passages_at,
+    ASSUMED, Pairs, maps_by_number, mechanism, occurring, on, passages, passages_at,
 )

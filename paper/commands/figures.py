@@ -11,7 +11,7 @@ from capsule_sym import save_figure
 from capsule_sym._commands import options, present
 from capsule_sym._commands.figures import COLOURS, PICTURE, Picture
 from capsule_sym._commands.signature import argument, command
-from capsule_sym._figures.catalogue import Study
+from capsule_sym._figures.interface import Study
 from paper.figures.catalogue import FIGURES
 
 
@@ -35,8 +35,7 @@ def figure(
     second; the parameters are in the picture's metadata.
     """
     picture.check(moving=False)
-    from capsule_sym._figures.store import Store
-    from capsule_sym._figures.style import describe
+    from capsule_sym._figures.interface import Store, describe
 
     parameters, device = system.load()
     with present.tracking() as track:

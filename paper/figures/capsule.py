@@ -6,10 +6,17 @@ from typing import Any
 
 from matplotlib.figure import Figure, SubFigure
 
-from capsule_sym._figures.device import INK, SOFT, Frame, draw_capsule, ground
-from capsule_sym._figures.layout import canvas
-from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import describe, styled
+from capsule_sym._figures.interface import (
+    INK,
+    PAGE,
+    SOFT,
+    Frame,
+    canvas,
+    describe,
+    draw_capsule,
+    ground,
+    styled,
+)
 from paper.figures.space import size_of
 
 _TYPE = 2.5  # points of type in each inch of Fig. 1

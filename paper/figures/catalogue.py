@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from capsule_sym import InvalidInput, Parameters, orbit_from_record
-from capsule_sym._figures import catalogue as general
-from capsule_sym._figures.catalogue import BEGIN, Study
+from capsule_sym._figures.interface import BEGIN, Study
+from capsule_sym._figures.interface import catalogue as general
 from capsule_sym._parameters import of_paper
 from paper.study import data
 
@@ -94,7 +94,7 @@ def _around(which: int, exactly: bool) -> Callable[[Study], Figure]:
 
 
 def _chart(study: Study) -> Figure:
-    from capsule_sym._figures.charts import draw_regions
+    from capsule_sym._figures.interface import draw_regions
     from paper.study.casestudy import GAMMAS
 
     start = study.at(BEGIN)
@@ -131,8 +131,7 @@ class Entry:
         figure = self.make(study)
         if study.device is not None and not self.metric:
             from capsule_sym import figure_style
-            from capsule_sym._figures.layout import add_words
-            from capsule_sym._figures.units import DIMENSIONLESS
+            from capsule_sym._figures.interface import DIMENSIONLESS, add_words
 
             with figure_style():
                 # On the side that has no key yet.

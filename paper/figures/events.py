@@ -11,12 +11,21 @@ from matplotlib.lines import Line2D
 
 from capsule_sym import Parameters
 from capsule_sym._figures.arcs import Motion, cycle, is_periodic
-from capsule_sym._figures.boundaries import lines as boundary_lines
-from capsule_sym._figures.labels import PATCH, Names
-from capsule_sym._figures.layout import across, add_key, canvas
-from capsule_sym._figures.portraits import field_handles
-from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LOOKS, Colours, describe, mathematical, styled
+from capsule_sym._figures.interface import (
+    LOOKS,
+    PAGE,
+    PATCH,
+    Colours,
+    Names,
+    across,
+    add_key,
+    canvas,
+    describe,
+    field_handles,
+    mathematical,
+    styled,
+)
+from capsule_sym._figures.interface import lines as boundary_lines
 from capsule_sym._parameters import of_paper
 from paper.figures.space import Box, add_space, box_of, draw_arcs, draw_space, fit_view
 from paper.figures.statespace import along, name_upright, projected

@@ -13,16 +13,21 @@ from matplotlib.lines import Line2D
 
 from capsule_sym import Trajectory, plot_displacements, plot_phase_portrait
 from capsule_sym._figures.arcs import Motion, cycle, is_periodic
-from capsule_sym._figures.layout import NARROW, across, add_key, canvas
-from capsule_sym._figures.portraits import boundary_handles, field_handles, unsettled_handles
-from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
+from capsule_sym._figures.interface import (
+    NARROW,
+    PAGE,
     Colours,
+    across,
+    add_key,
+    boundary_handles,
+    canvas,
     describe,
     field_colour,
+    field_handles,
     itinerary,
     labels_of,
     styled,
+    unsettled_handles,
 )
 from paper.figures.space import fit_view
 

@@ -16,9 +16,7 @@ from urllib.parse import quote
 
 from capsule_sym import InvalidInput, NotInstalled, Parameters, figure_style
 from capsule_sym import _explorer as explorer
-from capsule_sym._figures.catalogue import Study
-from capsule_sym._figures.store import Store, Track
-from capsule_sym._figures.style import Colours
+from capsule_sym._figures.interface import Colours, Store, Study, Track
 from capsule_sym._files import read_json
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts
@@ -229,7 +227,7 @@ def _drawing(
 
 
 def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Picture:
-    from capsule_sym._figures.notebook import on_page
+    from capsule_sym._figures.interface import on_page
 
     name, gamma = one
     entry = FIGURES[name]

@@ -27,9 +27,16 @@ from numpy.typing import NDArray
 
 from capsule_sym import Parameters
 from capsule_sym._figures.arcs import Arc
-from capsule_sym._figures.boundaries import Array, Limits, lines
-from capsule_sym._figures.style import LOOKS, Colours, field_colour, figure_of
-from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._figures.interface import (
+    LOOKS,
+    Array,
+    Colours,
+    Limits,
+    field_colour,
+    figure_of,
+    lines,
+)
+from capsule_sym._map.interface import NumpyBackend
 
 EYE = (24.0, -64.0)  # elevation and azimuth in degrees
 _TINT = 0.16

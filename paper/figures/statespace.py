@@ -10,15 +10,20 @@ from matplotlib.figure import Figure, SubFigure
 from mpl_toolkits.mplot3d import proj3d
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym._figures.boundaries import Array, Limits, corners, lines
-from capsule_sym._figures.labels import PATCH, Names
-from capsule_sym._figures.layout import NARROW, canvas
-from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
+from capsule_sym._figures.interface import (
     LOOKS,
+    NARROW,
+    PAGE,
+    PATCH,
+    Array,
     Colours,
+    Limits,
+    Names,
+    canvas,
+    corners,
     describe,
     field_colour,
+    lines,
     mathematical,
     styled,
 )

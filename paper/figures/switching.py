@@ -15,14 +15,24 @@ from matplotlib.figure import Figure, SubFigure
 
 from capsule_sym import InvalidInput, Parameters, Trajectory
 from capsule_sym._figures.arcs import opening
-from capsule_sym._figures.boundaries import Array, lines
-from capsule_sym._figures.labels import PATCH, Names
-from capsule_sym._figures.layout import NARROW, add_key, canvas
-from capsule_sym._figures.portraits import field_handles
-from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import Colours, describe, field_colour, mathematical, styled
-from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._orbits.shooting.stability import field as rates
+from capsule_sym._figures.interface import (
+    NARROW,
+    PAGE,
+    PATCH,
+    Array,
+    Colours,
+    Names,
+    add_key,
+    canvas,
+    describe,
+    field_colour,
+    field_handles,
+    lines,
+    mathematical,
+    styled,
+)
+from capsule_sym._map.interface import NumpyBackend
+from capsule_sym._orbits.interface import field as rates
 from capsule_sym._parameters import of_paper
 from paper.figures.statespace import top_view, window
 from paper.study.sections import (

@@ -21,23 +21,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym import CapsuleError, Parameters, Trajectory, simulate
-from capsule_sym._enclosures.numbers.balls import (
+from capsule_sym._enclosures.interface import (
     Ball,
+    Bundle,
+    C,
+    Interval,
     Matrix,
+    Passage,
+    Step,
     Unproved,
     arb,
+    at_rest,
     ball,
     floats,
+    itinerary_of,
     largest,
     matrix,
     precision,
+    steps_of,
     thin,
     unit,
 )
-from capsule_sym._enclosures.numbers.fields import C, at_rest
-from capsule_sym._enclosures.passage.runs import itinerary_of, steps_of
-from capsule_sym._enclosures.passage.segments import Bundle, Interval, Passage, Step
-from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.case import EXACT
 from paper.proofs.parts import BOTH, AlphaPart, Outcome
 from paper.proofs.touches import Soft

@@ -9,11 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, ball
-from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
-from capsule_sym._enclosures.orbits.proof import held, prove
-from capsule_sym._enclosures.orbits.shooting import Shooting
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.interface import (
+    Ball,
+    Shooting,
+    Tube,
+    Unproved,
+    Watch,
+    arb,
+    ball,
+    enclose,
+    held,
+    prove,
+)
 
 _LEAST = 1e-17  # least size of a box, relative to the rest of the interval
 _GROWTH, _SHRINK = 1.4, 0.5

@@ -8,11 +8,21 @@ from fractions import Fraction
 from typing import Any
 
 from capsule_sym import CodimensionTwoPoint, Parameters, continue_bifurcation
-from capsule_sym._enclosures.numbers.balls import Ball, Unproved, decimal, matrix, precision
-from capsule_sym._enclosures.orbits.events import NEAR, Event, beyond, prove_event
-from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
-from capsule_sym._enclosures.orbits.proof import held
-from capsule_sym._orbits.continuation.points.kinds import CROSSING
+from capsule_sym._enclosures.interface import (
+    NEAR,
+    Ball,
+    Event,
+    Tube,
+    Unproved,
+    beyond,
+    decimal,
+    enclose,
+    held,
+    matrix,
+    precision,
+    prove_event,
+)
+from capsule_sym._orbits.interface import CROSSING
 from paper.proofs.intervals import approximate
 
 FREE = ("alpha", "gamma")

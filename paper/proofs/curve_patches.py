@@ -14,11 +14,17 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym import InvalidInput, Itinerary
-from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, ball
-from capsule_sym._enclosures.orbits.events import beyond
-from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
-from capsule_sym._enclosures.orbits.shooting import Shooting
-from capsule_sym._orbits.shooting.changes import around, swap_segment
+from capsule_sym._enclosures.interface import (
+    Ball,
+    Shooting,
+    Tube,
+    Unproved,
+    arb,
+    ball,
+    beyond,
+    enclose,
+)
+from capsule_sym._orbits.interface import around, swap_segment
 from paper.proofs.curve_sides import WithoutSegment, WithSegment
 from paper.proofs.parts import Patch
 

@@ -9,15 +9,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from capsule_sym._enclosures.numbers.balls import Ball, Matrix, Unproved, arb, matrix, upper
-from capsule_sym._enclosures.numbers.fields import SIZE, Field
+from capsule_sym._enclosures.interface import (
+    GUARD_ROWS,
+    SIZE,
+    Ball,
+    Evaluation,
+    Field,
+    Matrix,
+    Shooting,
+    Tube,
+    Unproved,
+    Watch,
+    arb,
+    enclose,
+    matrix,
+    prove_stable,
+    upper,
+    zeros,
+)
 from capsule_sym._enclosures.numbers.forms import MONOMIALS, hull
-from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
-from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
-from capsule_sym._enclosures.orbits.stability import prove_stable
-from capsule_sym._enclosures.passage.guards import Watch
-from capsule_sym._enclosures.passage.switches import GUARD_ROWS, zeros
-from capsule_sym._orbits.shooting.changes import around
+from capsule_sym._orbits.interface import around
 from paper.proofs.patch_orbits import PatchOrbits, within
 
 _HALF = 0.5000001  # of a segment, from either end: no gap between both

@@ -19,10 +19,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from capsule_sym._enclosures.numbers.balls import (
+from capsule_sym._enclosures.interface import (
+    Interval,
     Matrix,
+    Passage,
+    Step,
     Unproved,
     arb,
+    at_rest,
     ball,
     matrix,
     precision,
@@ -30,9 +34,7 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
     unit,
 )
-from capsule_sym._enclosures.numbers.fields import at_rest
-from capsule_sym._enclosures.passage.segments import Interval, Passage, Step
-from capsule_sym._orbits.shooting.itinerary import guard_between
+from capsule_sym._orbits.interface import guard_between
 
 _BITS = 80
 _DEEPEST = 16  # halvings of a set

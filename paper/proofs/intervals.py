@@ -10,12 +10,22 @@ from typing import Any
 import numpy as np
 
 from capsule_sym import Bifurcation, Itinerary, Orbit, Parameters, continue_orbit, solve_orbit
-from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, ball, precision
-from capsule_sym._enclosures.orbits.events import Event, prove_event
-from capsule_sym._enclosures.orbits.krawczyk import enclose
-from capsule_sym._enclosures.orbits.proof import guess_of, held, rotated, shooting_of
-from capsule_sym._enclosures.orbits.shooting import Shooting
-from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.interface import (
+    Ball,
+    Event,
+    Shooting,
+    Unproved,
+    Watch,
+    arb,
+    ball,
+    enclose,
+    guess_of,
+    held,
+    precision,
+    prove_event,
+    rotated,
+    shooting_of,
+)
 from paper.proofs.branches import Box, march
 
 THRESHOLD_BITS, BRANCH_BITS = 320, 128

@@ -11,8 +11,10 @@ from collections.abc import Mapping
 from functools import cache
 
 from capsule_sym import CapsuleError, Parameters, simulate
-from capsule_sym._enclosures.numbers.balls import (
+from capsule_sym._enclosures.interface import (
     Ball,
+    Interval,
+    Passage,
     arb,
     ball,
     precision,
@@ -20,8 +22,7 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
     upper,
 )
-from capsule_sym._enclosures.passage.segments import Interval, Passage
-from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.attraction import BITS, PERIODS, Motions
 from paper.proofs.case import EXACT
 from paper.proofs.parts import DrivePart, Outcome

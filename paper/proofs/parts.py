@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from capsule_sym._enclosures.passage.segments import Interval
+from capsule_sym._enclosures.interface import Interval
 from paper.proofs.case import ALPHA, DRIVES, GAMMA, GAMMAS
 
 _OVERLAP = 1e-14  # more than the roundings of middles: neighbours overlap

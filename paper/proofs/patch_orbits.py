@@ -19,17 +19,28 @@ from math import comb
 import numpy as np
 from flint import arb_series
 
-from capsule_sym._enclosures.numbers.balls import (
+from capsule_sym._enclosures.interface import (
+    SIZE,
     Ball,
+    Characteristic,
+    Evaluation,
+    Field,
     Matrix,
+    Shooting,
     Unproved,
+    Watch,
     arb,
     floats,
+    generated,
+    held,
+    image_of,
     matrix,
+    newton,
+    prove_stable,
     thin,
     upper,
+    zeros,
 )
-from capsule_sym._enclosures.numbers.fields import SIZE, Field, generated
 from capsule_sym._enclosures.numbers.forms import (
     DEGREE,
     MONOMIALS,
@@ -42,13 +53,7 @@ from capsule_sym._enclosures.numbers.forms import (
     series,
     shifted,
 )
-from capsule_sym._enclosures.orbits.krawczyk import image_of, newton
-from capsule_sym._enclosures.orbits.proof import held
-from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
-from capsule_sym._enclosures.orbits.stability import Characteristic, prove_stable
-from capsule_sym._enclosures.passage.guards import Watch
-from capsule_sym._enclosures.passage.switches import zeros
-from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.interface import PARAMETERS
 
 Part = tuple[float, float, float, float]
 """A part of a patch: middle and radius of s_1, then of s_2."""

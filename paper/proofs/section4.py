@@ -9,9 +9,14 @@ from fractions import Fraction
 from typing import Any
 
 from capsule_sym import Parameters, solve_orbit
-from capsule_sym._enclosures.certificates.certify import certificates
-from capsule_sym._enclosures.numbers.balls import Unproved, ball, decimal, precision
-from capsule_sym._enclosures.orbits.events import Event
+from capsule_sym._enclosures.interface import (
+    Event,
+    Unproved,
+    ball,
+    certificates,
+    decimal,
+    precision,
+)
 from capsule_sym._native import Watch
 from paper.printed import panels, read
 from paper.proofs.branches import Box

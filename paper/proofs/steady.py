@@ -11,13 +11,20 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from capsule_sym import Itinerary, Parameters, SteadyMotion, Trajectory, simulate
-from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, precision
-from capsule_sym._enclosures.numbers.fields import V
-from capsule_sym._enclosures.orbits.krawczyk import Tube
-from capsule_sym._enclosures.orbits.proof import columns_of, prove, shooting_of
-from capsule_sym._enclosures.orbits.shooting import Shooting
-from capsule_sym._enclosures.passage.runs import enclose_run
-from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._enclosures.interface import (
+    Ball,
+    Shooting,
+    Tube,
+    Unproved,
+    V,
+    arb,
+    columns_of,
+    enclose_run,
+    precision,
+    prove,
+    shooting_of,
+)
+from capsule_sym._orbits.interface import PARAMETERS
 
 _BITS = 192
 _PERIODS, _REPEATED = 512, (1e-9, 1e-6, 1e-4)  # changes over a period, as guesses

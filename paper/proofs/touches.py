@@ -18,9 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from capsule_sym._enclosures.numbers.balls import (
+from capsule_sym._enclosures.interface import (
+    ROWS,
+    SIZE,
+    TIME,
     Ball,
+    Bundle,
+    C,
+    Duration,
+    Field,
     Matrix,
+    Passage,
+    Step,
     Unproved,
     arb,
     floats,
@@ -28,10 +37,7 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
     unit,
 )
-from capsule_sym._enclosures.numbers.fields import SIZE, C, Field
-from capsule_sym._enclosures.passage.exchanges import ROWS, TIME
-from capsule_sym._enclosures.passage.segments import Bundle, Duration, Passage, Step
-from capsule_sym._map.expansion import Guard
+from capsule_sym._map.interface import Guard
 from paper.proofs.windows import TOUCHED_ROWS, Touch, Window
 
 _GRID = 2.0**-7  # of time, on which windows are looked for

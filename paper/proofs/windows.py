@@ -23,21 +23,25 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from capsule_sym._enclosures.numbers.balls import (
+from capsule_sym._enclosures.interface import (
+    ROWS,
+    SIZE,
     Ball,
+    C,
+    Field,
+    Line,
     Matrix,
     Unproved,
+    V,
+    X,
     arb,
     greatest,
     matrix,
     symmetric,
+    three,
     unit,
 )
-from capsule_sym._enclosures.numbers.fields import SIZE, C, Field, V, X
-from capsule_sym._enclosures.passage.exchanges import ROWS
-from capsule_sym._enclosures.passage.guards import Line
-from capsule_sym._enclosures.passage.switches import three
-from capsule_sym._map.expansion import Guard
+from capsule_sym._map.interface import Guard
 from capsule_sym.generated.capsule.facts import FIELDS
 
 PIECES = 32

@@ -9,8 +9,8 @@ from typing import Any
 
 import capsule_sym
 from capsule_sym import Parameters, SceneParameters, SteadyMotion
-from capsule_sym._figures.store import from_rest
-from capsule_sym._map.backend import default_backend
+from capsule_sym._figures.interface import from_rest
+from capsule_sym._map.interface import default_backend
 from capsule_sym._records import dumps, motion_record, segment_record, table
 from capsule_sym._records import write as write_texts
 from capsule_sym.generated.capsule.py import DIGEST

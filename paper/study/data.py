@@ -9,9 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym import InvalidInput, Parameters, SceneParameters, Trajectory, simulate
-from capsule_sym._figures import regions
-from capsule_sym._figures.regions import Plane, Region
-from capsule_sym._figures.store import Store, followed, known, run_settled, settled
+from capsule_sym._figures.interface import (
+    Plane,
+    Region,
+    Store,
+    followed,
+    known,
+    regions,
+    run_settled,
+    settled,
+)
 
 if TYPE_CHECKING:
     from paper.study.sections import Section
@@ -30,7 +37,7 @@ def plane_curves(store: Store, parameters: SceneParameters, plane: Plane) -> Any
     the low end of the first range, or at the high end if that motion does not become periodic.
     """
     from capsule_sym import continue_bifurcation
-    from capsule_sym._orbits.continuation.records import curve_record
+    from capsule_sym._orbits.interface import curve_record
 
     def compute() -> list[dict[str, Any]]:
         found = followed(parameters, plane.first, plane.x, _STEPS).bifurcations

@@ -9,8 +9,8 @@ import numpy as np
 
 from capsule_sym import Parameters
 from capsule_sym._figures.arcs import Arc
-from capsule_sym._figures.boundaries import Array
-from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._figures.interface import Array
+from capsule_sym._map.interface import NumpyBackend
 from paper.printed import read
 
 

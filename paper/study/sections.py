@@ -8,8 +8,8 @@ import numpy as np
 
 from capsule_sym import InvalidInput, Parameters
 from capsule_sym._figures.arcs import Arc, Array, interaction
-from capsule_sym._figures.boundaries import corners
-from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._figures.interface import corners
+from capsule_sym._map.interface import NumpyBackend
 
 SCHEMATIC = Parameters(alpha=0.4, delta=0.4, zeta=0.3, beta=0.6)
 """Parameters at which the lines of Fig. 2 lie well apart; in the case study they are nearly

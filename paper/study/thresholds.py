@@ -19,11 +19,15 @@ from capsule_sym import (
     continue_orbit,
     solve_orbit,
 )
-from capsule_sym._map.backend import Number, backend
-from capsule_sym._orbits.continuation.points.bifurcation import refined
-from capsule_sym._orbits.continuation.points.extended import ExtendedSystem
-from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
-from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._map.interface import Number, backend
+from capsule_sym._orbits.interface import (
+    PARAMETERS,
+    ExtendedSystem,
+    bifurcation_record,
+    curve_record,
+    curve_rows,
+    refined,
+)
 from capsule_sym._records import table, write
 from paper import printed as paper
 from paper.study.casestudy import GAMMAS

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym import performance_many, simulate_many
-from capsule_sym._orbits.metrics.many import METRICS
+from capsule_sym._orbits.interface import METRICS
 from capsule_sym._parameters import CAPSULE, Scene
 
 LONGEST = 16  # excitation periods of the longest motion

@@ -247,7 +247,7 @@ def rerun(orbit: Orbit) -> Trajectory:
     It starts in the middle of the longest segment, away from all guards.
     """
     parameters = orbit.parameters
-    state, angle = _middle(orbit, orbit.system.flows[_longest(orbit)])
+    state, angle = middle(orbit, orbit.system.flows[_longest(orbit)])
     phase = min(angle / parameters.omega, math.nextafter(parameters.period, 0.0))
     return simulate(parameters, state, phase, orbit.itinerary.period_number + 1)
 
@@ -256,7 +256,7 @@ def _longest(orbit: Orbit) -> int:
     return max(range(len(orbit.itinerary)), key=lambda i: float(orbit.system.flows[i].h))
 
 
-def _middle(orbit: Orbit, flow: SegmentFlow) -> tuple[tuple[float, float, float], float]:
+def middle(orbit: Orbit, flow: SegmentFlow) -> tuple[tuple[float, float, float], float]:
     """State in the middle of a segment, and the forcing angle there in [0, 2 pi)."""
     with backend("numpy", orbit.scene) as numbers:
         h = float(flow.h) / 2

@@ -1,0 +1,23 @@
+"""Elements of figures, for figures of the paper."""
+
+# ruff: noqa: F401, I001 - imported to be exported
+# fmt: off
+
+from capsule_sym._figures import catalogue, regions
+from capsule_sym._figures.boundaries import Array, corners, Limits, lines
+from capsule_sym._figures.catalogue import BEGIN, Study
+from capsule_sym._figures.charts import draw_regions
+from capsule_sym._figures.device import draw_capsule, Frame, ground, INK, SOFT
+from capsule_sym._figures.labels import Names, PATCH
+from capsule_sym._figures.layout import across, add_key, add_words, canvas, handles_of, NARROW
+from capsule_sym._figures.notebook import on_page
+from capsule_sym._figures.portraits import boundary_handles, field_handles, unsettled_handles
+from capsule_sym._figures.regions import Plane, Region
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.store import (
+    followed, from_rest, known, run_settled, settled, Store, Track,
+)
+from capsule_sym._figures.style import (
+    Colours, describe, field_colour, figure_of, itinerary, labels_of, LOOKS, mathematical, styled,
+)
+from capsule_sym._figures.units import DIMENSIONLESS
