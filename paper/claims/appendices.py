@@ -93,9 +93,9 @@ def other_interval(place: str, printed: Texts) -> bool:
 
 def _beyond(place: str, printed: Texts) -> tuple[Any, ...]:
     """Relations of states in exactly one of the printed and the derived interval."""
-    one, told = part(place), scope(printed)
+    one, given = part(place), scope(printed)
     here = (*PIECES[one.line].relations, CREST)
-    for inside, outside in ((told, one.within), (one.within, told)):
+    for inside, outside in ((given, one.within), (one.within, given)):
         for relation in outside:
             other = (*here, *inside, sp.Not(relation))
             if consistent([*other, *_DAMPED]):

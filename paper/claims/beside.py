@@ -38,15 +38,15 @@ def beside(
     `printed` defaults to `says`; without `says` the statement is the printed text and the derived
     one. `texts` are further fields of the statement.
     """
-    told = (printed or says) + _READ[entry.reading].format(entry.note)
+    text = (printed or says) + _READ[entry.reading].format(entry.note)
     return Statement(
         name=f"{'erratum' if verdict == 'refuted' else 'printed'}.{name}",
         equation=place or entry.place,
-        says=says or f"printed: {told}. Derived: {derived}",
+        says=says or f"printed: {text}. Derived: {derived}",
         check=check,
         claim=claim,
         wrong=wrong,
-        printed=told,
+        printed=text,
         derived=derived,
         verdict=verdict,
         **texts,

@@ -151,18 +151,18 @@ def captions(paper: Paper) -> Iterator[Statement]:
             proof="the printed names are compared",
         )
     for name in _CAPTIONS:
-        for number, (alpha, told) in enumerate(paper[name]["beside"], start=1):
+        for number, (alpha, feature) in enumerate(paper[name]["beside"], start=1):
             if number > 1 or name not in _OTHERWISE:
-                yield _does(paper, name, number, alpha, told)
+                yield _does(paper, name, number, alpha, feature)
     for name, (instead, why) in _OTHERWISE.items():
-        alpha, told = paper[name]["beside"][0]
+        alpha, feature = paper[name]["beside"][0]
         at = point(paper, alpha)
         yield _does(
             paper,
             name,
             1,
             alpha,
-            told,
+            feature,
             says=f"at {at}: {why}",
             derived=f"{at}: {why}",
             verdict="refuted",
@@ -172,13 +172,13 @@ def captions(paper: Paper) -> Iterator[Statement]:
 
 
 def _does(
-    paper: Paper, name: str, number: int, alpha: str, told: str, says: str = "", **texts: Any
+    paper: Paper, name: str, number: int, alpha: str, feature: str, says: str = "", **texts: Any
 ) -> Statement:
     """Statement about the motion at an amplitude beside the event of a caption."""
     entry, at = paper[name], point(paper, alpha)
     field = entry["field"]
-    text = f"F{field} ends on {told}" if told.startswith("S") else f"there is {told}"
-    instead = texts.get("correction", {"printed": told})["printed"]
+    text = f"F{field} ends on {feature}" if feature.startswith("S") else f"there is {feature}"
+    instead = texts.get("correction", {"printed": feature})["printed"]
     if instead.startswith("no"):
         other = instead[3:]
     else:
@@ -187,7 +187,7 @@ def _does(
         entry,
         f"{name}.beside.{number}",
         does,
-        {"at": at, "field": field, "printed": told},
+        {"at": at, "field": field, "printed": feature},
         {"printed": other},
         says=says or f"at {at}: {text}",
         printed=f"{at}: {text}",

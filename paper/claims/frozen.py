@@ -52,9 +52,9 @@ def words(item: Statement, witness: Mapping[str, str]) -> dict[str, str]:
     if not item.printed:
         return {}
     derived = "" if item.derived == AS_PRINTED else item.derived or "nothing"
-    told = "; ".join(f"{name} = {value}" for name, value in witness.items())
-    said = {"printed": item.printed, "derived": derived, "witness": told}
-    return {key: text for key, text in said.items() if text}
+    point = "; ".join(f"{name} = {value}" for name, value in witness.items())
+    texts = {"printed": item.printed, "derived": derived, "witness": point}
+    return {key: text for key, text in texts.items() if text}
 
 
 def differences(results: Iterable[Result], frozen: Expected, whole: bool = True) -> Iterator[str]:
@@ -91,9 +91,9 @@ def _lines(results: Iterable[Result]) -> Iterator[str]:
         f"{_quoted(result.statement.name)} = {_quoted(result.status)}" for result in results
     )
     for result in results:
-        if said := words(result.statement, result.witness):
+        if texts := words(result.statement, result.witness):
             yield f"\n[words.{_quoted(result.statement.name)}]"
-            yield from (f"{key} = {_quoted(text)}" for key, text in said.items())
+            yield from (f"{key} = {_quoted(text)}" for key, text in texts.items())
 
 
 def freeze(results: Iterable[Result], path: Path = PATH) -> None:

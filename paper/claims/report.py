@@ -133,8 +133,8 @@ def _beside(results: Sequence[Result], number: int) -> Iterator[str]:
         yield f"- **Consequence:** {text(item.consequence)}"
     for one in results:
         own = one.statement.says if once else one.statement.printed
-        said = "" if len(results) == 1 else f": {_shown(own)}"
-        yield f"- `{one.statement.name}`, {one.seconds:.2f} s{said}"
+        label = "" if len(results) == 1 else f": {_shown(own)}"
+        yield f"- `{one.statement.name}`, {one.seconds:.2f} s{label}"
         if one.witness:
             yield f"  - **Witness:** {point(one)}"
         if one.statement.latex:

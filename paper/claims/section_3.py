@@ -334,7 +334,7 @@ def corners(paper: Paper) -> Iterator[Statement]:
         ),
     ):
         lines = tuple((name, pairs_of(rows_of(paper, "table.2", name))) for name in entry[key])
-        told = spaces(passages) + "".join(
+        summary = spaces(passages) + "".join(
             f"; read as {name}, Table 2 gives {spaces(pairs)}" for name, pairs in lines
         )
         yield beside(
@@ -343,9 +343,9 @@ def corners(paper: Paper) -> Iterator[Statement]:
             unlike_its_lines,
             {"corner": key, "printed": lost[key], "expected": passages, "lines": lines},
             {"expected": ((1, 5), (2, 5), (3, 5))},
-            says=f"at {key}, within Appendix A's bounds on alpha: {told}",
+            says=f"at {key}, within Appendix A's bounds on alpha: {summary}",
             printed=f"{key} ∈ {lost[key]}",
-            derived=f"{told}. No reading makes the row of Table 2 right",
+            derived=f"{summary}. No reading makes the row of Table 2 right",
             verdict="refuted",
             proof=f"at {key} {rises} along stick, and v_c = v_c' = 0 along the drift beside, whose "
             "v_c'' has the sign of its own sense",
@@ -426,7 +426,7 @@ def starts(paper: Paper) -> Iterator[Statement]:
 def uses(paper: Paper) -> Iterator[Statement]:
     """The use of surfaces and lines in Section 3.1."""
     entry, found = paper["section.3.1.uses"], derived_uses()
-    for key, said in (
+    for key, use in (
         ("stick_on", "stick occurs on the surfaces"),
         ("impact_entered_by", "contact begins on"),
         ("impact_left_by", "contact ends on"),
@@ -440,7 +440,7 @@ def uses(paper: Paper) -> Iterator[Statement]:
             equal,
             {"printed": names, "expected": tuple(sorted(found[key]))},
             {"printed": names[1:]},
-            says=f"{said} {listed(entry[key])}",
+            says=f"{use} {listed(entry[key])}",
             proof="read off the derived surfaces, lines and Table 1",
         )
     yield beside(
@@ -580,7 +580,7 @@ def mechanisms(paper: Paper) -> Iterator[Statement]:
 
 def products(paper: Paper) -> Iterator[Statement]:
     """Eqs. (16)-(23): the inner products of normals and fields."""
-    told = {
+    equations = {
         n: "on {on}, ⟨∇{normal}, F{field}⟩ = {value}".format(**paper[f"equation.{n}"].printed)
         for n in range(16, 24)
     }
@@ -593,7 +593,7 @@ def products(paper: Paper) -> Iterator[Statement]:
             product,
             {"place": on, "normal": normal, "field": field, "printed": value},
             {"printed": f"-({value})"},
-            says=told[number],
+            says=equations[number],
             proof="the normal multiplied with the field, component by component",
         )
     for number in range(16, 22):
@@ -617,7 +617,7 @@ def products(paper: Paper) -> Iterator[Statement]:
         [entry["on"]],
         f"-P3_F2 == {entry['value']}",
         "-P3_F2 == -v_r - 2*zeta*f_b - 2*zeta*alpha*cos(omega*tau)",
-        printed=told[23],
+        printed=equations[23],
         derived="on L2, ⟨∇P3-, F2⟩ = -v_r - 2*zeta*f_b - 2*zeta*alpha*cos(omega*tau)",
         proof="P3 = -f_b on L2, so F2 = (v_r, f_b + alpha cos omega tau, 0) there; with ∇P3- = "
         "(-1, -2 zeta, 0) the product is -v_r - 2 zeta (f_b + alpha cos omega tau)",

@@ -271,8 +271,8 @@ def eight_bifurcations(paper: Paper) -> Iterator[Statement]:
 
 def order(paper: Paper) -> Iterator[Statement]:
     """The order of the bifurcations as the amplitude grows."""
-    entry, told = paper["section.4.events"], events(paper)
-    printed = "; ".join(f"{event.type} at {event.alpha}" for event in told)
+    entry, printed_events = paper["section.4.events"], events(paper)
+    printed = "; ".join(f"{event.type} at {event.alpha}" for event in printed_events)
     other = sides_at(paper, OTHER)
     cases: tuple[tuple[str, str, tuple[Sides, ...], dict[str, Any]], ...] = (
         (
@@ -285,7 +285,7 @@ def order(paper: Paper) -> Iterator[Statement]:
     )
     for gamma, name, sides, texts in cases:
         pairs = sorted(
-            zip(sides, told, strict=True), key=lambda pair: Fraction(pair[0][0]["alpha"])
+            zip(sides, printed_events, strict=True), key=lambda pair: Fraction(pair[0][0]["alpha"])
         )
         found = "; ".join(f"{event.type} ({one[0]['alpha']})" for one, event in pairs)
         yield beside(
@@ -325,10 +325,12 @@ _ROLES = {
 }
 
 
-def said_of_rows(paper: Paper) -> Iterator[Statement]:
-    """Remarks of Section 4 on its rows: drift, impacts, segments, and features that begin or end."""
-    told, all_sides = events(paper), sides_at(paper, printed_gamma(paper))
-    by_value = {e.alpha: (e, s) for e, s in reversed(list(zip(told, all_sides, strict=True)))}
+def remarks(paper: Paper) -> Iterator[Statement]:
+    """Remarks of Section 4 on its rows: drift, impacts, segments, features that begin or end."""
+    printed_events, all_sides = events(paper), sides_at(paper, printed_gamma(paper))
+    by_value = {
+        e.alpha: (e, s) for e, s in reversed(list(zip(printed_events, all_sides, strict=True)))
+    }
     entry = paper["section.4.stationary"]
     for number, (alpha, impacts) in enumerate(entry["rows"], start=1):
         event, sides = by_value[alpha]
@@ -449,14 +451,14 @@ def said_of_rows(paper: Paper) -> Iterator[Statement]:
 
 def conclusions(paper: Paper) -> Iterator[Statement]:
     """Section 5."""
-    entry, told = paper["section.5"], events(paper)
+    entry, printed_events = paper["section.5"], events(paper)
     sides = sides_at(paper, printed_gamma(paper))
     value = entry["stationary_below"]
     yield beside(
         entry,
         "section.5.stationary",
         rests,
-        {"sides": sides[1], "below": value, "event": told[1]},
+        {"sides": sides[1], "below": value, "event": printed_events[1]},
         {"sides": sides[2]},
         says=f"up to the bifurcation printed at α = {value} the capsule is at rest",
         printed=f"the capsule is stationary for α < {value}",
@@ -503,7 +505,7 @@ def conclusions(paper: Paper) -> Iterator[Statement]:
             entry,
             f"section.5.adding.{number}",
             drift_begins,
-            {"sides": sides[at], "event": told[at], "printed": (alpha, line, way)},
+            {"sides": sides[at], "event": printed_events[at], "printed": (alpha, line, way)},
             {"printed": (alpha, line, turned[way])},
             says=f"at the bifurcation printed at α = {alpha}, on {line}, {way} motion begins",
             printed=f"adding-sliding on {line} at α = {alpha}: {way} motion",
@@ -516,6 +518,6 @@ STATEMENTS = (
     panel_motions,
     eight_bifurcations,
     order,
-    said_of_rows,
+    remarks,
     conclusions,
 )

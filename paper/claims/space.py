@@ -274,9 +274,9 @@ def subspace_of(paper: Paper) -> dict[str, int]:
 
 def leads_elsewhere(printed: Texts, rows: Rows, piece: str) -> bool:
     """Check that a printed set holds states of a piece with none of the printed passages."""
-    told = pairs_of(rows)
+    pairs = pairs_of(rows)
     holds = consistent([*scope(printed), *PIECES[piece].relations, *_DAMPED])
-    return holds and bool(told and on(piece)) and not told & on(piece)
+    return holds and bool(pairs and on(piece)) and not pairs & on(piece)
 
 
 def unlike_its_lines(

@@ -50,10 +50,10 @@ def table_rows(place: str, printed: Rows, pairs: Sequence[tuple[int, int]] = ())
 
     With `pairs`, check that these are the passages, and the rows are others, right in each column.
     """
-    told = [(source, target) for _, source, target, *_ in printed]
+    shown = [(source, target) for _, source, target, *_ in printed]
     right = all(_written(source, target) == tuple(rest) for _, source, target, *rest in printed)
-    occurs = on(place) == set(pairs) != set(told) if pairs else on(place) == set(told)
-    return occurs and right and len(set(told)) == len(told)
+    occurs = on(place) == set(pairs) != set(shown) if pairs else on(place) == set(shown)
+    return occurs and right and len(set(shown)) == len(shown)
 
 
 def occurs(local_map: LocalMap, mode: str) -> bool:
@@ -111,7 +111,7 @@ def spaces(pairs: Iterable[tuple[int, int]]) -> str:
 _SIGNS = "the signs of the derivatives of the functions that bound each field's cell"
 
 
-def _told(rows: Rows) -> str:
+def _row_texts(rows: Rows) -> str:
     return "; ".join(f"Ω{s} → Ω{t} ({vs}, {vt}, {mode})" for _, s, t, vs, vt, mode in rows)
 
 
@@ -132,8 +132,8 @@ def table_1_and_2(paper: Paper) -> Iterator[Statement]:
                     table_rows,
                     {"place": key, "printed": rows},
                     {"printed": tuple((on, t, s, vt, vs, m) for on, s, t, vs, vt, m in rows)},
-                    says=f"on {key}{off}: {_told(rows)}",
-                    printed=f"{key}: {_told(rows)}",
+                    says=f"on {key}{off}: {_row_texts(rows)}",
+                    printed=f"{key}: {_row_texts(rows)}",
                     proof=_SIGNS,
                     formula=PIECES[key].latex,
                 )
@@ -150,8 +150,8 @@ def table_1_and_2(paper: Paper) -> Iterator[Statement]:
             table_rows,
             {"place": key, "printed": rows},
             {"printed": rows[1:]},
-            says=f"on {key} (corners apart), {where}: {_told(rows)}",
-            printed=f"{key}: {_told(rows)}",
+            says=f"on {key} (corners apart), {where}: {_row_texts(rows)}",
+            printed=f"{key}: {_row_texts(rows)}",
             verdict="conditional",
             proof=_SIGNS,
             formula=PIECES[key].latex,
@@ -164,7 +164,7 @@ def table_1_and_2(paper: Paper) -> Iterator[Statement]:
         {"place": "L4", "printed": rows, "pairs": ((4, 6), (5, 6), (6, 6))},
         {"pairs": ((4, 4), (5, 4), (6, 4))},
         says="on L4, within Appendix A's bound on alpha: Ω4, Ω5, Ω6 → Ω6",
-        printed=f"L4: {_told(rows)}",
+        printed=f"L4: {_row_texts(rows)}",
         derived="L4: Ω4, Ω5, Ω6 → Ω6 (F6, C-BD), as Appendix A says",
         verdict="refuted",
         proof="P4 = -f_b on L4, so F4 gives v_c' = (P4 - f_b)/gamma = -2 f_b/gamma < 0",
@@ -174,7 +174,7 @@ def table_1_and_2(paper: Paper) -> Iterator[Statement]:
         witness=partial(at_crest, ["L4"]),
     )
     # On L2 and L3 a row requires a source that cannot arrive where stick begins.
-    for key, part_of, drift, stick, sign, told in (
+    for key, part_of, drift, stick, sign, curvature in (
         ("L2", "L2^(3)", 3, 2, 1, "P3' = -n, positive where n < 0"),
         ("L3", "L3^(1)", 4, 5, -1, "P4' = n, negative there"),
     ):
@@ -190,7 +190,7 @@ def table_1_and_2(paper: Paper) -> Iterator[Statement]:
             printed=f"{key}: {f'Ω{drift} → Ω{stick}' if listed else 'no such row'}, also on "
             f"{part_of}",
             derived=f"where stick begins on {key} (n < 0), none arrives from Ω{drift}",
-            proof=f"on {key} v_c = v_c' = 0 along F{drift}, and gamma v_c'' = {told}",
+            proof=f"on {key} v_c = v_c' = 0 along F{drift}, and gamma v_c'' = {curvature}",
             consequence=f"In F{drift} the capsule's velocity has an extremum 0 there: before, it "
             f"had the other sign. The rows Ω{drift} → Ω{stick} and Ω{stick} → Ω{stick} need n = 0 "
             f"(see table2.{key}).",
@@ -264,16 +264,16 @@ def table_3(paper: Paper) -> Iterator[Statement]:
         )
     none = ": stick or backward drift into Σ5 (no L6), and F4 from Σ7 to rest"
     for scenario, count, which in (("δ < f_b", 0, ""), ("δ = f_b", 9, none), ("δ > f_b", 9, none)):
-        told = f"for {scenario} and ζ > 0, {count} of the printed maps cannot occur{which}"
+        text = f"for {scenario} and ζ > 0, {count} of the printed maps cannot occur{which}"
         yield beside(
             entry,
             f"table3.scenario.{scenario.replace(' ', '')}",
             excluded,
             {"scenario": scenario, "printed": printed, "count": count},
             {"count": next_field(count)},
-            says=told,
+            says=text,
             printed=f"Table 3 lists {len(printed)} maps, without a condition on δ",
-            derived=told,
+            derived=text,
             verdict="conditional",
             proof="for δ ≥ f_b L6 is empty, and table3.never_rests excludes the maps of F4 from Σ7 "
             "to rest; all others occur by their witnesses",
