@@ -245,6 +245,8 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
 @pytest.mark.long
 def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Path) -> None:
     assert [path.name for path in plain.rglob("_core.*")] == ["_core.pyx"]
+    (about,) = plain.glob("*.dist-info")
+    assert {path.name for path in plain.iterdir()} == {"capsule_sym", about.name}
     explorer = "capsule_sym/_explorer/page.html"
     assert (plain / explorer).read_bytes() == (ROOT / explorer).read_bytes()
     again = f"{BACKEND}; r = simulate(Parameters(), periods=1); print(r.backend)"
@@ -386,6 +388,9 @@ def test_a_source_distribution_holds_what_is_generated_once(
     (source,) = (path.parent for path in tmp_path.glob("*/pyproject.toml"))
     package = source / "capsule_sym" / "generated"
     assert package.is_symlink()
+    assert {path.name for path in source.iterdir() if path.is_dir()} == {
+        *("capsule_sym", "codegen", "generated"),
+    }
     # Output of `make generate` reaches the package, and a wheel that is built from here.
     written = source / "generated" / "capsule" / "py" / "__init__.py"
     written.write_text(f"{written.read_text()}\nNEW = 1\n")
