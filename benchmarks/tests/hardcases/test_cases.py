@@ -75,6 +75,7 @@ def test_every_case_beyond_the_judge_is_a_case() -> None:
     assert set(CASES) >= BEYOND_THE_JUDGE
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are not sent to one process there")
 def test_the_processes_of_a_table_leave_ctrl_c_to_the_command() -> None:
     found = rows([*cases()][:6])

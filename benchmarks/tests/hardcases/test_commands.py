@@ -95,6 +95,7 @@ def test_an_interrupt_says_that_the_log_goes_on(
     assert capsys.readouterr() == ("", f"error: interrupted: {kept}\n")
 
 
+@pytest.mark.long
 def test_the_results_are_json_on_stdout() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks", "hardcases", "--only", "past it", "--json"],

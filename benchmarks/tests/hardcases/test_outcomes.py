@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import nan, pi
 from random import Random
+from typing import Any
 
 import pytest
 from mpmath import mp, mpf
@@ -86,28 +87,31 @@ def test_a_state_at_1e12_is_run() -> None:
     assert {s.outcome for s in run.segments[:-1]} == {Outcome.REGULAR}
 
 
-@pytest.mark.parametrize("periods", [10**12 + 1, 10**30, 0, -1])
-def test_absurd_numbers_of_periods_are_refused(periods: int) -> None:
-    with pytest.raises(InvalidInput, match="periods"):
-        simulate(Parameters(), periods=periods)
+ABSURD: dict[str, tuple[object, ...]] = {
+    "periods": (10**12 + 1, 10**30, 0, -1),
+    "state": ((10**400, 0, 0), (1e308, 0, 0), "123", (1j, 0, 0), ((0, 0), 0, 0), None),
+    "max_seconds": (0, -1.0, nan, "1", True, None),
+    "max_segments": (0, -1, 1.5, "3", True, 10**13),
+    "parameters": (None, {"alpha": 1.0}, (0.7,) * 7),
+}
 
 
 @pytest.mark.parametrize(
-    "state", [(10**400, 0, 0), (1e308, 0, 0), "123", (1j, 0, 0), ((0, 0), 0, 0), None]
+    ("name", "value"), [(name, value) for name, values in ABSURD.items() for value in values]
 )
-def test_absurd_states_are_refused(state: object) -> None:
-    with pytest.raises(InvalidInput, match="state"):
-        simulate(Parameters(), state)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    "change",
-    [{"omega": 1e40}, {"omega": 1e-300}, {"gamma": 1e-300}, {"beta": 1e300}, {"alpha": 1e308}],
-)
-def test_parameters_beyond_double_precision_are_refused(change: dict[str, float]) -> None:
-    (name,) = change
+def test_absurd_arguments_are_refused(name: str, value: object) -> None:
+    given: dict[str, Any] = {"parameters": Parameters(), name: value}
     with pytest.raises(InvalidInput, match=name):
-        simulate(Parameters(**change))
+        simulate(**given)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("omega", 1e40), ("omega", 1e-300), ("gamma", 1e-300), ("beta", 1e300), ("alpha", 1e308)],
+)
+def test_parameters_beyond_double_precision_are_refused(name: str, value: float) -> None:
+    with pytest.raises(InvalidInput, match=name):
+        simulate(Parameters(**{name: value}))
 
 
 COMPILED = pytest.mark.skipif(core is None, reason="the C core was not compiled")
@@ -252,21 +256,3 @@ def test_a_search_that_takes_too_long_stops_too() -> None:
     assert (run.status, run.message) == (Status.TIME_LIMIT, "at its time limit")
     assert run.segments[-1].outcome is Outcome.UNDECIDED
     assert 0 < run.segments[-1].duration < 2 * pi / 1e-3
-
-
-@pytest.mark.parametrize("limit", [0, -1.0, nan, "1", True, None])
-def test_a_bad_time_limit_is_refused(limit: object) -> None:
-    with pytest.raises(InvalidInput, match="max_seconds"):
-        simulate(Parameters(), max_seconds=limit)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("limit", [0, -1, 1.5, "3", True, 10**13])
-def test_a_bad_limit_on_segments_is_refused(limit: object) -> None:
-    with pytest.raises(InvalidInput, match="max_segments"):
-        simulate(Parameters(), max_segments=limit)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("parameters", [None, {"alpha": 1.0}, (0.7,) * 7])
-def test_parameters_of_another_type_are_refused(parameters: object) -> None:
-    with pytest.raises(InvalidInput, match="parameters"):
-        simulate(parameters)  # type: ignore[arg-type]
