@@ -6,6 +6,7 @@ import platform
 import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,14 +52,17 @@ def lay(
     origin: dict[str, Any],
     cores: Iterable[str] = (),
     itineraries: dict[str, tuple[int, int]] | None = None,
-    added: Mapping[str, Added] | None = None,
+    added: Mapping[str, Added] = MappingProxyType({}),
+    values: Mapping[str, NDArray[np.generic]] = MappingProxyType({}),
+    about: Mapping[str, Any] = MappingProxyType({}),
 ) -> None:
     """Write all results of a sweep but its chunks, as xarray opens them, with no cell computed.
 
-    `cores` computed the cells; `itineraries` is their table, `added` has further results.
+    `cores` computed the cells; `itineraries` is their table, `added` has further results, `values`
+    those of all cells by name where they are known, and `about` further attributes.
     """
-    attributes = described(sweep, origin, cores)
-    columns = coordinates(sweep)
+    attributes = _described(sweep, origin, cores) | dict(about)
+    columns = _coordinates(sweep)
     # xarray takes a column along an axis of another name for a result unless it is listed.
     if others := [name for name, (axis, *_) in columns.items() if name != axis]:
         attributes["coordinates"] = " ".join(others)
@@ -68,12 +72,14 @@ def lay(
     made = arrays(group, sweep)
     if itineraries is not None:
         made["itinerary"].attrs.update(itinerary_flags(itineraries))
-    for name, (values, attributes) in (added or {}).items():
-        _array(group, name, sweep, values.dtype, attributes)[...] = values
-    consolidate(place)
+    for name, result in values.items():
+        made[name][...] = result
+    for name, (result, attributes) in added.items():
+        _array(group, name, sweep, result.dtype, attributes)[...] = result
+    _consolidate(place)
 
 
-def consolidate(place: Path) -> None:
+def _consolidate(place: Path) -> None:
     """Copy the metadata of a group's arrays into the group's own file, as xarray expects."""
     with warnings.catch_warnings():
         # Zarr warns that readers other than its own and xarray may ignore these copies.
@@ -81,7 +87,7 @@ def consolidate(place: Path) -> None:
         zarr.consolidate_metadata(str(place))
 
 
-def coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, Any]]]:
+def _coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, Any]]]:
     """Axes of a sweep as coordinates: axis, values along it, and attributes by name."""
     start = {name: _si(sweep, name) for name in START}
     device = {
@@ -107,7 +113,7 @@ def _si(sweep: Sweep, name: str) -> dict[str, Any]:
     return {"si_units": UNITS[name].name, "si_scale": sweep.device.scale(name)}
 
 
-def described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> dict[str, Any]:
+def _described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> dict[str, Any]:
     """Attributes of results: all that is the same for every cell of a sweep."""
     fixed = {
         **sweep.parameters.to_dict(),
@@ -131,8 +137,11 @@ def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:
     for name, v in variables(sweep.compute).items():
         attributes: dict[str, Any] = {"units": "1", "long_name": v.meaning}
         attributes |= _si(sweep, name)
-        if name == "outcome":
-            attributes |= outcome_flags()
+        if name == "outcome":  # and its codes, as CF flags
+            attributes |= {
+                "flag_values": [int(outcome) for outcome in CellOutcome],
+                "flag_meanings": " ".join(outcome.name.lower() for outcome in CellOutcome),
+            }
         arrays[name] = _array(group, name, sweep, np.dtype(v.dtype), attributes, v.dimension)
     return arrays
 
@@ -158,14 +167,6 @@ def _array(
         compressors=[ZstdCodec(), Crc32cCodec()],
         config={"write_empty_chunks": True},
     )
-
-
-def outcome_flags() -> dict[str, Any]:
-    """Outcomes and their codes, as CF flags."""
-    return {
-        "flag_values": [int(outcome) for outcome in CellOutcome],
-        "flag_meanings": " ".join(outcome.name.lower() for outcome in CellOutcome),
-    }
 
 
 def itinerary_flags(table: dict[str, tuple[int, int]]) -> dict[str, Any]:

@@ -22,7 +22,6 @@ from capsule_sym._native import TimeUp, Watch
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import Axis
 from capsule_sym._sweeps.execution import Ended, Summary, run_sweep
-from capsule_sym._sweeps.quantities import COMPUTED
 from capsule_sym._sweeps.results import Held, damaged_in_chart, open_results
 from capsule_sym._sweeps.store import write_chart
 from capsule_sym._sweeps.sweep import Sweep, check_sweep
@@ -186,14 +185,9 @@ class _Points:
     def write(self) -> None:
         """Write the labels of all points to the store."""
         table = np.array(list(self.labels), dtype=np.int64)
-        dims = [axis.name for axis in self.sweep.axes]
-        kinds = {"outcome": np.int8, "itinerary": np.int64, "period_number": np.int16}
-        columns: dict[str, Any] = {
-            name: (dims, table[self.number, i].astype(kinds[name])) for i, name in enumerate(_LABEL)
-        }
-        columns[COMPUTED] = (dims, self.computed)
-        about = {"fraction_computed": float(self.computed.mean())}
-        write_chart(self.store, self.sweep, columns, self.texts, sorted(self.cores), about)
+        columns: dict[str, Any] = {name: table[self.number, i] for i, name in enumerate(_LABEL)}
+        cores = sorted(self.cores)
+        write_chart(self.store, self.sweep, columns, self.computed, self.texts, cores)
 
 
 def _where(shape: tuple[int, ...], lattice: list[NDArray[np.intp]], chosen: Any = True) -> Mask:

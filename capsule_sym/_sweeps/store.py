@@ -19,7 +19,7 @@ from capsule_sym._native import live
 from capsule_sym._sweeps import layout, results
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.files import checksums, move, place, remove, sealed
-from capsule_sym._sweeps.quantities import CellOutcome
+from capsule_sym._sweeps.quantities import COMPUTED, CellOutcome
 from capsule_sym._sweeps.results import CHUNKS, COPY, RESULTS, SWEEP, Check, Held
 from capsule_sym._sweeps.sweep import Sweep
 
@@ -172,27 +172,19 @@ def opened(
 def write_chart(
     path: Path,
     sweep: Sweep,
-    columns: dict[str, tuple[list[str], NDArray[np.generic]]],
+    columns: dict[str, NDArray[np.generic]],
+    computed: NDArray[np.bool_],
     texts: dict[int, str],
     cores: Iterable[str],
-    attributes: dict[str, Any],
 ) -> None:
-    """Write a refined chart: columns by name with their dimensions, itineraries by code."""
-    import xarray as xr
-
-    attributes = (
-        layout.described(sweep, layout.provenance("", sweep.parameters.scene), cores) | attributes
-    )
-    chart = xr.Dataset(columns, layout.coordinates(sweep), attributes)
+    """Write a refined chart: columns by name, a mask of computed points, itineraries by code."""
     table = {text: (code, 0) for code, text in sorted(texts.items())}
-    chart["itinerary"].attrs.update(layout.itinerary_flags(table))
-    chart["outcome"].attrs.update(layout.outcome_flags())
-    part = path / _PARTIAL
+    added = {COMPUTED: layout.Added(computed, {})}
+    about = {"fraction_computed": float(computed.mean())}
+    part, origin = path / _PARTIAL, layout.provenance("", sweep.parameters.scene)
     with writing(path):
         remove(part)
-        part.mkdir()
-        chart.to_zarr(part / results.CHART, zarr_format=3, consolidated=False)
-        layout.consolidate(part / results.CHART)
+        layout.lay(part / results.CHART, sweep, origin, cores, table, added, columns, about)
         remove(path / results.CHART_RECORD)
         remove(path / results.CHART)
         os.replace(part / results.CHART, path / results.CHART)
