@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
-    AREAS,
-    LABELS,
-    blank,
-    describe,
-    readable,
-    styled,
-)
+from capsule_sym._figures.style import AREAS, LABELS, blank, describe, readable, styled
 
 if TYPE_CHECKING:
     from capsule_sym._attractors.branches import ContinuedAttractors

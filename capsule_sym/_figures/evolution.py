@@ -11,13 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from capsule_sym._figures.arcs import Motion, cycle, is_periodic
-from capsule_sym._figures.branches import (
-    Record,
-    axis_label,
-    in_units,
-    name_bifurcations,
-    units_of,
-)
+from capsule_sym._figures.branches import Record, axis_label, in_units, name_bifurcations, units_of
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.portraits import field_handles

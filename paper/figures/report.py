@@ -257,11 +257,7 @@ def _svg(figure: Any) -> str:
 def _data_uri(picture: str) -> str:
     """An SVG as an address that holds it, without what nobody can see."""
     # Paths to a hundredth of a point, which no screen and no print can show.
-    short = re.sub(
-        r'(?<= d=")[^"]+',
-        lambda path: re.sub(r"(?<=\.\d{2})\d+", "", path[0]),
-        picture,
-    )
+    short = re.sub(r'(?<= d=")[^"]+', lambda path: re.sub(r"(?<=\.\d{2})\d+", "", path[0]), picture)
     return f"data:image/svg+xml,{quote(short, safe=_PLAIN)}"
 
 

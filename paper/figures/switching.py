@@ -35,14 +35,7 @@ from capsule_sym._map.interface import NumpyBackend
 from capsule_sym._orbits.interface import field as rates
 from capsule_sym._parameters import of_paper
 from paper.figures.statespace import top_view, window
-from paper.study.sections import (
-    SCHEMATIC,
-    SIGNS,
-    Section,
-    abscissa,
-    line_point,
-    sections,
-)
+from paper.study.sections import SCHEMATIC, SIGNS, Section, abscissa, line_point, sections
 
 Bundles = Sequence[Sequence[Trajectory]]
 

@@ -92,8 +92,7 @@ def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("store", "more"),
-    [("grid", []), ("basin", []), ("grid", ["--as", "pareto"])],
+    ("store", "more"), [("grid", []), ("basin", []), ("grid", ["--as", "pareto"])]
 )
 def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, more) -> None:
     done = run_here("figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)

@@ -58,9 +58,7 @@ def test_what_is_not_periodic_is_grey_and_named(settled) -> None:
 
 def test_events_move_to_their_exact_values(branch) -> None:
     for event, (moved, one) in zip(
-        (*CROSSINGS, *SLIDINGS),
-        exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]),
-        strict=True,
+        (*CROSSINGS, *SLIDINGS), exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]), strict=True
     ):
         assert one is not None
         assert moved.middle == one["value"] == pytest.approx(event.middle, rel=0.01)

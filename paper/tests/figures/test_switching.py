@@ -14,11 +14,7 @@ from capsule_sym._orbits.shooting.stability import field as rates
 from paper.figures.switching import draw_section, plot_switching
 from paper.study import sections
 from paper.study.data import bundle
-from paper.study.sections import (
-    SCHEMATIC,
-    Section,
-    line_point,
-)
+from paper.study.sections import SCHEMATIC, Section, line_point
 from tests.figures import SAFE
 from tests.judges.dop853 import derivative
 
