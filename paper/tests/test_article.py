@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FOLDER = ROOT / "docs" / "paper"
+FOLDER = ROOT / "paper" / "article"
 CITED = re.compile(r"@([a-z]+\d{4})|\\cite\{([^}]*)\}")
 
 
@@ -43,6 +43,7 @@ def test_every_reference_is_known(name: str) -> None:
 @pytest.fixture(scope="module")
 def records() -> dict[str, Any]:
     """New records of the case study and of the enclosures, and the verdicts."""
+
     def printed(*command: str) -> dict[str, Any]:
         line = [sys.executable, "-m", *command, "--json"]
         run = subprocess.run(line, cwd=ROOT, check=True, stdout=subprocess.PIPE)

@@ -183,33 +183,6 @@ def test_what_has_to_hold_is_what_is_run_before_a_change_is_taken() -> None:
     assert set(targets.split()) <= TARGETS
 
 
-@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
-@pytest.mark.parametrize(
-    ("made", "packages", "beside"),
-    [
-        ("verify.json", "_symbolic _enclosures _orbits _map _native generated", ""),
-        ("hardcases.json", "_study _map _native generated", "benchmarks/hardcases"),
-    ],
-)
-def test_a_result_is_made_anew_when_what_it_is_made_from_changes(
-    made: str, packages: str, beside: str
-) -> None:
-    """By the rules that make has read, of which none is run."""
-    rules = subprocess.run(
-        ["make", "-pn", "help"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout
-    needs = set(re.findall(rf"^results/{made}: (.*)$", rules, re.M)[0].split())
-    sources = {
-        path.relative_to(ROOT).as_posix()
-        for package in [*(f"capsule_sym/{name}" for name in packages.split()), *beside.split()]
-        for path in (ROOT / package).glob("**/*.*")
-        if path.suffix in {".c", ".h", ".py", ".pyx", ".toml"}
-    }
-    assert len(sources) > 40
-    assert sources <= needs
-    assert not [name for name in needs if "__pycache__" in name]
-
-
 def listed() -> list[str]:
     """The public names that the pages of the Python interface list."""
     texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs/api").glob("*.md"))]
@@ -296,11 +269,6 @@ def test_a_docstring_has_shapes_and_units(name: str) -> None:
         drawn = getattr(capsule_sym, name).__module__.startswith(DRAWN)
         if not drawn and re.search(rf"\bfloat\b|\bNumber\b|{ARRAY}", types):
             assert re.search(UNIT, text), f"{each}: in which units is {types}?"
-
-
-@pytest.mark.parametrize("name", [n for n in capsule_sym.__all__ if n.startswith("plot_fig")])
-def test_a_figure_of_the_paper_says_which(name: str) -> None:
-    assert f"Fig. {name[-1]}" in (getattr(capsule_sym, name).__doc__ or "")
 
 
 @pytest.mark.parametrize("page", [README, *PAGES], ids=lambda page: page.name)
