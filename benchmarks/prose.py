@@ -99,7 +99,7 @@ def main(*begins: str) -> int:
     for path in files(begins):
         place = path.relative_to(ROOT)
         text = path.read_text(encoding="utf-8")
-        for line, one in faults(prose(text, path.suffix, strings=place.parts[0] != "tests")):
+        for line, one in faults(prose(text, path.suffix, strings="tests" not in place.parts)):
             print(f"{place.as_posix()}:{line}: {one.check_path}: {' '.join(one.message.split())}")
             count += 1
     return int(count > 0)

@@ -18,7 +18,7 @@ def _out(default: str) -> Any:
     """The option --out, where results are kept, so that what was stopped resumes."""
     kind = click.Path(path_type=Path)
     return option(
-        "Keep results here, and go on with them.", type=kind, default=default, show_default=True
+        "Keep results here, and continue with them.", type=kind, default=default, show_default=True
     )
 
 

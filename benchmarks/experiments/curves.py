@@ -241,7 +241,7 @@ class Judged:
                 told = [itinerary and cycle(itinerary.fields) for itinerary in named]
                 told = told if upwards else told[::-1]
                 assert all(t in (None, c) for t, c in zip(told, cycles, strict=True)), (
-                    f"{told} is told, not {cycles}"
+                    f"{told} is found, not {cycles}"
                 )
             for (_, true), own in zip(found, both[::order], strict=True):
                 apart = abs(polynomial(own) - true).max() / (1 + abs(true).max())
@@ -328,7 +328,7 @@ class Judged:
             raise Undecided("an orbit of half the period is near")
         assert len(found) == 2, f"fields {run.fields} where the segment is said to be"
         ratio = 2 * found[1] - found[0]
-        assert abs(ratio - 1) < GROWTH, f"durations {found} of what the normal form says"
+        assert abs(ratio - 1) < GROWTH, f"durations {found} of those by the normal form"
 
     def discontinuity(self) -> None:
         """The map with the segment differs from that without by the normal form's term."""

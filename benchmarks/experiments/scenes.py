@@ -314,5 +314,5 @@ def check(scenes: Sequence[str], runs: int, motions: int, hard: int, out: Path) 
     for name, one in found.items():
         tally = one.tallies["hard"]
         print(f"{name}: cases by name {one.tallies['cases'].kinds}")
-        print(f"{name}: left open {tally.open}, open to the judge {tally.undecided}; {tally.kinds}")
+        print(f"{name}: undecided {tally.open}, by the judge {tally.undecided}; {tally.kinds}")
     return not any(tally.wrong for one in found.values() for tally in one.tallies.values())

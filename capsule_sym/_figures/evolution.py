@@ -1,4 +1,4 @@
-"""Which field acts when, against the excitation amplitude."""
+"""Fields in the order of time, against the excitation amplitude."""
 
 from __future__ import annotations
 

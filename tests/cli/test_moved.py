@@ -1,4 +1,4 @@
-"""Commands that are gone, by one line that says where; and the help in two parts."""
+"""Commands that are gone, by one line with their new place; and the help in two parts."""
 
 import re
 

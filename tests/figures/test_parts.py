@@ -81,7 +81,7 @@ def test_a_part_of_a_figure_holds_what_the_figure_alone_holds(name, layout) -> N
 
 
 def check_part(function: Callable[..., Figure], arguments: Any, layout: str | None) -> None:
-    """What is drawn into a part of a figure is what is drawn alone, and within the part."""
+    """A picture in a part of a figure is the one drawn alone, and within the part."""
     alone = function(*arguments)
     figure = Figure(figsize=(15, 7), layout=layout)
     left, right = figure.subfigures(1, 2)

@@ -45,7 +45,7 @@ class Statement:
     Attributes:
         name: Identifier, such as "appendix.A.L1.sharp".
         equation: Place in the paper, or of a scene's statement its field or surface.
-        says: The statement.
+        `says`: Text of the statement.
         check: Decides a claim: the statement is proved if `check(**claim)` is True.
         claim: Arguments of the check.
         wrong: Arguments that differ in a wrong claim, which the check has to refuse.
