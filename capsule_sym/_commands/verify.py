@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Sequence
 from time import perf_counter
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import click
@@ -17,33 +18,33 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
-    from capsule_sym._symbolic.proofs.statement import Report, Result, Statement
-
-    Sections = Mapping[str, tuple[Statement, ...]]
+    from capsule_sym._symbolic.proofs.statement import Report, Result
 
 
 @command()
 def verify(
     scene: str | None = option(
-        "Prove the general statements for a scene: flows, cells, field graph, saltation, energy.",
+        "Prove what holds of a scene: a shipped one, or a file that declares one.",
         metavar="NAME|FILE",
     ),
     only: str | None = option(
-        "Prove this statement alone; --json lists the names as id.", metavar="NAME"
+        "Prove a group alone, or statements whose names begin so.", metavar="GROUP|NAME"
     ),
+    everything: bool = option("Print each statement.", "--all"),
     out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
     as_json: bool = options.as_json,
 ) -> Sequence[Result]:
-    """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
+    """Prove the theory: closed forms, inner products, switching, Tables 1 to 3, the appendices.
 
-    One line for each statement: proved, or conditional. Exits with 1 if a statement is not proved.
+    One row for each group of statements: how many are proved, proved under the condition that they
+    name, or refuted, and the time; then the bounds of Appendices A and B, derived and as printed.
+    Exits with 1 if a statement is not proved.
 
-    With --scene, the statements that hold for any scene: a shipped one, or a file that declares
-    one. Statements about the paper alone are omitted.
+    With --scene, the groups that hold for any scene. `python -m paper claims` in a checkout
+    compares the printed statements of the paper.
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
-    options.check_beside("only", never=("out",))
     options.require("sympy")
     start = perf_counter()
     text = TextColumn("{task.description}")
@@ -51,7 +52,7 @@ def verify(
         text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     ) as progress:
         task = progress.add_task("importing SymPy", total=None)
-        theory = _paper() if scene is None else _scene(scene)
+        theory = _theory(scene)
         from capsule_sym._symbolic.proofs.statement import line, record, run
 
         progress.update(task, description="deriving")
@@ -60,61 +61,66 @@ def verify(
 
         def advance(result: Result) -> None:
             progress.advance(task)
-            if not as_json:
+            if each and not as_json:
                 # Above the bar: click's own stdout would write through it.
                 click.echo(line(result), file=sys.stdout)
 
+        each = everything or (only is not None and only not in chosen)
         report = run(chosen, advance)
-    results = [result for section in report.values() for result in section]
+    results = [result for group in report.values() for result in group]
     if as_json:
         click.echo(json.dumps({"items": [record(result) for result in results]}))
+    else:
+        _summary(report, theory)
     if out is not None:
         write_whole(out, theory.markdown(report), "--out")
         click.echo(f"wrote {out}", err=True)
     unproved = [result.statement.name for result in results if not result.settled]
     took = f"{perf_counter() - start:.0f} s"
     click.echo(f"{len(results)} statements, {len(unproved)} unproved, {took}", err=True)
-    if theory.apart:
-        click.echo(theory.apart, err=True)
     if unproved:
         present.fail(f"not proved: {', '.join(unproved)}", 1)
     return results
 
 
-@dataclass(frozen=True)
-class _Theory:
-    """Statements to prove, all or one by name, and their report."""
-
-    statements: Callable[[str | None], Sections]
-    markdown: Callable[[Report], str]
-    apart: str = ""
-    """Statements that are not proved, in a line."""
-
-
-def _paper() -> _Theory:
-    """Theory of the paper, for its scene."""
-    from capsule_sym._symbolic import verify as theory
-    from capsule_sym._symbolic.proofs.markdown import document
-
-    return _Theory(
-        lambda only: theory.item(only) if only else theory.items(),
-        lambda report: document(report, "# Proved statements\n"),
-    )
-
-
-def _scene(name: str) -> _Theory:
-    """General statements for a scene; exits with 2 for a file that declares none."""
+def _theory(scene: str | None) -> ModuleType:
+    """Statements about the paper's scene or another; exits with 2 for a file that declares none."""
     from capsule_sym._symbolic.model import declaration
 
-    home = declaration.home(name)
-    if not home.is_file():
-        allowed = f"{', '.join(declaration.SHIPPED)}, or a file that declares a scene"
-        raise InvalidInput("--scene", name, allowed)
-    if home != declaration.path() and declaration.chosen.cache_info().currsize:
-        raise RuntimeError(f"a process has one scene, and this one has {declaration.path()}")
-    declaration.choose(home)
+    if scene is not None:
+        home = declaration.home(scene)
+        if not home.is_file():
+            allowed = f"{', '.join(declaration.SHIPPED)}, or a file that declares a scene"
+            raise InvalidInput("--scene", scene, allowed)
+        if home != declaration.path() and declaration.chosen.cache_info().currsize:
+            raise RuntimeError(f"a process has one scene, and this one has {declaration.path()}")
+        declaration.choose(home)
     try:
-        from capsule_sym._symbolic.proofs import every_scene
+        from capsule_sym._symbolic import verify as theory
     except declaration.BadDeclaration as error:
         present.fail(f"error: {error}", 2)
-    return _Theory(every_scene.items, every_scene.markdown, every_scene.PAPERS_ALONE)
+    return theory
+
+
+def _summary(report: Report, theory: ModuleType) -> None:
+    """Print a row for each group, and the bounds of the appendices that were proved."""
+    rows = []
+    for name, results in report.items():
+        group, found = theory.GROUPS[name], Counter(result.status for result in results)
+        place = [group.place] if theory.PAPERS else []
+        counts = [str(found[kind] or "") for kind in ("proved", "conditional", "failed")]
+        rows.append([name, *place, group.about, *counts, f"{sum(r.seconds for r in results):.2f}"])
+    heads = ["group", *(["in the paper"] if theory.PAPERS else []), "about"]
+    counted = ["proved", "conditional", "refuted", "s"]
+    present.table(heads + counted, rows, right=counted)
+    if report.keys() & {"appendix.A", "appendix.B"}:
+        from capsule_sym._symbolic.proofs import appendices
+
+        tables = {
+            "appendix.A": (("line", "stick", "for", "as printed (A.4)"), appendices.bounds),
+            "appendix.B": (("part", "stick", "where", "as printed"), appendices.parts_of_lines),
+        }
+        for name, (heads, lines) in tables.items():
+            if len(report.get(name, ())) == len(theory.statements(name)[name]):
+                click.echo()
+                present.table(heads, lines())

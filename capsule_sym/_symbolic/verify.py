@@ -1,48 +1,121 @@
-"""All proofs of the theory, by the sections of the report."""
+"""Statements of the theory in groups: those of any scene, and those of the paper's scene alone."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
-from capsule_sym._symbolic.proofs import basis_proofs, flow_proofs, theorems
-from capsule_sym._symbolic.proofs.statement import Statement, named
+from capsule_sym._symbolic.model import declaration
+from capsule_sym._symbolic.proofs import (
+    basis_proofs,
+    cells,
+    energy,
+    field_graph,
+    flow_proofs,
+    switches,
+)
+from capsule_sym._symbolic.proofs.markdown import document
+from capsule_sym._symbolic.proofs.statement import Report, Statement, named
+
+PAPERS = declaration.path() == declaration.home(declaration.SHIPPED[0])
+"""True if the scene of this process is the paper's."""
 
 
-def _flow_items() -> tuple[Statement, ...]:
-    """Proofs of the closed-form flow."""
-    return (*basis_proofs.proofs(), *flow_proofs.proofs())
+@dataclass(frozen=True)
+class Group:
+    """Statements about one subject.
+
+    `place` is where the paper has them, and `families` the first words of their names.
+    """
+
+    place: str
+    about: str
+    derive: Callable[[], Iterable[Statement]]
+    families: str
 
 
-_THEOREMS: dict[str, tuple[str, ...]] = {
-    "State space, Eqs. (13)-(15)": ("geometry", "fields"),
-    "Inner products, Eqs. (16)-(23)": ("inner",),
-    "Table 2 as derived": ("table2",),
-    "Table 3 as derived": ("table3",),
-    "Appendices A and B": ("appendix",),
-    "The resting orbit": ("grazing",),
-    "Where every motion goes": ("attraction",),
+_ANY_SCENE = {
+    "cells": Group("Eqs. (1)-(12)", "where each field acts", cells.items, "cells"),
+    "basis": Group("Eqs. (7)-(12)", "response functions", basis_proofs.proofs, "basis"),
+    "flow": Group(
+        "Eqs. (7)-(12)",
+        "closed forms, their jets and Jacobians",
+        flow_proofs.proofs,
+        "flow jets jacobian",
+    ),
+    "graph": Group("Table 1", "successor of each field", field_graph.items, "graph"),
+    "saltation": Group("beyond the paper", "saltation matrices", switches.items, "saltation"),
+    "energy": Group("beyond the paper", "energy, mirror images", energy.items, "energy mirror"),
 }
-_FLOW = "Closed-form flow, Eqs. (7)-(12)"
-
-SECTIONS: dict[str, Callable[[], tuple[Statement, ...]]] = {
-    **{title: partial(theorems.items, *families) for title, families in _THEOREMS.items()},
-    _FLOW: _flow_items,
-}
-"""Statements to verify, in the order of the report: a title and its items."""
-
-FAMILIES: dict[str, str] = {
-    **{title: " ".join(families) for title, families in _THEOREMS.items()},
-    _FLOW: "basis flow jets jacobian",
-}
-"""First words of the names of a section's statements, to find one without deriving all."""
 
 
-def items() -> dict[str, tuple[Statement, ...]]:
-    """All statements of the theory with their proofs, by section title."""
-    return {title: section() for title, section in SECTIONS.items()}
+def _papers() -> dict[str, Group]:
+    """Groups about the paper's scene alone, whose modules know no other."""
+    from capsule_sym._symbolic.proofs import appendices, geometry_proofs, table_proofs
+    from capsule_sym._symbolic.proofs.attraction import attraction
+    from capsule_sym._symbolic.proofs.inner_products import inner
+    from capsule_sym._symbolic.proofs.resting import resting_orbit
+
+    state_space, fields = geometry_proofs.state_space, geometry_proofs.fields_at_boundaries
+    a, b = appendices.appendix_a, appendices.appendix_b
+    return {
+        "geometry": Group("Eqs. (13)-(15)", "surfaces, lines, corners", state_space, "geometry"),
+        "fields": Group("Eqs. (7)-(12)", "fields on the boundaries", fields, "fields"),
+        "inner": Group("Eqs. (16)-(23)", "inner products", inner, "inner"),
+        "table2": Group("Table 2", "passages on lines", table_proofs.table_2, "table2"),
+        "table3": Group("Table 3", "local maps", table_proofs.table_3, "table3"),
+        "appendix.A": Group("Appendix A", "bounds on alpha for L1-L4", a, "appendix"),
+        "appendix.B": Group("Appendix B", "parts of L1-L4", b, "appendix"),
+        "grazing": Group("Section 4", "the resting orbit", resting_orbit, "grazing"),
+        "attraction": Group("beyond the paper", "where motions go", attraction, "attraction"),
+    }
 
 
-def item(name: str) -> dict[str, tuple[Statement, ...]]:
-    """Statement of this name with its proof, by section title; raises InvalidInput for none."""
-    return named(name, SECTIONS, FAMILIES)
+GROUPS: dict[str, Group] = _ANY_SCENE | (_papers() if PAPERS else {})
+"""Groups by name; a name of the appendices is the beginning of their statements' names."""
+
+_ORDER = "cells basis flow fields geometry inner graph table2 table3 appendix.A appendix.B grazing"
+_RANK = {name: rank for rank, name in enumerate(_ORDER.split())}
+
+
+def statements(only: str | None = None) -> dict[str, tuple[Statement, ...]]:
+    """All statements by group, in the order of the paper, or those of one name.
+
+    `only` is a group, a statement, or the beginning of names up to a point. Raises InvalidInput if
+    it is none of these.
+    """
+    ordered = sorted(GROUPS, key=lambda name: _RANK.get(name, len(_RANK)))
+    sections = {name: GROUPS[name].derive for name in ordered}
+    if only is not None:
+        return named(only, sections, {name: group.families for name, group in GROUPS.items()})
+    return {name: tuple(derive()) for name, derive in sections.items()}
+
+
+_HEAD = """\
+# Proved statements
+
+Written by `capsule-sym verify --out` on the scene {scene}. Surfaces, lines, corners and equations
+have the names of B. Guo and Y. Liu, *Three-dimensional map for a piecewise-linear capsule system
+with bidirectional drifts*, Physica D (2019), doi 10.1016/j.physd.2019.04.008: P1 = v_c, P2 = x_r,
+P3 = x_r + 2ζ v_r, P4 = P3 + β (x_r − δ). A prime is a derivative in time, and **n** the inner
+product on L1-L4 of the normal that points out of stick with the field of stick, positive where
+stick ends. **L10** is the part of P1 = 0, P2 = δ with v_r < 0 and P3 > f_b, present for δ > f_b;
+**O3** is the point (δ, 0, 0), where L9 crosses P1 = 0.
+
+- **proved**: the statement holds for all parameters, states and times in its scope;
+- **conditional**: it holds under the condition it names, and the condition is proved.
+
+Each proof is a computation that the command repeats. Signs and inclusions are decided by
+*eliminating the variables* (Fourier-Motzkin elimination: exact for relations linear in the state,
+the force, α, δ and f_b whose coefficients have a known sign).
+"""
+
+
+def markdown(report: Report) -> str:
+    """Report with every statement and its formula, by groups."""
+    titled = {}
+    for name, results in report.items():
+        group = GROUPS[name]
+        place = f"{group.place}: " if PAPERS else ""
+        titled[place + group.about] = results
+    return document(titled, _HEAD.format(scene=declaration.path().stem))

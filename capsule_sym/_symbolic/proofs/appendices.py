@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 import sympy as sp
@@ -11,10 +12,12 @@ from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.proof import always_solvable, consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import alpha, delta, f_b, force, v_c, v_r, x_r, zeta
 from capsule_sym._symbolic.proofs.inner_products import outward
+from capsule_sym._symbolic.proofs.markdown import plain
 from capsule_sym._symbolic.proofs.parts import (
     BIFURCATIONS,
     BOUNDS,
     PARTS,
+    RANGES,
     Bound,
     Part,
     bifurcations,
@@ -185,13 +188,7 @@ _OCCUR = {1: ("crossing", "grazing"), -1: ("switching",), None: BIFURCATIONS}
 def appendix_b() -> Iterator[Statement]:
     """Range of v_r on L1-L4, and on each part of them stick and the bifurcations."""
     speed = 2 * zeta * v_r
-    ranges = {
-        "L1": (sp.Gt, f_b - delta),
-        "L2": (sp.Gt, -f_b - delta),
-        "L3": (sp.Lt, f_b - delta),
-        "L4": (sp.Lt, -f_b - delta),
-    }
-    for line, (beyond, end) in ranges.items():
+    for line, (beyond, end) in RANGES.items():
         when = beyond(speed, end)
         yield Statement(
             f"appendix.B.{line}.range",
@@ -229,3 +226,45 @@ def appendix_b() -> Iterator[Statement]:
             {"printed": tuple(kind for kind in BIFURCATIONS if kind not in _OCCUR[one.side])},
             formula=formula,
         )
+
+
+PRINTED_BOUNDS = {
+    "L1": "(f_b - delta)/(4*zeta**2) - f_b",
+    "L4": "(1 + beta)*(f_b + delta)/(4*zeta**2) - f_b",
+}
+"""Bounds of alpha in Section 3.3 and Appendix A, Eq. (A.4)."""
+
+PRINTED_PARTS = {
+    "L2^(1)": ("v_r > -(f_b + delta)/(2*zeta)", "v_r < 2*zeta*f_b - 2*zeta*alpha"),
+    "L2^(2)": ("v_r >= 2*zeta*f_b - 2*zeta*alpha", "v_r <= 2*zeta*f_b + 2*zeta*alpha"),
+    "L2^(3)": ("v_r > 2*zeta*f_b + 2*zeta*alpha",),
+    "L3^(1)": ("v_r < 2*zeta*(f_b - alpha)/(1 + beta)",),
+    "L3^(2)": (
+        "v_r >= 2*zeta*(f_b - alpha)/(1 + beta)",
+        "v_r <= 2*zeta*(f_b + alpha)/(1 + beta)",
+    ),
+    "L3^(3)": ("v_r > 2*zeta*(f_b + alpha)/(1 + beta)", "v_r <= (f_b - delta)/(2*zeta)"),
+}
+"""Ranges of v_r in Appendix B."""
+
+_WAYS = {1: "ends", -1: "begins", None: "either"}
+
+
+def _short(text: str) -> str:
+    """Formula with Greek letters, without blanks between factors."""
+    return re.sub(r"(?<=[\dζ]) (?=[ζαf(])", "", plain(text))
+
+
+def bounds() -> Iterator[tuple[str, ...]]:
+    """Bounds of Appendix A: line, what stick always does, the bound, and the printed one."""
+    for bound in BOUNDS:
+        printed = PRINTED_BOUNDS.get(bound.line)
+        texts = f"alpha <= {bound.alpha_bound}", f"alpha < {printed}" if printed else ""
+        yield bound.line, _WAYS[bound.side], *map(_short, texts)
+
+
+def parts_of_lines() -> Iterator[tuple[str, ...]]:
+    """Parts of Appendix B: part, what stick does on it, the range of v_r, and the printed one."""
+    for one in PARTS:
+        texts = one.interval_on_line, PRINTED_PARTS.get(one.name, ())
+        yield one.name, _WAYS[one.side], *(_short(", ".join(text)) for text in texts)

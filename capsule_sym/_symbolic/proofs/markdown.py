@@ -67,9 +67,11 @@ def _rows(results: Iterable[Result]) -> Iterator[str]:
     )
 
 
-def _witnesses(results: Iterable[Result]) -> Iterator[str]:
-    """Witnesses of the statements of a section that have one and no place of their own."""
+def _proofs(results: Iterable[Result]) -> Iterator[str]:
+    """Proofs in words and witnesses, of the statements that have one."""
     for result in results:
+        if result.statement.proof:
+            yield f"- `{result.statement.name}`: {text(result.statement.proof)}"
         if result.witness:
             yield f"- `{result.statement.name}`: {point(result)}"
 
@@ -85,5 +87,5 @@ def document(report: Report, head: str) -> str:
     """Report with every statement in the order of the sections, formulas in LaTeX."""
     lines = [head, counts(report)]
     for title, results in report.items():
-        lines += [f"## {title}\n", *_rows(results), "", *_witnesses(results), ""]
+        lines += [f"## {title}\n", *_rows(results), "", *_proofs(results), ""]
     return "\n".join(lines).rstrip() + "\n"

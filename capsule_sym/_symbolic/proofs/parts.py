@@ -23,6 +23,14 @@ EDGES = ("L1", "L2", "L3", "L4")
 _STIFFNESS = {"L1": sp.S.One, "L2": sp.S.One, "L3": 1 + beta, "L4": 1 + beta}
 
 
+RANGES = {
+    "L1": (sp.Gt, f_b - delta),
+    "L2": (sp.Gt, -f_b - delta),
+    "L3": (sp.Lt, f_b - delta),
+    "L4": (sp.Lt, -f_b - delta),
+}
+"""Relation of 2 zeta v_r to the end of its range on each line."""
+
 _FOUR = 4 * zeta**2
 
 
@@ -64,14 +72,14 @@ class Part:
     """L_i^(j): the part of a line within bounds on k v_r, and the behaviour of stick there.
 
     `side` is +1 where stick always ends, -1 where it always begins, None where that depends on
-    time. `interval` is LaTeX for the range of v_r.
+    time. `ends` are the ends of the range of v_r of the middle part.
     """
 
     line: str
     number: int
     within: tuple[Relation, ...]
     side: int | None
-    interval: str
+    ends: tuple[sp.Expr, sp.Expr]
 
     @property
     def name(self) -> str:
@@ -83,6 +91,23 @@ class Part:
         """Relations of the part."""
         return (*PIECES[self.line].relations, *self.within)
 
+    @property
+    def interval(self) -> str:
+        """Range of v_r in LaTeX."""
+        low, high = map(sp.latex, self.ends)
+        return ("", rf"v_r<{low}", rf"{low}\le v_r\le {high}", rf"v_r>{high}")[self.number]
+
+    @property
+    def interval_on_line(self) -> tuple[str, ...]:
+        """Range of v_r as printed ones are written, with the end of the line where it is one."""
+        low, high = self.ends
+        own = ((), (v_r < low,), (v_r >= low, v_r <= high), (v_r > high,))[self.number]
+        beyond, reach = RANGES[self.line]
+        end = beyond(v_r, reach / (2 * zeta))
+        if self.number == 2 or isinstance(end, type(own[0])):
+            return tuple(map(str, own))
+        return tuple(map(str, (end, *own) if self.number == 1 else (*own, end)))
+
 
 def _parts(line: str) -> tuple[Part, ...]:
     """Three parts, in order of v_r, from the extremes of the force over a period."""
@@ -92,11 +117,11 @@ def _parts(line: str) -> tuple[Part, ...]:
     speed = _STIFFNESS[line] * v_r
     turn = sense * sp.expand(sense * speed - centre)  # where the product vanishes without force
     low, high = turn - 2 * zeta * alpha, turn + 2 * zeta * alpha
-    cut = [sp.latex(sp.factor(edge) / _STIFFNESS[line]) for edge in (low, high)]
+    below, above = (sp.factor(edge) / _STIFFNESS[line] for edge in (low, high))
     return (
-        Part(line, 1, (sp.Lt(speed, low),), -sense, rf"v_r<{cut[0]}"),
-        Part(line, 2, (speed >= low, speed <= high), None, rf"{cut[0]}\le v_r\le {cut[1]}"),
-        Part(line, 3, (sp.Gt(speed, high),), sense, rf"v_r>{cut[1]}"),
+        Part(line, 1, (sp.Lt(speed, low),), -sense, (below, above)),
+        Part(line, 2, (speed >= low, speed <= high), None, (below, above)),
+        Part(line, 3, (sp.Gt(speed, high),), sense, (below, above)),
     )
 
 

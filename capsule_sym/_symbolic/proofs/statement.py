@@ -123,7 +123,7 @@ def settle(statement: Statement) -> Result:
     return Result(statement, status, witness, perf_counter() - start)
 
 
-Sections = Mapping[str, Callable[[], tuple[Statement, ...]]]
+Sections = Mapping[str, Callable[[], Iterable[Statement]]]
 """Statements by the title of their section, derived on request."""
 Report = Mapping[str, tuple[Result, ...]]
 """Results by section title."""
@@ -144,24 +144,26 @@ def run(
 
 
 def named(
-    name: str, sections: Sections, families: Mapping[str, str], known: Iterable[str] = ()
+    name: str, sections: Sections, families: Mapping[str, str]
 ) -> dict[str, tuple[Statement, ...]]:
-    """Statement of a name by section title; raises InvalidInput for none.
+    """Statements of a section, of a name or of names that begin so, by section title.
 
-    Only sections of its family are derived: `families` has the first words of their names.
+    Only sections of its family are derived: `families` has the first words of their names. Raises
+    InvalidInput if there are none.
     """
-    family, names = name.partition(".")[0], list(known)
+    if name in sections:
+        return {name: tuple(sections[name]())}
+    family, names, found = name.partition(".")[0], list(sections), {}
     for title, section in sections.items():
-        if family in families.get(title, family).split():
+        if family in families[title].split():
             derived = {one.name: one for one in section()}
-            if name in derived:
-                return {title: (derived[name],)}
             names += derived
-    names = list(dict.fromkeys(names))
-    if close := get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]:
-        raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
-    begins = ", ".join(" ".join(families.values()).split())
-    raise InvalidInput("--only", name, f"the name of a statement, which begins with {begins}")
+            if chosen := [k for k in derived if k == name or k.startswith(f"{name}.")]:
+                found[title] = tuple(derived[k] for k in chosen)
+    if found:
+        return found
+    close = get_close_matches(name, names, n=5, cutoff=0.3) or list(sections)
+    raise InvalidInput("--only", name, f"the name of statements, such as {', '.join(close)}")
 
 
 def record(result: Result) -> dict[str, Any]:

@@ -42,8 +42,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._symbolic.model.enclosure import EXTENDED
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import alpha, omega, tau
-from capsule_sym._symbolic.proofs import theorems
-from capsule_sym._symbolic.proofs.resting import GRAZE
+from capsule_sym._symbolic.proofs.resting import GRAZE, resting_orbit
 from capsule_sym.codegen._derived import matrices
 from paper.proofs.attraction import tendency
 from paper.proofs.branches import glue, march
@@ -367,7 +366,7 @@ def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> Non
 
 
 def test_the_force_of_the_graze_is_checked_too() -> None:
-    (closed,) = theorems.items("grazing")
+    (closed,) = resting_orbit()
     force = closed.claim["force_squared"]
     assert closed.holds()
     assert not closed.check(**{**closed.claim, "force_squared": 2 * force})
