@@ -120,7 +120,8 @@ def _summary(report: Report, theory: ModuleType) -> None:
             "appendix.A": (("line", "stick", "for", "as printed (A.4)"), appendices.bounds),
             "appendix.B": (("part", "stick", "where", "as printed"), appendices.parts_of_lines),
         }
-        for name, (heads, lines) in tables.items():
-            if len(report.get(name, ())) == len(theory.statements(name)[name]):
+        for name in filter(tables.get, report):
+            if len(report[name]) == len(theory.statements(name)[name]):
+                heads, lines = tables[name]
                 click.echo()
                 present.table(heads, lines())

@@ -9,29 +9,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from capsule_sym._commands.verify import verify as command
 from capsule_sym._parameters import scene
+from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.model import declaration
-from capsule_sym._symbolic.proofs import cells, energy, every_scene, field_graph, switches
-from capsule_sym._symbolic.proofs.statement import settle
 from tests.symbolic.broken import FURTHER, MUTATIONS, survivors
 
 _ROOT = Path(__file__).parents[2]
-_OURS = (cells, energy, field_graph, switches)
+_ANY_SCENE = ("cells", "basis", "flow", "graph", "saltation", "energy")
 
 
 def _verify(scene: str, *options: str) -> subprocess.CompletedProcess[str]:
     line = [sys.executable, "-m", "capsule_sym", "verify", "--scene", scene, *options]
     return subprocess.run(line, capture_output=True, text=True, timeout=600, cwd=_ROOT, check=False)
-
-
-@pytest.mark.parametrize("module", _OURS, ids=lambda one: one.__name__.rpartition(".")[2])
-def test_statements_are_proved_and_changed_ones_are_not(module: object) -> None:
-    for item in module.items():  # type: ignore[attr-defined]
-        assert settle(item).status == "proved", item.name
-        assert settle(item.mutant).status == "failed", item.name
 
 
 @pytest.mark.parametrize("name", MUTATIONS)
@@ -69,9 +59,8 @@ def test_every_scene_is_proved(name: str) -> None:
     items = json.loads(result.stdout)["items"]
     assert {one["status"] for one in items} == {"proved"}
     families = {one["id"].partition(".")[0] for one in items}
-    named = {family for names in every_scene.FAMILIES.values() for family in names.split()}
-    assert families == named
-    assert "of the paper alone" in result.stderr
+    named = {one.families for name, one in verify.GROUPS.items() if name in _ANY_SCENE}
+    assert families == {family for names in named for family in names.split()}
 
 
 def test_one_statement_of_a_scene_is_proved_in_its_own_process() -> None:
@@ -100,25 +89,13 @@ def test_wrong_lines_are_refused_in_one_line(tmp_path: Path) -> None:
         result = _verify(line[1])
         assert result.returncode == 2
         assert len(result.stderr.splitlines()) == 1
-    assert CliRunner().invoke(command, ["--scene", "capsule", "--freeze"]).exit_code == 2
 
 
-def test_report_of_a_scene_has_every_statement(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(every_scene, "SECTIONS", {"Cells": cells.items})
+def test_groups_of_another_scene_are_told_and_reported(tmp_path: Path) -> None:
     path = tmp_path / "report.md"
-    result = CliRunner().invoke(command, ["--scene", "capsule", "--out", str(path)])
-    assert result.exit_code == 0, result.stderr
+    result = _verify("slope", "--only", "cells", "--out", str(path))
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.split()[:2] == ["group", "about"]
     report = path.read_text(encoding="utf-8")
-    assert all(f"`{item.name}`" in report for item in cells.items())
-    assert "Section 4" in report
-
-
-def test_exit_status_is_one_when_a_statement_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
-    first = cells.items()[0]
-    wrong = first.mutant
-    monkeypatch.setattr(every_scene, "SECTIONS", {"Cells": lambda: (wrong,)})
-    result = CliRunner().invoke(command, ["--scene", "capsule"])
-    assert result.exit_code == 1
-    assert f"not proved: {first.name}" in result.stderr
+    assert "on the scene slope" in report
+    assert "`cells.apart`" in report

@@ -12,7 +12,7 @@ from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.proof import always_solvable, consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import alpha, delta, f_b, force, v_c, v_r, x_r, zeta
 from capsule_sym._symbolic.proofs.inner_products import outward
-from capsule_sym._symbolic.proofs.markdown import plain
+from capsule_sym._symbolic.proofs.markdown import text
 from capsule_sym._symbolic.proofs.parts import (
     BIFURCATIONS,
     BOUNDS,
@@ -250,9 +250,9 @@ PRINTED_PARTS = {
 _WAYS = {1: "ends", -1: "begins", None: "either"}
 
 
-def _short(text: str) -> str:
+def _short(formula: str) -> str:
     """Formula with Greek letters, without blanks between factors."""
-    return re.sub(r"(?<=[\dζ]) (?=[ζαf(])", "", plain(text))
+    return re.sub(r"(?<=[\dζ]) (?=[ζαf(])", "", text(formula))
 
 
 def bounds() -> Iterator[tuple[str, ...]]:
@@ -267,4 +267,4 @@ def parts_of_lines() -> Iterator[tuple[str, ...]]:
     """Parts of Appendix B: part, what stick does on it, the range of v_r, and the printed one."""
     for one in PARTS:
         texts = one.interval_on_line, PRINTED_PARTS.get(one.name, ())
-        yield one.name, _WAYS[one.side], *(_short(", ".join(text)) for text in texts)
+        yield one.name, _WAYS[one.side], *(_short(", ".join(range_)) for range_ in texts)
