@@ -122,6 +122,6 @@ def _summary(report: Report, theory: ModuleType) -> None:
         }
         for name in filter(tables.get, report):
             if len(report[name]) == len(theory.statements(name)[name]):
-                heads, lines = tables[name]
+                columns, lines = tables[name]
                 click.echo()
-                present.table(heads, lines())
+                present.table(columns, lines())

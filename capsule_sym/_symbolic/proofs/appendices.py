@@ -95,7 +95,7 @@ def stick_does(place: str, printed: str) -> bool:
 def within_bound(line: str) -> Part:
     """L1 or L4 within its open bound in Appendix A."""
     bound = BY_LINE[line]
-    return Part(line, 0, (_DAMPED, sp.Lt(*bound.condition)), bound.side, "")
+    return Part(line, 0, (_DAMPED, sp.Lt(*bound.condition)), bound.side)
 
 
 def sliding(place: str, printed: Sequence[str]) -> bool:

@@ -79,7 +79,7 @@ class Part:
     number: int
     within: tuple[Relation, ...]
     side: int | None
-    ends: tuple[sp.Expr, sp.Expr]
+    ends: tuple[sp.Expr, ...] = ()
 
     @property
     def name(self) -> str:
@@ -101,12 +101,14 @@ class Part:
     def interval_on_line(self) -> tuple[str, ...]:
         """Range of v_r as printed ones are written, with the end of the line where it is one."""
         low, high = self.ends
-        own = ((), (v_r < low,), (v_r >= low, v_r <= high), (v_r > high,))[self.number]
+        own = {1: (v_r < low,), 2: (v_r >= low, v_r <= high), 3: (v_r > high,)}[self.number]
         beyond, reach = RANGES[self.line]
-        end = beyond(v_r, reach / (2 * zeta))
-        if self.number == 2 or isinstance(end, type(own[0])):
-            return tuple(map(str, own))
-        return tuple(map(str, (end, *own) if self.number == 1 else (*own, end)))
+        end = (beyond(v_r, reach / (2 * zeta)),)
+        if self.number == 1 and beyond is sp.Gt:
+            own = end + own
+        elif self.number == 3 and beyond is sp.Lt:
+            own = own + end
+        return tuple(map(str, own))
 
 
 def _parts(line: str) -> tuple[Part, ...]:

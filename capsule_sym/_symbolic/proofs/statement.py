@@ -125,7 +125,7 @@ def settle(statement: Statement) -> Result:
 
 Sections = Mapping[str, Callable[[], Iterable[Statement]]]
 """Statements by the title of their section, derived on request."""
-Report = Mapping[str, tuple[Result, ...]]
+Report = Mapping[str, Sequence[Result]]
 """Results by section title."""
 
 
