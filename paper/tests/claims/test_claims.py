@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from capsule_sym import InvalidInput
 from capsule_sym._symbolic.proofs.markdown import math
 from capsule_sym._symbolic.proofs.statement import Result, Statement, settle
-from paper.claims import captions, everything, frozen, section_4
+from paper.claims import captions, everything, frozen, report, section_4
 from paper.claims.errata import same_formula
 from paper.claims.report import markdown
 from paper.commands.claims import claims as command
@@ -83,25 +83,28 @@ def test_all_claims_have_names_and_expected_verdicts() -> None:
 
 @pytest.mark.long
 def test_report_sets_printed_tables_beside_derived_ones() -> None:
-    report = markdown({})
-    assert "| S5 | Ω6 | Ω5 | F6 | F5 | C-BD → C-S | yes | yes |" in report
-    assert "| L4 | Ω5 | Ω4 | F5 | F4 | C-S → C-FD | yes | never |" in report
-    assert "| L4 | Ω5 | Ω6 | F5 | F6 | C-S → C-BD | — | n > 0 |" in report
-    assert "| P_{Σ4,F2,Σ2} | F2 | NC-S | — | yes | — | — | — | yes | — |" in report
-    for block in report.split("\n\n"):
+    document = markdown({})
+    assert "| S5 | Ω6 | Ω5 | F6 | F5 | C-BD → C-S | yes | yes |" in document
+    assert "| L4 | Ω5 | Ω4 | F5 | F4 | C-S → C-FD | yes | never |" in document
+    assert "| L4 | Ω5 | Ω6 | F5 | F6 | C-S → C-BD | — | n > 0 |" in document
+    assert "| P_{Σ4,F2,Σ2} | F2 | NC-S | — | yes | — | — | — | yes | — |" in document
+    for block in document.split("\n\n"):
         rows = [line for line in block.splitlines() if line.startswith("|")]
         assert len({row.count("|") for row in rows}) <= 1, rows[:1]
 
 
-def test_a_printed_statement_is_shown_once_and_in_mathematics() -> None:
+def test_a_printed_statement_is_shown_once_and_in_mathematics(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(report, "_TABLES", {})
     same = Statement(
         "one", "Eq. (6)", "where |P| > f_b it is F1", bool, {}, {}, printed="v_c' == 2*zeta*P3"
     )
     results = tuple(Result(item, "proved", {}, 0.0) for item in (same, replace(same, name="two")))
-    report = markdown({"Some": results})
-    assert report.count("### 1–2. Eq. (6): proved") == 1
-    assert report.count(r"- **Printed:** $v_c' = 2 \zeta  P_{3}$") == 1
-    assert report.count(r": where $\vert P\vert  > f_b$ it is F1") == 2
+    document = markdown({"Some": results})
+    assert document.count("### 1–2. Eq. (6): proved") == 1
+    assert document.count(r"- **Printed:** $v_c' = 2 \zeta  P_{3}$") == 1
+    assert document.count(r": where $\vert P\vert  > f_b$ it is F1") == 2
     other = (
         *results,
         Result(replace(same, name="three", printed="O1 is the end of L9"), "proved", {}, 0.0),
@@ -159,10 +162,10 @@ def test_json_and_report_hold_every_statement(short: Callable[..., None]) -> Non
         if record["status"] == "refuted":
             assert record["printed"] != record["derived"]
             assert record["witness"]
-    report = Path("new/claims.md").read_text(encoding="utf-8")
+    document = Path("new/claims.md").read_text(encoding="utf-8")
     for item in SOME:
-        assert f"`{item.name}`" in report
-        assert math(item.latex) in report
+        assert f"`{item.name}`" in document
+        assert math(item.latex) in document
 
 
 def test_lines_name_status_equation_and_statement(short: Callable[..., None]) -> None:
