@@ -29,8 +29,8 @@ from capsule_sym._symbolic.proofs.markdown import LETTERS, counts, math, point, 
 from capsule_sym._symbolic.proofs.parts import PARTS, Part, bifurcations, part
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE, witness_text, witnesses
 from capsule_sym._symbolic.proofs.statement import (
-    AS_PRINTED, Report, Result, Statement, Verdict, line, named, record, run, vanishes,
+    Report, Result, Statement, Verdict, line, named, record, run, vanishes,
 )
 from capsule_sym._symbolic.proofs.table_proofs import (
-    ASSUMED, Pairs, maps_by_number, mechanism, occurring, on, passages, passages_at,
+    ASSUMED, Pairs, mechanism, on, passages, passages_at,
 )

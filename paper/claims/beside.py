@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from capsule_sym._symbolic.theory import (
-    AS_PRINTED,
     Statement,
     Verdict,
 )
 from paper.printed import Entry
+
+AS_PRINTED = "as printed"
+"""Text of `derived` if the derivation gives the printed statement."""
 
 _READ = {
     "clear": "",

@@ -16,10 +16,10 @@ from pathlib import Path
 
 from capsule_sym._files import write_whole
 from capsule_sym._symbolic.theory import (
-    AS_PRINTED,
     Result,
     Statement,
 )
+from paper.claims.beside import AS_PRINTED
 
 PATH = Path(__file__).with_name("verdicts.toml")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import sympy as sp
@@ -19,8 +19,6 @@ from capsule_sym._symbolic.theory import (
     allowed_maps,
     derivatives,
     local_maps,
-    maps_by_number,
-    occurring,
     on,
     v_c,
     witness_text,
@@ -54,6 +52,19 @@ def table_rows(place: str, printed: Rows, pairs: Sequence[tuple[int, int]] = ())
     right = all(_written(source, target) == tuple(rest) for _, source, target, *rest in printed)
     occurs = on(place) == set(pairs) != set(shown) if pairs else on(place) == set(shown)
     return occurs and right and len(set(shown)) == len(shown)
+
+
+@cache
+def occurring(scenario: str) -> frozenset[LocalMap]:
+    """Local maps with a witness in a position of the gap with damping; empty for any."""
+    return frozenset(
+        w.local_map for w in witnesses() if not scenario or w.regime == (scenario, True)
+    )
+
+
+def maps_by_number(rows: Iterable[Sequence[int]]) -> list[LocalMap]:
+    """Local maps from the numbers of target, field and source, sorted."""
+    return sorted(LocalMap(f"Σ{target}", field, f"Σ{source}") for target, field, source in rows)
 
 
 def occurs(local_map: LocalMap, mode: str) -> bool:

@@ -25,10 +25,6 @@ Arguments = Mapping[str, Any]
 Relations = Sequence[Relation]
 
 
-AS_PRINTED = "as printed"
-"""Text of `derived` if the derivation gives the printed statement."""
-
-
 def merged(claim: Arguments, other: Arguments) -> dict[str, Any]:
     """Arguments with other values; a table is changed key by key."""
     changed = dict(claim)

@@ -72,19 +72,6 @@ def passages(place: str, pairs: Sequence[tuple[int, int]]) -> bool:
     return on(place) == set(pairs)
 
 
-@cache
-def occurring(scenario: str) -> Maps:
-    """Local maps with a witness in a position of the gap with damping; empty for any."""
-    return frozenset(
-        w.local_map for w in witnesses() if not scenario or w.regime == (scenario, True)
-    )
-
-
-def maps_by_number(rows: Iterable[Sequence[int]]) -> list[LocalMap]:
-    """Local maps from the numbers of target, field and source, sorted."""
-    return sorted(LocalMap(f"Σ{target}", field, f"Σ{source}") for target, field, source in rows)
-
-
 Passage = tuple[frozenset[int], frozenset[int]]
 """Fields that arrive, and fields that leave."""
 
