@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -43,9 +44,14 @@ def write_everything() -> None:
         for path, commands in wanted.items()
         if not _newest(path, code)
     }
-    for path, processes in begun.items():
-        write_whole(path, json.dumps(_merged(map(_end, processes)), ensure_ascii=False) + "\n")
-        click.echo(f"wrote {path}", err=True)
+    try:
+        for path, processes in begun.items():
+            write_whole(path, json.dumps(_merged(map(_end, processes)), ensure_ascii=False) + "\n")
+            click.echo(f"wrote {path}", err=True)
+    finally:
+        for process in chain(*begun.values()):
+            process.terminate()  # unless it has ended
+            process.communicate()
     report = RESULTS / "report.html"
     if not _newest(report, [*code, cases, *wanted]):
         _end(_begin("paper", "report", "--out", str(report), out=None))
@@ -65,7 +71,8 @@ def _begin(*words: str, out: int | None = subprocess.PIPE) -> subprocess.Popen[s
 
 def _end(process: subprocess.Popen[str]) -> str:
     """Output of a command; exits with its status if it fails."""
-    printed, _ = process.communicate()
+    printed = process.stdout.read() if process.stdout else ""
+    process.wait()
     if process.returncode:
         raise click.exceptions.Exit(process.returncode)
     return printed

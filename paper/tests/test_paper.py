@@ -1,4 +1,4 @@
-"""`capsule-sym paper` as a whole: what it shows, what it writes, and whether that is true."""
+"""`python -m paper case-study`: what it shows, what it writes, and whether that is true."""
 
 import csv
 import json
@@ -16,15 +16,16 @@ from paper.study import casestudy
 from tests.examples import MAIN_JOB, ROOT, Page
 
 TUTORIAL = Page(ROOT / "docs" / "tutorials" / "paper.md")
-JUDGES = Path(__file__).parents[1] / "judges" / "data"
+JUDGES = ROOT / "tests" / "judges" / "data"
 
 
 # One test for one run, which takes most of the time of all tests here.
-def test_the_case_study(command, tmp_path: Path) -> None:
+@pytest.mark.long
+def test_the_case_study(inside_paper, tmp_path: Path) -> None:
     results = tmp_path / "results" / "paper"
     results.mkdir(parents=True)
     (results / "cases.csv").write_text("older results\n")
-    done = command("paper", "--out", "results/paper", cwd=tmp_path)
+    done = inside_paper("case-study", "--out", "results/paper", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stderr.startswith("wrote results/paper/casestudy.json")
     assert_every_panel_is_shown(done.stdout)
