@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -80,47 +80,43 @@ CASE_STUDY = _case_study()
 
 @dataclass(frozen=True)
 class Erratum:
-    """A printed relation that fails somewhere in its scope, and the relation that holds instead.
+    """A printed relation that fails somewhere in a set of states, and what holds instead.
 
-    `printed` is asserted wherever all of `scope` holds; `expected` is proved wherever all of
-    `inside` holds. The witness is searched at `values` of the parameters.
+    Attributes:
+        here: The set in which the relation is printed.
+        printed: The printed relation.
+        expected: The relation that is derived.
+        inside: The set in which it holds, if that is another one.
+        at: Values of parameters at the witness, other than those of the case study.
     """
 
-    scope: tuple[Relation, ...]
-    printed: Relation
-    inside: tuple[Relation, ...]
-    expected: Relation
-    values: Mapping[sp.Symbol, Fraction]
+    here: Texts
+    printed: str
+    expected: str | Relation
+    inside: Texts | None = None
+    at: Mapping[str, str] = field(default_factory=dict)
 
-    @classmethod
-    def of(
-        cls,
-        here: Texts,
-        printed: str,
-        expected: str | Relation,
-        inside: Texts | None = None,
-        at: Mapping[str, str] | None = None,
-    ) -> Erratum:
-        """Erratum of a row; `inside` defaults to `here`."""
-        place = {next(s for s in CASE_STUDY if s.name == k): v for k, v in (at or {}).items()}
-        return cls(
-            scope(here),
-            derived(printed),
-            scope(here if inside is None else inside),
-            derived(expected) if isinstance(expected, str) else expected,
-            CASE_STUDY | {symbol: Fraction(value) for symbol, value in place.items()},
-        )
+    @property
+    def holding(self) -> tuple[Relation, ...]:
+        """The set in which the derived relation holds."""
+        return scope(self.here if self.inside is None else self.inside)
+
+    @property
+    def relation(self) -> Relation:
+        """The derived relation."""
+        return derived(self.expected) if isinstance(self.expected, str) else self.expected
 
     def point(self) -> dict[sp.Symbol, Fraction]:
-        """Point of the scope, at tau = 0, where the printed relation is false."""
-        for wrong in negations(self.printed):
-            if consistent([*self.scope, CREST, wrong]):
-                return example([*self.scope, CREST, wrong], self.values)
+        """Point of the set, at tau = 0, where the printed relation is false."""
+        values = {s: Fraction(self.at.get(s.name, value)) for s, value in CASE_STUDY.items()}
+        for wrong in negations(derived(self.printed)):
+            if consistent(there := [*scope(self.here), CREST, wrong]):
+                return example(there, values)
         raise ValueError(f"the printed relation holds everywhere: {self.printed}")
 
     def witness(self) -> dict[str, str]:
         """Point in exact numbers, with both sides of the printed relation there."""
-        point, relation = self.point(), self.printed
+        point, relation = self.point(), derived(self.printed)
         left, right = evaluate(relation.lhs, point), evaluate(relation.rhs, point)
         sign = "=" if isinstance(relation, sp.Eq) else relation.rel_op
         return {**point_text(point), "printed relation there": f"{left} {sign} {right}, false"}
@@ -132,20 +128,19 @@ class Erratum:
         except ValueError:
             return False
         return (
-            implies(self.inside, self.expected)
-            and all(_holds(relation, point) for relation in self.scope)
-            and not _holds(self.printed, point)
+            implies(self.holding, self.relation)
+            and all(_holds(relation, point) for relation in scope(self.here))
+            and not _holds(derived(self.printed), point)
         )
 
-    @property
     def latex(self) -> str:
         """Derived relation and its range, in a shorter form of the same sign if there is one."""
-        relation = self.expected
+        relation = self.relation
         if not isinstance(relation, sp.Eq):
-            shorter = reduced(relation.lhs - relation.rhs, self.inside)
+            shorter = reduced(relation.lhs - relation.rhs, self.holding)
             if not shorter.is_number:
                 relation = type(relation)(shorter, 0, evaluate=False)
-        return rf"{latex(self.inside)}\quad\Rightarrow\quad {sp.latex(relation)}"
+        return rf"{latex(self.holding)}\quad\Rightarrow\quad {sp.latex(relation)}"
 
 
 def fails(
@@ -156,7 +151,7 @@ def fails(
     at: Mapping[str, str] | None = None,
 ) -> bool:
     """Check that a printed relation fails somewhere, and that the expected one is proved."""
-    return Erratum.of(here, printed, expected, inside, at).settled()
+    return Erratum(here, printed, expected, inside, at or {}).settled()
 
 
 def _holds(relation: Relation, point: Mapping[sp.Symbol, Fraction]) -> bool:
@@ -178,29 +173,23 @@ def at_crest(texts: Texts) -> dict[str, str]:
 
 
 def misprint(
-    entry: Entry,
-    name: str,
-    here: Texts,
-    relation: str,
-    expected: str | Relation,
-    *,
-    inside: Texts | None = None,
-    at: Mapping[str, str] | None = None,
-    **texts: Any,
+    entry: Entry, name: str, here: Texts, relation: str, expected: str, **texts: Any
 ) -> Statement:
-    """Erratum of a relation that is printed for a set of states, and fails at a point of it."""
+    """Erratum of a relation that is printed for a set of states, and fails at a point of it.
+
+    `texts` are those of the statement; `inside` and `at` are fields of the `Erratum`.
+    """
     claim: dict[str, Any] = {"here": here, "printed": relation, "expected": expected}
-    claim |= {"inside": inside} if inside else {}
-    claim |= {"at": at} if at else {}
-    found = Erratum.of(**claim)
+    claim |= {key: texts.pop(key) for key in ("inside", "at") if key in texts}
+    found = Erratum(**claim)
     return beside(
         entry,
         name,
         fails,
         claim,
-        {"expected": negations(found.expected)[0]},
+        {"expected": negations(found.relation)[0]},
         verdict="refuted",
-        formula=lambda: found.latex,
+        formula=found.latex,
         witness=found.witness,
         **texts,
     )

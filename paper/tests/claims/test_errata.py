@@ -29,7 +29,7 @@ from paper.printed import read
 
 ITEMS = {item.name: item for item in everything.statements(read())}
 BY_ID = {
-    name.removeprefix("erratum."): Erratum.of(**item.claim)
+    name.removeprefix("erratum."): Erratum(**item.claim)
     for name, item in ITEMS.items()
     if item.check is fails
 }
@@ -48,7 +48,7 @@ def test_witness_is_in_range(name: str) -> None:
     assert point[delta] >= 0
     assert point[f_b] == 1
     assert point[force] == point[alpha]  # tau = 0
-    assert consistent(erratum.inside)
+    assert consistent(erratum.holding)
 
 
 def test_equation_23_at_its_witness() -> None:
