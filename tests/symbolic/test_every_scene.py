@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym import InvalidInput
+from capsule_sym._commands.verify import _theory
 from capsule_sym._parameters import scene
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.model import declaration
@@ -63,12 +65,17 @@ def test_every_scene_is_proved(name: str) -> None:
     assert families == {family for names in named for family in names.split()}
 
 
-def test_one_statement_of_a_scene_is_proved_in_its_own_process() -> None:
-    result = _verify("tests/scenes/pulsed.py", "--only", "cells.F12.level", "--json")
+def test_a_scene_is_proved_in_a_process_of_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "report.md"
+    result = _verify("tests/scenes/pulsed.py", "--only", "cells.F12", "--out", str(path))
     assert result.returncode == 0, result.stderr
-    (item,) = json.loads(result.stdout)["items"]
-    assert item["id"] == "cells.F12.level"
-    assert item["status"] == "proved"
+    *lines, heads, _, row = result.stdout.strip().splitlines()
+    assert all(line.startswith("proved") for line in lines)
+    assert heads.split() == ["group", "about", "proved", "conditional", "refuted", "s"]
+    assert row.split()[0] == "cells"
+    report = path.read_text(encoding="utf-8")
+    assert "on the scene pulsed" in report
+    assert "`cells.F12.level`" in report
 
 
 def test_resting_capsule_that_is_pulled_back_at_its_stop_has_a_place_where_the_drive_reacts() -> (
@@ -85,17 +92,8 @@ def test_resting_capsule_that_is_pulled_back_at_its_stop_has_a_place_where_the_d
 def test_wrong_lines_are_refused_in_one_line(tmp_path: Path) -> None:
     broken = tmp_path / "broken.py"
     broken.write_text("model = 1\n", encoding="utf-8")
-    for line in (["--scene", "nothing"], ["--scene", str(broken)]):
-        result = _verify(line[1])
-        assert result.returncode == 2
-        assert len(result.stderr.splitlines()) == 1
-
-
-def test_groups_of_another_scene_are_told_and_reported(tmp_path: Path) -> None:
-    path = tmp_path / "report.md"
-    result = _verify("slope", "--only", "cells", "--out", str(path))
-    assert result.returncode == 0, result.stderr
-    assert result.stdout.split()[:2] == ["group", "about"]
-    report = path.read_text(encoding="utf-8")
-    assert "on the scene slope" in report
-    assert "`cells.apart`" in report
+    result = _verify(str(broken))
+    assert result.returncode == 2
+    assert len(result.stderr.splitlines()) == 1
+    with pytest.raises(InvalidInput, match=r"nothing.*capsule, slope"):
+        _theory("nothing")
