@@ -172,7 +172,7 @@ def test_statuses_are_told_in_words() -> None:
 
 @sampled
 @pytest.mark.parametrize(
-    ("name", "width"), some([(name, width) for name in OTHERS for width in (COLUMN, PAGE)], 3)
+    ("name", "width"), some([(name, width) for name in OTHERS for width in (COLUMN, PAGE)], 2)
 )
 def test_so_it_is_for_results_of_ones_own(name: str, width: float, branch) -> None:
     assert looked_at(OTHERS[name](branch, width)) == []

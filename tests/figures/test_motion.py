@@ -182,6 +182,6 @@ def test_colours_that_do_not_exist_are_refused(settled) -> None:
 
 def test_a_picture_is_the_one_of_before_unless_the_motion_differs(settled, tmp_path: Path) -> None:
     baseline = Path(__file__).parent / "baselines" / "motion.png"
-    for alpha, same in ((1.2, True), (1.3, False)):
-        drawn = plot_motion(settled(alpha, periods=64))
+    for alpha, colours, same in ((1.2, "safe", True), (1.2, "paper", False), (1.3, "safe", False)):
+        drawn = plot_motion(settled(alpha, periods=64), colours=colours)
         assert as_before(drawn, baseline, tmp_path) == same

@@ -23,8 +23,9 @@ from tests.figures.test_command import run_here
 
 def test_a_picture_tells_its_parameters(tmp_path: Path, settled) -> None:
     run = settled(1.2)
+    drawn = plot_motion(run)
     for ending in ("png", "svg", "pdf"):
-        save_figure(plot_motion(run), tmp_path / f"x.{ending}", dpi=50)
+        save_figure(drawn, tmp_path / f"x.{ending}", dpi=50)
     with Image.open(tmp_path / "x.png") as picture:
         assert picture.text["Title"] == "Displacements and phase portrait"
         assert picture.text["Software"].startswith("capsule-sym ")

@@ -130,8 +130,9 @@ def test_orbits_come_back_from_the_record(branch) -> None:
     assert begin.x_r[0] == pytest.approx(end.x_r[-1], abs=1e-12)
 
 
-def test_a_branch_begins_at_the_end_where_a_run_from_rest_becomes_periodic(tmp_path: Path) -> None:
-    store = Store(count_items, tmp_path)
+def test_a_branch_begins_where_a_run_from_rest_becomes_periodic(counting, monkeypatch) -> None:
+    store = counting
+    monkeypatch.setattr(kept, "_BRANCH_POINTS", 10)
     # Without damping a small excitation leaves a free oscillation for ever, without contact, that
     # repeats with the forcing after 77 periods; a large one does not.
     system = Parameters(zeta=0, omega=0.77)
