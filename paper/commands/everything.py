@@ -80,7 +80,8 @@ def _end(process: subprocess.Popen[str]) -> str:
 
 def _merged(printed: Iterable[str]) -> dict[str, Any]:
     """One record of several, the items of the first one first, each once."""
-    first, *others = map(json.loads, printed)
+    records: list[dict[str, Any]] = [json.loads(text) for text in printed]
+    first, *others = records
     for other in others:
         known = {item["id"] for item in first["items"]}
         first["items"] += [item for item in other["items"] if item["id"] not in known]

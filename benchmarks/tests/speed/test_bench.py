@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 from importlib.util import find_spec
-from shutil import copytree
 
 import pytest
 from click.testing import CliRunner
@@ -22,7 +21,6 @@ from benchmarks.speed.study import Study
 from benchmarks.speed.tools import ONE_ROW, OURS
 from capsule_sym._cli import main
 from capsule_sym._native import core
-from paper.figures import catalogue
 from tests.examples import ROOT
 
 PARTS = ("trajectory", "tangencies", "sweep")
@@ -274,22 +272,3 @@ def test_a_quick_study_makes_one_run_of_a_slow_tool(monkeypatch) -> None:
     assert {n for tool, n, _ in runs if not tool.slow} <= {2, 3, 28}
     # Calls that take long are not repeated.
     assert {long for *_, long in runs} == {0.1}
-
-
-@pytest.mark.long
-def test_the_figure_draws_what_a_quick_study_leaves(done, inside, tmp_path) -> None:
-    results = tmp_path / "results"
-    copytree(done[0] / "results", results)
-    process = inside("figure", "work-precision", "--out", "x.svg", cwd=tmp_path)
-    assert (process.returncode, process.stderr) == (0, "wrote x.svg\n")
-
-
-def test_a_whole_study_goes_before_a_part_of_one(tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    folder = tmp_path / "results" / "bench"
-    folder.mkdir(parents=True)
-    assert catalogue.measured().name == "bench.json"
-    (folder / "part.json").write_text("{}")
-    assert catalogue.measured().name == "part.json"
-    (folder / "bench.json").write_text("{}")
-    assert catalogue.measured().name == "bench.json"
