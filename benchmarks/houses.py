@@ -16,6 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 HOUSES = ("paper", "benchmarks")
 TOOL = "capsule_sym"
+_EXPORTED = "imported to be exported"  # comment of a module that is an interface
 
 
 def imported(text: str) -> Iterator[str]:
@@ -60,13 +61,35 @@ def private_modules() -> dict[str, list[str]]:
     return dict(sorted(found.items()))
 
 
+def unused_exports() -> list[str]:
+    """Names that a listed module takes from others for the houses, and that no house imports."""
+    taken: dict[str, set[str]] = {}
+    for path in (path for house in HOUSES for path in (ROOT / house).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                home = (node.module or "").rpartition(".")[2]
+                taken.setdefault(home, set()).update(one.name for one in node.names)
+            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+                taken.setdefault(node.value.id, set()).add(node.attr)
+    found = []
+    for path in sorted((ROOT / TOOL).glob("*/*.py")):
+        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        text = path.read_text(encoding="utf-8")
+        if _EXPORTED in text:
+            nodes = (node for node in ast.parse(text).body if isinstance(node, ast.ImportFrom))
+            names = {one.asname or one.name for node in nodes for one in node.names}
+            found += [f"{module}.{name}" for name in sorted(names - taken.get(path.stem, set()))]
+    return found
+
+
 def faults() -> list[str]:
-    """A line for each module that is not listed, and for each entry that nobody imports."""
+    """A line for each module that is not listed, and for each entry or name without a user."""
     listed = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
     used = private_modules()
     return [
         *(f"{module} is not listed: {', '.join(used[module])}" for module in used.keys() - listed),
         *(f"{module} is listed, and nobody imports it" for module in listed.keys() - used),
+        *(f"{name} is exported, and nobody imports it" for name in unused_exports()),
     ]
 
 

@@ -99,3 +99,17 @@ def test_what_is_not_listed_and_what_nobody_imports_are_faults(
     found = sorted(houses.faults())
     assert found[0] == "capsule_sym._cli is listed, and nobody imports it"
     assert "capsule_sym._new is not listed: paper/a.py" in found
+
+
+def test_an_exported_name_without_a_user_is_a_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(houses, "ROOT", tmp_path)
+    for name, text in {
+        "capsule_sym/_map/face.py": "# imported to be exported\nfrom x import a, b, c as d\n",
+        "paper/one.py": "from capsule_sym._map.face import a\nfrom capsule_sym._map import face\n",
+        "benchmarks/two.py": "face.b()\n",
+    }.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    assert houses.unused_exports() == ["capsule_sym._map.face.d"]
