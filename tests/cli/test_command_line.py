@@ -15,78 +15,10 @@ import pytest
 import capsule_sym
 from capsule_sym._cli import group
 
-PHYSICAL = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
-FILES = {
-    "not.toml": "alpha = = 1\n",
-    "binary.toml": "\udcff",
-    "nested.toml": "[parameters]\nalpha = 1\n",
-    "mixed.toml": f"{PHYSICAL}alpha = 1\n",
-    "partial.toml": "M_m = 1\n",
-    "unknown.toml": "alhpa = 1\n",
-    "text.toml": 'alpha = "0.7"\n',
-    "physical.toml": PHYSICAL,
-}
 
-
-@pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    directory = tmp_path_factory.mktemp("files")
-    for name, text in FILES.items():
-        (directory / name).write_text(text, encoding="utf-8", errors="surrogateescape")
-    return directory
-
-
-@pytest.mark.parametrize(
-    ("arguments", "parts"),
-    [
-        ("run --json --zeta -0.1", ["zeta = -0.1: must be finite and >= 0"]),
-        ("run --omega 0", ["omega = 0.0: must be finite and > 0"]),
-        ("run --alpha nan", ["alpha = nan: must be finite and >= 0"]),
-        ("run --f-b 0", ["f_b = 0.0: must be finite and > 0"]),
-        ("run --gamma 1e400", ["gamma = inf: must be finite and > 0"]),
-        ("run --json --alpha x", ["--alpha", "'x'", "float"]),
-        ("run --periods 0", ["periods = 0: must be a whole number"]),
-        ("run --periods 1.5", ["--periods", "'1.5'", "integer"]),
-        ("run --phase -1", ["phase = -1.0: must be", "[0, 2 pi/omega)"]),
-        ("run --phase 7.9", ["phase = 7.9: must be", "[0, 2 pi/omega)"]),
-        ("run --phase nan", ["phase = nan: must be"]),
-        ("run --state 0 inf 0", ["state = (0.0, inf, 0.0): must be three numbers"]),
-        ("run --state 0 0", ["--state", "3 arguments"]),
-        ("run --backend abacus", ["--backend", "'abacus'", "'c', 'numpy', 'mpmath'"]),
-        ("run --alhpa 1", ["--alhpa"]),
-        ("run stray", ["stray"]),
-        ("run --params missing.toml", ["--params = 'missing.toml'", "readable", "No such file"]),
-        ("run --params .", ["--params = '.'", "readable"]),
-        ("run --params not.toml", ["--params = 'not.toml'", "a TOML file"]),
-        ("run --params binary.toml", ["--params = 'binary.toml'", "a TOML file"]),
-        ("run --params nested.toml", ["parameter = 'parameters'", "one of alpha"]),
-        ("run --params mixed.toml", ["alpha = 1", "absent"]),
-        (
-            "run --params partial.toml",
-            [
-                "--params = 'partial.toml'",
-                "with M_c, k1, k2, c, G, P_d, Omega, mu too",
-            ],
-        ),
-        ("run --params unknown.toml", ["parameter = 'alhpa'", "one of alpha"]),
-        ("run --params text.toml", ["alpha = '0.7'", "a real number"]),
-        ("run --params physical.toml --beta 2", ["beta = 2.0", "absent", "physical.toml"]),
-        ("jog", ["jog"]),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(inside, files, arguments, parts) -> None:
-    done = inside(*arguments.split(), cwd=files)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr.startswith("error: ")
-    assert done.stderr.count("\n") == 1
-    for part in parts:
-        assert part in done.stderr
-
-
-@pytest.mark.parametrize("arguments", ["run --omega 0", "run --alhpa 1", "run --params ."])
-def test_bad_input_ends_a_process_without_a_traceback(command, files, arguments) -> None:
-    done = command(*arguments.split(), cwd=files)
+@pytest.mark.parametrize("arguments", ["run --omega 0", "run --params ."])
+def test_bad_input_ends_a_process_without_a_traceback(command, tmp_path, arguments) -> None:
+    done = command(*arguments.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert done.stderr.startswith("error: ")
 
@@ -162,8 +94,11 @@ def test_help_and_version_succeed(command, inside) -> None:
     assert (alone.returncode, alone.stdout, alone.stderr) == (0, overview.stdout, "")
 
 
+IMPORTED = ["capsule_sym._cli", "click", "capsule_sym._map", "numpy.random"]
+
+
 @pytest.mark.parametrize(
-    "name", ["capsule_sym._cli", "click", "numpy", "capsule_sym._map", "numpy.random"]
+    "name", ["numpy", *(pytest.param(name, marks=pytest.mark.long) for name in IMPORTED)]
 )
 def test_an_interrupt_while_python_imports_is_one_line(name: str) -> None:
     code = (

@@ -80,7 +80,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("name", scenes.SHIPPED)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name == "prototype" else [pytest.mark.long])
+        for name in scenes.SHIPPED
+    ],
+)
 @pytest.mark.parametrize(
     ("device", "commands"),
     [

@@ -57,6 +57,7 @@ def test_the_page_of_the_command_line_names_every_status() -> None:
     assert fuzz.ENDS | {fuzz.NOT_PROVED, fuzz.INTERRUPTED} < named
 
 
+@pytest.mark.long
 def test_every_option_of_every_command_is_tried() -> None:
     assert set(commands()) == {*group.commands, *developers.commands}
     assert all(command.params for command in commands().values())
@@ -72,6 +73,7 @@ def test_twenty_command_lines(folder: Path, line: list[str]) -> None:
     check(folder, line)
 
 
+@pytest.mark.long
 def test_another_declaration_is_refused_after_the_theory_of_the_paper(folder: Path) -> None:
     check(folder, ["verify", "--only", "erratum"])
     check(folder, ["verify", "--scene", "sweep.toml"])
@@ -90,9 +92,14 @@ def test_thousands_of_command_lines(folder: Path, part: int, line: list[str]) ->
     [
         (["run", "--gamma", "5e-324", "--periods", "1"], None),
         (["sweep", "not.toml", "--out", "new"], 2),
-        (["sweep", "sweep.toml", "--out", "sweep.toml/below"], 2),
-        (["basin", "--out", "new", "--x-r", "0", "nan", "3"], 2),
-        (["figure", "fig2", "--out", "folder/.svg"], 2),
+        *(
+            pytest.param(line.split(), 2, marks=pytest.mark.long)
+            for line in (
+                "sweep sweep.toml --out sweep.toml/below",
+                "basin --out new --x-r 0 nan 3",
+                "figure fig2 --out folder/.svg",
+            )
+        ),
     ],
 )
 def test_a_process_ends_the_same_way(folder: Path, line: list[str], status: int | None) -> None:

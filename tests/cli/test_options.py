@@ -19,7 +19,84 @@ from paper.proofs import subdivision as regions
 Command = Callable[..., subprocess.CompletedProcess[str]]
 DEVICE = PhysicalParameters(M_m=1, M_c=3, k1=1, k2=1, c=0, G=0, P_d=1, Omega=1, mu=0.1)
 
+PHYSICAL = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
+FILES = {
+    "not.toml": "alpha = = 1\n",
+    "binary.toml": "\udcff",
+    "nested.toml": "[parameters]\nalpha = 1\n",
+    "mixed.toml": f"{PHYSICAL}alpha = 1\n",
+    "partial.toml": "M_m = 1\n",
+    "unknown.toml": "alhpa = 1\n",
+    "text.toml": 'alpha = "0.7"\n',
+    "physical.toml": PHYSICAL,
+}
+
+
 REFUSED = [
+    # values, and what reads them
+    ("run --json --zeta -0.1", "zeta = -0.1: must be finite and >= 0"),
+    ("run --omega 0", "omega = 0.0: must be finite and > 0"),
+    ("run --alpha nan", "alpha = nan: must be finite and >= 0"),
+    ("run --f-b 0", "f_b = 0.0: must be finite and > 0"),
+    ("run --gamma 1e400", "gamma = inf: must be finite and > 0"),
+    ("run --json --alpha x", "--alpha ... 'x' ... float"),
+    ("run --periods 0", "periods = 0: must be a whole number"),
+    ("run --periods 1.5", "--periods ... '1.5' ... integer"),
+    ("run --phase -1", "phase = -1.0: must be ... [0, 2 pi/omega)"),
+    ("run --phase 7.9", "phase = 7.9: must be ... [0, 2 pi/omega)"),
+    ("run --phase nan", "phase = nan: must be"),
+    ("run --state 0 inf 0", "state = (0.0, inf, 0.0): must be three numbers"),
+    ("run --state 0 0", "--state ... 3 arguments"),
+    ("run --backend abacus", "--backend ... 'abacus' ... 'c', 'numpy', 'mpmath'"),
+    ("run --alhpa 1", "--alhpa"),
+    ("run stray", "stray"),
+    ("run --params missing.toml", "--params = 'missing.toml' ... readable ... No such file"),
+    ("run --params .", "--params = '.' ... readable"),
+    ("run --params not.toml", "--params = 'not.toml' ... a TOML file"),
+    ("run --params binary.toml", "--params = 'binary.toml' ... a TOML file"),
+    ("run --params nested.toml", "parameter = 'parameters' ... one of alpha"),
+    ("run --params mixed.toml", "alpha = 1 ... absent"),
+    (
+        "run --params partial.toml",
+        "--params = 'partial.toml' ... with M_c, k1, k2, c, G, P_d, Omega, mu too",
+    ),
+    ("run --params unknown.toml", "parameter = 'alhpa' ... one of alpha"),
+    ("run --params text.toml", "alpha = '0.7' ... a real number"),
+    ("run --params physical.toml --beta 2", "beta = 2.0 ... absent ... physical.toml"),
+    ("jog", "jog"),
+    ("branch --along speed=0:1", "parameter = 'speed': must be one of"),
+    ("branch --alpha 0.5:0.5", "to = 0.5: must be other than 0.5"),
+    ("branch --gamma 3:0", "gamma = 0.0: must be"),
+    (
+        "curve --alpha 0.9:1 --gamma 3:4 --bifurcation fold",
+        "bifurcation = 'fold': must be type or label of a bifurcation on the branch over alpha "
+        "from 0.9 to 1 at gamma = 3.3, which has ['adding-sliding']",
+    ),
+    (
+        "curve --points 4 --alpha 1:2 --gamma 2:3 --at 4 --bifurcation all",
+        "gamma = 4.0: must be in its range 2:3",
+    ),
+    (
+        "curve --points 4 --alpha 2:1 --gamma 2:3 --bifurcation all",
+        "alpha = (2.0, 1.0): must be an ascending range",
+    ),
+    (
+        "curve --points 4 --alpha 0.96:1 --gamma 2:3 --bifurcation all",
+        "on the branch over alpha from 0.96 to 1 at gamma = 2.5, which has none",
+    ),
+    (
+        "curve --alpha 1:2 --gamma 3 --bifurcation all",
+        "give two ranges, such as --alpha 1.5:2 --gamma 3:3.3",
+    ),
+    ("branch --alpha 1:2 --gamma 2:3", "gamma = '2:3': must be the only parameter"),
+    ("branch --alpha 1:inf", "alpha = inf: must be finite"),
+    ("branch --out taken/new", "not a writable directory"),
+    ("branch --alpha 1:", "'1:' is not LOW:HIGH, such as 0.1:2"),
+    ("basin --x-r 0:1 --out new", "'0:1' is not LOW:HIGH:COUNT, such as 0.1:2:20"),
+    ("branch --along s=1:2", "parameter = 's': must be one of"),
+    ("branch --omega 1:2 --with alpha=1-omega", "alpha = -"),
+    ("branch --omega 1:2 --with alpha", "NAME=FORMULA"),
+    ("run --max-seconds 0", "'--max-seconds': 0.0 is not in the range x>0"),
     # an option that does nothing without another, or beside it
     ("enclose --region a --thresholds", "--region and --thresholds exclude each other"),
     ("enclose --from-rest a --out a.json", "--from-rest and --out exclude each other"),
@@ -35,14 +112,8 @@ REFUSED = [
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
     ("sweep --alpha 0.1:2:3 --out s --any-core", "--any-core needs --resume, which is missing"),
-    (
-        "figure curves.json --of v_c --out a.svg",
-        "--of is for branches, which curves.json is not",
-    ),
-    (
-        "sweep --alpha 1:2:3 --gamma 3:4:3 --out s --refine 2 --compute final",
-        "--compute and --re",
-    ),
+    ("figure curves.json --of v_c --out a.svg", "--of is for branches, which curves.json is not"),
+    ("sweep --alpha 1:2:3 --gamma 3:4:3 --out s --refine 2 --compute final", "--compute and --re"),
     ("branch --along alpha=1:2 --alpha 0.7", "--alpha and --along exclude each other"),
     ("branch --along s=1:2 --alpha 1:2", "--alpha and --along exclude each other"),
     ("branch --alpha 1:2 --to 3", "--to needs --restart, which is missing"),
@@ -91,6 +162,8 @@ def test_a_wrong_line_is_refused_in_one_line(
     line: str, told: str, inside: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     part = "M_m = 1\nM_c = 3\nk1 = 1\nk2 = 1\n"
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogateescape")
     (tmp_path / "taken").write_text("a file")
     (tmp_path / "none.toml").write_text("axes.alpha = []")
     (tmp_path / "curves.json").write_text('{"curves": [{}]}')
@@ -103,7 +176,8 @@ def test_a_wrong_line_is_refused_in_one_line(
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
-    assert told in done.stderr
+    for part in told.split(" ... "):
+        assert part in done.stderr
 
 
 @pytest.mark.parametrize(

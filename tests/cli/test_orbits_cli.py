@@ -187,69 +187,6 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
             assert end["message"].endswith(f"itinerary {' '.join(point['itinerary'])}")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        (("orbit", "--alpha", "-1"), "alpha = -1.0: must be finite and >= 0"),
-        (("orbit", "--alpha", "x"), "is not a valid float"),
-        (
-            ("branch", "--along", "speed=0:1"),
-            "parameter = 'speed': must be one of",
-        ),
-        (
-            ("branch", "--alpha", "0.5:0.5"),
-            "to = 0.5: must be other than 0.5",
-        ),
-        (("branch", "--gamma", "3:0"), "gamma = 0.0: must be"),
-        (
-            ("branch", "--alpha", "0.5"),
-            "give a range of a parameter, such as --alpha 0.1:2",
-        ),
-        (
-            (*("curve", "--alpha", "0.9:1", "--gamma", "3:4", "--bifurcation", "fold"),),
-            "bifurcation = 'fold': must be type or label of a bifurcation on the branch over "
-            "alpha from 0.9 to 1 at gamma = 3.3, which has ['adding-sliding']",
-        ),
-        (
-            (
-                *(*CURVE, "--alpha", "1:2", "--gamma", "2:3"),
-                *("--at", "4", "--bifurcation", "all"),
-            ),
-            "gamma = 4.0: must be in its range 2:3",
-        ),
-        (
-            (*CURVE, "--alpha", "2:1", "--gamma", "2:3", "--bifurcation", "all"),
-            "alpha = (2.0, 1.0): must be an ascending range",
-        ),
-        (
-            (*CURVE, "--alpha", "0.96:1", "--gamma", "2:3", "--bifurcation", "all"),
-            "on the branch over alpha from 0.96 to 1 at gamma = 2.5, which has none",
-        ),
-        (
-            ("curve", "--alpha", "1:2", "--gamma", "3", "--bifurcation", "all"),
-            "give two ranges, such as --alpha 1.5:2 --gamma 3:3.3",
-        ),
-        (
-            ("branch", "--alpha", "1:2", "--gamma", "2:3"),
-            "gamma = '2:3': must be the only parameter",
-        ),
-        (("branch", "--alpha", "1:inf"), "alpha = inf: must be finite"),
-        # Before anything is computed, or missed.
-        (("branch", "--out", f"{__file__}/new"), "not a writable directory"),
-        (("branch", "--alpha", "1:"), "'1:' is not LOW:HIGH, such as 0.1:2"),
-        (
-            ("basin", "--x-r", "0:1", "--out", "new"),
-            "'0:1' is not LOW:HIGH:COUNT, such as 0.1:2:20",
-        ),
-    ],
-)
-def test_bad_input_exits_with_2(capsys, arguments: tuple[str, ...], complaint: str) -> None:
-    status, out, err = call(capsys, *arguments)
-    assert (status, out) == (2, "")
-    assert complaint in err
-    assert err.count("\n") == 1
-
-
 def test_no_orbit_as_json_has_the_reason(capsys) -> None:
     # Undamped and without contact the response keeps its beat for ever.
     arguments = ("--alpha", "0.3", "--delta", "5", "--zeta", "0", "--f-b", "10", "--json")
@@ -267,10 +204,7 @@ def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
 
     nothing = NoOrbit(capsule_sym.OrbitStatus.NOT_PERIODIC, "it wanders", None, (), 0.0)
     monkeypatch.setattr(capsule_sym, "solve_orbit", lambda *arguments, **_: nothing)
-    for arguments in (
-        ("orbit",),
-        ("branch", "--alpha", "0.5:1"),
-    ):
+    for arguments in (("orbit",), ("branch", "--alpha", "0.5:1")):
         status, out, err = call(capsys, *arguments)
         assert (status, out) == (3, "")
         assert err == "no orbit (not-periodic): it wanders\n"
@@ -293,23 +227,7 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
     assert period_numbers == [1, 2]
     for line, words in (
         (("--restart", file, "PD2", "--to", "1"), "label = 'PD2': must be one of PD1, EP1, EP2"),
-        (
-            ("--restart", file, "PD1", "--to", "1", "--along", "s=1:2"),
-            "--restart exclude each other",
-        ),
-        (
-            ("--restart", file, "PD1", "--to", "1", "--zeta", "2"),
-            "--restart exclude each other",
-        ),
-        (("--restart", file, "PD1"), "--restart needs --to VALUE"),
         (("--restart", file, "PD1", "--to", "zeta="), "'' is not a valid float"),
-        (("--to", "1"), "--to needs --restart, which is missing"),
-        (
-            ("--omega", "1:2", "--with", "alpha=1-omega"),
-            "alpha = -",
-        ),
-        (("--omega", "1:2", "--with", "alpha"), "NAME=FORMULA"),
-        (("--along", "s=1:2"), "parameter = 's': must be one of"),
     ):
         status, out, err = call(capsys, "branch", *line)
         assert (status, out) == (2, "")
@@ -414,18 +332,6 @@ def test_a_curve_of_a_device_is_that_of_its_parameters(capsys, device: str) -> N
         assert point["si"]["P_d [N]"] == pytest.approx(point["alpha"] * FORCE, rel=1e-13)
         assert point["si"]["Omega [rad/s]"] == pytest.approx(point["omega"] * RATE, rel=1e-13)
         assert 3 * (1 - 1e-9) <= point["si"]["P_d [N]"] <= 4 * (1 + 1e-9)
-
-
-def test_a_range_of_a_device_needs_one(capsys) -> None:
-    for command in ("branch", "curve", "sweep"):
-        count = ":3" if command == "sweep" else ""
-        line = [command, "--P-d", f"3:4{count}", "--Omega", f"7.9:8.1{count}"]
-        line += ["--bifurcation", "all"] if command == "curve" else []
-        line += ["--out", "none"] if command == "sweep" else []
-        if command == "branch":
-            line = line[:3]
-        status, _, err = call(capsys, *line)
-        assert (status, err.count("\n")) == (2, 1)
 
 
 def test_figures_in_si_units_are_those_of_the_motion(capsys, device: str) -> None:

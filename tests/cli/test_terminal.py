@@ -22,10 +22,7 @@ NO_PROGRESS |= {"optimise", "fit"}
 MIDDLE = {
     "verify": ([], "deriving"),
     "sweep": (["long.toml", "--out", "store"], r"\d of 810,000 cells"),
-    "basin": (
-        ["--x-r", "-1:1:900", "--v-r", "-1:1:900", "--out", "store"],
-        r"\d of 810,000 cells",
-    ),
+    "basin": (["--x-r", "-1:1:900", "--v-r", "-1:1:900", "--out", "store"], r"\d of 810,000 cells"),
     "attractors": (
         [
             *("--alpha", "1.88", "--omega", "0.32", "--delta", "0.03", "--zeta", "0.05"),
@@ -43,10 +40,7 @@ MIDDLE = {
         r"Switching pulses of \d+ of 1000",
     ),
     "orbit": (["--starts", "100000"], "Searching"),
-    "tolerances": (
-        ["--tolerance", "alpha=0.1", "--samples", "1048576"],
-        "Sampling: first sample",
-    ),
+    "tolerances": (["--tolerance", "alpha=0.1", "--samples", "1048576"], "Sampling: first sample"),
     "shock": (["--samples", "10000000"], "Knocking: knocks of"),
     "branch": (["--alpha", "0.1:2", "--points", "3000"], r"Following \d{2,} points, at"),
     "curve": (
@@ -121,6 +115,7 @@ def test_ctrl_c_in_the_middle_is_one_line(
     assert found.written.rstrip("\r\n").endswith(told[0])
 
 
+@pytest.mark.long
 def test_a_branch_that_ctrl_c_ends_is_kept_to_go_on_from(shown: Callable[..., Shown]) -> None:
     arguments, middle = MIDDLE["branch"]
     arguments = ["branch", *arguments, "--out", "kept"]
