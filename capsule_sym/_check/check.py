@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from itertools import groupby, pairwise
+from itertools import groupby, pairwise, zip_longest
 from typing import Any
 
 import numpy as np
@@ -293,7 +293,7 @@ def _differences(
     """Differences of matched lists, by the error of a segment and the tolerance if `known`."""
     found = list[Difference]()
     groups = [list(group) for _, group in groupby(pairs, key=lambda pair: None in pair)]
-    for group, after in zip(groups, [*groups[1:], None], strict=True):
+    for group, after in zip_longest(groups, groups[1:]):
         if None not in group[0]:
             continue
         then = after[0].true if after else None

@@ -10,11 +10,8 @@ import pytest
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
 from capsule_sym._commands.values import meant
-from capsule_sym._files import write_whole
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._orbits.continuation import search
-from paper.commands import enclose as enclosing
-from paper.proofs import subdivision as regions
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 DEVICE = PhysicalParameters(M_m=1, M_c=3, k1=1, k2=1, c=0, G=0, P_d=1, Omega=1, mu=0.1)
@@ -98,10 +95,6 @@ REFUSED = [
     ("branch --omega 1:2 --with alpha", "NAME=FORMULA"),
     ("run --max-seconds 0", "'--max-seconds': 0.0 is not in the range x>0"),
     # an option that does nothing without another, or beside it
-    ("enclose --region a --thresholds", "--region and --thresholds exclude each other"),
-    ("enclose --from-rest a --out a.json", "--from-rest and --out exclude each other"),
-    ("enclose --horseshoe --thresholds", "--horseshoe and --thresholds exclude each other"),
-    ("enclose --fastest a --thresholds", "--fastest and --thresholds exclude each other"),
     ("orbit --seed 3", "--seed needs --starts, which is missing"),
     ("orbit --starts 2 --seed -1", "-1 is not in the range x>=0"),
     ("orbit --along alpha=0:1", "--along needs --box, which is missing"),
@@ -133,13 +126,10 @@ REFUSED = [
     ("sweep --out s", "give a range, such as --alpha 0.1:2:41, or FILE.toml"),
     ("basin --out s", "give a range of starts, such as --x-r -1:1:40"),
     # times that are none
-    ("enclose --region a --max-seconds nan", "'--max-seconds': nan is not in the range x>0"),
-    ("enclose --from-rest a --max-seconds 0", "'--max-seconds': 0.0 is not in the range x>0"),
     ("run --max-seconds nan", "'--max-seconds': nan is not in the range x>0"),
     # files that cannot be written
     ("run --certify=", "'--certify': '' is no path"),
     ("figure motion --out=", "'--out': '' is no path"),
-    ("enclose --thresholds --out taken/below.json", "taken is not a writable directory"),
     ("figure energies --out taken/below.svg", "taken is not a writable directory"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
     (f"sweep --info {300 * 'a'}", "must be a directory that holds a sweep"),
@@ -170,7 +160,6 @@ def test_a_wrong_line_is_refused_in_one_line(
     (tmp_path / "part.toml").write_text(part)
     (tmp_path / "device.toml").write_text(f"[device]\n{part}[axes]\nalpha = [1.0]\n")
     # what would begin work
-    monkeypatch.setattr(enclosing, "spawning", None)
     monkeypatch.setattr(search, "_Search", None)
     done = inside(*line.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
@@ -233,36 +222,6 @@ def test_a_missing_extra_has_one_sentence_and_one_status(
     told = f"error: {absent.split()[0]} is missing: pip install 'capsule-sym[{extra}]'\n"
     assert (done.returncode, done.stdout, done.stderr) == (1, "", told)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("line", "home", "call", "file"),
-    [
-        ("enclose --region plane.jsonl", regions, "prove", "plane.jsonl"),
-        ("enclose --from-rest rest.jsonl", regions, "prove", "rest.jsonl"),
-        ("enclose --fastest drives.jsonl", regions, "prove", "drives.jsonl"),
-    ],
-)
-def test_an_interrupt_says_that_the_file_goes_on(
-    line: str,
-    home: object,
-    call: str,
-    file: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def cut(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(home, call, cut)
-    monkeypatch.chdir(tmp_path)
-    assert _status(line.split()) == 130
-    assert capsys.readouterr() == ("", "error: interrupted\n")  # nothing is written yet
-    write_whole(file, "begun")
-    assert _status(line.split()) == 130
-    kept = f"finished work is kept in {Path(file)}; repeat the command to continue"
-    assert capsys.readouterr() == ("", f"error: interrupted: {kept}\n")
 
 
 def test_an_interrupt_while_an_error_is_told_is_one_line(

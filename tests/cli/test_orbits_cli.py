@@ -271,7 +271,7 @@ def test_a_search_from_a_box_says_what_was_searched(capsys) -> None:
     assert [one["stable"] for one in found["orbits"]] == [count > 0 for count in found["settled"]]
     assert (found["open"], found["isolas"]) == (0, [])
     assert "12 x 12 x 1 starts" in found["searched"]
-    status, _, error = call(capsys, "orbit", "--along", "alpha", "1", "2")
+    status, _, error = call(capsys, "orbit", "--along", "alpha=1:2")
     assert status == 2
     assert "--box" in error
 
