@@ -23,6 +23,7 @@ from tests.figures import SAFE
 from tests.figures.conftest import untracked
 
 FEW = ("margins",)
+RESULTS = Path(__file__).parent / "results.json"
 
 
 class Reader(HTMLParser):
@@ -92,64 +93,7 @@ def few(monkeypatch: pytest.MonkeyPatch, here: Path) -> Path:
 
 def results(directory: Path) -> None:
     """Files as the other commands leave them, each with a little in it."""
-    motion = {"word": ["F5", "F2"], "global_map": "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F5,Σ5}"}
-    case = {
-        "panel": "b",
-        "parameters": {"alpha": 0.3, "gamma": 3.3},
-        "at_printed_threshold": True,
-        "agrees": False,
-        "printed_global_map": "Id_{Σ2,F2,Σ2}",
-        "progression": 0.125,
-        **motion,
-    }
-    unsettled = case | {"panel": "c", "global_map": None, "progression": None, "agrees": True}
-    erratum = {
-        "id": "erratum.x",
-        "equation": "Eq. (23)",
-        "statement": "a statement",
-        "status": "refuted",
-        "printed": "a <b> c_{r} on L2^(1)",
-        "derived": "another",
-        "proof": "by <it>",
-        "consequence": "none",
-        "witness": {"x_r": "1/2"},
-    }
-    right = erratum | {"id": "confirmed.x", "derived": "as printed", "status": "proved"}
-    hard = {
-        "name": "a graze",
-        "hard": "it is exact",
-        "events_found": 2,
-        "events_true": 2,
-        "error_ulp": 0.5,
-        "outcome": "graze",
-        "verdict": "ok",
-        "baselines": {"sampling": "1 missed", "solve_ivp": "all"},
-    }
-    row = {"tool": "ours", "setting": "double", "us_per_period": 0.7, "max_error": 1e-15}
-    row |= {"missed": 0, "invented": 0}
-    stuck = row | {"tool": "theirs", "us_per_period": 1234.5, "max_error": None}
-    adding = {
-        "gamma": 3.3,
-        "type": "adding-sliding",
-        "line": "L2^(2)",
-        "exact": 0.5,
-        "printed": 0.51,
-        "printed_place": 4,
-        "itinerary_before": ["F5", "F2"],
-        "itinerary_after": ["F5", "F4", "F5", "F2"],
-    }
-    fold = {"gamma": 3.0, "type": "fold", "line": None, "exact": 0.75, "printed": None}
-    fold |= {"printed_place": None, "itinerary_before": ["F2"], "itinerary_after": None}
-    exact = {"thresholds": [adding, fold], "conclusion": "What follows."}
-    for path, content in {
-        "paper/casestudy.json": {"cases": [case, unsettled], "bifurcations": exact},
-        "verify.json": {"items": [erratum, right]},
-        "hardcases.json": {
-            "cases": [hard],
-            "evaluations_per_segment": {"median": 6, "maximum": 14},
-        },
-        "bench/bench.json": {"trajectory": [row, stuck], "sweep": []},
-    }.items():
+    for path, content in json.loads(RESULTS.read_text(encoding="utf-8")).items():
         file = directory / "results" / path
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(content), encoding="utf-8")
