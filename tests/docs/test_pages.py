@@ -280,7 +280,8 @@ def test_examples_import_from_the_package_alone(page: Page) -> None:
 
 
 def test_names_in_prose_are_those_of_the_project() -> None:
-    sources = [ROOT / "capsule_sym", ROOT / "codegen", ROOT / "matlab", ROOT / "generated"]
+    folders = ("capsule_sym", "paper", "codegen", "matlab", "generated")
+    sources = [ROOT / folder for folder in folders]
     known = set(re.findall(r"\w+", (ROOT / "pyproject.toml").read_text(encoding="utf-8")))
     for path in (path for source in sources for path in source.rglob("*")):
         if path.suffix in {".py", ".pyi", ".pyx", ".c", ".h", ".m", ".toml", ".txt", ".in"}:
