@@ -212,6 +212,7 @@ def test_a_crossing_sliding_curve_has_a_degenerate_point_once() -> None:
     assert point.values == pytest.approx(DEGENERATE, abs=1e-12)
 
 
+@pytest.mark.long
 def test_two_folds_end_on_a_border_between_them() -> None:
     """Of a branch w = e b s + a s^2 with a of either sign on the two sides of a border s = 0.
 
@@ -253,6 +254,7 @@ def test_a_curve_in_the_stiffness_does_not_begin_where_events_come_in_pairs() ->
         continue_bifurcation(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))
 
 
+@pytest.mark.long
 def test_a_cusp_is_where_two_folds_of_a_branch_become_one() -> None:
     def folds(zeta: float) -> list[float]:
         start = settled(alpha=0.049, omega=1.1, delta=0.1, beta=10.0, gamma=3.0, zeta=zeta)
@@ -279,6 +281,7 @@ def test_a_cusp_is_where_two_folds_of_a_branch_become_one() -> None:
     assert apart[0] / apart[1] == pytest.approx(8, rel=0.05)
 
 
+@pytest.mark.long
 def test_a_period_doubling_curve_goes_on_where_a_slip_vanishes() -> None:
     branch = continue_orbit(settled(alpha=0.36, zeta=0.0478), "alpha", 0.39, points=4)
     (one,) = (b for b in branch.bifurcations if b.type == PERIOD_DOUBLING)
@@ -320,6 +323,7 @@ def test_a_resonance_is_where_a_second_multiplier_is_the_same(value: float, name
     assert tests[0] * tests[2] < 0
 
 
+@pytest.mark.long
 def test_a_curve_goes_on_where_the_mass_grazes_beside_the_segment_whose_inequality_fails() -> None:
     """Beyond that point, runs on both sides of the curve have the itineraries of both sides."""
     start = settled(

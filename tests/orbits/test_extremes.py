@@ -62,6 +62,7 @@ def progression_without_friction(delta: float, steps: int = 2000, periods: int =
     return float((curve.integrate(0, steps) / steps - middle) * math.tau / omega)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("size", "friction"), [(1.0, 1e-9), (1e6, 1e-6)])
 def test_a_motion_that_weak_friction_brakes_is_found(size: float, friction: float) -> None:
     """The run from rest comes nearer by a part of 10^-9 or 10^-6 in an excitation period."""
@@ -112,6 +113,7 @@ def test_a_branch_goes_on_far_away(parameter: str, to: float) -> None:
     assert branch.status is Ending.REACHED, branch.message
 
 
+@pytest.mark.long
 def test_steps_grow_with_the_period_of_slow_forcing() -> None:
     start = solve_orbit(Parameters())
     branch = continue_orbit(start, "omega", 0.01)

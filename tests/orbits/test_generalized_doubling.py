@@ -103,6 +103,7 @@ def test_folds_of_doubled_orbits_leave_there() -> None:
     assert found == pytest.approx([omega], abs=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("away", [1e-4, 2e-4, 3e-4, 4e-4])
 def test_their_folds_are_solved_where_rounding_moves_the_orbits(away: float) -> None:
     """Near the doubling a fold's equations are nearly dependent: steps end at some 1e-9."""

@@ -48,6 +48,7 @@ def test_period_doublings_leave_a_curve_of_adding_sliding_to_both_sides() -> Non
     assert curves_from(doubling, ranges, points=4, known=[border]) == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [SWITCHING, pytest.param(GRAZING_SLIDING, marks=pytest.mark.long)])
 def test_both_sliding_curves_leave_a_degenerate_point(kind: str) -> None:
     ranges = ((1.2, 1.8), (3.0, 4.4))

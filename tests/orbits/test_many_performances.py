@@ -148,6 +148,7 @@ def test_a_multiplier_is_exactly_zero_where_the_capsule_sticks_and_nowhere_else(
         assert abs(found.multipliers[0, 0]) < 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in MOTIONS]
 )
@@ -304,6 +305,7 @@ def test_a_watch_stops_one_orbit_of_many_panels() -> None:
     assert not found.closed.any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("asked", ["energies", "forces"])
 def test_an_orbit_that_would_take_days_stays_open(asked: str) -> None:
     p = Parameters(alpha=0.01, omega=1e-6, delta=1.0, zeta=1e4)

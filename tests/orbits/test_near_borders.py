@@ -36,6 +36,7 @@ def both_ways(parameter: str, ends: Sequence[float], **fixed: float) -> list[Bif
     return list(there)
 
 
+@pytest.mark.long
 def test_folds_nearer_to_a_border_than_a_first_point_beside_it() -> None:
     """(omega, alpha) where folds on both sides of a border meet it; see `test_curves`.
 
@@ -90,6 +91,7 @@ TOGETHER = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("side", [1, -1])
 @sampled
 @pytest.mark.parametrize("kinds", some(TOGETHER, 2))

@@ -102,6 +102,7 @@ def test_equilibrium_is_at_rest() -> None:
     assert not np.any(orbit.z[:4])
 
 
+@pytest.mark.long
 def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
     """Along a direction with a part in every parameter."""
     orbit = settled(alpha=0.7).refined()

@@ -103,6 +103,7 @@ def test_balance_holds_over_several_periods_of_excitation() -> None:
     assert abs(performance(found).imbalance) < 1e-14 * performance(found).work.value
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("zeta", [3.0, 100.0, 9e3])
 def test_strong_damping_takes_few_nodes(zeta: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its fast mode decays: the panels are short at a segment's start alone."""
@@ -117,6 +118,7 @@ def test_strong_damping_takes_few_nodes(zeta: float, monkeypatch: pytest.MonkeyP
     assert found.damper_loss.gradient["zeta"] == pytest.approx(slope, rel=1e-7)
 
 
+@pytest.mark.long
 def test_strong_damping_is_exact_in_50_digits() -> None:
     p = Parameters(alpha=0.001, zeta=3.0)
     found = performance(solve_itinerary(p, Itinerary.parse("2"), backend="mpmath"))
@@ -188,6 +190,7 @@ def test_figures_of_stick_are_those_of_the_oscillator(omega: float) -> None:
     assert found.peak_contact.value == found.progression.value == found.friction_loss.value == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "alpha", [0.3, *(pytest.param(a, marks=pytest.mark.long) for a in (0.7, 1.9))]
 )

@@ -74,6 +74,7 @@ def test_two_multipliers_of_the_map_are_minus_one_there() -> None:
     assert np.poly(matrix) == pytest.approx([1, 2, 1, 0], abs=1e-5)
 
 
+@pytest.mark.long
 def test_period_doublings_pass_the_resonance() -> None:
     """Their curve meets it where a second multiplier is -1, which are other equations."""
     ranges = ((0.16, 0.3), (2.2, 2.27))

@@ -104,7 +104,13 @@ def test_an_orbit_closes_and_its_multipliers_are_those_of_differences(
     assert np.sort_complex(orbit.multipliers) == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name == "reaction" else [pytest.mark.long])
+        for name in MOTIONS
+    ],
+)
 def test_gradients_are_differences_of_fifty_digits(name: str) -> None:
     orbit = settled(name)
     found, step = performance(orbit), 1e-12
@@ -210,6 +216,7 @@ KINKED = {"alpha": 0.62, "D": 0.5, "omega": 2.5, "delta_1": 1.9, "delta_2": 0.02
 KINKED |= {"beta_1": 2.3, "beta_2": 1.5, "gamma": 2.9, "s": -0.06, "f_plus": 1.0, "f_minus": 1.1}
 
 
+@pytest.mark.long
 def test_a_slip_about_an_edge_begins_where_the_pull_on_the_capsule_is_greatest_there() -> None:
     """The pull has a kink at an edge, and its extremum at rest may be that."""
     p = scenes.prototype.Parameters(**KINKED)
@@ -248,6 +255,7 @@ TOGETHER = [
 ]  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("values", "parameter", "to"), TOGETHER)
 def test_events_that_happen_together_are_crossed_as_one(
     values: dict[str, float], parameter: str, to: float
@@ -346,6 +354,7 @@ def broken() -> Branch:
     return continue_orbit(solve_orbit(p), "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10)
 
 
+@pytest.mark.long
 def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Integrator) -> None:
     (breaking,) = broken().bifurcations
     itself, one, other = continue_from(broken(), "SB1", 1.1, points=10)
@@ -497,6 +506,7 @@ def test_an_itinerary_has_two_edges_a_period() -> None:
 PEAKS = {"reaction": {}, "reaction_pulse": {"alpha": 1.8, "alpha_low": -0.1, "omega": 0.6}}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PEAKS)
 def test_peaks_of_a_drive_that_reacts_are_those_of_fifty_digits_and_of_samples(
     name: str, monkeypatch: pytest.MonkeyPatch

@@ -94,6 +94,7 @@ def steps(**settings: float) -> int:
     return len(branch.points)
 
 
+@pytest.mark.long
 def test_smaller_steps_make_more_points() -> None:
     """As many as the length of the branch over that of a step; twice as many if it is halved."""
     few, many, most = (steps(first_step=size, largest_step=size) for size in (0.02, 0.01, 0.005))

@@ -56,6 +56,7 @@ def differences(
     return np.array(columns).T
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("alpha", MOST_LONG)
 def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
     orbit = settled(alpha=alpha)

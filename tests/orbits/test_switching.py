@@ -60,6 +60,7 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
     ] == [1]
 
 
+@pytest.mark.long
 def test_a_doubled_branch_says_where_it_arrives() -> None:
     first = hysteretic()
     (one,) = period_doubling_cascade(first, 1, points=20)
