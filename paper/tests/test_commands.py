@@ -111,7 +111,7 @@ def test_everything_is_written_once(begun: list[str]) -> None:
     begun.clear()
     everything.write_everything()
     assert begun == []
-    # What is made of a file that is older than it is made anew, and what is made of that.
+    # A file older than its sources is made again, and so is what is made of it.
     Path("results/hardcases.json").unlink()
     everything.write_everything()
     assert begun == ["hardcases", "report"]

@@ -68,7 +68,7 @@ def _rows(results: Iterable[Result]) -> Iterator[str]:
 
 
 def _proofs(results: Iterable[Result]) -> Iterator[str]:
-    """Proofs in words and witnesses, of the statements that have one."""
+    """Texts of proofs and witnesses, of the statements that have one."""
     for result in results:
         if result.statement.proof:
             yield f"- `{result.statement.name}`: {text(result.statement.proof)}"
