@@ -262,12 +262,7 @@ def checked(scene: str, folder: Path, runs: int, motions: int, hard: int) -> Che
     scenes, judge = library(scene, place, "-O3"), integrator(place)
     log, key = place / "log.jsonl", _code(scenes.program)
     known, found = _log(log, key), {}
-    for kind, count in (
-        ("runs", runs),
-        ("cases", 1),
-        ("motions", motions),
-        ("hard", hard),
-    ):
+    for kind, count in (("runs", runs), ("cases", 1), ("motions", motions), ("hard", hard)):
         found[kind] = Tally()
         size = min(CHUNK[kind], count)
         for number in range(-(-count // size)) if count else ():

@@ -56,11 +56,7 @@ def nearest(orbits: list[Orbit], state: np.ndarray) -> int:
 
 @pytest.mark.parametrize(
     "parameters",
-    [
-        BISTABLE,
-        scenes.prototype.Parameters(),
-        scenes.reaction_pulse.Parameters(),
-    ],
+    [BISTABLE, scenes.prototype.Parameters(), scenes.reaction_pulse.Parameters()],
     ids=lambda p: p.scene.shown,
 )
 def test_starts_lead_where_single_runs_end(parameters):

@@ -157,10 +157,7 @@ def test_options_have_the_ranges_of_the_functions(call) -> None:
         "optimise": ("--maximise", "speed", "--over", "alpha=0.8:1", "--pareto", "work"),
         "fit": ("data.csv", "--unknown", "alpha"),
     }
-    for command, names in (
-        ("optimise", ("samples", "points")),
-        ("fit", ("starts",)),
-    ):
+    for command, names in (("optimise", ("samples", "points")), ("fit", ("starts",))):
         for name in names:
             found = next(one for key, one in COUNTS.items() if key.endswith(f" {name}"))
             status, out, err = call(command, *words[command], f"--{name}", str(found[2] + 1))

@@ -258,10 +258,7 @@ def test_a_survey_of_many_cells_has_rounds_of_fewer_before(samples: int) -> None
 
 def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None:
     found = optimise(
-        "speed",
-        {"alpha": (0.5, 0.9)},
-        subject_to=["peak_force <= 0.5", "speed <= 10"],
-        samples=2,
+        "speed", {"alpha": (0.5, 0.9)}, subject_to=["peak_force <= 0.5", "speed <= 10"], samples=2
     )
     assert not found.success
     assert found.status is OptimumStatus.INFEASIBLE
@@ -370,6 +367,19 @@ def test_distances_from_borders_change_as_differences_say() -> None:
         ({"tolerances": {"mu": 0.1}}, "tolerances"),
         ({"tolerances": {"beta": 1.5}}, "tolerance of beta"),
         ({"samples": 0}, "samples"),
+        ({"over": {"alpha": 1.0}}, "bounds of alpha"),
+        ({"over": ["alpha"]}, "over"),
+        ({"margin": "x"}, "margin"),
+        ({"tolerances": ["zeta"]}, "tolerances"),
+        ({"tolerances": {"zeta": "a"}}, "tolerance of zeta"),
+        ({"seed": -1}, "seed"),
+        ({"follow": 0}, "follow"),
+        ({"starts": ["abc"]}, "starts"),
+        ({"starts": None}, "starts"),
+        ({"base": {"alpha": 1}}, "base"),
+        ({"subject_to": 3}, "subject_to"),
+        ({"over": {"omega": (1e-9, 1)}}, "bounds of omega"),
+        ({"over": {"Omega": (1e-9, 10)}, "base": DEVICE}, "bounds of Omega"),
     ],
 )
 def test_what_is_not_allowed_is_refused_by_its_name(changed, field) -> None:
@@ -377,3 +387,4 @@ def test_what_is_not_allowed_is_refused_by_its_name(changed, field) -> None:
     with pytest.raises(InvalidInput) as caught:
         optimise(**given)
     assert caught.value.field == field
+    assert "\n" not in str(caught.value)

@@ -148,32 +148,6 @@ def test_multipliers_of_the_wrong_sign_make_no_minimum() -> None:
     assert found is None or not found.minimal or found.place.u[0] > 0
 
 
-@pytest.mark.parametrize(
-    ("changed", "field"),
-    [
-        ({"over": {"alpha": 1.0}}, "bounds of alpha"),
-        ({"over": ["alpha"]}, "over"),
-        ({"margin": "x"}, "margin"),
-        ({"tolerances": ["zeta"]}, "tolerances"),
-        ({"tolerances": {"zeta": "a"}}, "tolerance of zeta"),
-        ({"seed": -1}, "seed"),
-        ({"follow": 0}, "follow"),
-        ({"starts": ["abc"]}, "starts"),
-        ({"starts": None}, "starts"),
-        ({"base": {"alpha": 1}}, "base"),
-        ({"subject_to": 3}, "subject_to"),
-        ({"over": {"omega": (1e-9, 1)}}, "bounds of omega"),
-        ({"over": {"Omega": (1e-9, 10)}, "base": DEVICE}, "bounds of Omega"),
-    ],
-)
-def test_what_is_not_allowed_is_refused_by_its_name_at_once(changed, field) -> None:
-    given = {"metric": "speed", "over": BOUNDS, "samples": 4} | changed
-    with pytest.raises(InvalidInput) as caught:
-        optimise(**given)
-    assert caught.value.field == field
-    assert "\n" not in str(caught.value)
-
-
 def test_bounds_may_be_arrays() -> None:
     given = {"alpha": np.array([1, 2])}
     assert optimise("alpha - speed", given, samples=4).over["alpha"] == pytest.approx(2)

@@ -135,9 +135,7 @@ def test_runs_without_a_guess_of_their_start_begin_on_the_steady_motion() -> Non
     x_r, _, _, x_c = run(100.3 * p.period + times, position=True).T
     data = {"t": times, "x_r": 3.0 * x_r + 5.0, "x_c": 3.0 * x_c}
     one = Rig(
-        [RigRun("one", data, {"alpha": 0.83, "omega": p.omega})],
-        ("zeta", "scale"),
-        START_OF_EACH,
+        [RigRun("one", data, {"alpha": 0.83, "omega": p.omega})], ("zeta", "scale"), START_OF_EACH
     )
     found = fit_rig(one, p.replace(zeta=0.05))
     assert found.success

@@ -31,9 +31,7 @@ def run() -> Trajectory:
     return simulate(Parameters(), periods=400)
 
 
-def test_many_times_in_many_segments_take_one_call_a_field(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_many_times_in_many_segments_take_one_call_a_field(monkeypatch: pytest.MonkeyPatch) -> None:
     run = simulate(Parameters(), periods=20, backend="numpy")
     times = np.random.default_rng(1).uniform(0, 20 * run.parameters.period, (50, 40))
     one_by_one = np.array([run(t) for t in times[0]])

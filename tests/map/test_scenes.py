@@ -89,7 +89,7 @@ def test_a_switch_beside_an_edge_is_told_from_it(backend: str, later: float) -> 
     scene = scenes.prototype
     free = {"alpha": 0.0, "alpha_low": 0.0, "zeta": 0.0, "omega": 1.0, "s": 0.0}
     p = scene.Parameters(
-        **(scene.facts.DEFAULTS | free | {"delta_1": 0.5, "delta_2": 5.0, "beta_1": 0.0}),
+        **(scene.facts.DEFAULTS | free | {"delta_1": 0.5, "delta_2": 5.0, "beta_1": 0.0})
     ).replace(D=1 / 6 + later, f_plus=3.0, f_minus=3.0)
     run = simulate(p, (1.0, 0.0, 0.0), 0.0, 1, backend=backend)
     first, second = run.segments[:2]

@@ -114,8 +114,7 @@ def test_the_order_of_events_changes_at_the_meeting() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "multiplier"),
-    [(FOLD, 1), pytest.param(PERIOD_DOUBLING, -1, marks=pytest.mark.long)],
+    ("kind", "multiplier"), [(FOLD, 1), pytest.param(PERIOD_DOUBLING, -1, marks=pytest.mark.long)]
 )
 def test_smooth_bifurcations_have_curves_as_well(kind: str, multiplier: int) -> None:
     one = next(one for one in hysteretic().bifurcations if one.type == kind)

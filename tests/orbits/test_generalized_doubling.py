@@ -86,10 +86,7 @@ def test_folds_of_doubled_orbits_leave_there() -> None:
     """The end of their curve is the fold that the branch of doubled orbits has at that delta."""
     curve = folds_of_doubled_orbits(4e-4)
     assert (curve.type, curve.endings[0][0]) == (FOLD, Ending.REACHED)
-    assert curve.endings[1] == (
-        Ending.CODIMENSION_TWO,
-        "the point at which the curve starts",
-    )
+    assert curve.endings[1] == (Ending.CODIMENSION_TWO, "the point at which the curve starts")
     assert curve.codimension_two[0].values == doublings().codimension_two[0].values
     omega, delta = curve.points[0].values
     branch, one = doubling(delta)

@@ -48,10 +48,7 @@ def test_rotations_end_in_a_resonance() -> None:
     assert point.types == (NEIMARK_SACKER, RESONANCE_1_2)
     assert point.status == "converged"
     assert max(point.uncertainties) < 1e-12
-    assert sorted(ending for ending, _ in curve.endings) == [
-        Ending.CODIMENSION_TWO,
-        Ending.REACHED,
-    ]
+    assert sorted(ending for ending, _ in curve.endings) == [Ending.CODIMENSION_TWO, Ending.REACHED]
     for one in curve.points:
         first, second, _ = one.multipliers
         assert first == pytest.approx(second.conjugate(), abs=1e-12)

@@ -10,14 +10,7 @@ from typing import Any, NamedTuple
 
 from mpmath import mp, mpf
 
-from tests.judges.taylor_events import (
-    Undecided,
-    _clear,
-    _deflate,
-    _first_root,
-    _order,
-    _value,
-)
+from tests.judges.taylor_events import Undecided, _clear, _deflate, _first_root, _order, _value
 from tests.scenes import GENERAL, Form, Start
 
 _GUARD_DIGITS = 15

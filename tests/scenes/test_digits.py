@@ -9,18 +9,13 @@ import pytest
 from mpmath import mp, mpf
 
 from tests.sampling import many, sampled, some
-from tests.scenes import SCENES, Form, Integrator, Start, integrator, random_starts
+from tests.scenes import SCENES, Form, Integrator, Start, random_starts
 from tests.scenes.digits import Motion
 from tests.scenes.starts import hard_start
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
 FORMS = {**SCENES, "all terms": Form(stops=2, pulsed=True, reacts=True, biased=True)}
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
-    return integrator(tmp_path_factory.mktemp("integrator"))
 
 
 def compare(judge: Integrator, form: Form, starts: list[Start], periods: int, most: int) -> None:

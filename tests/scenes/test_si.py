@@ -10,7 +10,7 @@ from dataclasses import asdict
 import pytest
 
 from tests.sampling import many, sampled
-from tests.scenes import Form, Integrator, Start, integrator
+from tests.scenes import Form, Integrator, Start
 from tests.scenes.si import Device, State, run
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
@@ -83,11 +83,6 @@ def dimensionless(device: Device) -> tuple[dict[str, float], dict[str, float]]:
     one = {"delta": "delta_1", "beta": "beta_1"}
     values = {name: eval(RELATIONS[one.get(name, name)], {}, names) for name in device.form.names}
     return {unit: names[unit] for unit in UNITS}, values
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
-    return integrator(tmp_path_factory.mktemp("integrator"))
 
 
 def number(form: Form, level: int, contact: int, way: int) -> int:

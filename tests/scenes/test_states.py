@@ -10,7 +10,7 @@ import pytest
 
 from capsule_sym import Trajectory, scenes, simulate
 from capsule_sym._native import core_of
-from tests.scenes import SCENES, Form, Integrator, Run, Start, integrator, random_starts
+from tests.scenes import SCENES, Form, Integrator, Run, Start, random_starts
 
 pytestmark = [
     pytest.mark.long,
@@ -20,11 +20,6 @@ pytestmark = [
 PERIODS = 4
 WITHIN = 16
 """Units of a run's rounding errors; a time in a run is itself rounded to a few of its own."""
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
-    return integrator(tmp_path_factory.mktemp("integrator"))
 
 
 @pytest.fixture(scope="module", params=SCENES)
