@@ -71,11 +71,9 @@ def _papers() -> dict[str, Group]:
     }
 
 
-GROUPS: dict[str, Group] = _ANY_SCENE | (_papers() if PAPERS else {})
-"""Groups by name; a name of the appendices is the beginning of their statements' names."""
-
-_ORDER = "cells basis flow fields geometry inner graph table2 table3 appendix.A appendix.B grazing"
-_RANK = {name: rank for rank, name in enumerate(_ORDER.split())}
+_FIRST = {name: _ANY_SCENE[name] for name in ("cells", "basis", "flow")}
+GROUPS: dict[str, Group] = _FIRST | (_papers() if PAPERS else {}) | _ANY_SCENE
+"""Groups by name, about in the order of the paper."""
 
 
 def statements(only: str | None = None) -> dict[str, tuple[Statement, ...]]:
@@ -84,8 +82,7 @@ def statements(only: str | None = None) -> dict[str, tuple[Statement, ...]]:
     `only` is a group, a statement, or the beginning of names up to a point. Raises InvalidInput if
     it is none of these.
     """
-    ordered = sorted(GROUPS, key=lambda name: _RANK.get(name, len(_RANK)))
-    sections = {name: GROUPS[name].derive for name in ordered}
+    sections = {name: group.derive for name, group in GROUPS.items()}
     if only is not None:
         return named(only, sections, {name: group.families for name, group in GROUPS.items()})
     return {name: tuple(derive()) for name, derive in sections.items()}

@@ -127,9 +127,6 @@ def appendix_a() -> Iterator[Statement]:
             formula=rf"\forall x\in {line[0]}_{line[1]},\tau:\ {sp.latex(_one_way(bound))}>0"
             rf"\iff\alpha\le {sp.latex(bound.alpha_bound)}",
         )
-    for line, equation in lines.items():
-        bound = BY_LINE[line]
-        within = sp.Le(*bound.condition)
         yield Statement(
             f"appendix.A.{line}.solved",
             equation,
