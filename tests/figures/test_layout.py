@@ -28,18 +28,17 @@ from capsule_sym import (
     plot_tolerances,
 )
 from capsule_sym._figures import branches, sweeps
-from capsule_sym._figures.catalogue import FIGURES, Study
+from capsule_sym._figures.catalogue import FIGURES
 from capsule_sym._figures.curves import plot_curves
 from capsule_sym._figures.store import Store
 from capsule_sym._figures.style import CURVES
+from tests.figures import studies, study
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
 from tests.figures.test_parts import fitted, pulse, spread
 from tests.sampling import sampled, some
 
 COLUMN, PAGE = 3.35, 7.0
-# The others take more time to compute, or to draw.
-QUICK = {("margins", PAGE)}
 
 
 def looked_at(figure: Any) -> list[str]:
@@ -47,24 +46,9 @@ def looked_at(figure: Any) -> list[str]:
         return problems(figure)
 
 
-@pytest.mark.parametrize(
-    ("name", "width"),
-    [
-        pytest.param(name, width, marks=[] if (name, width) in QUICK else [pytest.mark.long])
-        for name in FIGURES
-        for width in (COLUMN, PAGE)
-    ],
-)
-def test_every_text_of_a_figure_can_be_read(name: str, width: float, store: Store) -> None:
-    assert looked_at(FIGURES[name].make(Study(store, Parameters(), width=width))) == []
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("width", [COLUMN, PAGE])
-@pytest.mark.parametrize("name", ["motion", "margins"])
-def test_so_it_is_for_another_system(name: str, width: float, store: Store) -> None:
-    other = Parameters(alpha=0.9, delta=1.3, zeta=0.2, beta=4.0, gamma=5.0, f_b=1.2)
-    assert looked_at(FIGURES[name].make(Study(store, other, width=width, chosen=True))) == []
+@pytest.mark.parametrize(("name", "width", "of"), studies(FIGURES, [("margins", PAGE)]))
+def test_every_text_of_a_figure_can_be_read(name, width, of, store: Store) -> None:
+    assert looked_at(FIGURES[name].make(study(store, width, of))) == []
 
 
 def swept() -> xr.Dataset:

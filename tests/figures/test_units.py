@@ -12,7 +12,6 @@ import pytest
 
 from capsule_sym import (
     InvalidInput,
-    PhysicalParameters,
     plot_basin,
     plot_bifurcations,
     plot_chart,
@@ -23,16 +22,11 @@ from capsule_sym import (
     plot_pareto,
     simulate,
 )
-from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.curves import plot_curves
-from capsule_sym._figures.store import Store
-from tests.figures.layout import problems
+from tests.figures import DEVICE
 from tests.figures.test_branches import SMALL
 from tests.figures.test_layout import crowd, swept
 
-DEVICE = PhysicalParameters(
-    M_m=0.02, M_c=0.05, k1=40.0, k2=60.0, c=0.05, G=0.0004, P_d=0.12, Omega=36.0, mu=0.2
-)
 FORCE = 0.2 * (0.02 + 0.05) * 9.81  # N
 LENGTH = FORCE / 40.0  # m
 RATE = math.sqrt(40.0 / 0.02)  # 1/s
@@ -144,14 +138,6 @@ def test_sweeps_of_a_device_are_in_si_units() -> None:
     assert basin.get_xlim() == pytest.approx((-0.25 / 23, 0.5 + 0.25 / 23))
     (chart,) = plot_chart(results.rename(alpha="P_d", gamma="Omega")).axes
     assert (chart.get_xlabel(), chart.get_ylabel()) == ("$P_d$ (N)", r"$\Omega$ (rad/s)")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("width", [3.35, 7.0])
-@pytest.mark.parametrize("name", FIGURES)
-def test_every_text_of_a_devices_figure_can_be_read(name: str, width: float, store: Store) -> None:
-    study = Study(store, DEVICE.dimensionless(), width=width, chosen=True, device=DEVICE)
-    assert problems(FIGURES[name].make(study)) == []
 
 
 def test_the_command_takes_the_device_of_its_file(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import simulate
 from capsule_sym._cli import _status
 from capsule_sym._figures.catalogue import Study
 from capsule_sym._figures.store import Store
@@ -22,10 +22,10 @@ from paper.figures.statespace import plot_fig2
 from paper.figures.switching import plot_switching
 from paper.study.events import CROSSINGS
 from paper.study.sections import SCHEMATIC, sections
+from tests.figures import DEVICE, studies, study
 from tests.figures.layout import problems
 from tests.figures.test_layout import COLUMN, PAGE, looked_at
 from tests.figures.test_parts import check_part
-from tests.figures.test_units import DEVICE
 from tests.sampling import sampled, some
 
 OWN = [name for name, entry in FIGURES.items() if not entry.general]
@@ -78,24 +78,9 @@ def test_a_key_in_a_sliver_of_a_page_is_wrapped(settled) -> None:
     assert plot_fig7([settled(0.7)], figure=left) is page
 
 
-@pytest.mark.parametrize(
-    ("name", "width"),
-    [
-        pytest.param(name, width, marks=[] if name == "fig1" else [pytest.mark.long])
-        for name in OWN
-        for width in (COLUMN, PAGE)
-    ],
-)
-def test_every_text_of_a_figure_can_be_read(name: str, width: float, store: Store) -> None:
-    assert looked_at(FIGURES[name].make(Study(store, Parameters(), width=width))) == []
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("width", [COLUMN, PAGE])
-@pytest.mark.parametrize("name", ["fig2", "fig3", "fig4", "fig5"])
-def test_so_it_is_for_another_system(name: str, width: float, store: Store) -> None:
-    other = Parameters(alpha=0.9, delta=1.3, zeta=0.2, beta=4.0, gamma=5.0, f_b=1.2)
-    assert looked_at(FIGURES[name].make(Study(store, other, width=width, chosen=True))) == []
+@pytest.mark.parametrize(("name", "width", "of"), studies(OWN, [("fig1", COLUMN), ("fig1", PAGE)]))
+def test_every_text_of_a_figure_can_be_read(name, width, of, store: Store) -> None:
+    assert looked_at(FIGURES[name].drawn(study(store, width, of))) == []
 
 
 def test_another_figure_of_a_device_says_that_it_is_dimensionless(store: Store) -> None:
@@ -107,14 +92,6 @@ def test_another_figure_of_a_device_says_that_it_is_dimensionless(store: Store) 
     assert problems(figure) == []
     plain = FIGURES["fig3"].drawn(Study(store, DEVICE.dimensionless(), chosen=True))
     assert len(plain.legends) == 1
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("width", [COLUMN, PAGE])
-@pytest.mark.parametrize("name", OWN)
-def test_every_text_of_a_devices_figure_can_be_read(name: str, width: float, store: Store) -> None:
-    study = Study(store, DEVICE.dimensionless(), width=width, chosen=True, device=DEVICE)
-    assert problems(FIGURES[name].drawn(study)) == []
 
 
 @pytest.mark.parametrize(
