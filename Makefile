@@ -85,7 +85,7 @@ wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try
 	$(BIN)/python .ci/wheel $(PYTHONS)
 
 # Octave with mkoctfile, and gnuplot to draw with: octave, octave-dev and gnuplot-nox in Debian.
-octave: $(READY)  ## run the functions for MATLAB in Octave, which has to be there
+octave: $(READY)  ## run the gateways for MATLAB in Octave, which has to be there
 	@command -v octave-cli > /dev/null && command -v mkoctfile > /dev/null || { echo 'octave-cli or mkoctfile is missing' >&2; exit 1; }
 	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -q -m "long or not long" tests/octave
 

@@ -15,43 +15,39 @@ from functools import cache, cached_property
 from importlib import import_module
 from os import PathLike
 from types import ModuleType, SimpleNamespace
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._units import Scales
 from capsule_sym.generated.capsule.parameters import DeviceFields, Fields, Relations
+
+if TYPE_CHECKING:
+    from capsule_sym._closed_forms import Kernels
 
 SHIPPED = ("capsule", "slope", "prototype", "reaction", "reaction_pulse")
 """Names of the scenes that ship; the first is the paper's."""
 _ALLOWED = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
 _MODULES = {
     "facts": "facts",
-    "fields": "fields",
     "formulas": "formulas",
-    "interface": "interface",
     "dataclasses": "parameters",
     "switching": "switching",
-    "kernels": "py.kernels",
-    "exact_kernels": "mp.kernels",
+    "code": "kernels",
 }
 
 
 class Scene:
     """Generated code of a scene: modules as attributes, imported on first use.
 
-    `facts` describes parameters, state and fields, `interface` records of the C core, `switching`
-    switching planes, `fields` linear fields in ball arithmetic; `kernels` and `exact_kernels` are
-    closed forms by NumPy and mpmath, `dataclasses` the base classes of parameters.
+    `facts` describes parameters, state and fields, `switching` switching planes; `formulas` and
+    `code` are those of a segment, `dataclasses` the base classes of parameters.
     """
 
     facts: ModuleType
-    fields: ModuleType
     formulas: ModuleType
-    interface: ModuleType
     dataclasses: ModuleType
     switching: ModuleType
-    kernels: ModuleType
-    exact_kernels: ModuleType
+    code: ModuleType
 
     def __init__(self, source: str, package: str) -> None:
         self.source, self.package = source, package
@@ -93,7 +89,25 @@ class Scene:
     @property
     def digest(self) -> str:
         """Digest of the inputs from which the code was generated."""
-        return str(import_module(f"{self.package}.py").DIGEST)
+        return str(import_module(self.package).DIGEST)
+
+    @cached_property
+    def kernels(self) -> Kernels:
+        """Closed forms of segments, by NumPy."""
+        return self.kernels_by(None)
+
+    def kernels_by(self, functions: Any) -> Kernels:
+        """Closed forms of segments, by mpmath's functions or others of their names."""
+        from capsule_sym._closed_forms import kernels_of  # loads NumPy
+
+        return kernels_of(self.code, self.facts.PULSED, functions)
+
+    @cached_property
+    def records(self) -> Any:
+        """Records of the C core."""
+        from capsule_sym.generated.interface import records  # loads NumPy
+
+        return records(self.facts)
 
     @cached_property
     def Parameters(self) -> type[SceneParameters]:

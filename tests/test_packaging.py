@@ -230,7 +230,7 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
     assert {f"capsule_sym/{name}" for name in GENERATED if "__pycache__" not in name} <= shipped
     assert "capsule_sym/py.typed" in shipped
     assert not [n for n in shipped if n.startswith("capsule_sym/codegen") and n.endswith(".in")]
-    done = installed(unpacked, "import capsule_sym.generated.capsule.py as g; print(g.__file__)")
+    done = installed(unpacked, "import capsule_sym.generated.capsule as g; print(g.__file__)")
     assert done.stdout.startswith(str(unpacked)), done.stderr
     if core is None:
         pytest.skip("no compiler here")
@@ -392,14 +392,14 @@ def test_a_source_distribution_holds_what_is_generated_once(
         *("capsule_sym", "codegen", "generated"),
     }
     # Output of `make generate` reaches the package, and a wheel that is built from here.
-    written = source / "generated" / "capsule" / "py" / "__init__.py"
+    written = source / "generated" / "capsule" / "__init__.py"
     written.write_text(f"{written.read_text()}\nNEW = 1\n")
-    assert "NEW = 1" in (package / "capsule" / "py" / "__init__.py").read_text()
+    assert "NEW = 1" in (package / "capsule" / "__init__.py").read_text()
     unpacked = wheel(tmp_path / "wheels", source, **no_compiler)
     assert {f"capsule_sym/{name}" for name in GENERATED if "__pycache__" not in name} <= {
         path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*.*")
     }
-    assert "NEW = 1" in (unpacked / "capsule_sym/generated/capsule/py/__init__.py").read_text()
+    assert "NEW = 1" in (unpacked / "capsule_sym/generated/capsule/__init__.py").read_text()
 
 
 def contracts(checkout: Path) -> subprocess.CompletedProcess[str]:
@@ -451,13 +451,13 @@ def test_the_import_contracts_hold(checkout: Path) -> None:
             ("_symbolic/model/model.py", "import capsule_sym._map", "imports run one way"),
             (
                 "_symbolic/model/model.py",
-                "import capsule_sym.generated.capsule.py",
+                "import capsule_sym.generated.capsule",
                 "the theory imports no",
             ),
-            ("generated/capsule/py/__init__.py", "import capsule_sym._map", "imports run one way"),
+            ("generated/capsule/__init__.py", "import capsule_sym._map", "imports run one way"),
             (
                 "codegen/__init__.py",
-                "import capsule_sym.generated.capsule.py",
+                "import capsule_sym.generated.capsule",
                 "by files, never by an import",
             ),
         ],

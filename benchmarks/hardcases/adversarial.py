@@ -36,7 +36,7 @@ from capsule_sym._map.interface import (
 from capsule_sym._native import core
 from capsule_sym._orbits.interface import contact, drift
 from capsule_sym._processes import end, spawning, undisturbed
-from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym.generated.capsule import DIGEST
 
 CHUNK = 200
 """Starts in one line of the log."""

@@ -25,7 +25,7 @@ from capsule_sym._map.interface import (
     start_at,
 )
 from capsule_sym._parameters import of_paper
-from capsule_sym.generated.capsule.interface import Precision
+from capsule_sym.generated.interface import Precision
 
 CONTRACT = 8.0
 """Largest error of a switching time t*, in units of u (t* + M/|g'(t*)|); see `Error` for M."""

@@ -7,7 +7,7 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym.generated.capsule import DIGEST
 
 _PACKAGES = ("capsule-sym", "numpy", "scipy", "mpmath", "gmpy2", "heyoka", "scikit-sundae")
 

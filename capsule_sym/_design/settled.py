@@ -69,7 +69,7 @@ def settle_many(
     """
     count = len(rows)
     stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
-    records, numbers = np.zeros(count, scene.interface.ORBIT), np.zeros(count, np.int64)
+    records, numbers = np.zeros(count, scene.records.ORBIT), np.zeros(count, np.int64)
     left, length = np.arange(count), first
     begin = np.broadcast_to(np.asarray(states, dtype=float), (count, 3))
     at = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
@@ -105,7 +105,7 @@ def _arrived(
     """Motions at the ends of n runs, from their last stroboscopic states (n, m, 3)."""
     count, last = len(rows), marks[:, -1]
     stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
-    records, numbers = np.zeros(count, scene.interface.ORBIT), np.zeros(count, np.int64)
+    records, numbers = np.zeros(count, scene.records.ORBIT), np.zeros(count, np.int64)
     size, least = 1 + abs(marks[:, -LONGEST:]).max(axis=(1, 2), initial=0.0), np.full(count, np.inf)
     for number in range(1, min(LONGEST, (marks.shape[1] - 1) // 2) + 1):
         before = marks[:, -1 - number]

@@ -23,7 +23,7 @@ from capsule_sym._files import read_json, write_whole
 from capsule_sym._map import SteadyMotion, Trajectory, simulate
 from capsule_sym._parameters import SceneParameters
 from capsule_sym._records import dumps
-from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym.generated.capsule import DIGEST
 
 if TYPE_CHECKING:
     from capsule_sym._orbits.continuation.branches.branch import Branch

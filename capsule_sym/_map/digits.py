@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
+from capsule_sym._closed_forms import Kernels
 from capsule_sym._map.backend import Backend, MpmathBackend, backend
 from capsule_sym._parameters import CAPSULE, Scene
 
@@ -64,7 +65,5 @@ def _functions() -> SimpleNamespace:
 
 
 @cache
-def _kernels(scene: Scene) -> ModuleType:
-    from capsule_sym._map.precision import kernels_by
-
-    return kernels_by(_functions(), scene)
+def _kernels(scene: Scene) -> Kernels:
+    return scene.kernels_by(_functions())

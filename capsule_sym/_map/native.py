@@ -24,9 +24,9 @@ from capsule_sym._map.trajectory import (
 )
 from capsule_sym._native import Watch, core_of
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
+from capsule_sym.generated.interface import Precision
 
 _NOTHING = Kept("final")
-_Precision = CAPSULE.interface.Precision  # of all scenes
 
 
 def core(scene: Scene = CAPSULE) -> Any:
@@ -51,7 +51,7 @@ def end_of_run(
     if periods >= core(parameters.scene).ROWS:
         return None
     native = evaluation.borrowed(parameters)
-    precision = _Precision.AS_NEEDED if escalate else _Precision.DOUBLE
+    precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
     found = native.end_of_run(*values, phase, periods, precision)
     evaluation.give_back(parameters, native)
     if found is None:
@@ -82,7 +82,7 @@ class NativeRun:
     ) -> None:
         self.parameters, self.escalate, self.watch = parameters, escalate, watch or Watch()
         self.progress = progress
-        self.precision = _Precision.AS_NEEDED if escalate else _Precision.DOUBLE
+        self.precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
         self.core = core(parameters.scene)
 
     def go(

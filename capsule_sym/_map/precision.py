@@ -10,17 +10,16 @@ precision of their context for a while; others need a `workspace`.)
 from __future__ import annotations
 
 from functools import cache
-from importlib.util import find_spec, module_from_spec
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 from mpmath import MPContext
 from mpmath.libmp.libelefun import ln2_fixed, pi_fixed
 
+from capsule_sym._closed_forms import Kernels
 from capsule_sym._map.promised import MOST_DIGITS
 from capsule_sym._parameters import CAPSULE, Scene
 
-_FUNCTIONS = ("cos", "exp", "expm1", "sin", "sqrt")
 _WARM_BITS = 4096
 
 # mpmath caches pi and ln 2 to the most bits requested so far, in two steps between which another
@@ -59,24 +58,7 @@ mpf = of_mpmath(MOST_DIGITS).mpf
 mpf.__module__, mpf.__qualname__ = __name__, "mpf"
 
 
-def kernels_by(functions: SimpleNamespace, scene: Scene = CAPSULE) -> ModuleType:
-    """Kernels of a scene generated for mpmath, with these functions instead of mpmath's."""
-    plain = scene.exact_kernels
-    spec = find_spec(plain.__name__)
-    assert spec is not None
-    assert spec.loader is not None
-    kernels = module_from_spec(spec)
-    spec.loader.exec_module(kernels)
-    vars(kernels).update(
-        {name: getattr(functions, name) for name in _FUNCTIONS},
-        mp=functions,
-        Constants=plain.Constants,
-        Start=plain.Start,
-    )
-    return kernels
-
-
 @cache
-def mpmath_kernels(digits: int, scene: Scene = CAPSULE) -> ModuleType:
+def mpmath_kernels(digits: int, scene: Scene = CAPSULE) -> Kernels:
     """Kernels of a scene in numbers with this many digits."""
-    return kernels_by(of_mpmath(digits), scene)
+    return scene.kernels_by(of_mpmath(digits))

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Number
 from capsule_sym._parameters import CAPSULE, Scene
+from capsule_sym.generated.interface import OUTCOMES
 
-SEGMENT = CAPSULE.interface.SEGMENT
+SEGMENT = CAPSULE.records.SEGMENT
 """Record of any scene's core."""
-_OUTCOMES = (*map(Outcome, CAPSULE.interface.OUTCOMES), Outcome.STALLED)
+_OUTCOMES = (*map(Outcome, OUTCOMES), Outcome.STALLED)
 _BLOCK = 1024  # segments made at a time
 Triple = tuple[Number, Number, Number]
 Records = NDArray[np.void]

@@ -14,7 +14,11 @@ from libc.string cimport memset
 
 import numpy as np
 
-from . import interface
+from capsule_sym.generated import interface
+
+from . import facts
+
+records = interface.records(facts)
 
 include "capsule_interface.pxi"
 

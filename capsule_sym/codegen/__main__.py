@@ -15,7 +15,7 @@ from capsule_sym._symbolic.model import declaration
 from capsule_sym.codegen import COMMAND, INPUTS
 
 _GENERATED = INPUTS.parent / "generated"
-_MANAGED = {".py", ".json", ".c", ".h", ".m", ".pxi", ".ts"}
+_MANAGED = {".py", ".json", ".c", ".h", ".pxi", ".ts"}
 
 
 def _present(directory: Path) -> dict[str, str]:
@@ -45,20 +45,44 @@ def difference(expected: dict[str, str], present: dict[str, str]) -> str:
     return "".join(lines)
 
 
-def _all(check: bool) -> int:
-    """Generate each shipped scene in its own process (a process has one model), two at a time."""
+def _update(target: Path, expected: dict[str, str], present: dict[str, str], mend: str) -> bool:
+    """Write files to a folder, or compare them if a command to mend it is given; True if right."""
+    if mend:
+        found = difference(expected, present)
+        told = f"{found}{target} is out of date. To update it, run:\n\n    {mend}\n"
+        click.echo(told if found else f"{target}: {len(expected)} files agree with their inputs.")
+        return not found
+    for name in present.keys() - expected.keys():
+        (target / name).unlink()
+    for name, text in expected.items():
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        (target / name).write_text(text, encoding="utf-8")
+    click.echo(f"wrote {len(expected)} files to {target}")
+    return True
+
+
+def _all(check: bool) -> bool:
+    """Generate the files of all scenes, and each shipped scene in a process of its own.
+
+    A process has one model; two run at a time. True if all is right.
+    """
+    from capsule_sym.codegen._render import render_shared
+
     command = [sys.executable, "-m", "capsule_sym.codegen", *(["--check"] if check else [])]
 
     def run(name: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([*command, "--scene", name], capture_output=True, text=True)
 
-    codes = [0]
+    expected = render_shared()
+    paths = {name: _GENERATED / name for name in expected}
+    present = {name: path.read_text("utf-8") for name, path in paths.items() if path.is_file()}
+    right = _update(_GENERATED, expected, present, COMMAND if check else "")
     with ThreadPoolExecutor(2) as pool:
         for done in pool.map(run, declaration.SHIPPED):
             click.echo(done.stdout, nl=False)
             click.echo(done.stderr, nl=False, err=True)
-            codes.append(done.returncode)
-    return max(map(abs, codes))
+            right &= done.returncode == 0
+    return right
 
 
 @click.command()
@@ -81,7 +105,7 @@ def _all(check: bool) -> int:
     help="Also compile the C core, beside the code. `make core` does so for scenes that ship.",
 )
 def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
-    """Derive the kernels of scenes and write them as NumPy, mpmath, C and MATLAB code."""
+    """Derive the kernels of scenes and write them as Python and C code."""
     if not INPUTS.is_dir():
         click.echo(f"error: no generator inputs at {INPUTS}; run from a checkout", err=True)
         sys.exit(2)
@@ -89,8 +113,7 @@ def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
         click.echo("error: --core needs --scene FILE or --out, and no --check", err=True)
         sys.exit(2)
     if scene is None and out is None:
-        sys.exit(_all(check))
-    started = time.perf_counter()
+        sys.exit(not _all(check))
     path = declaration.home(scene or declaration.SHIPPED[0])
     declaration.choose(path)
     ships = path.parent == declaration.home(declaration.SHIPPED[0]).parent
@@ -100,24 +123,9 @@ def main(check: bool, out: Path | None, scene: str | None, core: bool) -> None:
     except declaration.BadDeclaration as error:
         click.echo(f"error: {error}", err=True)
         sys.exit(2)
-    if check:
-        found = difference(expected, _present(target))
-        if found:
-            click.echo(found, nl=False)
-            mend = (
-                COMMAND + (f" --scene {scene}" if scene else "") + (f" --out {out}" if out else "")
-            )
-            click.echo(f"{target} is out of date. To update it, run:\n\n    {mend}\n")
-            sys.exit(1)
-        click.echo(f"{target}: {len(expected)} files agree with their inputs.")
-        return
-    for name in _present(target).keys() - expected.keys():
-        (target / name).unlink()
-    for name, text in expected.items():
-        (target / name).parent.mkdir(parents=True, exist_ok=True)
-        (target / name).write_text(text, encoding="utf-8")
-    elapsed = time.perf_counter() - started
-    click.echo(f"wrote {len(expected)} files to {target} in {elapsed:.1f} s")
+    mend = COMMAND + (f" --scene {scene}" if scene else "") + (f" --out {out}" if out else "")
+    if not _update(target, expected, _present(target), mend if check else ""):
+        sys.exit(1)
     if core:
         _compile(target)
 

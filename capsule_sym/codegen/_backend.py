@@ -28,7 +28,8 @@ def wrapped(text: str, mark: str = "", comment: str = "") -> str:
     lines: list[str] = []
     for line in text.splitlines():
         start = re.match(r"\s*", line)
-        indent, end = (start[0] if start else "") + "    ", mark
+        indent, end = start[0] if start else "", mark
+        indent += "" if line.startswith('"""', len(indent)) else "    "
         if comment and line.lstrip().startswith(comment):
             indent, end = f"{start[0] if start else ''}{comment} ", ""
         while len(line) > WIDTH:
@@ -65,8 +66,7 @@ def _kept(text: str) -> str:
 class Backend:
     """Language: its printer, its spelling of functions, and its files.
 
-    Templates are files of the backend's folder, or of the folder of a base class. In them `$name`
-    is one of `texts`, or the template `name.part.in`.
+    Templates are files of the backend's folder. In them `$name` is one of `texts`.
     """
 
     printer: CodePrinter
@@ -78,8 +78,6 @@ class Backend:
     """Statement that assigns a step."""
     files: ClassVar[dict[str, str]]
     """Template of each file, by its path below `generated/`."""
-    omitted: tuple[str, ...] = ()
-    """Kernels that the templates do not need."""
 
     def __init__(self, derived: Derived) -> None:
         self.derived = derived
@@ -105,11 +103,6 @@ class Backend:
         used |= {str(symbol) for result in kernel.results for symbol in result.free_symbols}
         return [name for name in kernel.arguments if name not in used]
 
-    def kernels(self) -> str:
-        """Functions of all kernels that are not omitted."""
-        chosen = (k for k in self.derived.kernels if k.name not in self.omitted)
-        return "\n\n".join(map(self.function, chosen))
-
     def texts(self) -> dict[str, str]:
         """Texts for the names in templates; a backend adds its own."""
         derived = self.derived
@@ -128,19 +121,14 @@ class Backend:
         return text
 
     def templates(self) -> dict[str, Template]:
-        """Templates by name; those of a backend override those of its base."""
-        kinds = [kind for kind in type(self).__mro__ if issubclass(kind, Backend)]
-        folders = (Path(inspect.getfile(kind)).parent for kind in reversed(kinds))
-        paths = (path for folder in folders for path in folder.glob("*.in"))
+        """Templates by name."""
+        paths = Path(inspect.getfile(type(self))).parent.glob("*.in")
         return {path.name: Template(_kept(path.read_text(encoding="utf-8"))) for path in paths}
 
     def written(self) -> dict[str, str]:
         """Text of each file by its path."""
         texts, templates = self.texts(), self.templates()
-
-        def filled(name: str) -> str:
-            named = templates[name].get_identifiers()
-            parts = {n: filled(f"{n}.part.in") for n in named if f"{n}.part.in" in templates}
-            return templates[name].substitute(texts | parts)
-
-        return {path: self.laid_out(filled(name)) for path, name in self.files.items()}
+        return {
+            path: self.laid_out(templates[name].substitute(texts))
+            for path, name in self.files.items()
+        }

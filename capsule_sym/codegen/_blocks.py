@@ -59,9 +59,8 @@ def _flow_blocks() -> dict[str, Assignments]:
     }
 
 
-def blocks(jet_order: int) -> dict[str, Assignments]:
-    """Assignments of each block, by its name."""
-    jet = jets.jet(jet_order)
+def shared_blocks() -> dict[str, Assignments]:
+    """Assignments of the response functions of any scene, by the name of their block."""
     return {
         "oscillating": list(basis.OSCILLATING.items()),
         "overdamped": list(basis.OVERDAMPED.items()),
@@ -69,7 +68,10 @@ def blocks(jet_order: int) -> dict[str, Assignments]:
         "double": list(basis.double().items()),
         "sensitivities": list(basis.sensitivities().items()),
         "double_sensitivities": list(basis.double_sensitivities().items()),
-        "jet": jet,
-        "jet_magnitudes": jets.magnitudes(jet),
-        **_flow_blocks(),
     }
+
+
+def blocks(jet_order: int) -> dict[str, Assignments]:
+    """Assignments of each other block, by its name."""
+    jet = jets.jet(jet_order)
+    return {"jet": jet, "jet_magnitudes": jets.magnitudes(jet), **_flow_blocks()}

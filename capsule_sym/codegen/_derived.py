@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from capsule_sym._symbolic.model.formulas import Formula, formulas
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED
 from capsule_sym.codegen import INPUTS
-from capsule_sym.codegen._blocks import OWN, blocks, segment_constants
+from capsule_sym.codegen._blocks import OWN, Assignments, blocks, segment_constants, shared_blocks
 from capsule_sym.codegen._interface import Interface
 from capsule_sym.codegen._lower import Kernel, lower
 from capsule_sym.codegen._rounding import CIRCULAR_UNITS, units
@@ -45,7 +45,10 @@ class Derived:
     digest: str
     jet_order: int
     series_terms: int
+    shared: tuple[Kernel, ...]
+    """Kernels of any scene with its kind of drive."""
     kernels: tuple[Kernel, ...]
+    """Kernels of this scene."""
     formulas: tuple[Kernel, ...]
     sizes: tuple[Kernel, ...]
     """Sizes of those formulas that have one."""
@@ -59,30 +62,35 @@ class Derived:
         return sorted({str(bound) for bound in declaration.chosen().bounds.values()})
 
 
-def derive(header: str, digest: str) -> Derived:
-    """Derive the input of the backends."""
-    config, interface = (
-        tomllib.loads((INPUTS / f"{name}.toml").read_text(encoding="utf-8"))
-        for name in ("kernels", "interface")
-    )
-    found = formulas()
+def derive(header: str, digest: str, *, whole: bool = True) -> Derived:
+    """Derive the input of the backends; not `whole`, that of what all scenes have in common."""
+    config, interface = read("kernels"), Interface(read("interface"))
+    order, found = config["jet_order"], formulas() if whole else ()
     return Derived(
         header,
         digest,
-        config["jet_order"],
+        order,
         config["series_terms"],
-        tuple(_kernels(config)),
+        tuple(_kernels(config, shared_blocks())),
+        tuple(_kernels(config, blocks(order))) if whole else (),
         tuple(map(lowered, found)),
         tuple(lowered(formula.size) for formula in found if formula.sized),
         _units(found),
-        Interface(interface),
+        interface,
     )
 
 
-def _kernels(config: dict[str, Any]) -> Iterable[Kernel]:
-    derivations = blocks(config["jet_order"])
+def read(name: str) -> dict[str, Any]:
+    """Inputs of this name."""
+    return tomllib.loads((INPUTS / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def _kernels(config: dict[str, Any], derivations: Mapping[str, Assignments]) -> Iterable[Kernel]:
+    """Kernels of those blocks that are given."""
     for entry in config["kernel"]:
-        block = derivations[entry.get("block", entry["name"])]
+        block = derivations.get(entry.get("block", entry["name"]))
+        if block is None:
+            continue
         arguments, returns = entry["arguments"], entry["returns"]
         if PULSED:
             arguments = [name for name in arguments if name not in _FORCED]

@@ -65,7 +65,7 @@ def flags() -> dict[str, int]:
 
 def members(struct: Entry) -> Iterator[tuple[str, str, str]]:
     """Name, C type and length (empty for a scalar) of every field of a struct."""
-    for kind, names, _ in struct["fields"]:
+    for kind, names, *_ in struct["fields"]:
         for name in names.split(", "):
             bare, length = re.fullmatch(r"(\w+)(?:\[(.+)\])?", name).groups()  # type: ignore[union-attr]
             yield bare, kind, length or ""

@@ -20,7 +20,7 @@ from capsule_sym._figures.interface import Colours, Store, Study, Track
 from capsule_sym._files import read_json
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts
-from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym.generated.capsule import DIGEST
 from paper.figures.catalogue import FIGURES
 from paper.printed import read
 from paper.study.casestudy import GAMMAS, THRESHOLDS

@@ -13,7 +13,7 @@ from capsule_sym._figures.interface import from_rest
 from capsule_sym._map.interface import default_backend
 from capsule_sym._records import dumps, motion_record, segment_record, table
 from capsule_sym._records import write as write_texts
-from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym.generated.capsule import DIGEST
 from paper import printed as paper
 
 _PAPER = paper.read()

@@ -11,7 +11,7 @@ import pytest
 
 import capsule_sym
 from capsule_sym import Parameters, simulate
-from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym.generated.capsule import DIGEST
 from paper.study import casestudy
 from tests.examples import MAIN_JOB, ROOT, Page
 

@@ -187,8 +187,8 @@ def test_an_interrupt_of_which_a_library_makes_another_error_is_one_line() -> No
 def test_a_core_of_other_kernels_is_one_line() -> None:
     code = (
         "import sys\n"
-        "from capsule_sym.generated.capsule import py\n"
-        "py.DIGEST = 'another'\n"
+        "from capsule_sym.generated import capsule\n"
+        "capsule.DIGEST = 'another'\n"
         "from capsule_sym import _cli as cli\n"
         "cli.main(['run'])"
     )

@@ -18,20 +18,19 @@ from typing import Any
 import pytest
 import sympy as sp
 
+from capsule_sym._parameters import CAPSULE
 from capsule_sym._symbolic.model.formulas import Formula
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS
 from capsule_sym.codegen import _render
 from capsule_sym.codegen._backend import Backend
 from capsule_sym.codegen._blocks import segment_constants
-from capsule_sym.codegen._derived import Derived, derive, lowered, matrices
+from capsule_sym.codegen._derived import Derived, derive, lowered
 from capsule_sym.codegen._lower import lower
-from capsule_sym.codegen.backends import BACKENDS
+from capsule_sym.codegen.backends import BACKENDS, Shared
 from capsule_sym.codegen.backends.c import C, Real
-from capsule_sym.codegen.backends.matlab import Matlab
 from capsule_sym.codegen.backends.python import Python
 from capsule_sym.codegen.backends.typescript import RECORDS, TypeScript
-from capsule_sym.generated.capsule import interface
 
 CODEGEN = Path(_render.__file__).parent
 X, Y, K = sp.symbols("x y K")
@@ -61,16 +60,16 @@ def expected(x: float, y: float, k: float) -> tuple[float, float]:
 
 
 def test_a_function_in_python_is_its_kernel(derived: Derived) -> None:
-    names: dict[str, Any] = {"exp": math.exp, "Any": Any}
+    names: dict[str, Any] = {}
     python = Python(derived)
     for kernel in (SWAPPED, TUPLE, ONE, ROW):
-        exec(python.function(kernel, "Any"), names)
+        exec(python.function(kernel), names)
     c = SimpleNamespace(K=3.0)
-    assert names["swapped"](c, 0.5, 2.0) == pytest.approx(expected(0.5, 2.0, 3.0), rel=1e-15)
+    assert names["swapped"](math, c, 0.5, 2.0) == pytest.approx(expected(0.5, 2.0, 3.0), rel=1e-15)
     assert names["alone"](c, 2.0) == (6.0,)
     assert names["one"](c, 2.0) == 7.0
     assert names["row"](c, 2.0) == (4.0, 1.0)
-    assert names["one"].__doc__ == "One result.\n\n    2 operations.\n    "
+    assert names["one"].__doc__ == "One result. 2 operations."
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
@@ -113,22 +112,6 @@ int main(void)
     assert values[2:] == [7.0, 4.0, 1.0, 4.0, 1.0, 4.0]
 
 
-def test_a_function_in_matlab_assigns_all_its_results_at_once(derived: Derived) -> None:
-    """By the statements that it has, since arguments and results have the same names."""
-    lines = Matlab(derived).function(SWAPPED).splitlines()
-    assert lines[:2] == [
-        "function [x, y] = swapped(c, x, y)",
-        f"% Two results. {SWAPPED.operations} operations.",
-    ]
-    assert lines[-1] == "end"
-    names: dict[str, Any] = {"c": SimpleNamespace(K=3.0), "x": 0.5, "y": 2.0, "exp": math.exp}
-    names["deal"] = lambda *values: values
-    for line in lines[2:-1]:
-        text = re.sub(r"\.(?=[*/^])", "", line.strip().rstrip(";")).replace("^", "**")
-        exec(text.replace("[", "").replace("]", ""), names)
-    assert (names["x"], names["y"]) == pytest.approx(expected(0.5, 2.0, 3.0), rel=1e-15)
-
-
 NUMBERS: dict[str, Any] = {
     **{"add": operator.add, "sub": operator.sub, "mul": operator.mul, "over": operator.truediv},
     **{"mad": lambda a, b, c: a * b + c, "neg": operator.neg, "num": float},
@@ -147,27 +130,9 @@ def cases(text: str) -> dict[int, str]:
     return {int(n): body for n, body in re.findall(r"case (\d)(.*?)(?=    case|\Z)", text, re.S)}
 
 
-def test_matrices_in_matlab_are_those_of_the_fields(derived: Derived) -> None:
-    found = cases(Matlab(derived).texts()["fields"])
-    assert len(found) == len(SEGMENTS)
-    for segment in SEGMENTS:
-        for name, matrix in zip("AG", matrices(segment).values(), strict=True):
-            assigned = re.findall(rf"{name}\((\d), (\d)\) = (.*);", found[segment.index])
-            entries = {(int(i) - 1, int(j) - 1): evaluated(value) for i, j, value in assigned}
-            for i, row in enumerate(matrix):
-                for j, value in enumerate(row):
-                    expected = float(sp.sympify(value).subs(VALUES))
-                    assert entries.get((i, j), 0.0) == pytest.approx(expected, rel=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("backend", "name"),
-    [(C, "segment_constants"), (C, "field_constants"), (Matlab, "segment_constants")],
-)
-def test_constants_are_those_of_the_fields(
-    derived: Derived, backend: type[Backend], name: str
-) -> None:
-    found = cases(backend(derived).texts()[name])
+@pytest.mark.parametrize("name", ["segment_constants", "field_constants"])
+def test_constants_are_those_of_the_fields(derived: Derived, name: str) -> None:
+    found = cases(C(derived).texts()[name])
     for segment in SEGMENTS:
         pairs = re.findall(r"c(?:->|\.)(\w+) = ([^;]*);", found[segment.index])
         values = {key: evaluated(value) for key, value in pairs}
@@ -197,7 +162,7 @@ def test_the_page_reads_records_where_the_library_has_them(derived: Derived, nam
     (rows,) = re.findall(rf"^export const {name}At = .*?^\}}\);", text, re.M | re.S)
     (size,) = re.findall(rf"^export const {name.upper()}_SIZE = (\d+);", text, re.M)
     read = re.findall(r"(\w+)\(v, at \+ (\d+)\)", rows)
-    record = getattr(interface, name.upper())  # its offsets are those of the compiled library
+    record = getattr(CAPSULE.records, name.upper())  # its offsets are those of the compiled library
     kinds = {"<f8": "double", "<i8": "int64_t", "<i4": "int32_t"}
     fields = [record.fields[field][:2] for field in record.names]
     assert int(size) == record.itemsize
@@ -212,14 +177,13 @@ def test_the_page_reads_records_where_the_library_has_them(derived: Derived, nam
 def test_no_two_backends_write_one_file_and_no_template_is_left_over() -> None:
     paths = [path for backend in BACKENDS for path in backend.files]
     assert len(paths) == len(set(paths))
-    used = {name for backend in BACKENDS for name in backend.files.values()}
-    present = {path.name for path in CODEGEN.rglob("*.in")}
-    assert {name for name in present if not name.endswith(".part.in")} == used
+    used = {name for backend in (*BACKENDS, Shared) for name in backend.files.values()}
+    assert {path.name for path in CODEGEN.rglob("*.in")} == used
 
 
 def test_every_text_of_a_backend_stands_in_a_template(derived: Derived) -> None:
     common = set(Backend.texts(Python(derived)))
-    for kind in BACKENDS:
+    for kind in (*BACKENDS, Shared):
         backend = kind(derived)
         named = {name for text in backend.templates().values() for name in text.get_identifiers()}
         assert backend.texts().keys() - named - common == set(), kind
@@ -237,7 +201,6 @@ class Julia(Backend):
     printer = JuliaCodePrinter({"user_functions": {"expm1": "expm1"}})
     comment = "#"
     files: ClassVar = {"jl/kernels.jl": "kernels.jl.in"}
-    omitted = ("oscillating",)
 
     def function(self, kernel):
         given = ", ".join(("c", *kernel.arguments))
@@ -245,7 +208,8 @@ class Julia(Backend):
         return f"function {kernel.name}({given})\\n{self.body(kernel)}    {results}\\nend\\n"
 
     def texts(self):
-        return {**super().texts(), "kernels": self.kernels()}
+        kernels = "\\n".join(map(self.function, self.derived.shared[1:]))
+        return {**super().texts(), "kernels": kernels}
 """
 
 
@@ -255,8 +219,9 @@ def test_a_backend_is_a_folder_and_a_line(
     folder = tmp_path / "julia"
     folder.mkdir()
     (folder / "__init__.py").write_text(ADDED, encoding="utf-8")
-    (folder / "kernels.jl.in").write_text("$marked_header\n$helpers\n$kernels", encoding="utf-8")
-    (folder / "helpers.part.in").write_text("terms() = $series_terms", encoding="utf-8")
+    (folder / "kernels.jl.in").write_text(
+        "$marked_header\nterms() = $series_terms\n$kernels", encoding="utf-8"
+    )
     monkeypatch.syspath_prepend(tmp_path)
     added = importlib.import_module("julia").Julia
     monkeypatch.setattr(_render, "BACKENDS", (added,))
@@ -265,14 +230,7 @@ def test_a_backend_is_a_folder_and_a_line(
     assert files.keys() == {"jl/kernels.jl", "manifest.json"}
     text = files["jl/kernels.jl"]
     assert text.startswith("# Generated.\n# Inputs.\nterms() = 24\nfunction overdamped(c, h)\n")
-    assert text.count("\nfunction ") == len(derived.kernels) - 1
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "__init__.py").write_text(
-        "from julia import Julia\n\n\nclass Other(Julia):\n    pass\n", encoding="utf-8"
-    )
-    (tmp_path / "other" / "helpers.part.in").write_text("own() = 1", encoding="utf-8")
-    other = importlib.import_module("other").Other(derived).written()["jl/kernels.jl"]
-    assert other == text.replace("terms() = 24", "own() = 1")
+    assert text.count("\nfunction ") == len(derived.shared) - 1
     assert "oscillating" in json.loads(files["manifest.json"])["operations"]
 
 

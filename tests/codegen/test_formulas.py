@@ -85,9 +85,6 @@ def test_a_term_gone_from_the_model_changes_every_target(tmp_path: Path) -> None
         command, cwd=tmp_path, env=packages, capture_output=True, text=True, check=False
     )
     assert done.returncode == 1, done.stderr
-    for path in ("formulas.py", "py/kernels.py", "mp/kernels.py"):
-        changed = done.stdout.partition(f"+++ expected/{path}")[2].partition("\n--- ")[0]
-        assert re.search(r"^\+.*zeta", changed, re.M), path
-    for path in ("c/capsule_formulas.h", "c/capsule_kernels.c"):
+    for path in ("formulas.py", "kernels.py", "c/capsule_formulas.h", "c/capsule_kernels.c"):
         changed = done.stdout.partition(f"+++ expected/{path}")[2].partition("\n--- ")[0]
         assert re.search(r"^\+.*zeta", changed, re.M), path

@@ -2,7 +2,6 @@
 
 import ast
 import operator
-import re
 
 import pytest
 import sympy as sp
@@ -10,22 +9,20 @@ import sympy as sp
 from capsule_sym.codegen._backend import Backend, wrapped
 from capsule_sym.codegen.backends.c import Bound, Real
 from capsule_sym.codegen.backends.c import C as CBackend
-from capsule_sym.codegen.backends.matlab import Matlab
 from capsule_sym.codegen.backends.python import Python
 
 A, B, C = sp.symbols("a b c")
 
 
-@pytest.mark.parametrize("backend", [Python, CBackend, Bound, Matlab])
+@pytest.mark.parametrize("backend", [Python, CBackend, Bound])
 @pytest.mark.parametrize(
     "expression",
     [A / B**2, -A / B**2, (A + C) / B**3, A / (2 * B**2), A * C / B**4, A / (B**2 * C)],
 )
 def test_a_quotient_by_a_power_is_one(expression: sp.Expr, backend: type[Backend]) -> None:
-    printed = backend.printer.doprint(expression)
-    if backend is Matlab:
-        printed = re.sub(r"\.(?=[*/^])", "", printed).replace("^", "**")
-    value = eval(printed, {"a": 3.0, "b": 7.0, "c": 11.0})  # spelled alike in C
+    value = eval(
+        backend.printer.doprint(expression), {"a": 3.0, "b": 7.0, "c": 11.0}
+    )  # spelled alike in C
     assert value == pytest.approx(float(expression.subs({A: 3, B: 7, C: 11})), rel=1e-15)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from typing import Any
 
 import pytest
 import sympy as sp
@@ -76,24 +77,22 @@ ARGUMENTS = {
 ANGULAR = ("pull", "margin_at", "pull_rate", "v_rate", "v_second")
 
 
+def numbers(of: str, p: list[float], field: int) -> tuple[Any, Any, Any]:
+    """Formulas of a scene, constants in doubles, and the same in 50 digits."""
+    given = scene(of)
+    exact = given.kernels_by(mp).constants(field, *map(mp.mpf, p))
+    return given.formulas.Formulas, given.kernels.constants(field, *p), exact
+
+
 @sampled
 @pytest.mark.parametrize("name", ARGUMENTS)
 @pytest.mark.parametrize("of", SHIPPED)
 def test_no_formula_is_off_by_more_and_some_by_a_good_part(of: str, name: str) -> None:
     """On many draws in double precision, beside 50 digits of the same doubles."""
-    given_scene, draw, worst = scene(of), random.Random(f"{of} {name}"), 0.0
-    own, double, exact = (
-        given_scene.formulas.Formulas,
-        given_scene.kernels,
-        given_scene.exact_kernels,
-    )
-    allowed = getattr(own, f"{name.upper()}_UNITS")
-    fields = len(double._MODES)
+    facts, draw, worst = scene(of).facts, random.Random(f"{of} {name}"), 0.0
     for _ in range(many(2000, 300 if of != "capsule" else 600)):
-        p = [draw.uniform(0, 2) * 10 ** draw.uniform(-2, 2) for _ in given_scene.facts.PARAMETERS]
-        field = draw.randint(1, fields)
-        c = double.constants(field, *p)
-        true_c = exact.constants(field, *map(mp.mpf, p))
+        p = [draw.uniform(0, 2) * 10 ** draw.uniform(-2, 2) for _ in facts.PARAMETERS]
+        own, c, true_c = numbers(of, p, draw.randint(1, len(facts.FIELDS)))
         given = [draw.gauss(0, 1) * 10 ** draw.uniform(-2, 2) for _ in range(ARGUMENTS[name])]
         sizes = list(map(abs, given))
         if name in ANGULAR:
@@ -102,23 +101,17 @@ def test_no_formula_is_off_by_more_and_some_by_a_good_part(of: str, name: str) -
         true = getattr(own, name)(true_c, *map(mp.mpf, given))
         size = getattr(own, f"{name}_size")(c, *sizes)
         worst = max(worst, float(abs(getattr(own, name)(c, *given) - true) / size) * 2**53)
+    allowed = getattr(own, f"{name.upper()}_UNITS")
     assert allowed / 8 < worst < allowed
 
 
 @pytest.mark.parametrize("of", SHIPPED)
 def test_a_coefficient_of_a_response_is_off_by_no_more(of: str) -> None:
-    given_scene, draw, worst = scene(of), random.Random(0), 0.0
-    own, double, exact = (
-        given_scene.formulas.Formulas,
-        given_scene.kernels,
-        given_scene.exact_kernels,
-    )
+    facts, draw, worst = scene(of).facts, random.Random(0), 0.0
     for _ in range(1000 if of == "capsule" else 300):
-        p = [draw.uniform(0.1, 2) for _ in given_scene.facts.PARAMETERS]
-        field = draw.randint(1, len(double._MODES))
+        p = [draw.uniform(0.1, 2) for _ in facts.PARAMETERS]
+        own, c, true_c = numbers(of, p, draw.randint(1, len(facts.FIELDS)))
         n, reach = draw.randint(0, 20), draw.uniform(0.1, 2)
-        c = double.constants(field, *p)
-        true_c = exact.constants(field, *map(mp.mpf, p))
         given = [draw.gauss(0, 1) for _ in range(3)]
         true = own.response_next(true_c, n, mp.mpf(reach), *map(mp.mpf, given))
         found = own.response_next(c, n, reach, *given)

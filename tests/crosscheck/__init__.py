@@ -9,14 +9,15 @@ import math
 import random
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass
-from types import ModuleType
 from typing import Any
 
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.generated.capsule.mp import kernels as exact
+from capsule_sym._closed_forms import Kernels
+from capsule_sym._parameters import CAPSULE
 
+double, exact = CAPSULE.kernels, CAPSULE.kernels_by(mp)
 UNIT = 2.0**-53  # unit roundoff of double precision
 DIGITS = 50
 
@@ -31,11 +32,11 @@ class Case:
     theta: float
     duration: float
 
-    def constants(self, kernels: ModuleType, number: Any) -> Any:
+    def constants(self, kernels: Kernels, number: Any) -> Any:
         """The segment's constants, from the parameters as exact numbers."""
         return kernels.constants(self.field, *map(number, astuple(self.parameters)))
 
-    def start(self, kernels: ModuleType, number: Any) -> Any:
+    def start(self, kernels: Kernels, number: Any) -> Any:
         """The start in doubles, each converted to the kernel's kind of number."""
         x_r, v_r, v_c = self.state
         gap = x_r - self.parameters.delta

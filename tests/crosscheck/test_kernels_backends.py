@@ -21,10 +21,17 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.generated.capsule.mp import kernels as exact
-from capsule_sym.generated.capsule.py import DIGEST
-from capsule_sym.generated.capsule.py import kernels as double
-from tests.crosscheck import DIGITS, UNIT, Case, cases, flow_scale, jacobian_scale
+from capsule_sym.generated.capsule import DIGEST
+from tests.crosscheck import (
+    DIGITS,
+    UNIT,
+    Case,
+    cases,
+    double,
+    exact,
+    flow_scale,
+    jacobian_scale,
+)
 from tests.sampling import many, sampled
 
 
@@ -188,38 +195,30 @@ def jacobian_units(case: Case) -> list[list[float]]:
 
 
 @sampled
-def test_flow_of_numpy_scalars() -> None:
-    units, case = worst_flow(scalar(double.flow, advance=True), FLOWS)
+@pytest.mark.parametrize("of", ["scalars", "lanes", "c"])
+def test_flows(of: str, request: pytest.FixtureRequest) -> None:
+    by = {"scalars": scalar, "lanes": lanes}
+    evaluate = (
+        by[of](double.flow, advance=True)
+        if of in by
+        else native_flow(request.getfixturevalue("library"))
+    )
+    units, case = worst_flow(evaluate, FLOWS)
     assert units < BOUND, case
 
 
 @sampled
-def test_flow_of_numpy_lanes() -> None:
-    units, case = worst_flow(lanes(double.flow, advance=True), FLOWS)
-    assert units < BOUND, case
-
-
-@sampled
-def test_flow_of_c(library: ctypes.CDLL) -> None:
-    units, case = worst_flow(native_flow(library), FLOWS)
-    assert units < BOUND, case
-
-
-@sampled
-def test_jacobian_of_numpy_scalars() -> None:
-    units, entry, case = worst_jacobian(scalar(double.jacobian), JACOBIANS)
-    assert units < BOUND, (entry, case)
-
-
-@sampled
-def test_jacobian_of_numpy_lanes() -> None:
-    units, entry, case = worst_jacobian(lanes(double.jacobian), JACOBIANS)
-    assert units < BOUND, (entry, case)
-
-
-@sampled
-def test_jacobian_of_c(library: ctypes.CDLL) -> None:
-    units, entry, case = worst_jacobian(native_jacobian(library), JACOBIANS)
+@pytest.mark.parametrize(
+    ("of", "batch"),
+    [("scalars", JACOBIANS), ("lanes", JACOBIANS), ("c", JACOBIANS), ("scalars", STRONGLY_DAMPED)],
+    ids=["scalars", "lanes", "c", "strong damping"],
+)
+def test_jacobians(of: str, batch: list[Case], request: pytest.FixtureRequest) -> None:
+    by = {"scalars": scalar, "lanes": lanes}
+    evaluate = (
+        by[of](double.jacobian) if of in by else native_jacobian(request.getfixturevalue("library"))
+    )
+    units, entry, case = worst_jacobian(evaluate, batch)
     assert units < BOUND, (entry, case)
 
 
@@ -229,12 +228,6 @@ def test_flow_under_strong_damping_from_a_slow_forcing() -> None:
     case = Case(parameters, 1, (0.6034, 0.9262, 0.1486), 1.1709, 0.000865)
     units, _ = worst_flow(scalar(double.flow, advance=True), [case])
     assert units < BOUND
-
-
-@sampled
-def test_jacobian_under_strong_damping() -> None:
-    units, entry, case = worst_jacobian(scalar(double.jacobian), STRONGLY_DAMPED)
-    assert units < BOUND, (entry, case)
 
 
 def test_a_wrong_constant_is_seen() -> None:

@@ -8,8 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from capsule_sym import Parameters
-from capsule_sym.generated.capsule.py import kernels as double
-from tests.crosscheck import UNIT, Case, flow_scale
+from tests.crosscheck import UNIT, Case, double, flow_scale
 
 # 16 for each of three flows; the halfway state's error is carried on with a gain of order one.
 BOUND = 48.0

@@ -35,7 +35,7 @@ SLOW = {
 }
 """Pages that take more than a second. `make docs` runs them."""
 SEGMENT = "docs/howto/segment.md"
-"""The page on generated functions without the package."""
+"""The page on generated functions."""
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
 
 
@@ -44,8 +44,6 @@ def lay(page: Page, directory) -> None:
         (directory / "device.toml").write_text(device, encoding="utf-8")
     for beside in (ROOT / page.name).with_suffix("").glob("*.*"):
         shutil.copy(beside, directory)
-    if page.name == SEGMENT:
-        shutil.copytree(ROOT / "generated" / "capsule", directory / "capsule")
     for declared in page.blocks("python"):
         if "\nmodel = Model(" in declared:  # and the code generated for it
             (directory / "shuttle.py").write_text(declared, encoding="utf-8")

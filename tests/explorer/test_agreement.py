@@ -64,7 +64,7 @@ def _compare(count, of=CAPSULE):
         {"parameters": [*p.to_dict().values()], "state": s, "phase": t, "periods": PERIODS}
         for p, s, t in systems
     ]
-    segment, state = of.interface.SEGMENT, of.interface.STATE
+    segment, state = of.records.SEGMENT, of.records.STATE
     sizes = {"segment": segment.itemsize, "state": state.itemsize}
     done = subprocess.run(
         ["node", str(Path(__file__).with_name("core.mjs")), str(build.PAGE)],

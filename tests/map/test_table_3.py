@@ -15,7 +15,9 @@ import pytest
 from capsule_sym import Parameters, Status, simulate
 from capsule_sym._map import reference
 from capsule_sym._map.transitions import select_field
-from capsule_sym.generated.capsule.switching import LOCAL_MAPS
+from capsule_sym._symbolic.model.switching import local_maps
+
+LOCAL_MAPS = {(one.target, one.field, one.source) for one in local_maps()}
 
 
 def _random_case(rng: random.Random, scenario: int) -> tuple[Parameters, Any, float]:

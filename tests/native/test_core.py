@@ -20,8 +20,8 @@ from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
 from capsule_sym._native import core
 from capsule_sym._parameters import CAPSULE
-from capsule_sym.generated.capsule.interface import Precision
-from capsule_sym.generated.capsule.py import DIGEST
+from capsule_sym.generated.capsule import DIGEST
+from capsule_sym.generated.interface import Precision
 from tests.finals import final_states, parameter_rows
 from tests.sampling import many, sampled, some
 

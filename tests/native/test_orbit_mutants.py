@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from capsule_sym import Parameters, floquet_multipliers, performance, simulate, solve_orbit
 from capsule_sym._native import core
 from capsule_sym._orbits.metrics.many import METRICS, multipliers_of
-from capsule_sym.generated.capsule.interface import ORBIT, SEGMENT, OrbitStatus, Quantity
+from capsule_sym._parameters import CAPSULE
+from capsule_sym.generated.interface import OrbitStatus, Quantity
 from tests.native import KERNELS, LIBRARY, changed_library, compile_in, structure
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
@@ -153,8 +154,8 @@ class Library:
     def orbit(self, parameters: Parameters, state: Any, periods: int) -> NDArray[np.void]:
         """The record of an orbit with all optional results."""
         values, start = np.array([*parameters.to_dict().values()]), np.array(state, dtype=float)
-        work, room = np.zeros(1 << 17, np.uint8), np.zeros(256, SEGMENT)
-        found = np.zeros(1, ORBIT)
+        work, room = np.zeros(1 << 17, np.uint8), np.zeros(256, CAPSULE.records.SEGMENT)
+        found = np.zeros(1, CAPSULE.records.ORBIT)
 
         def at(array: NDArray[np.generic]) -> ctypes.c_void_p:
             return ctypes.c_void_p(array.ctypes.data)
@@ -292,7 +293,7 @@ def stretch(rng: np.random.Generator, vanishing: tuple[int, int] | None) -> Stre
         at, speed = x_r + change[0], change[1]
         sizes.append(abs(at + kappa * (at - delta) + 2 * zeta * speed))
     tops = [b for a, b, c in zip(sizes, sizes[1:], [*sizes[2:], 0.0], strict=False) if a <= b >= c]
-    record = np.zeros(1, SEGMENT)
+    record = np.zeros(1, CAPSULE.records.SEGMENT)
     record["start"], record["end"] = [x_r, v_r, 0.0], [at, speed, 0.0]
     record["gap"], record["cosine"], record["sine"] = start[[1, 5, 6]]
     record["margin"] = x_r + kappa * (x_r - delta) + 2 * zeta * v_r - drift

@@ -14,6 +14,7 @@ import pytest
 
 from capsule_sym._native import core_of
 from capsule_sym._parameters import scene
+from capsule_sym.generated.interface import Quantity
 from tests.native import LIBRARY, ROOT
 from tests.native.test_native_extrema import ORDER, Expanded
 
@@ -27,7 +28,7 @@ def test_every_turn_of_the_pull_is_found_and_no_other(name: str) -> None:
     core, seen = core_of(given), 0
     if core is None:
         pytest.skip("the C core was not compiled")
-    pull, force = given.interface.Quantity.PULL, given.interface.Quantity.FORCE
+    pull, force = Quantity.PULL, Quantity.FORCE
     for _ in range(60):
         p = {"alpha": r.uniform(0.5, 2), "omega": r.uniform(0.5, 4), "delta": 0.1, "zeta": 0.05}
         p |= {"beta": r.uniform(0, 5), "gamma": r.uniform(0.5, 4), "f_b": 1.0}
@@ -81,7 +82,7 @@ def remainder_holds(folder: Path, change: tuple[str, str]) -> bool:
     library.probe(
         (ctypes.c_double * 7)(*numbers),
         (ctypes.c_double * 7)(*start),
-        int(given.interface.Quantity.PULL),
+        int(Quantity.PULL),
         ctypes.byref(e),
     )
     c = given.kernels.constants(2, *numbers)

@@ -28,7 +28,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS, ShootingSystem, o
 from capsule_sym._orbits.shooting.itinerary import contact, drift, mirror
 from capsule_sym._orbits.shooting.newton import newton
 from capsule_sym._orbits.shooting.stability import field
-from capsule_sym.generated.capsule.interface import Solving
+from capsule_sym.generated.interface import Solving
 from tests.finals import parameter_rows
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")

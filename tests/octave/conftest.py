@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.examples import ROOT
-from tests.octave.test_octave import GATEWAYS, GENERATED, PAGE
+from tests.octave.test_octave import GATEWAYS, PAGE
 
 
 @pytest.fixture(scope="session")
@@ -18,8 +18,7 @@ def gateways(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("gateways")
     shutil.copytree(ROOT / "capsule_sym", folder / "capsule_sym", symlinks=False)
     shutil.copy(ROOT / "pyproject.toml", folder)
-    for path in (GENERATED, GATEWAYS, ROOT / "generated" / "prototype" / "m"):
-        shutil.copytree(path, folder / path.relative_to(ROOT))
+    shutil.copytree(GATEWAYS, folder / GATEWAYS.relative_to(ROOT))
     block = "".join(block for block in PAGE.blocks("sh") if "capsule_build" in block)
     done = subprocess.run(
         ["sh", "-ec", block.replace("PREFIX", "prefix")],

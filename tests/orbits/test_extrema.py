@@ -22,7 +22,7 @@ from capsule_sym._orbits.shooting import extrema as module
 from capsule_sym._orbits.shooting.equations import SegmentFlow, shooting
 from capsule_sym._orbits.shooting.extrema import Extremum, extrema, minima
 from capsule_sym._parameters import CAPSULE
-from capsule_sym.generated.capsule.interface import Quantity
+from capsule_sym.generated.interface import Quantity
 from tests.sampling import many, sampled
 
 

@@ -21,7 +21,7 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._orbits.shooting.orbit import _UNSOLVED
-from capsule_sym.generated.capsule.interface import Solving
+from capsule_sym.generated.interface import Solving
 from tests.orbits.branches import settled
 
 # One motion of each kind between the bifurcations of the case study; the itineraries are the

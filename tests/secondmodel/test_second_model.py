@@ -7,10 +7,8 @@ orbits, their monodromy matrices and gradients are compared with differences of 
 
 from __future__ import annotations
 
-import inspect
 import json
 import random
-import runpy
 import shutil
 import subprocess
 import sys
@@ -131,14 +129,6 @@ def difference(first: tuple[float, ...], second: tuple[float, ...]) -> float:
     return max(abs(a - b) for a, b in zip(first, second, strict=True))
 
 
-def test_the_fields_of_the_balls_take_the_parameters_that_they_name(generated: Path) -> None:
-    fields = runpy.run_path(str(generated / "fields.py"))
-    assert {"s", "f_plus", "f_minus"} < {*fields["PARAMETERS"]}
-    for name in ("RATES", "RATES_BY", "GUARDS", "GUARDS_BY"):
-        for function in fields[name]:
-            assert tuple(inspect.signature(function).parameters) == fields["PARAMETERS"]
-
-
 def test_the_c_library_moves_as_the_integrator(
     library: list[Path], generated: Path, judged: tuple[list[Row], Ends]
 ) -> None:
@@ -249,6 +239,9 @@ def simulated(tree: Path, generated: Path, rows: list[Row], backend: str) -> End
     if not tree.exists():
         left = shutil.ignore_patterns("generated", "__pycache__", "*.so", "*.pyd", "page.html")
         shutil.copytree(ROOT / "capsule_sym", tree / "capsule_sym", ignore=left)
+        (tree / "capsule_sym" / "generated").mkdir()
+        for shared in (ROOT / "generated").glob("*.py"):
+            shutil.copy(shared, tree / "capsule_sym" / "generated")
     shutil.copytree(generated, tree / "capsule_sym" / "generated" / "capsule", dirs_exist_ok=True)
     paths = f"{tree}:{sysconfig.get_path('purelib')}"
     done = subprocess.run(

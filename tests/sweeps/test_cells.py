@@ -9,7 +9,7 @@ from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import compute
 from capsule_sym._sweeps.itineraries import code
 from capsule_sym._sweeps.quantities import VARIABLES, CellOutcome
-from capsule_sym.generated.capsule.interface import OrbitStatus
+from capsule_sym.generated.interface import OrbitStatus
 from tests.sweeps import chart
 
 RANGES = {"alpha": (0.0, 3.0), "omega": (0.3, 3.0), "delta": (0.0, 1.0)}

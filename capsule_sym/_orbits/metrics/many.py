@@ -20,7 +20,7 @@ from capsule_sym._map.native import core
 from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
 from capsule_sym._parameters import CAPSULE, Scene
-from capsule_sym.generated.capsule.interface import ORBIT_STATUSES, STOPS, OrbitStatus, Stop
+from capsule_sym.generated.interface import ORBIT_STATUSES, STOPS, OrbitStatus, Stop
 
 MOST_SEGMENTS = 256
 """Largest number of segments in a period from forcing angle 0; a motion with more is not found."""
@@ -138,7 +138,7 @@ def performance_many(
     periods = given.astype(np.int32)
     if np.any((periods != given) | (periods < 1)):
         raise InvalidInput("period_numbers", period_numbers, "whole numbers >= 1")
-    stops, records = np.zeros(count, np.int8), np.zeros(count, scene.interface.ORBIT)
+    stops, records = np.zeros(count, np.int8), np.zeros(count, scene.records.ORBIT)
     fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
     size = max(1, count if threads == 1 else _AT_ONCE, -(-count // (_SHARES * threads)))
     watch = watch or (present() if threads == 1 else Watch(present().left))

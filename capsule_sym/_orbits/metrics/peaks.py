@@ -11,7 +11,7 @@ from capsule_sym._orbits.shooting.equations import BY_TIME, STATES, Matrix, Segm
 from capsule_sym._orbits.shooting.extrema import extrema
 from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym.generated.capsule.interface import Quantity
+from capsule_sym.generated.interface import Quantity
 
 
 class _Place(NamedTuple):

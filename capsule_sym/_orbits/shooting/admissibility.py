@@ -15,7 +15,7 @@ from capsule_sym._orbits.shooting.extrema import extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene
-from capsule_sym.generated.capsule.interface import Quantity
+from capsule_sym.generated.interface import Quantity
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
 EDGE, BEFORE_END = "edge", "before end"

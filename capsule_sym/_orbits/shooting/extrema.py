@@ -17,7 +17,7 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import native_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._parameters import Scene
-from capsule_sym.generated.capsule.interface import Quantity
+from capsule_sym.generated.interface import Quantity
 
 _REACH = 3  # reach of an expansion, over the fastest rate of the segment
 _SHRINK = 8

@@ -15,7 +15,7 @@ from capsule_sym._orbits.shooting.equations import (
     solve,
 )
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym.generated.capsule.interface import Solving
+from capsule_sym.generated.interface import Solving
 
 _MOST_STEPS = 25
 _LEAST_SCALE = 2.0**-12

@@ -31,7 +31,7 @@ from capsule_sym._orbits.shooting.equations import (
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, level
 from capsule_sym._orbits.shooting.newton import newton, solved_to_rounding
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
-from capsule_sym.generated.capsule.interface import Solving
+from capsule_sym.generated.interface import Solving
 
 _backend = backend  # the parameter of `solve_itinerary` has the same name
 

@@ -14,15 +14,15 @@ _KEYWORDS_TEXT = """
 _KEYWORDS = frozenset(_KEYWORDS_TEXT.split()) | {*keyword.kwlist}
 _NAMES_TEXT = """
     Any B B2 B2d BI BW BWd Bd Bdd Constants G G2 G2d Gd H H1 H2 JACOBIAN_COLUMNS K NULL
-    Z2 abs advance back before bound bound_of c cap capsule_advance centre constants contact
-    cos cos_theta cosine deal detached detuning drift drift_change drift_long drift_short drive
+    Z2 abs advance back before bound bound_of by c cap capsule_advance centre constants contact
+    cos cos_theta cosine detached detuning drift drift_change drift_long drift_short drive
     drive_rate exp expm1 fabs fast field flat flow fmax force force_change force_gain2
     force_per_energy forced forced_doubled forced_slopes_apart forced_slopes_doubled forcing_next
     forcing_terms free_doubled free_slopes_apart free_slopes_doubled friction friction_at
     friction_bounds friction_guard front g gain gap guard h i index jacobian jacobian_drift
     jacobian_stick jet jet_magnitudes kappa lag lag2 last len level list lift_force load_force
     loss_at m mad
-    margin margin_at max mp mul n name neg next np nu num oscillating over overdamped p params
+    margin margin_at max mp mul n name neg next np nu num oscillating over overdamped own p params
     period periods phase pi position position_at pow pull push push_at q range rate reach real
     relative_flow replace response_next rest_centre rest_force resonant root_K second segment
     segment_sizes sigma sign sin sin_theta sine sine2 size_of slow spring sqrt start state stop sub

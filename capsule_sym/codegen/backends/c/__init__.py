@@ -25,7 +25,6 @@ class C(Backend):
     kind = "double"
     unpack = "const double {0} = c->{0};"
     assign = "const double {} = {};"
-    omitted = ("jet", "jet_magnitudes")
     files: ClassVar = {
         f"c/capsule_{name}": f"{name}.in"
         for name in ("kernels.h", "kernels.c", "formulas.h", "interface.h")
@@ -58,6 +57,7 @@ class C(Backend):
         derived = self.derived
         real, bound = Real(derived), Bound(derived)
         own = {symbol: sp.Symbol(f"c->{symbol}") for symbol in PARAMETERS}
+        kernels = (*derived.shared, *(k for k in derived.kernels if not k.name.startswith("jet")))
         bounds = " + ".join(f"(c)->{name}" for name in derived.bounds)
         return {
             **super().texts(),
@@ -67,7 +67,7 @@ class C(Backend):
             "used_parameters": _used_parameters(),
             "segment_constants": self.cases("{}", {}),
             "field_constants": real.cases("num({}.0)", own),
-            "kernels": self.kernels(),
+            "kernels": "\n\n".join(map(self.function, kernels)),
             "one_over": ", ".join(f"1.0 / {n}" for n in range(1, derived.series_terms + 4)),
             "real_formulas": "\n".join(map(real.function, derived.formulas)),
             "bound_formulas": "\n".join(map(bound.function, derived.sizes)),

@@ -39,7 +39,7 @@ class Cython(Backend):
             ),
             "offsets": "\n".join(f"    const size_t capsule_{n}_layout[]" for n in names),
             "checks": "\n".join(
-                f"{n.upper()} = _checked(interface.{n.upper()}, capsule_{n}_layout)" for n in names
+                f"{n.upper()} = _checked(records.{n.upper()}, capsule_{n}_layout)" for n in names
             ),
         }
 

@@ -1,61 +1,79 @@
-"""Python without NumPy: formulas for any numbers, tables, records, and facts of parameters."""
+"""Python of a scene: kernels and formulas for any numbers, tables, and facts of parameters."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
 from textwrap import indent
 from typing import ClassVar
 
 import sympy as sp
 from sympy.printing.pycode import pycode
 
+from capsule_sym._symbolic.model import declaration
 from capsule_sym._symbolic.model.formulas import edge_planes, impact_planes, places
-from capsule_sym._symbolic.model.model import ANY_LEVEL, LEVELS, SEGMENTS
-from capsule_sym._symbolic.model.switching import line_transitions, local_maps, surface_transitions
+from capsule_sym._symbolic.model.model import ANY_LEVEL, LEVELS, SEGMENTS, Segment
+from capsule_sym._symbolic.model.switching import line_transitions, surface_transitions
 from capsule_sym._symbolic.model.symbols import PARAMETERS, PULSED, alpha, stop
-from capsule_sym.codegen._derived import Matrix, entries, matrices
-from capsule_sym.codegen._interface import Entry, Interface, members
+from capsule_sym.codegen._blocks import segment_constants
+from capsule_sym.codegen._derived import CONSTANTS, Matrix, entries, matrices
 from capsule_sym.codegen.backends.python import facts
 from capsule_sym.codegen.backends.python.spelling import PythonSpelling
 
 
 class Python(PythonSpelling):
-    """Python code of the model besides the kernels."""
+    """Python code of a scene."""
 
     files: ClassVar = {
-        "__init__.py": "package.py.in",
+        "__init__.py": "init.py.in",
         **{
             f"{name}.py": f"{name}.py.in"
-            for name in ("switching", "formulas", "interface", "fields", "facts", "parameters")
+            for name in ("switching", "kernels", "formulas", "fields", "facts", "parameters")
         },
     }
 
     def texts(self) -> dict[str, str]:
-        """Formulas, tables, records and facts."""
+        """Kernels, formulas, tables and facts."""
         derived = self.derived
         formulas = (*derived.formulas, *derived.sizes)
         return {
             **super().texts(),
-            "formulas": indent(
-                "\n".join(self.function(kernel, "Any") for kernel in formulas), "    "
-            ),
+            "constants": ", ".join(f'"{name}"' for name in CONSTANTS),
+            "own_constants": "".join(map(self._own_constants, SEGMENTS)).rstrip(),
+            "kernels": "\n\n".join(map(self.function, derived.kernels)),
+            "formulas": indent("\n".join(map(self.function, formulas)), "    "),
             "own_stop": str(stop),
             "friction_bounds": " + ".join(f"c.{name}" for name in derived.bounds),
             "units": "\n".join(f"    {name} = {number}" for name, number in derived.units.items()),
             "table": facts.assigned(_table(), _ABOUT),
             **facts.texts(),
-            "fields": _fields(),
-            "enums": "\n\n".join(map(_enum, derived.interface.enums)),
-            "dtypes": "\n\n".join(_dtype(s, derived.interface) for s in derived.interface.structs),
+            "fields": _fields() if self._enclosed else "",
         }
+
+    def written(self) -> dict[str, str]:
+        """Text of each file by its path."""
+        texts = super().written()
+        if not self._enclosed:
+            del texts["fields.py"]
+        return texts
+
+    @property
+    def _enclosed(self) -> bool:
+        """True for the scene whose fields are enclosed in balls."""
+        return declaration.path() == declaration.home(declaration.SHIPPED[0])
+
+    def _own_constants(self, segment: Segment) -> str:
+        """Case of a match by a field's number."""
+        modes = (*((1 - segment.level,) if PULSED else ()), segment.contact, segment.drift)
+        values = (self.expression(value) for _, value in segment_constants(segment.index))
+        return (
+            f"        case {segment.index}:  # {segment.mode}\n"
+            f"            own = ({', '.join((*map(str, modes), *values))})\n"
+        )
 
 
 def _table() -> dict[str, object]:
     """Switching table, and other tables by signs."""
     return {
         "TRANSITIONS": _transitions(),
-        "LOCAL_MAPS": frozenset(_local_maps()),
         "PLACES": places(),
         "IMPACT_PLANES": impact_planes(),
         "EDGE_PLANES": edge_planes(),
@@ -80,36 +98,9 @@ def _fields() -> str:
     return "\n\n".join(texts)
 
 
-def _enum(enum: Entry) -> str:
-    """Enumeration, and the names of its values."""
-    rows = "".join(
-        f"    {name.upper().replace('-', '_')} = {value}\n"
-        for value, name in enumerate(enum["values"])
-    )
-    title = enum["name"].title().replace("_", "")
-    words = "".join(f'    "{name}",\n' for name in enum["values"])
-    several = re.sub("s$", "se", re.sub("y$", "ie", enum["name"])).upper()
-    return (
-        f'class {title}(IntEnum):\n    """{enum["doc"]}"""\n\n{rows}\n\n{several}S = (\n{words})\n'
-    )
-
-
-def _dtype(struct: Entry, interface: Interface) -> str:
-    """Dtype of a struct."""
-    rows = "".join(
-        f'        ("{name}", "{_DTYPES[kind]}"{shape}),\n'
-        for name, kind, length in members(struct)
-        for shape in (f", {interface.number(length)}" if length else "",)
-    )
-    name = struct["name"].upper()
-    return f"{name} = np.dtype(\n    [\n{rows}    ],\n    align=True,\n)\n"
-
-
-_DTYPES = {"double": "f8", "int64_t": "i8", "int32_t": "i4"}
-_VARIED = tuple(p for p in PARAMETERS if PULSED or p is not alpha)
+_VARIED = tuple(p for p in PARAMETERS if p is not alpha)
 _ABOUT = {
     "TRANSITIONS": "Target fields of a source field at a surface, line or corner point.",
-    "LOCAL_MAPS": "Every local map as target plane, field and source plane.",
     "PLACES": "Surface, line or corner point by the signs of v_c, the gap and v_r, and P's level.",
     "IMPACT_PLANES": "Number of the plane of an impact by the stop and the signs of v_c and v_r.",
     "EDGE_PLANES": "Numbers of the planes of the rise and the fall of pulses.",
@@ -142,27 +133,6 @@ def _transitions() -> dict[tuple[int, str], tuple[int, ...]]:
         for level in range(len(LEVELS))
     }
     return {key: of_all[key] for key in sorted(of_all, key=_place_order)}
-
-
-def _local_maps() -> Iterator[tuple[str, int, str]]:
-    """Local maps as target, field and source; of pulses, those of each level and of their edges.
-
-    A field of a level may begin on the edge that leads to it, and end on the other one.
-    """
-    maps = [(int(m.target[1:]), m.field, int(m.source[1:])) for m in local_maps()]
-    kinds, edges = len(ANY_LEVEL), edge_planes()
-    more = len(SEGMENTS) - kinds
-    for level in range(len(LEVELS)):
-
-        def number(plane: int, of: int = kinds * level) -> int:
-            return plane + (of if plane <= kinds else more)
-
-        found = {(number(t), f + kinds * level, number(s)) for t, f, s in maps}
-        if edges:
-            begins, ends = edges[level], edges[1 - level]
-            found |= {(ends, field, source) for _, field, source in found}
-            found |= {(target, field, begins) for target, field, _ in found}
-        yield from ((f"Σ{target}", field, f"Σ{source}") for target, field, source in found)
 
 
 def _place_order(key: tuple[int, str]) -> tuple[str, int, int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pprint import pformat
 from typing import Any
 
 from capsule_sym._symbolic.model import declaration
@@ -10,6 +9,7 @@ from capsule_sym._symbolic.model.consistency import UNITS
 from capsule_sym._symbolic.model.model import LOAD, REACTS, SEGMENTS, WEIGHT
 from capsule_sym._symbolic.model.parts import shown, spelled
 from capsule_sym._symbolic.model.symbols import MODEL, PULSED
+from capsule_sym.codegen.backends.python.spelling import packed
 
 
 def texts() -> dict[str, str]:
@@ -33,9 +33,17 @@ def texts() -> dict[str, str]:
 def assigned(values: dict[str, object], about: dict[str, str]) -> str:
     """Assignments of constants, each with its docstring."""
     return "\n".join(
-        f'{name} = {pformat(value, width=90, sort_dicts=False)}\n"""{about[name]}"""'
-        for name, value in values.items()
+        f'{_filled(name, value)}\n"""{about[name]}"""' for name, value in values.items()
     )
+
+
+def _filled(name: str, value: object) -> str:
+    """Assignment of a value."""
+    if isinstance(value, dict):
+        return packed(f"{name} = {{", (f"{key!r}: {one!r}" for key, one in value.items()), "}")
+    if isinstance(value, tuple) and len(value) > 1:
+        return packed(f"{name} = (", map(repr, value), ")")
+    return f"{name} = {value!r}"
 
 
 _ABOUT = {

@@ -1,23 +1,21 @@
-"""Functions in Python, for any numbers with its operators, and the base of its kernels."""
+"""Functions in Python, for any numbers with its operators."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
+from textwrap import wrap
 
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
-from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.symbols import PULSED
 from capsule_sym.codegen._backend import WIDTH, Backend, wrapped
-from capsule_sym.codegen._blocks import OWN, segment_constants
-from capsule_sym.codegen._derived import CONSTANTS, PARAMETER_NAMES
 from capsule_sym.codegen._lower import Kernel
 from capsule_sym.codegen._printers import Products
 
 
 class _Printer(Products, PythonCodePrinter):
-    """Python code whose functions are plain names, imported by the template."""
+    """Python code whose functions are plain names, which functions take from their library."""
 
     def _print_Function(self, expr: sp.Function) -> str:
         name = type(expr).__name__
@@ -35,31 +33,29 @@ class PythonSpelling(Backend):
     printer = _Printer()
     comment = "#"
 
-    def function(self, kernel: Kernel, kind: str = "") -> str:
-        """Kernel as a function, whose numbers are annotated as a kind if there is one.
+    def body(self, kernel: Kernel) -> str:
+        """Lines before the results: functions and constants, several in a line, and the steps."""
+        lines = [*_read("by", _functions(kernel)), *_read("c", kernel.constants)]
+        lines += [f"{name} = {self.expression(step)}" for name, step in kernel.steps]
+        return "".join(f"    {line}\n" for line in lines)
+
+    def function(self, kernel: Kernel) -> str:
+        """Kernel as a function, which begins with the library `by` if it needs functions.
 
         Last arguments that only other models use may be omitted.
         """
         names, unused = ["c", *kernel.arguments], self.unused(kernel)
-        given = [f"{name}: {kind}" if kind else name for name in names]
-        for k in reversed(range(len(names))):
-            if names[k] not in unused:
+        given = [*(["by"] if _functions(kernel) else []), *names]
+        for k in range(1, len(names) + 1):
+            if names[-k] not in unused:
                 break
-            given[k] += "=None"
-        returned = f" -> {kind}" if kind else ""
+            given[-k] += "=None"
         results = ", ".join(map(self.expression, kernel.results))
         if not kernel.single:
-            results = f"({results},)"
-        elif len(results) > WIDTH - 15:  # where it is broken it needs brackets
-            results = f"({results})"
-        head = f"def {kernel.name}({', '.join(given)}){returned}:"
-        if len(head) > WIDTH - 4:  # a method is further in
-            head = f"def {kernel.name}(\n    {', '.join(given)}\n){returned}:"
-        return (
-            f"{head}\n"
-            f'    """{kernel.doc}\n\n    {kernel.cost}.\n    """\n'
-            f"{self.body(kernel)}    return {results}\n"
-        )
+            results = f"({results}{',' * (len(kernel.results) == 1)})"
+        head = f"def {kernel.name}({', '.join(given)}):"
+        doc = f'    """{kernel.doc} {kernel.cost.capitalize()}."""'
+        return f"{head}\n{doc}\n{self.body(kernel)}    return {results}\n"
 
     def laid_out(self, text: str) -> str:
         """Text with long lines broken, which Python allows within brackets."""
@@ -71,6 +67,38 @@ class PythonSpelling(Backend):
         return wrapped("\n".join(lines))
 
 
+def packed(head: str, entries: Iterable[str], tail: str) -> str:
+    """Head, entries and tail of a list, with as many entries in a line as fit."""
+    start = re.match(r"\s*", head)
+    text = ", ".join(entry.replace(" ", "\0") for entry in entries)
+    lines = wrap(
+        f"{head}{text}{tail}",
+        WIDTH,
+        subsequent_indent=f"{start[0] if start else ''}    ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return "\n".join(lines).replace("\0", " ")
+
+
+def _functions(kernel: Kernel) -> list[str]:
+    """Functions that a kernel needs of a library of numbers."""
+    found = {type(f).__name__ for _, step in kernel.steps for f in step.atoms(sp.Function)}
+    found |= {type(f).__name__ for result in kernel.results for f in result.atoms(sp.Function)}
+    return sorted(found - {"Abs"})
+
+
+def _read(owner: str, names: list[str] | tuple[str, ...]) -> Iterator[str]:
+    """Assignments of an object's members to their names, as many in a line as fit."""
+    row: list[str] = []
+    for name in (*names, None):
+        line = ", ".join(row) + " = " + ", ".join(f"{owner}.{one}" for one in row)
+        if row and (name is None or len(line) + len(owner) + 2 * len(name) > WIDTH - 14):
+            yield line
+            row = []
+        row += [name] if name else []
+
+
 def _is_in_brackets(text: str) -> bool:
     """True if the first bracket of a text is closed by its last character."""
     depth = 0
@@ -79,34 +107,3 @@ def _is_in_brackets(text: str) -> bool:
         if depth == 0:
             return i == len(text) - 1 and i > 0
     return False
-
-
-class PythonKernels(PythonSpelling):
-    """Kernels in Python, with the choice between closed forms."""
-
-    def texts(self) -> dict[str, str]:
-        """Fields of a tuple of constants, functions that give the constants, and kernels."""
-        return {
-            **super().texts(),
-            "modes": "high, contact, drift" if PULSED else "contact, drift",
-            "constants_fields": "\n".join(f"    {name}: float" for name in CONSTANTS),
-            "own_constants": ", ".join(OWN),
-            "segment_constants": self._segment_constants(),
-            "kernels": self.kernels(),
-        }
-
-    def _segment_constants(self) -> str:
-        texts = []
-        for segment in SEGMENTS:
-            results = [self.expression(value) for _, value in segment_constants(segment.index)]
-            texts.append(
-                f"def _constants_{segment.name}({', '.join(PARAMETER_NAMES)}):\n"
-                f'    """{", ".join(OWN[:-1])} and {OWN[-1]} of {segment.mode}."""\n'
-                f"    return ({', '.join(results)})\n"
-            )
-        names = ", ".join(f"_constants_{segment.name}" for segment in SEGMENTS)
-        level = "{}, " if PULSED else ""
-        modes = ", ".join(f"({level.format(1 - g.level)}{g.contact}, {g.drift})" for g in SEGMENTS)
-        order = "high, contact, drift" if PULSED else "contact, drift"
-        texts.append(f"_CONSTANTS = ({names})\n# {order}\n_MODES = ({modes})\n")
-        return "\n\n".join(texts)
