@@ -106,17 +106,12 @@ def test_hand_edit_is_found(run: Run, copy: Path) -> None:
     assert kernels.read_text(encoding="utf-8") != text  # checking writes nothing
 
 
-def test_missing_file_is_found(run: Run, copy: Path) -> None:
+def test_missing_and_surplus_files_are_found_and_mended(run: Run, copy: Path) -> None:
     (copy / "c" / "capsule_kernels.h").unlink()
-    result = run("--check", "--out", str(copy))
-    assert result.exit_code == 1
-    assert "--- /dev/null\n+++ expected/c/capsule_kernels.h" in result.output
-
-
-def test_surplus_file_is_found_and_removed(run: Run, copy: Path) -> None:
     (copy / "c" / "stray.h").write_text("#define X\n", encoding="utf-8")
     result = run("--check", "--out", str(copy))
     assert result.exit_code == 1
+    assert "--- /dev/null\n+++ expected/c/capsule_kernels.h" in result.output
     assert "--- present/c/stray.h\n+++ /dev/null" in result.output
     assert run("--out", str(copy)).exit_code == 0
     assert run("--check", "--out", str(copy)).exit_code == 0

@@ -6,11 +6,9 @@ stand between an input and a result (constants 4, response functions 6, sum 6).
 
 from __future__ import annotations
 
-import ctypes
-import shutil
-import subprocess
 from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import astuple
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -21,6 +19,7 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
+from capsule_sym._native import core
 from capsule_sym.generated.capsule import DIGEST
 from tests.crosscheck import (
     DIGITS,
@@ -98,71 +97,26 @@ def lanes(kernel: Callable[..., Any], **options: bool) -> Evaluate:
     return evaluate
 
 
-class _Constants(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_double) for name in double.Constants._fields if name != "resonant"),
-        ("resonant", ctypes.c_int),
-    ]
+def native(batch: list[Case]) -> list[tuple[Rows, Rows]]:
+    """Values and Jacobians by the C kernels."""
+    if core is None:
+        pytest.skip("the C core was not compiled")
+    found = []
+    for case in batch:
+        fields = core.Fields(np.array(astuple(case.parameters)))
+        start = np.array(case.start(double, float))
+        values, rows = fields.closed_form(case.field, start, case.duration)
+        count = 4 if case.constants(double, float).drift else 2
+        found.append((values[:count], rows[:count]))
+    return found
 
 
-class _Start(ctypes.Structure):
-    _fields_ = [(name, ctypes.c_double) for name in double.Start._fields]
+def native_flow(batch: list[Case]) -> list[Rows]:
+    return [values for values, _ in native(batch)]
 
 
-@pytest.fixture(scope="module")
-def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("no C compiler `cc` on this machine")
-    target = tmp_path_factory.mktemp("c") / "kernels.so"
-    source = GENERATED_C / "capsule_kernels.c"
-    flags = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
-    subprocess.run([compiler, *flags, "-shared", "-fPIC", "-o", target, source, "-lm"], check=True)
-    loaded = ctypes.CDLL(str(target))
-    loaded.capsule_flow_advance.restype = ctypes.c_double
-    return loaded
-
-
-def native_arguments(library: ctypes.CDLL, case: Case) -> tuple[_Constants, _Start]:
-    c = _Constants()
-    parameters = (ctypes.c_double * 7)(*case.parameters.to_dict().values())
-    library.capsule_constants_of(case.field, parameters, ctypes.byref(c))
-    return c, _Start(*case.start(double, float))
-
-
-def native_flow(library: ctypes.CDLL) -> Evaluate:
-    def evaluate(batch: list[Case]) -> list[Rows]:
-        results = []
-        for case in batch:
-            c, start = native_arguments(library, case)
-            out, h = (ctypes.c_double * 3)(), ctypes.c_double(case.duration)
-            library.capsule_flow(ctypes.byref(c), ctypes.byref(start), h, out)
-            if c.drift == 0:
-                results.append(list(out[:2]))
-                continue
-            advance = library.capsule_flow_advance(
-                ctypes.byref(c), ctypes.byref(start), ctypes.c_double(out[0]), h
-            )
-            results.append([*out, advance])
-        return results
-
-    return evaluate
-
-
-def native_jacobian(library: ctypes.CDLL) -> Evaluate:
-    def evaluate(batch: list[Case]) -> list[Rows]:
-        results = []
-        width = len(double.JACOBIAN_COLUMNS)
-        for case in batch:
-            c, start = native_arguments(library, case)
-            rows = 2 if c.drift == 0 else 4
-            out = (ctypes.c_double * (rows * width))()
-            h = ctypes.c_double(case.duration)
-            library.capsule_jacobian(ctypes.byref(c), ctypes.byref(start), h, out)
-            results.append([out[i * width : (i + 1) * width] for i in range(rows)])
-        return results
-
-    return evaluate
+def native_jacobian(batch: list[Case]) -> list[Rows]:
+    return [rows for _, rows in native(batch)]
 
 
 def worst_flow(evaluate: Evaluate, batch: list[Case]) -> tuple[float, Case]:
@@ -194,31 +148,29 @@ def jacobian_units(case: Case) -> list[list[float]]:
     return [[UNIT * size for size in row] for row in jacobian_scale(case)]
 
 
+FLOW_OF = {
+    "scalars": scalar(double.flow, advance=True),
+    "lanes": lanes(double.flow, advance=True),
+    "c": native_flow,
+}
+JACOBIAN_OF = {
+    "scalars": scalar(double.jacobian),
+    "lanes": lanes(double.jacobian),
+    "c": native_jacobian,
+}
+
+
 @sampled
-@pytest.mark.parametrize("of", ["scalars", "lanes", "c"])
-def test_flows(of: str, request: pytest.FixtureRequest) -> None:
-    by = {"scalars": scalar, "lanes": lanes}
-    evaluate = (
-        by[of](double.flow, advance=True)
-        if of in by
-        else native_flow(request.getfixturevalue("library"))
-    )
-    units, case = worst_flow(evaluate, FLOWS)
+@pytest.mark.parametrize("of", FLOW_OF)
+def test_flows(of: str) -> None:
+    units, case = worst_flow(FLOW_OF[of], FLOWS)
     assert units < BOUND, case
 
 
 @sampled
-@pytest.mark.parametrize(
-    ("of", "batch"),
-    [("scalars", JACOBIANS), ("lanes", JACOBIANS), ("c", JACOBIANS), ("scalars", STRONGLY_DAMPED)],
-    ids=["scalars", "lanes", "c", "strong damping"],
-)
-def test_jacobians(of: str, batch: list[Case], request: pytest.FixtureRequest) -> None:
-    by = {"scalars": scalar, "lanes": lanes}
-    evaluate = (
-        by[of](double.jacobian) if of in by else native_jacobian(request.getfixturevalue("library"))
-    )
-    units, entry, case = worst_jacobian(evaluate, batch)
+@pytest.mark.parametrize("of", JACOBIAN_OF)
+def test_jacobians(of: str) -> None:
+    units, entry, case = worst_jacobian(JACOBIAN_OF[of], JACOBIANS)
     assert units < BOUND, (entry, case)
 
 
@@ -228,6 +180,12 @@ def test_flow_under_strong_damping_from_a_slow_forcing() -> None:
     case = Case(parameters, 1, (0.6034, 0.9262, 0.1486), 1.1709, 0.000865)
     units, _ = worst_flow(scalar(double.flow, advance=True), [case])
     assert units < BOUND
+
+
+@sampled
+def test_jacobian_under_strong_damping() -> None:
+    units, entry, case = worst_jacobian(scalar(double.jacobian), STRONGLY_DAMPED)
+    assert units < BOUND, (entry, case)
 
 
 def test_a_wrong_constant_is_seen() -> None:

@@ -17,9 +17,9 @@ from tests.judges.test_judges_agree import CASES, DOP853_ERROR, HEYOKA_ERROR, TR
 
 PERIODS = 20
 QUICK = [("3.3", "0.45")]
-SOME = pytest.mark.parametrize(("gamma", "alpha"), QUICK)
-REST = pytest.mark.parametrize(
-    ("gamma", "alpha"), [case for case in TRUTH if case not in QUICK], ids="-".join
+SOME_QUICK = pytest.mark.parametrize(
+    ("gamma", "alpha"),
+    [pytest.param(*case, marks=[] if case in QUICK else pytest.mark.long) for case in TRUTH],
 )
 
 
@@ -85,31 +85,22 @@ def test_double_agrees_with_truth(gamma: str, alpha: str) -> None:
     assert trajectory.statistics.escalations == 0
 
 
-def check_precise(gamma: str, alpha: str) -> None:
+@SOME_QUICK
+def test_50_digits_agree_with_truth_and_double_with_them(gamma: str, alpha: str) -> None:
     with mp.workdps(60):
         check_final(run(gamma, alpha, "mpmath"), TRUTH[gamma, alpha], 1e-35)
         check_double(gamma, alpha)
 
 
-@SOME
-def test_50_digits_agree_with_truth_and_double_with_them(gamma: str, alpha: str) -> None:
-    check_precise(gamma, alpha)
-
-
-@pytest.mark.long
-@REST
-def test_50_digits_agree_with_truth_and_double_with_them_everywhere(gamma: str, alpha: str) -> None:
-    check_precise(gamma, alpha)
-
-
-@SOME
+@SOME_QUICK
 def test_50_digits_agree_with_dop853(gamma: str, alpha: str) -> None:
     with mp.workdps(60):
         precise = run(gamma, alpha, "mpmath")
         check_judge(precise, dop853.run(precise.parameters, periods=PERIODS), DOP853_ERROR)
 
 
-def check_heyoka(gamma: str, alpha: str) -> None:
+@SOME_QUICK
+def test_50_digits_agree_with_heyoka(gamma: str, alpha: str) -> None:
     pytest.importorskip("heyoka")
     from tests.judges import heyoka_run
 
@@ -117,20 +108,6 @@ def check_heyoka(gamma: str, alpha: str) -> None:
         precise = run(gamma, alpha, "mpmath")
         judged = heyoka_run.run(precise.parameters, periods=PERIODS)
         check_judge(precise, judged, HEYOKA_ERROR[heyoka_run.EXTENDED])
-
-
-@SOME
-def test_50_digits_agree_with_heyoka(gamma: str, alpha: str) -> None:
-    check_heyoka(gamma, alpha)
-
-
-@pytest.mark.long
-@REST
-def test_50_digits_agree_with_both_integrators_everywhere(gamma: str, alpha: str) -> None:
-    with mp.workdps(60):
-        precise = run(gamma, alpha, "mpmath")
-        check_judge(precise, dop853.run(precise.parameters, periods=PERIODS), DOP853_ERROR)
-    check_heyoka(gamma, alpha)
 
 
 def test_a_wrong_mass_ratio_is_noticed() -> None:

@@ -21,7 +21,7 @@ pytestmark = [
 
 FORM = Form(pulsed=True, biased=True)
 PERIODS = 4
-ORBITS = Path(__file__).parents[1] / "secondmodel" / "orbits.c"
+ORBITS = Path(__file__).with_name("orbits.c")
 DOUBLE, WIDE = 1, 2
 CORNER = 2  # a capsule_outcome
 

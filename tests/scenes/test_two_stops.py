@@ -12,7 +12,7 @@ import pytest
 from tests.scenes import Form, Integrator, Run, Start, grouped, integrator, random_starts
 from tests.scenes.library import SANITIZED, Library, library, printed
 
-ORBITS = Path(__file__).parents[1] / "secondmodel" / "orbits.c"
+ORBITS = Path(__file__).with_name("orbits.c")
 FORM = Form(stops=2)
 ORDER = ("alpha", "omega", "delta_1", "delta_2", "zeta", "beta_1", "beta_2", "gamma", "f_b")
 PERIODS = 4

@@ -14,23 +14,21 @@ import subprocess
 import sys
 import sysconfig
 from pathlib import Path
-from typing import NamedTuple
 
-import numpy as np
 import pytest
 
-from tests.native import LIBRARY, ROOT
+from tests.native import ROOT
 from tests.scenes import SCENES, Integrator, Start
 from tests.scenes import integrator as compiled_integrator
+from tests.scenes.library import SANITIZED, Library, generated, library
+from tests.scenes.orbits import apart, by_differences, compared, orbits
 
-HERE = Path(__file__).parent
-MODEL = HERE / "biased.py"
+MODEL = Path(__file__).with_name("biased.py")
+FORM = SCENES["slope"]
+NAMES = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "s", "f_plus", "f_minus")
 PERIODS = 4
-WARNED = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
-SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
-Row = list[float]
-Ends = list[tuple[tuple[float, ...], str]]
+Ends = list[tuple[tuple[float, ...], tuple[int, ...]]]
 """Final state and fields of each run."""
 
 pytestmark = [
@@ -39,33 +37,17 @@ pytestmark = [
 ]
 
 
-def random_rows(count: int) -> list[Row]:
-    """Parameters in the order of the declaration, and a state."""
-    r = random.Random(29)
-    zeta = [0.0, 0.05, 0.4]
-    return [
-        [
-            *(r.uniform(0, 2.5), r.uniform(0.4, 2), r.uniform(0, 1), r.choice(zeta)),
-            *(r.uniform(0, 10), r.uniform(0.3, 5)),
-            *(r.uniform(-0.4, 0.4), r.uniform(0.2, 1.5), r.uniform(0.2, 1.5)),
-            *(r.uniform(-1, 1), r.uniform(-1, 1), r.choice([0.0, r.uniform(-1, 1)])),
-        ]
-        for _ in range(count)
-    ]
-
-
-def printed(program: Path, rows: list[Row], periods: int = PERIODS) -> list[list[str]]:
-    text = "".join(" ".join(map(repr, row)) + "\n" for row in rows)
-    done = subprocess.run(
-        [program, str(periods)], input=text, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return [line.split() for line in done.stdout.splitlines()]
-
-
-def generate(model: Path, out: Path) -> None:
-    command = [sys.executable, "-m", "capsule_sym.codegen", "--scene", model, "--out", out]
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+def random_starts(count: int) -> list[Start]:
+    """Parameters and a state."""
+    r, zeta = random.Random(29), [0.0, 0.05, 0.4]
+    found = []
+    for _ in range(count):
+        p = [r.uniform(0, 2.5), r.uniform(0.4, 2), r.uniform(0, 1), r.choice(zeta)]
+        p += [r.uniform(0, 10), r.uniform(0.3, 5)]
+        p += [r.uniform(-0.4, 0.4), r.uniform(0.2, 1.5), r.uniform(0.2, 1.5)]
+        state = r.uniform(-1, 1), r.uniform(-1, 1), r.choice([0.0, r.uniform(-1, 1)])
+        found.append(Start(dict(zip(NAMES, p, strict=True)), state))
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -74,32 +56,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def generated(folder: Path) -> Path:
-    generate(MODEL, folder / "generated")
-    return folder / "generated"
-
-
-def compiled(folder: Path, generated: Path, *flags: str) -> list[Path]:
-    """Objects of the C library with generated code."""
-    sources = [*LIBRARY.glob("*.c"), generated / "c" / "capsule_kernels.c"]
-    folder.mkdir()
-    command = ["cc", "-c", "-O0", *WARNED, *flags, f"-I{LIBRARY}", f"-I{generated / 'c'}", *sources]
-    subprocess.run(command, cwd=folder, check=True)
-    return sorted(folder.glob("*.o"))
-
-
-def program(name: str, objects: list[Path], generated: Path, *flags: str) -> Path:
-    """A driver of this folder, linked with the library."""
-    made = objects[0].with_name(name)
-    paths = [f"-I{LIBRARY}", f"-I{generated / 'c'}"]
-    command = ["cc", "-O0", *WARNED, *flags, *paths, HERE / f"{name}.c", *objects, "-lm"]
-    subprocess.run([*command, "-o", made], check=True)
-    return made
-
-
-@pytest.fixture(scope="module")
-def library(folder: Path, generated: Path) -> list[Path]:
-    return compiled(folder / "library", generated, *SANITIZED)
+def scene(folder: Path) -> Library:
+    """The C library compiled for the model, under sanitizers."""
+    return library("biased", folder, *SANITIZED)
 
 
 @pytest.fixture(scope="module")
@@ -107,22 +66,13 @@ def integrator(folder: Path) -> Integrator:
     return compiled_integrator(folder)
 
 
-def integrated(
-    integrator: Integrator, rows: list[Row], periods: int = PERIODS
-) -> list[tuple[list[float], str]]:
-    """Final (x_r, v_r, v_c, x_c) and fields of each run."""
-    names = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "s", "f_plus", "f_minus")
-    starts = [Start(dict(zip(names, row, strict=False)), tuple(row[9:])) for row in rows]
-    runs = integrator.runs(SCENES["slope"], starts, periods, checked=False)
-    assert {run.status for run in runs} == {"done"}
-    return [([*map(float, run.state)], "".join(map(str, run.fields))) for run in runs]
-
-
 @pytest.fixture(scope="module")
-def judged(integrator: Integrator) -> tuple[list[Row], Ends]:
+def judged(integrator: Integrator) -> tuple[list[Start], Ends]:
     """Runs by the integrator."""
-    rows = random_rows(300)
-    return rows, [(tuple(end[:3]), fields) for end, fields in integrated(integrator, rows)]
+    starts = random_starts(300)
+    runs = integrator.runs(FORM, starts, PERIODS, checked=False)
+    assert {run.status for run in runs} == {"done"}
+    return starts, [(tuple(map(float, run.state[:3])), run.fields) for run in runs]
 
 
 def difference(first: tuple[float, ...], second: tuple[float, ...]) -> float:
@@ -130,93 +80,23 @@ def difference(first: tuple[float, ...], second: tuple[float, ...]) -> float:
 
 
 def test_the_c_library_moves_as_the_integrator(
-    library: list[Path], generated: Path, judged: tuple[list[Row], Ends]
+    scene: Library, judged: tuple[list[Start], Ends]
 ) -> None:
-    """Alone and side by side, under sanitizers: every field passed, and final states to 1e-11."""
-    rows, expected = judged
-    lines = printed(program("driver", library, generated, *SANITIZED), rows)
-    for alone, many, (state, fields) in zip(
-        lines[: len(rows)], lines[len(rows) :], expected, strict=True
-    ):
-        assert alone[0] == many[0] == "0"
-        assert alone[4] == fields
-        assert difference(tuple(map(float, alone[1:4])), state) < 1e-11
-        assert difference(tuple(map(float, many[1:4])), state) < 1e-11
-
-
-class Found(NamedTuple):
-    """An orbit, by the C library or by differences of the integrator's, with what it depends on."""
-
-    state: np.ndarray
-    monodromy: np.ndarray
-    by_parameter: np.ndarray
-    progression: float
-    gradient: np.ndarray
-
-
-STEP = 1e-4
-
-
-def by_differences(
-    integrator: Integrator, row: Row, state: np.ndarray, periods: int
-) -> Found | None:
-    """The period's end from an orbit, and its slopes to fourth order in STEP.
-
-    None where the itinerary is not the same in all directions: there are no two-sided slopes.
-    """
-    at = np.array([*row[: len(row) - 3], *state])
-    steps = [k * STEP * e for e in np.eye(len(at)) for k in (-2, -1, 1, 2)]
-    runs = integrated(integrator, [list(map(float, at + d)) for d in (0 * at, *steps)], periods)
-    if len({fields for _, fields in runs}) > 1:
-        return None
-    ends = np.array([end for end, _ in runs])
-    rows = ends[1:].reshape(len(at), 4, 4)
-    slopes = (rows[:, 0] - 8 * rows[:, 1] + 8 * rows[:, 2] - rows[:, 3]).T / (12 * STEP)
-    m = len(at) - 3
-    moved = np.linalg.solve(np.eye(3) - slopes[:3, m:], slopes[:3, :m])
-    gradient = (slopes[3, :m] + slopes[3, m:] @ moved) / periods
-    return Found(ends[0, :3], slopes[:3, m:], moved, ends[0, 3] / periods, gradient)
-
-
-def orbits(program: Path, rows: list[Row], periods: int) -> list[tuple[Row, Found, np.ndarray]]:
-    """Orbits that drift at angle 0, and residual, trace and determinant of their itineraries."""
-    m, found = len(rows[0]) - 3, []
-    for row, (fit, *texts) in zip(rows, printed(program, rows, periods), strict=True):
-        if int(fit):
-            places = np.cumsum([3, 9, 3 * m, 1, m])
-            state, by, moved, (advance,), gradient, rest = np.split(np.array(texts, float), places)
-            orbit = Found(state, by.reshape(3, 3), moved.reshape(3, m), advance, gradient)
-            found.append((row, orbit, rest))
-    return found
-
-
-def apart(first: np.ndarray, second: np.ndarray) -> float:
-    return float(np.max(np.abs(first - second)) / (1 + np.max(np.abs(second))))
+    """Alone and side by side: every field passed, and final states to 1e-11."""
+    starts, expected = judged
+    runs = zip(scene.runs(starts, PERIODS), scene.many(starts, 4, PERIODS), expected, strict=True)
+    for alone, many, (state, fields) in runs:
+        assert alone.stop == many.stop == "done"
+        assert alone.fields == fields
+        assert difference(alone.state[:3], state) < 1e-11
+        assert difference(many.state[:3], state) < 1e-11
 
 
 @pytest.mark.parametrize(("periods", "least"), [(1, 25), (2, 2)])
 def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
-    periods: int, least: int, library: list[Path], generated: Path, integrator: Integrator
+    periods: int, least: int, scene: Library, integrator: Integrator
 ) -> None:
-    """State and progression to rounding; slopes to what is left of STEP^4 and of 1 - multipliers.
-
-    The itinerary's own equations come to the same multipliers.
-    """
-    made = program("orbits", library, generated, *SANITIZED)
-    compared = 0
-    for row, orbit, (residual, trace, determinant) in orbits(made, random_rows(60), periods):
-        assert residual < 1e-13
-        if (judge := by_differences(integrator, row, orbit.state, periods)) is None:
-            continue
-        compared += 1
-        assert apart(orbit.state, judge.state) < 1e-13
-        assert abs(orbit.progression - judge.progression) < 1e-12
-        assert apart(orbit.monodromy, judge.monodromy) < 1e-10
-        assert apart(orbit.by_parameter, judge.by_parameter) < 1e-8
-        assert apart(orbit.gradient, judge.gradient) < 1e-8
-        assert abs(trace - np.trace(judge.monodromy)) < 1e-10
-        assert abs(determinant - np.linalg.det(judge.monodromy)) < 1e-10
-    assert compared >= least
+    assert compared(scene, integrator, random_starts(60), periods, long=False) >= least
 
 
 SIMULATED = """
@@ -229,20 +109,21 @@ ends = []
 for row in rows:
     n = len(PARAMETERS)
     run = simulate(Parameters(*row[:n]), row[n:], periods=periods, backend=backend)
-    ends.append(([*map(float, run.final[1])], "".join(str(s.field) for s in run.segments)))
+    ends.append(([*map(float, run.final[1])], [int(s.field) for s in run.segments]))
 json.dump(ends, sys.stdout)
 """
 
 
-def simulated(tree: Path, generated: Path, rows: list[Row], backend: str) -> Ends:
+def simulated(tree: Path, code: Path, starts: list[Start], backend: str) -> Ends:
     """Runs by the package's Python over generated code of another model."""
+    rows = [[*start.parameters.values(), *start.state] for start in starts]
     if not tree.exists():
         left = shutil.ignore_patterns("generated", "__pycache__", "*.so", "*.pyd", "page.html")
         shutil.copytree(ROOT / "capsule_sym", tree / "capsule_sym", ignore=left)
         (tree / "capsule_sym" / "generated").mkdir()
         for shared in (ROOT / "generated").glob("*.py"):
             shutil.copy(shared, tree / "capsule_sym" / "generated")
-    shutil.copytree(generated, tree / "capsule_sym" / "generated" / "capsule", dirs_exist_ok=True)
+    shutil.copytree(code, tree / "capsule_sym" / "generated" / "capsule", dirs_exist_ok=True)
     paths = f"{tree}:{sysconfig.get_path('purelib')}"
     done = subprocess.run(
         [sys.executable, "-S", "-W", "ignore", "-c", SIMULATED],
@@ -254,16 +135,17 @@ def simulated(tree: Path, generated: Path, rows: list[Row], backend: str) -> End
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    return [(tuple(state), fields) for state, fields in json.loads(done.stdout)]
+    return [(tuple(state), tuple(fields)) for state, fields in json.loads(done.stdout)]
 
 
 @pytest.mark.parametrize(("backend", "count"), [("numpy", 40), ("mpmath", 12)])
 def test_the_reference_map_moves_as_the_integrator(
-    backend: str, count: int, folder: Path, generated: Path, judged: tuple[list[Row], Ends]
+    backend: str, count: int, folder: Path, judged: tuple[list[Start], Ends]
 ) -> None:
     """In doubles, and in 50 digits, from which the integrator is off by its ends' rounding."""
-    rows, expected = judged
-    found = simulated(folder / "tree", generated, rows[:count], backend)
+    starts, expected = judged
+    code = generated("biased", folder / "generated")
+    found = simulated(folder / "tree", code, starts[:count], backend)
     for (state, fields), (judge, passed) in zip(found, expected[:count], strict=True):
         assert fields == passed
         assert difference(state, judge) < (1e-11 if backend == "numpy" else 1e-13)
@@ -282,23 +164,23 @@ MUTANTS = {
 
 
 def mutated(folder: Path, name: str) -> Path:
-    """Generated code of a mutant, made once."""
+    """Generated code of a mutant."""
     old, new = MUTANTS[name]
     text = MODEL.read_text(encoding="utf-8")
     assert text.count(old) == 1
-    mutant = folder / f"{name.replace(' ', '_')}.py"
-    if not mutant.exists():
-        mutant.write_text(text.replace(old, new), encoding="utf-8")
-        generate(mutant, mutant.with_suffix(""))
-    return mutant.with_suffix("")
+    mutant, out = folder / "mutant.py", folder / "generated"
+    mutant.write_text(text.replace(old, new), encoding="utf-8")
+    command = [sys.executable, "-m", "capsule_sym.codegen", "--scene", mutant, "--out", out]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    return out
 
 
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_changed_declaration_is_noticed(
-    name: str, folder: Path, tmp_path: Path, judged: tuple[list[Row], Ends]
+    name: str, tmp_path: Path, judged: tuple[list[Start], Ends]
 ) -> None:
-    rows, expected = judged
-    found = simulated(tmp_path / "tree", mutated(folder, name), rows[:12], "numpy")
+    starts, expected = judged
+    found = simulated(tmp_path / "tree", mutated(tmp_path, name), starts[:12], "numpy")
     off = [
         difference(state, judge) for (state, _), (judge, _) in zip(found, expected, strict=False)
     ]
@@ -306,12 +188,12 @@ def test_a_changed_declaration_is_noticed(
 
 
 def test_orbits_of_a_changed_declaration_are_noticed(
-    folder: Path, tmp_path: Path, integrator: Integrator
+    tmp_path: Path, integrator: Integrator
 ) -> None:
-    generated = mutated(folder, "the bias pulls the other way")
-    made = program("orbits", compiled(tmp_path / "library", generated), generated)
-    found = orbits(made, random_rows(12), 1)
+    mutated(tmp_path, "the bias pulls the other way")
+    scene = library("biased", tmp_path)
+    found = orbits(scene, random_starts(12))
     assert found
     for row, orbit, _ in found:
-        judge = by_differences(integrator, row, orbit.state, 1)
+        judge = by_differences(integrator, FORM, scene.parameters, row, orbit.state)
         assert judge is None or apart(orbit.state, judge.state) > 1e-3

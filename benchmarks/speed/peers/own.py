@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.speed.model import MOST, Result, Run, Start
 from capsule_sym import simulate, simulate_many
 from capsule_sym._map.interface import NativeRun, core
-from capsule_sym.generated.capsule.interface import Precision
+from capsule_sym.generated.interface import Precision
 
 
 def final(starts: Sequence[Start]) -> list[Result]:
