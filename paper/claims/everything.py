@@ -44,6 +44,6 @@ def sections() -> dict[str, tuple[Statement, ...]]:
 
 
 def named(name: str) -> dict[str, tuple[Statement, ...]]:
-    """Comparison of a name by the title of its section; raises InvalidInput for none."""
+    """Comparisons of a section or of names that begin so; raises InvalidInput for none."""
     own = {title: partial(tuple, found) for title, found in sections().items()}
     return theory.named(name, own, {title: "printed erratum" for title in own})

@@ -205,10 +205,12 @@ def test_exit_status_is_one_for_what_is_not_settled_or_not_expected(
     assert "gone: missing, expected: proved" in result.stderr
 
 
-def test_only_the_named_statement_is_checked() -> None:
+def test_only_named_statements_are_checked() -> None:
     result = CliRunner().invoke(command, ["--only", "printed.equation.16", "--json"])
     assert result.exit_code == 0
-    assert [one["id"] for one in json.loads(result.stdout)["items"]] == ["printed.equation.16"]
+    found = [one["id"] for one in json.loads(result.stdout)["items"]]
+    assert found == ["printed.equation.16", "printed.equation.16.sign"]
+    assert everything.named("Errata") == {"Errata": everything.sections()["Errata"]}
     with pytest.raises(InvalidInput, match=r"printed\.equation\.16"):
         everything.named("printed.equation.16x")
     beside = CliRunner().invoke(command, ["--only", "printed.equation.16", "--out", "x.md"])
