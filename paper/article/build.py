@@ -81,7 +81,7 @@ def numbers(
 ) -> dict[str, Any]:
     """Everything the templates name, from the records."""
     if any(section["failed"] or not section["intervals"] for section in enclosed["sections"]):
-        sys.exit("enclose.json leaves steps unproved: run `python -m paper enclose --json` to its end")
+        sys.exit("enclose.json has unproved steps: finish `python -m paper enclose --json`")
     shown = sections(casestudy["bifurcations"], enclosed)
     printed_gamma, other = shown
     if (printed_gamma["gamma"], other["gamma"]) != ("3.3", "3.0"):
