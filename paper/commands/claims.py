@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 @command()
 def claims(
     only: str | None = option(
-        "Check this section, statement, or statements that begin so; --json lists names as id.", metavar="NAME"
+        "Check this section, statement, or statements that begin so; --json lists names as id.",
+        metavar="NAME",
     ),
     out: options.Path | None = options.out("Write the report with formulas here.", "FILE.md"),
     freeze: bool = option("Save the verdicts as the expected ones."),
