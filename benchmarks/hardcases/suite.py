@@ -17,21 +17,11 @@ from benchmarks.hardcases import cases
 from benchmarks.hardcases.cases import Case
 from benchmarks.hardcases.reference import Start
 from capsule_sym import Segment, simulate
-from capsule_sym._enclosures.interface import (
-    BALLS,
-    TIME,
-    Ball,
-    Interval,
-    Known,
-    Passage,
-    Step,
-    Unproved,
-    arb,
-    hull,
-    matrix,
-    precision,
-)
-from capsule_sym._orbits.interface import guard_between
+from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, matrix, precision
+from capsule_sym._enclosures.passage.exchanges import TIME, hull
+from capsule_sym._enclosures.passage.segments import Passage, Step
+from capsule_sym._enclosures.passage.switches import Known
+from capsule_sym._orbits.shooting.itinerary import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
 
 VERSION = "1.0.0"
@@ -139,13 +129,13 @@ def _enclosed(start: Start, segments: list[Segment], count: int, end: float) -> 
     """Times of the switches in balls; raises Unproved."""
     with precision(_BITS):
         values = {name: arb(value) for name, value in start.parameters.to_dict().items()}
-        states = matrix(3, 2, ((i, 0, arb(x)) for i, x in enumerate(start.state)))
+        states = matrix(3, 1, ((i, 0, arb(x)) for i, x in enumerate(start.state)))
         steps = [
             Step(one.field, float(one.duration), guard_between(one.field, after.field))
             for one, after in list(pairwise(segments))[:count]
         ]
         steps.append(Step(segments[count].field, end - start.phase, None))
-        passage = Passage(values, Interval(values["alpha"]), BALLS)
+        passage = Passage(values)
         begun = passage.start(states, values["omega"] * arb(start.phase))
         total = arb(end) - arb(start.phase)
         passed = passage.segments(begun, steps, total, _known(start))

@@ -21,30 +21,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym import CapsuleError, Parameters, Trajectory, simulate
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
+    PARAMETERS,
     Ball,
-    Bundle,
     C,
-    Interval,
     Matrix,
-    Passage,
     Step,
     Unproved,
     arb,
     at_rest,
     ball,
     floats,
-    itinerary_of,
     largest,
     matrix,
     precision,
-    steps_of,
     thin,
     unit,
 )
-from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.case import EXACT
+from paper.proofs.guesses import itinerary_of, steps_of
 from paper.proofs.parts import BOTH, AlphaPart, Outcome
+from paper.proofs.segments import Bundle, Interval, Passage, carried
 from paper.proofs.touches import Soft
 
 BITS = 80
@@ -128,7 +125,7 @@ class Motions:
 
         For a passage with an interval of omega.
         """
-        ended, _ = self.passage.carried(thin(bundle), self.steps(section), self.turn)
+        ended, _ = carried(self.passage, thin(bundle), self.steps(section), self.turn)
         return self.passage.section(ended, self.angle), ended.tolist()[-1]
 
     def tendency(self) -> Tendency:

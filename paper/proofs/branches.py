@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
     Ball,
     Shooting,
     Tube,
@@ -19,8 +19,8 @@ from capsule_sym._enclosures.interface import (
     ball,
     enclose,
     held,
-    prove,
 )
+from paper.proofs.stable import prove
 
 _LEAST = 1e-17  # least size of a box, relative to the rest of the interval
 _GROWTH, _SHRINK = 1.4, 0.5

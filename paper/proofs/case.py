@@ -2,11 +2,11 @@
 
 from decimal import Decimal
 
-from capsule_sym.generated.capsule.facts import DEFAULTS
+from capsule_sym import Parameters
 
 EXACT = {
     name: format(Decimal(repr(value)).normalize(), "f")
-    for name, value in DEFAULTS.items()
+    for name, value in Parameters().to_dict().items()
     if name not in ("alpha", "gamma")
 }
 GAMMAS = ("3.3", "3.0")

@@ -8,21 +8,20 @@ from fractions import Fraction
 from typing import Any
 
 from capsule_sym import CodimensionTwoPoint, Parameters, continue_bifurcation
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
     NEAR,
     Ball,
     Event,
     Tube,
     Unproved,
     beyond,
-    decimal,
     enclose,
     held,
     matrix,
     precision,
     prove_event,
 )
-from capsule_sym._orbits.interface import CROSSING
+from paper.proofs.decimals import decimal
 from paper.proofs.intervals import approximate
 
 FREE = ("alpha", "gamma")
@@ -96,6 +95,6 @@ def section4(exact: Mapping[str, str]) -> list[ProvedPoint]:
     Raises Unproved if one of the two is not proved.
     """
     found, _ = approximate(Parameters(gamma=_BETWEEN), float(Fraction(1, 1000)), 2.0)
-    (crossing,) = (one for one in found if one.type == CROSSING)
+    (crossing,) = (one for one in found if one.type == "crossing-sliding")
     curve = continue_bifurcation(crossing, "gamma", _RANGES)
     return [prove_codimension_two(one, exact) for one in curve.codimension_two]

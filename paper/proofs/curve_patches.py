@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym import InvalidInput, Itinerary
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
     Ball,
     Shooting,
     Tube,
@@ -24,7 +24,7 @@ from capsule_sym._enclosures.interface import (
     beyond,
     enclose,
 )
-from capsule_sym._orbits.interface import around, swap_segment
+from capsule_sym._orbits.shooting.changes import around, swap_segment
 from paper.proofs.curve_sides import WithoutSegment, WithSegment
 from paper.proofs.parts import Patch
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
     GUARD_ROWS,
     SIZE,
     Ball,
@@ -23,13 +23,13 @@ from capsule_sym._enclosures.interface import (
     arb,
     enclose,
     matrix,
-    prove_stable,
     upper,
     zeros,
 )
-from capsule_sym._enclosures.numbers.forms import MONOMIALS, hull
-from capsule_sym._orbits.interface import around
+from capsule_sym._orbits.shooting.changes import around
+from paper.proofs.forms import MONOMIALS, hull
 from paper.proofs.patch_orbits import PatchOrbits, within
+from paper.proofs.stable import prove_stable
 
 _HALF = 0.5000001  # of a segment, from either end: no gap between both
 _WINDOWS = (0.4, 0.1, 0.03)  # times about the instant at which a guard fails

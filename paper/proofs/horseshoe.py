@@ -19,22 +19,21 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from capsule_sym._enclosures.interface import (
-    Interval,
+from capsule_sym._enclosures.blocks import (
     Matrix,
-    Passage,
     Step,
     Unproved,
     arb,
     at_rest,
     ball,
+    guard_between,
     matrix,
     precision,
     symmetric,
     thin,
     unit,
 )
-from capsule_sym._orbits.interface import guard_between
+from paper.proofs.segments import Interval, Passage
 
 _BITS = 80
 _DEEPEST = 16  # halvings of a set

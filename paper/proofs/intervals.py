@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from capsule_sym import Bifurcation, Itinerary, Orbit, Parameters, continue_orbit, solve_orbit
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
+    PARAMETERS,
     Ball,
     Event,
     Shooting,
@@ -23,7 +24,7 @@ from capsule_sym._enclosures.interface import (
     held,
     precision,
     prove_event,
-    rotated,
+    restarted,
     shooting_of,
 )
 from paper.proofs.branches import Box, march
@@ -103,6 +104,16 @@ def _rotated(end: _End, itinerary: Itinerary) -> _End | None:
     shooting, columns = rotated(end.shooting, end.columns, shifts[0])
     segment = None if end.segment is None else (end.segment - shifts[0]) % n
     return replace(end, shooting=shooting, columns=columns, segment=segment)
+
+
+def rotated(shooting: Shooting, columns: Sequence[Ball], by: int) -> tuple[Shooting, list[Ball]]:
+    """The equations and the columns of the same orbit, begun at another segment."""
+    n, given = len(shooting.itinerary), shooting.parameters(columns)
+    itinerary = shooting.itinerary.rotated(by)
+    other = Shooting(itinerary, [given[name] for name in PARAMETERS], shooting.varied)
+    found = shooting.evaluate(columns, shooting.fields(columns))
+    segments = [(by + k) % n for k in range(n)]
+    return other, restarted(shooting, columns, found.nodes, other, segments, found.durations)
 
 
 def _at(shooting: Shooting, columns: Sequence[Ball], column: int, value: float) -> list[Ball]:

@@ -11,10 +11,9 @@ from collections.abc import Mapping
 from functools import cache
 
 from capsule_sym import CapsuleError, Parameters, simulate
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
+    PARAMETERS,
     Ball,
-    Interval,
-    Passage,
     arb,
     ball,
     precision,
@@ -22,10 +21,10 @@ from capsule_sym._enclosures.interface import (
     thin,
     upper,
 )
-from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.attraction import BITS, PERIODS, Motions
 from paper.proofs.case import EXACT
 from paper.proofs.parts import DrivePart, Outcome
+from paper.proofs.segments import Interval, Passage
 
 BEST: Mapping[str, str] = {"alpha": "2", "omega": "0.76828901338"}
 """Drive of the largest velocity, as `optimise` found it; with a worse one less is proved."""

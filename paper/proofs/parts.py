@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from capsule_sym._enclosures.interface import Interval
 from paper.proofs.case import ALPHA, DRIVES, GAMMA, GAMMAS
+from paper.proofs.segments import Interval
 
 _OVERLAP = 1e-14  # more than the roundings of middles: neighbours overlap
 

@@ -19,7 +19,8 @@ from math import comb
 import numpy as np
 from flint import arb_series
 
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
+    PARAMETERS,
     SIZE,
     Ball,
     Characteristic,
@@ -36,12 +37,11 @@ from capsule_sym._enclosures.interface import (
     image_of,
     matrix,
     newton,
-    prove_stable,
     thin,
     upper,
     zeros,
 )
-from capsule_sym._enclosures.numbers.forms import (
+from paper.proofs.forms import (
     DEGREE,
     MONOMIALS,
     Form,
@@ -53,7 +53,7 @@ from capsule_sym._enclosures.numbers.forms import (
     series,
     shifted,
 )
-from capsule_sym._orbits.interface import PARAMETERS
+from paper.proofs.stable import prove_stable
 
 Part = tuple[float, float, float, float]
 """A part of a patch: middle and radius of s_1, then of s_2."""

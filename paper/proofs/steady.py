@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from capsule_sym import Itinerary, Parameters, SteadyMotion, Trajectory, simulate
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
+    PARAMETERS,
     Ball,
     Shooting,
     Tube,
@@ -21,10 +22,9 @@ from capsule_sym._enclosures.interface import (
     columns_of,
     enclose_run,
     precision,
-    prove,
     shooting_of,
 )
-from capsule_sym._orbits.interface import PARAMETERS
+from paper.proofs.stable import prove
 
 _BITS = 192
 _PERIODS, _REPEATED = 512, (1e-9, 1e-6, 1e-4)  # changes over a period, as guesses

@@ -18,17 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
     ROWS,
     SIZE,
     TIME,
     Ball,
-    Bundle,
     C,
-    Duration,
     Field,
+    Guard,
     Matrix,
-    Passage,
     Step,
     Unproved,
     arb,
@@ -37,7 +35,7 @@ from capsule_sym._enclosures.interface import (
     thin,
     unit,
 )
-from capsule_sym._map.interface import Guard
+from paper.proofs.segments import Bundle, Duration, Passage
 from paper.proofs.windows import TOUCHED_ROWS, Touch, Window
 
 _GRID = 2.0**-7  # of time, on which windows are looked for
@@ -187,7 +185,7 @@ class Soft:
         nominal, last, guard = guess
         segments = self.passage.segments(thin(bundle), nominal, total)
         *_, landed = islice(segments, last + 1)
-        here, _ = self.passage.number.carried(landed.ended)
+        here, _ = self.passage.boxed(landed.ended)
         after = nominal[last + 1]
         field = self.passage.field(after.field)
         along = self._table(after.field)[: int(after.duration / _GRID)] @ floats(here)[:SIZE, 0]

@@ -23,12 +23,14 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from capsule_sym._enclosures.interface import (
+from capsule_sym._enclosures.blocks import (
+    FIELDS,
     ROWS,
     SIZE,
     Ball,
     C,
     Field,
+    Guard,
     Line,
     Matrix,
     Unproved,
@@ -41,8 +43,6 @@ from capsule_sym._enclosures.interface import (
     three,
     unit,
 )
-from capsule_sym._map.interface import Guard
-from capsule_sym.generated.capsule.facts import FIELDS
 
 PIECES = 32
 """Number of pieces of a window."""

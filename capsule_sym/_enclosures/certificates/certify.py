@@ -24,8 +24,8 @@ from capsule_sym._enclosures.numbers.balls import (
     precision,
 )
 from capsule_sym._enclosures.orbits.events import Event, prove_event
-from capsule_sym._enclosures.orbits.krawczyk import Tube
-from capsule_sym._enclosures.orbits.proof import guess_of, prove, shooting_of
+from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
+from capsule_sym._enclosures.orbits.proof import guess_of, held, prove_admissible, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
 from capsule_sym._enclosures.passage.runs import enclose_run, exactly
 from capsule_sym._map import Trajectory
@@ -98,8 +98,8 @@ def certify_orbit(
     parameters = _decimals(orbit.values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
-        guess = guess_of(shooting, orbit)
-        tube = prove(shooting, guess, {}, stable=False)
+        tube = enclose(shooting, guess_of(shooting, orbit), held(shooting))
+        prove_admissible(tube)
         jury = characteristic(monodromy(tube.wide)).jury
         stable = all(value > 0 for value in jury)
         if not (stable or any(value < 0 for value in jury)):

@@ -5,7 +5,7 @@ A comparison of balls that is true is a proof; one that is not true proves nothi
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from fractions import Fraction
 from typing import Any, TypeAlias
@@ -25,9 +25,6 @@ Ball: TypeAlias = Any
 """A ball of real numbers, `flint.arb`."""
 Matrix: TypeAlias = Any
 """A matrix of balls, `flint.arb_mat`."""
-
-
-_LEAST, _MOST = 30, 56  # decimals that are written
 
 
 class Unproved(CapsuleError, ArithmeticError):
@@ -83,6 +80,21 @@ def unit(rows: int, columns: int | None = None) -> Matrix:
     return matrix(rows, columns, ((i, i, 1) for i in range(min(rows, columns))))
 
 
+def assembled(rows: int, columns: int, entries: Iterable[tuple[int, int, Any]]) -> Any:
+    """A matrix of balls, or of numbers whose type has another `assembled`; 0 without an entry."""
+    given = [*entries]
+    other = next((x for *_, x in given if hasattr(x, "assembled")), None)
+    return (matrix if other is None else other.assembled)(rows, columns, given)
+
+
+def stacked(blocks: Sequence[Any]) -> Any:
+    """Matrices, one below the other; of balls, or of numbers whose type has another `stacked`."""
+    other = next((one for one in blocks if hasattr(one, "stacked")), None)
+    if other is not None:
+        return other.stacked(blocks)
+    return arb_mat([row for one in blocks for row in one.tolist()])
+
+
 def floats(found: Matrix) -> NDArray[np.float64]:
     """Midpoints of a matrix, rounded."""
     return np.array([[float(x) for x in row] for row in found.mid().tolist()])
@@ -116,14 +128,3 @@ def largest(found: Matrix) -> float:
 def greatest(values: Iterable[Ball]) -> float:
     """Upper bound, as a float, on |x| in all of the balls; NaN if one is unbounded."""
     return float(np.max([0.0, *map(upper, values)]))
-
-
-def decimal(value: Ball) -> str:
-    """A decimal within 0.2 units of its last digit of every number in a narrow ball."""
-    for places in range(_LEAST, _MOST):
-        scaled = value * arb(10) ** places
-        whole = (scaled + arb("0.5")).floor().unique_fmpz()
-        if whole is not None and abs(scaled - whole) < arb("0.2"):
-            digits = str(abs(int(whole))).rjust(places + 1, "0")
-            return f"{'-' if int(whole) < 0 else ''}{digits[:-places]}.{digits[-places:]}"
-    raise Unproved("certificate", "the enclosure is too wide to be written")

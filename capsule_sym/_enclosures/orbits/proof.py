@@ -1,4 +1,4 @@
-"""Columns of a found orbit, and the orbit proved: existence, itinerary, stability."""
+"""Columns of a found orbit, and its itinerary proved."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from typing import Any
 from flint import arb_mat
 
 from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, ball, matrix, symmetric
-from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
+from capsule_sym._enclosures.orbits.krawczyk import Tube
 from capsule_sym._enclosures.orbits.shooting import Node, Shooting
-from capsule_sym._enclosures.orbits.stability import prove_stable
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._enclosures.passage.switches import zeros
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -65,16 +64,6 @@ def restarted(
     return found + list(columns[shooting.unknowns :])
 
 
-def rotated(shooting: Shooting, columns: Sequence[Ball], by: int) -> tuple[Shooting, list[Ball]]:
-    """The equations and the columns of the same orbit, begun at another segment."""
-    n, given = len(shooting.itinerary), shooting.parameters(columns)
-    itinerary = shooting.itinerary.rotated(by)
-    other = Shooting(itinerary, [given[name] for name in PARAMETERS], shooting.varied)
-    found = shooting.evaluate(columns, shooting.fields(columns))
-    segments = [(by + k) % n for k in range(n)]
-    return other, restarted(shooting, columns, found.nodes, other, segments, found.durations)
-
-
 def held(shooting: Shooting) -> dict[int, float]:
     """Columns that an itinerary does not determine: the angle, if nothing ever switches."""
     return {} if shooting.itinerary.segments[0].guard else {shooting.angle: 0.0}
@@ -103,22 +92,3 @@ def prove_admissible(tube: Tube, watch: Watch | None = None, still: Sequence[int
             ends = states[i], states[(i + 1) % len(states)]
             orders, name = zeros(tube.wide.itinerary, i, still), f"segment {i + 1}, F{field.index}"
             watch.segment(field, *ends, hull[tube.shooting.durations[i]], orders, name)
-
-
-def prove(
-    shooting: Shooting,
-    guess: Sequence[Ball],
-    given: Mapping[int, float],
-    *,
-    stable: bool = True,
-    watch: Watch | None = None,
-) -> Tube:
-    """Orbits near a guess over a box of given columns, with itinerary and optionally stability.
-
-    Raises Unproved with the step that failed.
-    """
-    tube = enclose(shooting, guess, {**held(shooting), **given})
-    prove_admissible(tube, watch)
-    if stable:
-        prove_stable(tube.wide)
-    return tube

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, matrix
+from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, assembled, matrix, stacked
 from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, Field, U, V, W, X
-from capsule_sym._enclosures.numbers.forms import assembled, stacked
 from capsule_sym._enclosures.passage.switches import GUARD_ROWS, pin
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from capsule_sym._enclosures.numbers.balls import Ball, Unproved, unit
+from capsule_sym._enclosures.numbers.balls import Ball, unit
 from capsule_sym._enclosures.numbers.fields import C
-from capsule_sym._enclosures.numbers.forms import hull
 from capsule_sym._enclosures.orbits.shooting import Evaluation
 from capsule_sym._enclosures.passage.switches import saltation, three
 
@@ -60,13 +59,5 @@ def characteristic(m: Any) -> Characteristic:
     determinant = (
         m[0, 0] * minor(1, 2, 1, 2) - m[0, 1] * minor(1, 2, 0, 2) + m[0, 2] * minor(1, 2, 0, 1)
     )
-    return Characteristic(hull(trace), hull(minors), hull(determinant))
-
-
-def prove_stable(found: Evaluation) -> Characteristic:
-    """Prove that every orbit attracts its neighbours, or raise Unproved."""
-    proved = characteristic(monodromy(found))
-    for number, value in enumerate(proved.jury, 1):
-        if not value > 0:
-            raise Unproved("stability", f"Jury's condition {number} is not proved: {value.str(3)}")
-    return proved
+    found = (trace, minors, determinant)
+    return Characteristic(*(getattr(one, "hull", one) for one in found))

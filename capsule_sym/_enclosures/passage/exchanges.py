@@ -25,7 +25,6 @@ from capsule_sym._enclosures.numbers.balls import (
     upper,
 )
 from capsule_sym._enclosures.numbers.fields import SIZE, C, Field
-from capsule_sym._enclosures.passage.switches import saltation, three
 from capsule_sym._map.expansion import Guard
 
 TIME, ROWS = SIZE, SIZE + 1
@@ -103,16 +102,6 @@ def exchanged(
     lost = {i: x for i, (x,) in enumerate(rest.tolist())}
     found = _added(moved, [*rates, arb(0)], late, missed, lost)
     return rested(found) if following.stick else found
-
-
-def crossing(before: Field, following: Field, guard: Guard, ended: Matrix, d: Ball) -> Matrix:
-    """Derivative of `exchanged` by the state, e^(-B d) S e^(A d) with the saltation matrix S.
-
-    It is S + e^(-B u) (S A - B S) e^(A u) d for a time u between 0 and d.
-    """
-    jump, reach = saltation(before, following, guard, hull(extended(ended))), upper(d)
-    bent = jump * three(before.A) - three(following.A) * jump
-    return jump + three(around(following, reach)) * bent * three(around(before, reach)) * d
 
 
 def rested(states: Matrix) -> Matrix:

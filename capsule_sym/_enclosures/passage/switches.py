@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, matrix, unit
+from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, assembled, matrix, unit
 from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, V, X
-from capsule_sym._enclosures.numbers.forms import assembled
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 

@@ -11,15 +11,8 @@ import pytest
 from flint import arb_mat
 
 from capsule_sym import Parameters, simulate
-from capsule_sym._enclosures.numbers.balls import (
-    Unproved,
-    arb,
-    floats,
-    precision,
-    symmetric,
-    thin,
-)
-from capsule_sym._enclosures.passage.segments import Bundle, Step
+from capsule_sym._enclosures.numbers.balls import Unproved, arb, floats, precision, symmetric, thin
+from capsule_sym._enclosures.passage.segments import Step
 from capsule_sym._map.expansion import Guard
 from paper.proofs import attraction
 from paper.proofs.attraction import (
@@ -30,6 +23,7 @@ from paper.proofs.attraction import (
     grouped,
 )
 from paper.proofs.parts import AlphaPart
+from paper.proofs.segments import Bundle
 
 
 @pytest.fixture(autouse=True)

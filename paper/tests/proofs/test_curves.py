@@ -13,7 +13,6 @@ import pytest
 from capsule_sym import Parameters, solve_itinerary, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, floats, matrix, precision
 from capsule_sym._enclosures.numbers.fields import Field
-from capsule_sym._enclosures.numbers.forms import MONOMIALS, hull, polynomial
 from capsule_sym._enclosures.orbits.events import beyond
 from capsule_sym._enclosures.orbits.krawczyk import Tube, newton
 from capsule_sym._enclosures.passage.guards import Watch
@@ -21,6 +20,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import curve_patches, curve_sides, patch_orbits, patches
 from paper.proofs.case import ALPHA, GAMMA
 from paper.proofs.curve_sides import WithoutSegment, WithSegment
+from paper.proofs.forms import MONOMIALS, hull, polynomial
 from paper.proofs.parts import Patch
 
 REST = (0.0, 0.0, 0.0)

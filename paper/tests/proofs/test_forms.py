@@ -9,18 +9,16 @@ from math import factorial
 import pytest
 from flint import arb_mat
 
-from capsule_sym._enclosures.numbers import forms
-from capsule_sym._enclosures.numbers.balls import arb, precision
-from capsule_sym._enclosures.numbers.forms import (
+from capsule_sym._enclosures.numbers.balls import arb, assembled, precision, stacked
+from paper.proofs import forms
+from paper.proofs.forms import (
     MONOMIALS,
     Form,
-    assembled,
     exponential,
     number,
     polynomial,
     series,
     shifted,
-    stacked,
 )
 
 CORNERS = tuple(product((-1.0, -0.5, 1.0), repeat=2))

@@ -30,7 +30,7 @@ from paper.__main__ import group
 from paper.proofs import horseshoe
 from paper.proofs import horseshoe_checker as checker
 from paper.proofs.horseshoe import kept, prove_horseshoe
-from paper.tests.proofs.certified import rejected
+from tests.enclosures.certified import rejected
 
 QUICK = 4  # the set whose coverings take the fewest parts
 

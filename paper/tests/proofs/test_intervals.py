@@ -30,16 +30,17 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage import exchanges
-from capsule_sym._enclosures.passage import segments as passage
-from capsule_sym._enclosures.passage.runs import steps_of
-from capsule_sym._enclosures.passage.segments import Interval, Passage, Step
+from capsule_sym._enclosures.passage.segments import Step
 from capsule_sym._enclosures.passage.switches import guard_row
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from paper.proofs import segments as passage
 from paper.proofs import subdivision as regions
 from paper.proofs.attraction import attempt, tendency
 from paper.proofs.case import ALPHA, EXACT
+from paper.proofs.guesses import steps_of
 from paper.proofs.parts import BOTH, AlphaPart
+from paper.proofs.segments import Interval, Passage
 from paper.proofs.subdivision import FROM_REST, attraction, begun, prove
 
 AT_3_3 = EXACT | {"gamma": "3.3"}
@@ -120,7 +121,7 @@ def one_switch(place: Sequence[float]) -> tuple[passage.Bundle, float, np.ndarra
         row = floats(guard_row(field, Guard.GAP))[0]
         at = np.array([1.0, *place] + [0.0] * (start.shape[1] - 3))
         h = brentq(lambda h: row @ flowed(field, start, at, h), 0.0, 2.0, xtol=1e-15)
-        switch = passage._switch(field, thin(start), Step(1, h, Guard.GAP), 53.0, "F1")
+        switch = fields._switch(field, thin(start), Step(1, h, Guard.GAP), "F1")
         return (
             passage.rounded(exchanges.shifted(field, *switch[1:])),
             h,
@@ -172,7 +173,7 @@ def test_a_bundle_of_many_times_is_held_at_one_time(
         start = np.column_stack([start[:, :3], late, start[:, 3:]])
         total = 0.7
         found = passage.rounded(
-            exchanges.shifted(field, *passage._until(field, thin(start), arb(total))[1:])
+            exchanges.shifted(field, *fields._until(field, thin(start), arb(total))[1:])
         )
     for place in CORNERS:
         at = np.array([1.0, 0.0, *place] + [0.0] * (start.shape[1] - 4))
@@ -285,13 +286,13 @@ def test_a_bundle_has_to_be_in_the_box_itself(monkeypatch: pytest.MonkeyPatch) -
 
 def test_saltations_are_those_of_all_members(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[float] = []
-    saltation = exchanges.saltation
+    saltation = passage.saltation
 
     def spied(field, following, guard, end):
         seen.append(float(end[1, 0].rad()))
         return saltation(field, following, guard, end)
 
-    monkeypatch.setattr(exchanges, "saltation", spied)
+    monkeypatch.setattr(passage, "saltation", spied)
     carried(Interval(1.2, 1e-4), 1)
     assert min(seen) > 1e-6
 
@@ -358,8 +359,8 @@ def test_a_motion_that_has_not_come_near_enough_proves_nothing(
 
 def test_a_derivative_that_is_too_large_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Were the saltation twice as large, the box would not be seen to shrink."""
-    saltation = exchanges.saltation
-    monkeypatch.setattr(exchanges, "saltation", lambda *given: saltation(*given) * 2)
+    saltation = passage.saltation
+    monkeypatch.setattr(passage, "saltation", lambda *given: saltation(*given) * 2)
     with pytest.raises(Unproved, match="attraction"):
         tendency(AT_3_3, Interval(0.7, 1e-5))
 

@@ -10,10 +10,10 @@ from scipy.linalg import expm
 
 from capsule_sym._enclosures.numbers.balls import ball, floats, precision, symmetric, thin
 from capsule_sym._enclosures.numbers.fields import SIZE, Field
-from capsule_sym._enclosures.passage import margins
 from capsule_sym._enclosures.passage.guards import Line, Watch
-from capsule_sym._enclosures.passage.margins import QuickWatch
+from paper.proofs import margins
 from paper.proofs.case import EXACT
+from paper.proofs.margins import QuickWatch
 
 VALUES = EXACT | {"gamma": "3.3"}
 

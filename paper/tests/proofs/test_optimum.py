@@ -25,14 +25,14 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import SIZE, C, Field
 from capsule_sym._enclosures.passage import exchanges
-from capsule_sym._enclosures.passage.frequencies import Driven
-from capsule_sym._enclosures.passage.runs import steps_of
-from capsule_sym._enclosures.passage.segments import Interval, Passage
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import optimum
 from paper.proofs.attraction import PERIODS, Motions
 from paper.proofs.case import DRIVES, EXACT
+from paper.proofs.frequencies import Driven
+from paper.proofs.guesses import steps_of
 from paper.proofs.parts import DrivePart
+from paper.proofs.segments import Interval, Passage
 from paper.proofs.subdivision import DRIVES as TASK
 from paper.proofs.subdivision import begun, prove
 

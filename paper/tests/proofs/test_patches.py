@@ -10,12 +10,12 @@ import pytest
 
 from capsule_sym import Parameters, solve_itinerary, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision
-from capsule_sym._enclosures.numbers.forms import MONOMIALS, Form, polynomial
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import patch_orbits
 from paper.proofs.case import EXACT
+from paper.proofs.forms import MONOMIALS, Form, polynomial
 from paper.proofs.patch_orbits import PatchOrbits
 
 AXIS = (-1.0, 0.0, 0.5, 1.0)

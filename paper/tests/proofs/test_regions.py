@@ -15,17 +15,25 @@ import pytest
 from flint import arb_mat
 
 from capsule_sym import InvalidInput, Parameters, solve_itinerary, solve_orbit
-from capsule_sym._enclosures.numbers import forms
-from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, floats, largest, precision
+from capsule_sym._enclosures.numbers.balls import (
+    Unproved,
+    arb,
+    assembled,
+    ball,
+    floats,
+    largest,
+    precision,
+    stacked,
+)
 from capsule_sym._enclosures.numbers.fields import Field
-from capsule_sym._enclosures.numbers.forms import Form, exponential, polynomial
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._orbits.shooting import changes, itinerary
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym.generated.capsule import facts
-from paper.proofs import patch_orbits, patches
+from paper.proofs import forms, patch_orbits, patches
 from paper.proofs.case import ALPHA, EXACT, GAMMA
 from paper.proofs.digest import closure, digest
+from paper.proofs.forms import Form, exponential, polynomial
 from paper.proofs.parts import Patch
 from paper.proofs.patch_orbits import PatchOrbits
 from paper.proofs.patches import attempt
@@ -79,8 +87,8 @@ def test_forms_hold_what_they_stand_for_and_not_without_remainder(made: Form, tr
 
 
 def test_a_matrix_of_forms_and_balls_holds_both() -> None:
-    made = forms.assembled(2, 2, [(0, 0, ONE), (0, 1, arb(3)), (1, 0, OTHER * ONE)])
-    below = forms.stacked([made, arb_mat([[5, 7]])])
+    made = assembled(2, 2, [(0, 0, ONE), (0, 1, arb(3)), (1, 0, OTHER * ONE)])
+    below = stacked([made, arb_mat([[5, 7]])])
     turned = arb_mat([[0, 1, 0], [2, 0, 1]]) * below
     for x, y in PLACES:
         one, other = at(ONE, x, y), at(OTHER, x, y)

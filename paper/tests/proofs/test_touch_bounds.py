@@ -13,9 +13,10 @@ from scipy.linalg import expm
 from capsule_sym import Parameters, simulate
 from capsule_sym._enclosures.numbers.balls import Matrix, arb, ball, floats, precision, thin
 from capsule_sym._enclosures.numbers.fields import Field
-from capsule_sym._enclosures.passage.segments import Bundle, Interval, Passage, Step
+from capsule_sym._enclosures.passage.segments import Step
 from capsule_sym._map.expansion import Guard
 from paper.proofs import windows
+from paper.proofs.segments import Bundle, Interval, Passage
 from paper.proofs.touches import Soft
 from paper.proofs.windows import Piece, Touch, Window
 

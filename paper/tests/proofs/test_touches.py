@@ -23,12 +23,13 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage.guards import Line
-from capsule_sym._enclosures.passage.runs import steps_of
-from capsule_sym._enclosures.passage.segments import Bundle, Interval, Passage, Step
+from capsule_sym._enclosures.passage.segments import Step
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import touches, windows
 from paper.proofs.case import EXACT
+from paper.proofs.guesses import steps_of
+from paper.proofs.segments import Bundle, Interval, Passage
 from paper.proofs.touches import Soft
 from paper.proofs.windows import Window
 

@@ -7,16 +7,23 @@ from math import inf
 
 from flint import arb_mat
 
-from capsule_sym._enclosures.numbers.balls import (
+from capsule_sym._enclosures.blocks import (
+    ONE,
+    SIZE,
     Ball,
+    C,
+    Exponential,
+    Field,
     Matrix,
+    U,
+    V,
+    W,
     arb,
     matrix,
     symmetric,
     unit,
     upper,
 )
-from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, Exponential, Field, U, V, W
 
 _PIECE = 0.125  # of time, on which the response to the drive is bounded
 _FAR = 1e3  # times beyond which a bound is of no use

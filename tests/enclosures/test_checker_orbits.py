@@ -1,4 +1,4 @@
-"""Certificates of orbits and bifurcations: what they claim, and the checkers that work alone."""
+"""Certificates of orbits and bifurcations: what they claim, and the checker that works alone."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from types import ModuleType
 import pytest
 
 from capsule_sym import Parameters, certify_orbit, simulate, solve_orbit
+from capsule_sym._enclosures.certificates import checker
 from capsule_sym._enclosures.certificates.certify import file_of, rounded
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, precision
-from paper.tests.proofs.certified import (
-    CHECKERS,
+from tests.enclosures.certified import (
     bifurcations,
     digits_changed,
     orbit,
@@ -24,7 +24,11 @@ from paper.tests.proofs.certified import (
     unstable,
 )
 
-BOTH = pytest.mark.parametrize("module", CHECKERS, ids=lambda one: one.__name__.split(".")[-1])
+
+@pytest.fixture
+def module() -> ModuleType:
+    """The checker."""
+    return checker
 
 
 @pytest.mark.parametrize("amplitude", [1.2, 1.9])
@@ -85,7 +89,6 @@ def test_a_number_between_two_roundings_is_not_written() -> None:
         rounded(arb("0.5e-30"))
 
 
-@BOTH
 def test_a_checker_works_from_its_file_alone(module: ModuleType, tmp_path: Path) -> None:
     source = Path(str(module.__file__)).read_text()
     assert "capsule_sym" not in source

@@ -24,7 +24,7 @@ from capsule_sym import (
 from capsule_sym._cli import group
 from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._native import watch
-from paper.tests.proofs.certified import digits_changed, rejected
+from tests.enclosures.certified import digits_changed, rejected
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -37,18 +36,14 @@ from capsule_sym._enclosures.orbits.krawczyk import enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, prove_admissible, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
 from capsule_sym._enclosures.passage import guards, switches
-from capsule_sym._enclosures.passage.guards import Line, Watch
+from capsule_sym._enclosures.passage.guards import Line
 from capsule_sym._map.expansion import Guard
 from capsule_sym._symbolic.model.enclosure import EXTENDED
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import alpha, omega, tau
-from capsule_sym._symbolic.proofs.resting import GRAZE, resting_orbit
 from capsule_sym.codegen._derived import matrices
-from paper.proofs.attraction import tendency
-from paper.proofs.branches import glue, march
-from paper.proofs.intervals import approximate, prove_intervals, threshold
+from tests.enclosures.case import EXACT, bifurcations, threshold
 
-EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}
 with precision(256):
     VALUES = {name: ball(text) for name, text in EXACT.items()} | {"gamma": ball("3.3")}
 
@@ -261,36 +256,22 @@ def test_orders_of_contact() -> None:
     assert itinerary.segments[4].guard is Guard.DRIFT
 
 
-# Branches
-
-
-def test_neighbouring_boxes_are_one_orbit_and_a_shifted_one_is_not() -> None:
-    orbit = orbit_at(0.7)
-    shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
-    at = shooting.parameter("alpha")
-    guess = guess_of(shooting, orbit)
-    boxes = list(march(shooting, guess, at, 0.7, 0.703, step=1e-3, watch=Watch()))
-    assert boxes[-1].end == 0.703
-    glue(boxes[0], boxes[1])
-    tube = boxes[1].tube
-    moved = tuple(x + (1e-2 if k == 0 else 0) for k, x in enumerate(tube.centre))
-    with pytest.raises(Unproved, match="gluing"):
-        glue(boxes[0], replace(boxes[1], tube=replace(tube, centre=moved)))
+# Bifurcations
 
 
 @pytest.fixture(scope="module")
-def found() -> tuple[tuple[Bifurcation, ...], Orbit]:
-    return approximate(Parameters(), 0.001, 2.0)
+def found() -> tuple[Bifurcation, ...]:
+    return bifurcations()
 
 
 @pytest.fixture(scope="module")
-def events(found: tuple[tuple[Bifurcation, ...], Orbit]) -> list[Event]:
-    return [threshold(one, EXACT | {"gamma": "3.3"}) for one in found[0]]
+def events(found: tuple[Bifurcation, ...]) -> list[Event]:
+    return [threshold(one, EXACT | {"gamma": "3.3"}) for one in found]
 
 
 def test_thresholds_are_enclosed_with_type_and_line(found, events: list[Event]) -> None:
     assert len(events) == 8
-    for one, event in zip(found[0], events, strict=True):
+    for one, event in zip(found, events, strict=True):
         assert (event.type, event.line) == (one.type, one.line)
         value = event.values["alpha"]
         assert value.rad() < arb("1e-80")
@@ -358,46 +339,12 @@ def test_the_line_of_a_corner_is_that_of_its_force(v: float, line: str) -> None:
         place_of_corner({Guard.GAP}, stick, state + matrix(6, 1, [(1, 0, ball(0, 20))]))
 
 
-def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> None:
-    values = {symbol: sp.Rational(EXACT[str(symbol)]) for symbol in GRAZE.free_symbols}
-    with precision(320):
-        square = ball(Fraction(str((GRAZE**2).subs(values))))
-        assert abs(events[0].values["alpha"] - square.sqrt()) < arb("1e-80")
-
-
-def test_the_force_of_the_graze_is_checked_too() -> None:
-    (closed,) = resting_orbit()
-    force = closed.claim["force_squared"]
-    assert closed.holds()
-    assert not closed.check(**{**closed.claim, "force_squared": 2 * force})
-    assert not closed.check(**{**closed.claim, "force_squared": force.subs(omega, 1)})
-
-
 def test_a_leg_that_is_not_still_makes_no_event(found) -> None:
     from capsule_sym._enclosures.orbits.events import prove_event
 
-    orbit = found[0][3].orbit
+    orbit = found[3].orbit
     with pytest.raises(Unproved):
         prove_event(orbit, (1,), ("alpha",), EXACT)
-
-
-def test_first_interval_is_proved_up_to_its_threshold(found, events: list[Event]) -> None:
-    _, start = found
-    first = ball(Fraction(1, 1000))
-    one = next(prove_intervals(events, start, EXACT | {"gamma": "3.3"}, first, ball(2)))
-    assert one.itinerary.fields == (2,)
-    assert one.low <= first
-    assert events[0].values["alpha"] - one.high < arb("1.1e-12")
-
-
-# From rest
-
-
-def test_motion_from_rest_enters_a_contracted_box() -> None:
-    given = EXACT | {"gamma": "3.3", "alpha": "0.7"}
-    proved = tendency(given)
-    assert proved.itinerary == (2, 5, 4, 1)
-    assert proved.factor < 1
 
 
 def test_a_tail_is_bounded_however_small_it_is() -> None:

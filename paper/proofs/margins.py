@@ -15,9 +15,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._enclosures.numbers.balls import Ball, Matrix, floats, matrix, thin, upper
-from capsule_sym._enclosures.numbers.fields import SIZE, Field
-from capsule_sym._enclosures.passage.guards import Line, Watch
+from capsule_sym._enclosures.blocks import (
+    SIZE,
+    Ball,
+    Field,
+    Line,
+    Matrix,
+    Watch,
+    floats,
+    matrix,
+    thin,
+    upper,
+)
 
 _LENGTH = 0.25  # of a piece
 _ENDS = 3  # pieces at an end for balls, if a guard vanishes there

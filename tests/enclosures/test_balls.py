@@ -8,11 +8,9 @@ import mpmath
 import pytest
 
 from capsule_sym._enclosures.numbers.balls import (
-    Unproved,
     arb,
     arb_mat,
     ball,
-    decimal,
     greatest,
     largest,
     precision,
@@ -56,16 +54,3 @@ def test_a_radius_is_added_to_that_of_rounding() -> None:
     for end in ("-0.15", "0.35", "0.1"):
         assert found.contains(arb(end).mid())
     assert found.rad() >= 0.25
-
-
-@pytest.mark.parametrize("places", [32, 50])
-@pytest.mark.parametrize("text", ["0.7000000000000000000000000000049", "-12.125"])
-def test_a_decimal_is_within_a_fifth_of_its_last_digit(places: int, text: str) -> None:
-    with precision(400):
-        value = arb(text) + arb(0, arb(10) ** -places / 10)
-        told = decimal(value)
-        digits = len(told.partition(".")[2])
-        assert digits <= places
-        assert (arb(told) - value).abs_upper() < arb(10) ** -digits / 5
-        with pytest.raises(Unproved, match="too wide"):
-            decimal(value + arb(0, arb("0.3e-30")))

@@ -12,13 +12,12 @@ from flint import arb_mat
 
 from capsule_sym import Parameters, solve_itinerary, solve_orbit
 from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision
-from capsule_sym._enclosures.orbits import krawczyk, proof, stability
+from capsule_sym._enclosures.orbits import krawczyk
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import affine_states, guess_of, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic
-from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from paper.proofs.case import EXACT
+from tests.enclosures.case import EXACT
 
 PLACES = (-1.0, -0.5, 0.0, 0.75, 1.0)
 
@@ -185,32 +184,3 @@ def test_a_characteristic_polynomial_is_that_of_its_matrix() -> None:
         polynomial = np.poly(np.array(rows, dtype=float))
         told = [1.0, *map(float, (-found.trace, found.minors, -found.determinant))]
         assert told == pytest.approx(polynomial, abs=1e-8)
-
-
-def test_a_condition_that_may_fail_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A multiplier 1, and a ball of them about it."""
-    for wide, stable in ((0.0, False), (0.25, False), (-0.5, True)):
-        entry = 1 + wide if stable else ball(1, wide)
-        period = arb_mat([[entry, 0, 0], [0, 0, 0], [0, 0, 0]])
-        monkeypatch.setattr(stability, "monodromy", lambda found, period=period: period)
-        if stable:
-            assert stability.prove_stable(None).trace == entry
-        else:
-            with pytest.raises(Unproved, match="Jury's condition 1 "):
-                stability.prove_stable(None)
-
-
-def test_an_orbit_is_proved_with_guards_and_stability(monkeypatch: pytest.MonkeyPatch) -> None:
-    orbit = orbit_at(0.7)
-    shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
-    given = guess_of(shooting, orbit), {shooting.parameter("alpha"): 0.0}
-    proof.prove(shooting, *given)
-
-    def fails(*_: object) -> None:
-        raise Unproved("told", "so")
-
-    for owner, name in ((Watch, "segment"), (proof, "prove_stable")):
-        with monkeypatch.context() as patch:
-            patch.setattr(owner, name, fails)
-            with pytest.raises(Unproved, match="told: so"):
-                proof.prove(shooting, *given)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from capsule_sym._enclosures.numbers import fields
 from capsule_sym._enclosures.numbers.balls import arb, ball, matrix, precision
 from capsule_sym._enclosures.numbers.fields import SIZE, Exponential, Field, generated
-from paper.proofs.case import EXACT
+from tests.enclosures.case import EXACT
 
 VALUES = EXACT | {"gamma": "3.3"}
 NAMES = generated.PARAMETERS

@@ -7,18 +7,17 @@ joint variation of two quantities is kept, which plain balls lose.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import product
 from math import ceil, factorial, log2
 from typing import Any
 
-from flint import arb_mat
-
-from capsule_sym._enclosures.numbers.balls import (
+from capsule_sym._enclosures.blocks import (
     Matrix,
     arb,
     largest,
     matrix,
+    stacked,
     symmetric,
     unit,
     upper,
@@ -169,6 +168,19 @@ class Form:
             ),
         )
 
+    @staticmethod
+    def assembled(rows: int, columns: int, given: Sequence[tuple[int, int, Any]]) -> Form:
+        """A matrix of numbers, of which one is a form, and 0 where there is no entry."""
+        forms = [(i, j, x if isinstance(x, Form) else number(x)) for i, j, x in given]
+        parts = [matrix(rows, columns, ((i, j, x.p[k]) for i, j, x in forms)) for k in _ALL]
+        return Form(parts, matrix(rows, columns, ((i, j, x.e) for i, j, x in forms)))
+
+    @staticmethod
+    def stacked(blocks: Sequence[Any]) -> Form:
+        """Matrices, of which one is a form, one below the other."""
+        forms = [one if isinstance(one, Form) else _constant(one) for one in blocks]
+        return Form([stacked([x.p[k] for x in forms]) for k in _ALL], stacked([x.e for x in forms]))
+
 
 def _derivatives(value: Any, slope: Any) -> list[Any]:
     """Derivatives of a sine over their factorials, from its value and its slope."""
@@ -188,24 +200,6 @@ def polynomial(coefficients: Sequence[Any], radius: float = 0.0) -> Form:
     """A number from its coefficients in the order of MONOMIALS, 0 where there are none."""
     left = len(MONOMIALS) - len(coefficients)
     return Form([*map(arb, coefficients), *[arb(0)] * left], symmetric(radius))
-
-
-def assembled(rows: int, columns: int, entries: Iterable[tuple[int, int, Any]]) -> Any:
-    """A matrix of numbers, balls or forms, and 0 where there is no entry."""
-    given = [*entries]
-    if not any(isinstance(value, Form) for *_, value in given):
-        return matrix(rows, columns, given)
-    forms = [(i, j, x if isinstance(x, Form) else number(x)) for i, j, x in given]
-    parts = [matrix(rows, columns, ((i, j, x.p[k]) for i, j, x in forms)) for k in _ALL]
-    return Form(parts, matrix(rows, columns, ((i, j, x.e) for i, j, x in forms)))
-
-
-def stacked(blocks: Sequence[Any]) -> Any:
-    """Matrices of balls or of forms, one below the other."""
-    if not any(isinstance(one, Form) for one in blocks):
-        return arb_mat([row for one in blocks for row in one.tolist()])
-    forms = [one if isinstance(one, Form) else _constant(one) for one in blocks]
-    return Form([stacked([x.p[k] for x in forms]) for k in _ALL], stacked([x.e for x in forms]))
 
 
 def hull(value: Any) -> Any:

@@ -1,0 +1,1 @@
+"""Kinds of tampering with certificates and their files; `kinds` has them all."""
