@@ -57,6 +57,7 @@ from capsule_sym._enclosures.passage.exchanges import ranges as ranges
 from capsule_sym._enclosures.passage.guards import Line as Line
 from capsule_sym._enclosures.passage.guards import Watch as Watch
 from capsule_sym._enclosures.passage.runs import enclose_run as enclose_run
+from capsule_sym._enclosures.passage.segments import Duration as Duration
 from capsule_sym._enclosures.passage.segments import Passage as Passage
 from capsule_sym._enclosures.passage.segments import Passed as Passed
 from capsule_sym._enclosures.passage.segments import Step as Step

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from flint import arb_mat
@@ -23,15 +23,14 @@ from capsule_sym._enclosures.blocks import (
     FIELDS,
     ROWS,
     SIZE,
-    TIME,
     Ball,
+    Duration,
     Field,
     Guard,
     Line,
     Matrix,
     Passed,
     Step,
-    Switch,
     arb,
     around,
     bits,
@@ -54,8 +53,6 @@ from paper.proofs.margins import QuickWatch
 
 Bundle = NDArray[np.float64]
 """Shape (7, n): the middle, the direction of alpha, and the other directions."""
-Duration: TypeAlias = "Ball | list[Ball]"
-"""Time of a passage, or its middle and its change with alpha and omega."""
 
 _MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, and how many stay
 _BITS = 53.0
@@ -166,15 +163,6 @@ class Passage(Boxes):
 
     def _near(self, field: Field) -> tuple[Field, float]:
         return field.near if isinstance(field, Driven) else field, _BITS
-
-    def _until(self, field: Field, bundle: Matrix, total: Duration) -> Switch:
-        parts = total if isinstance(total, list) else [total]
-        middle = arb((parts[0] - bundle[TIME, 0]).mid())
-        moved = self._moved(field, middle, bundle)
-        late = arb_mat([[-x for x in moved.tolist()[TIME]]])
-        for k, part in enumerate(parts):
-            late[0, k] += part
-        return Switch(middle, moved, late, arb(0), hull(late)[0, 0])
 
 
 def carried(

@@ -27,6 +27,7 @@ from capsule_sym._enclosures.passage.segments import Passage, Step
 from capsule_sym._enclosures.passage.switches import Known, after, guard_row, saltation
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.itinerary import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
 from tests.enclosures.case import EXACT
 
@@ -331,3 +332,26 @@ def test_a_run_is_that_of_its_decimals() -> None:
         for told, exact in zip(found.states, (begin, field(2).flow(h) * begin), strict=True):
             assert all(told[i, 0].overlaps(exact[i, 0]) for i in range(3))
             assert float(told[0, 0].rad()) < 1e-25
+
+
+def test_all_states_of_a_box_are_carried() -> None:
+    """Through two switches, beside motions from its corners."""
+    run = simulate(Parameters(alpha=1.2, gamma=3.3), (0.01, 0.0, 1e-5), 0.3, periods=1)
+    first, second, third, *_ = run.segments
+    steps = [
+        Step(one.field, float(one.duration), guard_between(one.field, then.field))
+        for one, then in ((first, second), (second, third))
+    ]
+    steps.append(Step(third.field, 0.01, None))
+    total = arb(sum(float(one.duration) for one in steps))
+    fields = passage()
+
+    def end(off: Any, sign: int = 0) -> Any:
+        values = [arb("0.01") + off, arb(0) + off * sign, arb("1e-5")]
+        start = fields.start(arb_mat([[x] for x in values]), arb("0.24"))
+        *_, last = fields.segments(start, steps, total)
+        return segments.hull(last.ended)
+
+    box = end(symmetric(1e-9), 1)
+    for off, sign in product((-1e-9, 1e-9), (-1, 1)):
+        assert all(box[i, 0].contains(end(arb(off), sign)[i, 0].mid()) for i in range(3))

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, zip_longest
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from flint import arb_mat
 
@@ -46,6 +46,9 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.itinerary import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
+
+Duration: TypeAlias = "Ball | list[Ball]"
+"""Time of a passage, or its parts by the columns of a bundle."""
 
 _REFINEMENTS = 12
 _FIRST_BITS = 128  # of the first step of Newton's method; each further one has twice as many
@@ -102,7 +105,7 @@ class Passage:
         return found
 
     def segments(
-        self, start: Matrix, steps: Sequence[Step], total: Ball, known: Known = _NOTHING
+        self, start: Matrix, steps: Sequence[Step], total: Duration, known: Known = _NOTHING
     ) -> Iterator[Passed]:
         """Each segment after its proof, up to a time `total`, at which the last one ends.
 
@@ -166,12 +169,14 @@ class Passage:
         """Field and number of bits by which a switching time is refined, half in the last step."""
         return field, float(bits())
 
-    def _until(self, field: Field, bundle: Matrix, total: Ball) -> Switch:
+    def _until(self, field: Field, bundle: Matrix, total: Duration) -> Switch:
         """Duration and states of a segment up to a time since the start."""
-        middle = arb((total - bundle[TIME, 0]).mid())
+        parts = total if isinstance(total, list) else [total]
+        middle = arb((parts[0] - bundle[TIME, 0]).mid())
         moved = self._moved(field, middle, bundle)
         late = arb_mat([[-x for x in moved.tolist()[TIME]]])
-        late[0, 0] += total
+        for k, part in enumerate(parts):
+            late[0, k] += part
         return Switch(middle, moved, late, arb(0), hull(late)[0, 0])
 
     def _switch(self, field: Field, bundle: Matrix, step: Step, name: str) -> Switch:
