@@ -17,10 +17,18 @@ from benchmarks.hardcases import cases
 from benchmarks.hardcases.cases import Case
 from benchmarks.hardcases.reference import Start
 from capsule_sym import Segment, simulate
-from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, matrix, precision
-from capsule_sym._enclosures.passage.exchanges import TIME, hull
-from capsule_sym._enclosures.passage.segments import Passage, Step
-from capsule_sym._enclosures.passage.switches import Known
+from capsule_sym._enclosures.blocks import (
+    TIME,
+    Ball,
+    Known,
+    Passage,
+    Step,
+    Unproved,
+    arb,
+    hull,
+    matrix,
+    precision,
+)
 from capsule_sym._orbits.shooting.itinerary import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
 

@@ -68,6 +68,7 @@ from capsule_sym._enclosures.passage.switches import saltation as saltation
 from capsule_sym._enclosures.passage.switches import three as three
 from capsule_sym._enclosures.passage.switches import zeros as zeros
 from capsule_sym._map.expansion import Guard as Guard
+from capsule_sym._orbits.shooting import changes as changes
 from capsule_sym._orbits.shooting.equations import PARAMETERS as PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import contact as contact
 from capsule_sym._orbits.shooting.itinerary import drift as drift

@@ -24,6 +24,7 @@ from capsule_sym._enclosures.blocks import (
     TIME,
     Ball,
     C,
+    Duration,
     Field,
     Guard,
     Matrix,
@@ -35,7 +36,7 @@ from capsule_sym._enclosures.blocks import (
     thin,
     unit,
 )
-from paper.proofs.segments import Bundle, Duration, Passage
+from paper.proofs.segments import Bundle, Passage
 from paper.proofs.windows import TOUCHED_ROWS, Touch, Window
 
 _GRID = 2.0**-7  # of time, on which windows are looked for
