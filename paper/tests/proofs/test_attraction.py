@@ -204,6 +204,7 @@ def test_a_set_in_groups_shrinks_as_its_motions_do() -> None:
     assert np.max(reach(bundle)) < 2 * 0.95**100 * np.max(reach(columns()))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "part", [AlphaPart(0, 18, 138874), AlphaPart(2, 22, 4180926), AlphaPart(2, 26, 66894826)]
 )

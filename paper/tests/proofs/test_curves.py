@@ -160,6 +160,7 @@ def test_at_a_corner_both_sides_reach_beyond_the_patch(corner: Curve) -> None:
         curve_patches.prove_curve(corner.patch, [*corner.near, *far])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("call", range(2))
 @pytest.mark.parametrize("name", ["touch", "corner", "landing"])
 @pytest.mark.parametrize("condition", ["stable", "admissible"])
@@ -189,6 +190,7 @@ HOLDS = {"touch": 6, "corner": 2, "landing": 2}
 """Number of gluings; at a touch the ends of the orbits with the segment are glued too."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "number"), [(name, k) for name, calls in HOLDS.items() for k in range(calls)]
 )
@@ -202,6 +204,7 @@ def test_both_sides_are_glued_on_the_curve(
         curve_patches.prove_curve(curve.patch, curve.guesses)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "calls"), HOLDS.items())
 def test_each_gluing_is_checked_once(
     name: str, calls: int, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
@@ -278,6 +281,7 @@ def test_alpha_is_that_of_single_orbits(name: str, request: pytest.FixtureReques
             assert (rates[at, 0] + ball(0, 1e-4)).contains(arb(slope)), (at, slope, rates[at, 0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["touch", "large_touch", "corner", "landing"])
 def test_derivatives_of_columns_are_held_at_the_corners(
     name: str, request: pytest.FixtureRequest
@@ -347,6 +351,7 @@ def test_the_short_segment_is_watched_up_to_its_longest_duration(
     assert longest >= 2 * side.radii[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["touch", "corner"])
 @pytest.mark.parametrize("way", ["pieces", "rising", "_grows"])
 def test_guards_that_vanish_on_the_curve_are_proved_beside_it(
@@ -443,6 +448,7 @@ def test_a_guard_is_positive_on_one_side_of_the_curve(
         orbits.prove_side(at, outside, side)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "side", "pieces"), [("touch", -1, 3), ("landing", 1, 3)])
 def test_the_guard_that_fails_is_proved_along_its_segment(
     name: str,

@@ -60,6 +60,7 @@ def shallow(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checker, "HALVINGS", 6)
 
 
+@pytest.mark.long
 def test_the_coverings_of_a_set_are_proved_and_accepted() -> None:
     assert prove_horseshoe(of_one()).coverings == ((4, 5), (4, 6))
     checked(of_one())
@@ -140,6 +141,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_a_change_is_refused(change: Callable[[dict[str, Any]], None]) -> None:
     given = of_one()
@@ -150,6 +152,7 @@ def test_a_change_is_refused(change: Callable[[dict[str, Any]], None]) -> None:
         checked(given)
 
 
+@pytest.mark.long
 def test_an_image_that_misses_both_edges_of_a_set_is_no_covering() -> None:
     """The edge test alone refuses a set that is covered to a part."""
     given = of_one()
@@ -183,6 +186,7 @@ def area(u: tuple[Fraction, Fraction], s: tuple[Fraction, Fraction]) -> Fraction
     return (u[1] - u[0] or 1) * (s[1] - s[0])
 
 
+@pytest.mark.long
 def test_every_part_of_a_set_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     """The parts of the inside make up all of it, and so do those of both edges."""
     seen: dict[str, list[Fraction]] = {"prover": [], "checker": []}
@@ -252,6 +256,7 @@ def test_entropy_is_that_of_the_coverings() -> None:
         horseshoe._entropy(rows, [0, *kept()["weights"][1:]])
 
 
+@pytest.mark.long
 def test_entropy_is_below_what_neighbours_part_by() -> None:
     parameters = Parameters(**{name: float(x) for name, x in kept()["parameters"].items()})
     run = simulate(parameters, periods=1000)
@@ -345,6 +350,7 @@ def test_the_command_writes_the_certificate(
 WORDS = [(0,), (2, 3, 4, 6), (1, 2, 3, 4, 5), (0, 1, 2, 3, 4, 5)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("word", WORDS)
 def test_a_closed_path_is_that_of_a_periodic_orbit(word: tuple[int, ...]) -> None:
     """Enclosed by Krawczyk's method; at each period's begin it is in the set of the path."""

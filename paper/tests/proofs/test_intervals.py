@@ -169,7 +169,7 @@ def test_a_bundle_of_many_times_is_held_at_one_time(
         columns = np.array([[middle[0], 0.0, spread], [middle[1], 0.0, 0.0], [middle[2], 0.0, 0.0]])
         start = fields.section(thin(columns), arb(0.5))
         late = np.zeros((7, 1))
-        late[passage.TIME] = 1e-2
+        late[exchanges.TIME] = 1e-2
         start = np.column_stack([start[:, :3], late, start[:, 3:]])
         total = 0.7
         found = passage.rounded(

@@ -42,6 +42,7 @@ def drawn(bars: str) -> list[list[float]]:
     return json.loads(path.read_text(encoding="utf-8"))[bars]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "task"), TASKS.items())
 def test_their_parts_are_those_of_the_subdivision(name: str, task: Task, tmp_path: Path) -> None:
     """Each is open after the halvings, so that none lies in another one."""
@@ -87,6 +88,7 @@ def test_a_part_from_rest_is_proved_again(place: float) -> None:
     assert attraction.attempt(AlphaPart(*one["part"])).itinerary == one["itinerary"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", [0.1, 0.3, 0.5, 0.7, 0.9])
 @pytest.mark.parametrize("curve", [False, True])
 def test_a_patch_of_the_plane_is_proved_again(place: float, curve: bool) -> None:
@@ -156,6 +158,7 @@ def check_corners(chosen: list[dict]) -> None:
                 assert velocity(alpha, omega) <= best + ROOM, part
 
 
+@pytest.mark.long
 def test_runs_at_corners_of_drives_are_not_faster() -> None:
     """Of some parts, and of the smallest, which are beside the best drive or a bifurcation."""
     found = records("fastest")
@@ -168,6 +171,7 @@ def test_runs_at_corners_of_all_drives_are_not_faster() -> None:
     check_corners(records("fastest"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", [0.1, 0.5, 0.9])
 def test_drives_are_proved_again(place: float) -> None:
     one = records("fastest")[int(place * len(records("fastest")))]

@@ -173,6 +173,7 @@ def test_a_bundle_holds_the_motions_of_its_drives() -> None:
         assert abs(moved - columns[:3] @ (1.0, s_a, s_w)) <= beside + 1e-11
 
 
+@pytest.mark.long
 def test_velocities_of_a_part_are_within_its_enclosure() -> None:
     found = optimum.velocity(ALPHAS, OMEGAS)
     for s_a, s_w in CORNERS:
@@ -181,6 +182,7 @@ def test_velocities_of_a_part_are_within_its_enclosure() -> None:
     assert float(found.rad()) < 1e-4
 
 
+@pytest.mark.long
 def test_velocities_are_those_of_the_whole_box(monkeypatch: pytest.MonkeyPatch) -> None:
     """The periodic motions are in the box, and not on its line."""
     begun = list[np.ndarray]()
@@ -228,6 +230,7 @@ def test_the_best_is_the_best_of_a_grid() -> None:
     assert all(average(alpha, omega) < best for alpha, omega in grid)
 
 
+@pytest.mark.long
 def test_a_part_is_proved_only_below_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
     far, near = DrivePart(6, 3, 8, 11), DrivePart(11, 2047, 11, 937)
     assert optimum.attempt(far).itinerary is not None

@@ -21,7 +21,7 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import SIZE, Field
 from capsule_sym._enclosures.passage.segments import Step
-from capsule_sym._enclosures.passage.switches import saltation, three
+from capsule_sym._enclosures.passage.switches import pin, saltation, three
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import segments
@@ -52,25 +52,12 @@ def column(*values: Any) -> arb_mat:
     return arb_mat([[arb(value)] for value in values])
 
 
-def states(*values: str) -> arb_mat:
-    """One state, the same for all alpha."""
-    return arb_mat([[arb(value), 0] for value in values])
-
-
-def held(outer: arb_mat, exact: arb_mat) -> bool:
-    rows = range(exact.nrows())
-    return all(outer[i, 0].contains(exact[i, 0]) for i in rows)
-
-
-# Exact facts at a switch
-
 EXCHANGES = {
     "impact": (1, 4, Guard.GAP),
     "slip": (2, 3, Guard.LOWER),
     "reversal": (1, 3, Guard.DRIFT),
     "stop": (4, 5, Guard.DRIFT),
 }
-
 """Fields before and after a switch, and its guard."""
 
 
@@ -83,7 +70,7 @@ def switching(name: str, count: int) -> Iterator[tuple[Field, Field, Guard, arb_
         if guard is not Guard.GAP:
             values[2] = arb(0)
         if guard is not Guard.DRIFT:
-            slope, constant = segments.pin(field(before), guard)
+            slope, constant = pin(field(before), guard)
             values[0] = slope * values[1] + constant
         yield field(before), field(following), guard, column(*values)
 
