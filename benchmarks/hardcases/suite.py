@@ -17,7 +17,7 @@ from benchmarks.hardcases import cases
 from benchmarks.hardcases.cases import Case
 from benchmarks.hardcases.reference import Start
 from capsule_sym import Segment, simulate
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     TIME,
     Ball,
     Known,
@@ -29,7 +29,7 @@ from capsule_sym._enclosures.blocks import (
     matrix,
     precision,
 )
-from capsule_sym._orbits.shooting.itinerary import guard_between
+from capsule_sym._orbits.interface import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
 
 VERSION = "1.0.0"

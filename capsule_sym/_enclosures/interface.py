@@ -5,21 +5,25 @@
 
 from capsule_sym._enclosures.certificates.certify import certificates, file_of
 from capsule_sym._enclosures.numbers.balls import (
-    arb, ball, Ball, decimal, floats, greatest, largest, Matrix, matrix, precision, symmetric, thin,
-    unit, Unproved, upper,
+    arb, Ball, ball, bits, floats, greatest, largest, matrix, Matrix, precision, stacked,
+    symmetric, thin, unit, Unproved, upper,
 )
-from capsule_sym._enclosures.numbers.fields import at_rest, C, Field, generated, SIZE, V, X
+from capsule_sym._enclosures.numbers.fields import (
+    at_rest, C, Exponential, Field, generated, ONE, SIZE, U, V, W, X,
+)
 from capsule_sym._enclosures.orbits.events import beyond, Event, NEAR, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import enclose, image_of, newton, Tube
 from capsule_sym._enclosures.orbits.proof import (
-    columns_of, guess_of, held, prove, rotated, shooting_of,
+    columns_of, guess_of, held, prove_admissible, restarted, shooting_of,
 )
 from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
-from capsule_sym._enclosures.orbits.stability import Characteristic, prove_stable
-from capsule_sym._enclosures.passage.exchanges import hull, ROWS, TIME
-from capsule_sym._enclosures.passage.guards import Line, Watch
-from capsule_sym._enclosures.passage.runs import enclose_run, itinerary_of, steps_of
-from capsule_sym._enclosures.passage.segments import (
-    BALLS, Bundle, Duration, Interval, Passage, Step,
+from capsule_sym._enclosures.orbits.stability import Characteristic, characteristic, monodromy
+from capsule_sym._enclosures.passage.exchanges import (
+    around, chosen, extended, hull, ranges, ROWS, Switch, TIME,
 )
-from capsule_sym._enclosures.passage.switches import GUARD_ROWS, Known, three, zeros
+from capsule_sym._enclosures.passage.guards import Line, Watch
+from capsule_sym._enclosures.passage.runs import enclose_run
+from capsule_sym._enclosures.passage.segments import Duration, Passage, Passed, Step
+from capsule_sym._enclosures.passage.switches import (
+    guard_row, GUARD_ROWS, Known, saltation, three, zeros,
+)

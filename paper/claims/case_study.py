@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import sympy as sp
 
-from capsule_sym._enclosures.blocks import Unproved
+from capsule_sym._enclosures.interface import Unproved
 from capsule_sym._symbolic.theory import (
     ENTRY_PLANE,
     PARAMETERS,

@@ -104,7 +104,7 @@ def enclose(
         _print(records, meetings, thresholds, seconds)
     missing = [*unmet, *(reason for _, _, reasons in told for reason in reasons)]
     if out is not None:
-        from capsule_sym._enclosures.certificates.certify import file_of
+        from capsule_sym._enclosures.interface import file_of
 
         held = [one for _, kept, _ in told for one in kept]
         if held:  # the file is unchanged if nothing is proved
@@ -157,7 +157,7 @@ def _parts(
 
 
 def _horseshoe(out: options.Path | None, max_seconds: float, as_json: bool) -> None:
-    from capsule_sym._enclosures.blocks import Unproved
+    from capsule_sym._enclosures.interface import Unproved
     from capsule_sym._files import write_whole
     from capsule_sym._native import Watch
     from capsule_sym._records import dumps
@@ -217,7 +217,7 @@ def _proved(
 
 def _met(deadline: float) -> tuple[list[dict[str, Any]], list[str]]:
     """Records of the mass ratios at which two bifurcations coincide, and reasons for gaps."""
-    from capsule_sym._enclosures.blocks import Unproved
+    from capsule_sym._enclosures.interface import Unproved
     from paper.proofs.case import EXACT
     from paper.proofs.codimension_two import record, section4
     from paper.proofs.section4 import TIME_OVER

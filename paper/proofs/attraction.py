@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym import CapsuleError, Parameters, Trajectory, simulate
-from capsule_sym._enclosures.blocks import (
-    PARAMETERS,
+from capsule_sym._enclosures.interface import (
     Ball,
     C,
     Matrix,
@@ -38,6 +37,7 @@ from capsule_sym._enclosures.blocks import (
     thin,
     unit,
 )
+from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.case import EXACT
 from paper.proofs.guesses import itinerary_of, steps_of
 from paper.proofs.parts import BOTH, AlphaPart, Outcome

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     Ball,
     Shooting,
     Tube,

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from capsule_sym import CodimensionTwoPoint, Parameters, continue_bifurcation
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     NEAR,
     Ball,
     Event,

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym import InvalidInput, Itinerary
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     Ball,
     Shooting,
     Tube,
@@ -22,9 +22,9 @@ from capsule_sym._enclosures.blocks import (
     arb,
     ball,
     beyond,
-    changes,
     enclose,
 )
+from capsule_sym._orbits.interface import around, swap_segment
 from paper.proofs.curve_sides import WithoutSegment, WithSegment
 from paper.proofs.parts import Patch
 
@@ -135,9 +135,9 @@ def _durations(one: Guess) -> list[float]:
 def _beyond(itinerary: Itinerary, segment: int) -> list[int]:
     """Fields beyond the curve on which a segment has the duration 0."""
     n = len(itinerary)
-    exchange = changes.swap_segment(itinerary, np.ones(n + 4), segment)
+    exchange = swap_segment(itinerary, np.ones(n + 4), segment)
     if exchange is not None:
         return list(exchange.itinerary.fields)
-    before, _, after = changes.around(itinerary, segment)
+    before, _, after = around(itinerary, segment)
     gone = {segment, (segment + 1) % n} if before == after else {segment}
     return [field for k, field in enumerate(itinerary.fields) if k not in gone]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     GUARD_ROWS,
     SIZE,
     Ball,
@@ -21,12 +21,12 @@ from capsule_sym._enclosures.blocks import (
     Unproved,
     Watch,
     arb,
-    changes,
     enclose,
     matrix,
     upper,
     zeros,
 )
+from capsule_sym._orbits.interface import around
 from paper.proofs.forms import MONOMIALS, hull
 from paper.proofs.patch_orbits import PatchOrbits, within
 from paper.proofs.stable import prove_stable
@@ -107,7 +107,7 @@ class WithSegment(_Side):
         so all of them are.
         """
         narrow, (column, gamma) = self.event.shooting, self.axes
-        before, _, after = changes.around(narrow.itinerary, self.segment)
+        before, _, after = around(narrow.itinerary, self.segment)
         patch, part = self, (float(end), 0.0, 0.0, 1.0)
         if before == after:
             reach, radius = self.radii
@@ -192,7 +192,7 @@ class WithoutSegment(_Side):
         guess[shooting.parameter("alpha")] = arb(alpha)
         super().__init__(shooting, guess, radii)
         itinerary, n = event.shooting.itinerary, len(event.shooting.itinerary)
-        before, _, after = changes.around(itinerary, segment)
+        before, _, after = around(itinerary, segment)
         self._instant: float | None = None
         if before == after:  # the guard is touched within a segment
             guard = itinerary.guard_before(segment)

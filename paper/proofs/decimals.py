@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from capsule_sym._enclosures.blocks import Ball, Unproved, arb
+from capsule_sym._enclosures.interface import Ball, Unproved, arb
 
 _LEAST, _MOST = 30, 56  # decimals that are written
 

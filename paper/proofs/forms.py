@@ -12,7 +12,7 @@ from itertools import product
 from math import ceil, factorial, log2
 from typing import Any
 
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     Matrix,
     arb,
     largest,

@@ -7,7 +7,7 @@ from math import inf
 
 from flint import arb_mat
 
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     ONE,
     SIZE,
     Ball,

@@ -6,7 +6,8 @@ import math
 from bisect import bisect_right
 
 from capsule_sym import Trajectory
-from capsule_sym._enclosures.blocks import Step, guard_between
+from capsule_sym._enclosures.interface import Step
+from capsule_sym._orbits.interface import guard_between
 
 
 def steps_of(trajectory: Trajectory, first: float, last: float) -> list[Step]:

@@ -19,20 +19,20 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     Matrix,
     Step,
     Unproved,
     arb,
     at_rest,
     ball,
-    guard_between,
     matrix,
     precision,
     symmetric,
     thin,
     unit,
 )
+from capsule_sym._orbits.interface import guard_between
 from paper.proofs.segments import Interval, Passage
 
 _BITS = 80

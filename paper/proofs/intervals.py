@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from capsule_sym import Bifurcation, Itinerary, Orbit, Parameters, continue_orbit, solve_orbit
-from capsule_sym._enclosures.blocks import (
-    PARAMETERS,
+from capsule_sym._enclosures.interface import (
     Ball,
     Event,
     Shooting,
@@ -27,6 +26,7 @@ from capsule_sym._enclosures.blocks import (
     restarted,
     shooting_of,
 )
+from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.branches import Box, march
 
 THRESHOLD_BITS, BRANCH_BITS = 320, 128

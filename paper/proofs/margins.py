@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     SIZE,
     Ball,
     Field,

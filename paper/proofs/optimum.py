@@ -11,8 +11,7 @@ from collections.abc import Mapping
 from functools import cache
 
 from capsule_sym import CapsuleError, Parameters, simulate
-from capsule_sym._enclosures.blocks import (
-    PARAMETERS,
+from capsule_sym._enclosures.interface import (
     Ball,
     arb,
     ball,
@@ -21,6 +20,7 @@ from capsule_sym._enclosures.blocks import (
     thin,
     upper,
 )
+from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.attraction import BITS, PERIODS, Motions
 from paper.proofs.case import EXACT
 from paper.proofs.parts import DrivePart, Outcome

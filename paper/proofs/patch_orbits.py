@@ -19,8 +19,7 @@ from math import comb
 import numpy as np
 from flint import arb_series
 
-from capsule_sym._enclosures.blocks import (
-    PARAMETERS,
+from capsule_sym._enclosures.interface import (
     SIZE,
     Ball,
     Characteristic,
@@ -41,6 +40,7 @@ from capsule_sym._enclosures.blocks import (
     upper,
     zeros,
 )
+from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.forms import (
     DEGREE,
     MONOMIALS,

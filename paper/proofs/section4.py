@@ -9,8 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from capsule_sym import Parameters, solve_orbit
-from capsule_sym._enclosures.blocks import Event, Unproved, ball, precision
-from capsule_sym._enclosures.certificates.certify import certificates
+from capsule_sym._enclosures.interface import Event, Unproved, ball, certificates, precision
 from capsule_sym._native import Watch
 from paper.printed import panels, read
 from paper.proofs.branches import Box

@@ -19,14 +19,12 @@ import numpy as np
 from flint import arb_mat
 from numpy.typing import NDArray
 
-from capsule_sym._enclosures.blocks import (
-    FIELDS,
+from capsule_sym._enclosures.interface import (
     ROWS,
     SIZE,
     Ball,
     Duration,
     Field,
-    Guard,
     Line,
     Matrix,
     Passed,
@@ -47,7 +45,9 @@ from capsule_sym._enclosures.blocks import (
     unit,
     upper,
 )
-from capsule_sym._enclosures.blocks import Passage as Boxes
+from capsule_sym._enclosures.interface import Passage as Boxes
+from capsule_sym._map.interface import Guard
+from capsule_sym.generated.capsule.facts import FIELDS
 from paper.proofs.frequencies import Driven
 from paper.proofs.margins import QuickWatch
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     Ball,
     Characteristic,
     Evaluation,

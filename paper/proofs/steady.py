@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from capsule_sym import Itinerary, Parameters, SteadyMotion, Trajectory, simulate
-from capsule_sym._enclosures.blocks import (
-    PARAMETERS,
+from capsule_sym._enclosures.interface import (
     Ball,
     Shooting,
     Tube,
@@ -24,6 +23,7 @@ from capsule_sym._enclosures.blocks import (
     precision,
     shooting_of,
 )
+from capsule_sym._orbits.interface import PARAMETERS
 from paper.proofs.stable import prove
 
 _BITS = 192

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from capsule_sym._enclosures.blocks import (
+from capsule_sym._enclosures.interface import (
     ROWS,
     SIZE,
     TIME,
@@ -26,7 +26,6 @@ from capsule_sym._enclosures.blocks import (
     C,
     Duration,
     Field,
-    Guard,
     Matrix,
     Step,
     Unproved,
@@ -36,6 +35,7 @@ from capsule_sym._enclosures.blocks import (
     thin,
     unit,
 )
+from capsule_sym._map.interface import Guard
 from paper.proofs.segments import Bundle, Passage
 from paper.proofs.windows import TOUCHED_ROWS, Touch, Window
 

@@ -23,14 +23,12 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from capsule_sym._enclosures.blocks import (
-    FIELDS,
+from capsule_sym._enclosures.interface import (
     ROWS,
     SIZE,
     Ball,
     C,
     Field,
-    Guard,
     Line,
     Matrix,
     Unproved,
@@ -43,6 +41,8 @@ from capsule_sym._enclosures.blocks import (
     three,
     unit,
 )
+from capsule_sym._map.interface import Guard
+from capsule_sym.generated.capsule.facts import FIELDS
 
 PIECES = 32
 """Number of pieces of a window."""

@@ -17,9 +17,9 @@ from capsule_sym._enclosures.numbers.balls import (
     symmetric,
 )
 from capsule_sym._enclosures.numbers.fields import Field
+from capsule_sym._enclosures.passage.exchanges import hull
 from capsule_sym._enclosures.passage.guards import Watch
-from capsule_sym._enclosures.passage.runs import steps_of
-from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step, hull
+from capsule_sym._enclosures.passage.segments import Passage, Step
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.proofs.statement import Statement, settle
 from paper.claims import captions, section_4
@@ -37,6 +37,8 @@ from paper.claims.case_study import (
 from paper.printed import events, read, row_at
 from paper.proofs import attraction
 from paper.proofs.attraction import tendency
+from paper.proofs.guesses import steps_of
+from paper.proofs.segments import carried
 
 POINT = point(read(), "1.64")
 
@@ -50,9 +52,9 @@ def bits():
 def turn(at: Point) -> tuple[Passage, Matrix, list[Step], object]:
     """The map of one period near the orbit at a point: fields, state on it, segments and period."""
     run = simulate(Parameters(**{k: float(v) for k, v in at.numbers}), periods=200)
-    state = matrix(3, 2, ((i, 0, ball(x)) for i, x in enumerate(run.stroboscopic[-2])))
+    state = matrix(3, 1, ((i, 0, ball(x)) for i, x in enumerate(run.stroboscopic[-2])))
     values = {name: ball(text) for name, text in at.numbers}
-    passage = Passage(values, Interval(values["alpha"]), BALLS)
+    passage = Passage(values)
     return passage, state, steps_of(run, 199, 200), 2 * arb.pi() / values["omega"]
 
 
@@ -61,12 +63,12 @@ def test_derivative_of_a_period_against_differences() -> None:
     step = arb("1e-30")
 
     def after(start: Matrix) -> tuple[Matrix, Matrix]:
-        ended, by = passage.carried(passage.start(start, arb(0)), steps, period)
+        ended, by = carried(passage, passage.start(start, arb(0)), steps, period)
         return hull(ended), by
 
     here, by = after(state)
     for k in range(3):
-        ahead, _ = after(state + matrix(3, 2, ((k, 0, step),)))
+        ahead, _ = after(state + matrix(3, 1, ((k, 0, step),)))
         for i in range(3):
             slope = (ahead[i, 0] - here[i, 0]) / step
             assert float(slope) == pytest.approx(float(by[i, k]), abs=1e-20)
@@ -84,10 +86,10 @@ def test_guards_are_kept_for_one_field_only() -> None:
 def test_box_across_a_change_of_the_order_of_switches_is_not_proved() -> None:
     """At 1.588 the stick in F5 is short; a box of 1/50 also holds states that do without it."""
     passage, state, steps, period = turn(point(read(), "1.588"))
-    passage.carried(passage.start(state, arb(0)), steps, period)
-    wide = state + matrix(3, 2, ((i, 0, symmetric(0.02)) for i in range(3)))
+    carried(passage, passage.start(state, arb(0)), steps, period)
+    wide = state + matrix(3, 1, ((i, 0, symmetric(0.02)) for i in range(3)))
     with pytest.raises(Unproved):
-        passage.carried(passage.start(wide, arb(0)), steps, period)
+        carried(passage, passage.start(wide, arb(0)), steps, period)
 
 
 def test_a_motion_that_has_not_come_near_enough_proves_nothing(

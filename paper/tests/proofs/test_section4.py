@@ -24,8 +24,7 @@ from capsule_sym._enclosures.orbits.events import Event
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._symbolic.model.symbols import omega
-from capsule_sym._symbolic.proofs import theorems
-from capsule_sym._symbolic.proofs.resting import GRAZE
+from capsule_sym._symbolic.proofs.resting import GRAZE, resting_orbit
 from paper.proofs.attraction import tendency
 from paper.proofs.branches import glue, march
 from paper.proofs.case import EXACT
@@ -79,7 +78,7 @@ def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> Non
 
 
 def test_the_force_of_the_graze_is_checked_too() -> None:
-    (closed,) = theorems.items("grazing")
+    (closed,) = resting_orbit()
     force = closed.claim["force_squared"]
     assert closed.holds()
     assert not closed.check(**{**closed.claim, "force_squared": 2 * force})
