@@ -48,7 +48,10 @@ def test_every_certificate_is_of_the_schema() -> None:
     schema().validate(files.file_of(*produced().values()))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(one, marks=[pytest.mark.long] * one.startswith("digit")) for one in KINDS],
+)
 def test_tampered_certificates_are_refused_and_the_schema_agrees(
     kind: str, module: ModuleType, few: int
 ) -> None:

@@ -23,6 +23,7 @@ def bits():
         yield
 
 
+@pytest.mark.long
 def test_no_last_digit_may_change() -> None:
     for given in (orbit(1.2), bifurcations()[1], run()):
         for by in (1, 9):

@@ -73,6 +73,7 @@ def test_run_with_a_switch_left_out_is_not_proved() -> None:
     )  # a guess, no more
 
 
+@pytest.mark.long
 def test_points_of_a_curve_are_certified(tmp_path: Path) -> None:
     file = tmp_path / "curve.json"
     line = "--alpha 0.36:0.37 --gamma 3.29:3.3 --bifurcation adding"
