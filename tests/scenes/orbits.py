@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,9 +25,6 @@ class Found(NamedTuple):
     gradient: np.ndarray
 
 
-STEP = Fraction(1, 2**12)
-
-
 def by_differences(
     judge: Integrator,
     form: Form,
@@ -36,13 +32,14 @@ def by_differences(
     row: list[float],
     state: np.ndarray,
     periods: int = 1,
+    step: float = 1e-4,
 ) -> Found | None:
-    """The period's end from an orbit, and its slopes to fourth order in STEP.
+    """The period's end from an orbit, and its slopes to fourth order in the step.
 
     None where the itinerary is not the same in all directions: there are no two-sided slopes.
     """
     at, m = np.array([*row[: len(names)], *state]), len(names)
-    moves = [k * float(STEP) * one for one in np.eye(len(at)) for k in (-2, -1, 1, 2)]
+    moves = [k * step * one for one in np.eye(len(at)) for k in (-2, -1, 1, 2)]
     places = [at + move for move in (0 * at, *moves)]
     begun = [Start(dict(zip(names, z, strict=False)), tuple(z[m:])) for z in places]
     runs = judge.runs(form, begun, periods, checked=False)
@@ -50,7 +47,7 @@ def by_differences(
         return None
     ends = np.array([run.state[:4] for run in runs])
     rows = ends[1:].reshape(len(at), 4, 4)
-    slopes = ((rows[:, 0] - 8 * rows[:, 1] + 8 * rows[:, 2] - rows[:, 3]) / (12 * STEP)).T
+    slopes = ((rows[:, 0] - 8 * rows[:, 1] + 8 * rows[:, 2] - rows[:, 3]) / (12 * step)).T
     slopes, end = slopes.astype(float), ends[0].astype(float)
     moved = np.linalg.solve(np.eye(3) - slopes[:3, m:], slopes[:3, :m])
     gradient = (slopes[3, :m] + slopes[3, m:] @ moved) / periods
@@ -77,18 +74,24 @@ def orbits(
 
 
 def compared(
-    scene: Library, judge: Integrator, starts: Sequence[Start], periods: int = 1, *, long: bool
+    scene: Library,
+    judge: Integrator,
+    starts: Sequence[Start],
+    periods: int = 1,
+    *,
+    step: float = 1e-4,
+    long: bool = False,
 ) -> int:
     """Number of orbits whose slopes are the integrator's, after all have been compared.
 
-    State and progression to rounding; slopes to what is left of STEP^4 and of 1 - multipliers. The
+    State and progression to rounding; slopes to what is left of step^4 and of 1 - multipliers. The
     itinerary's own equations come to the same multipliers, with a residual of rounding, for `long`
     durations in their own units.
     """
     count = 0
     for row, orbit, (residual, trace, determinant) in orbits(scene, starts, periods):
         assert residual < 1e-13 * (max(1, 2 * math.pi / row[1]) if long else 1)
-        right = by_differences(judge, scene.form, scene.parameters, row, orbit.state, periods)
+        right = by_differences(judge, scene.form, scene.parameters, row, orbit.state, periods, step)
         if right is None:
             continue
         count += 1

@@ -66,4 +66,4 @@ def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
 ) -> None:
     """Contacts of stiffness 900 enlarge rounding too much for differences."""
     starts = [s for s in random_starts(FORM, 150) if s.parameters["beta"] < 100]
-    assert compared(scene, judge, starts, long=True) >= 10
+    assert compared(scene, judge, starts, step=2.0**-12, long=True) >= 10

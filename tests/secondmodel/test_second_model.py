@@ -96,7 +96,7 @@ def test_the_c_library_moves_as_the_integrator(
 def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
     periods: int, least: int, scene: Library, integrator: Integrator
 ) -> None:
-    assert compared(scene, integrator, random_starts(60), periods, long=False) >= least
+    assert compared(scene, integrator, random_starts(60), periods) >= least
 
 
 SIMULATED = """
