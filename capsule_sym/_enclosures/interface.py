@@ -24,6 +24,4 @@ from capsule_sym._enclosures.passage.exchanges import (
 from capsule_sym._enclosures.passage.guards import Line, Watch
 from capsule_sym._enclosures.passage.runs import enclose_run
 from capsule_sym._enclosures.passage.segments import Duration, Passage, Passed, Step
-from capsule_sym._enclosures.passage.switches import (
-    guard_row, GUARD_ROWS, Known, saltation, three, zeros,
-)
+from capsule_sym._enclosures.passage.switches import GUARD_ROWS, Known, saltation, three, zeros

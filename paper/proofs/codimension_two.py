@@ -21,6 +21,7 @@ from capsule_sym._enclosures.interface import (
     precision,
     prove_event,
 )
+from capsule_sym._orbits.interface import CROSSING
 from paper.proofs.decimals import decimal
 from paper.proofs.intervals import approximate
 
@@ -95,6 +96,6 @@ def section4(exact: Mapping[str, str]) -> list[ProvedPoint]:
     Raises Unproved if one of the two is not proved.
     """
     found, _ = approximate(Parameters(gamma=_BETWEEN), float(Fraction(1, 1000)), 2.0)
-    (crossing,) = (one for one in found if one.type == "crossing-sliding")
+    (crossing,) = (one for one in found if one.type == CROSSING)
     curve = continue_bifurcation(crossing, "gamma", _RANGES)
     return [prove_codimension_two(one, exact) for one in curve.codimension_two]
