@@ -18,14 +18,16 @@ from capsule_sym._symbolic.model.switching import (
     Leaf, LocalMap, allowed_maps, derivatives, leaves_of, local_maps, reduced, surface_transitions,
 )
 from capsule_sym._symbolic.model.symbols import (
-    PARAMETERS, STATE, alpha, beta, delta, f_b, force, gamma, tau, v_c, v_r, x_r, zeta,
+    PARAMETERS, STATE, alpha, beta, delta, f_b, force, gamma, omega, tau, v_c, v_r, x_r, zeta,
 )
 from capsule_sym._symbolic.proofs.appendices import BY_LINE, sliding, stick_does, within_bound
 from capsule_sym._symbolic.proofs.geometry_proofs import lines_at, meet_at
 from capsule_sym._symbolic.proofs.inner_products import (
     FIELDS, STICK_EDGE, along, inner_products, outward,
 )
-from capsule_sym._symbolic.proofs.markdown import LETTERS, counts, math, point, table, text
+from capsule_sym._symbolic.proofs.markdown import (
+    LETTERS, counts, math, point, table, text, theorems,
+)
 from capsule_sym._symbolic.proofs.parts import PARTS, Part, bifurcations, part
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE, witness_text, witnesses
 from capsule_sym._symbolic.proofs.statement import (

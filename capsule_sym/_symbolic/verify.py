@@ -52,9 +52,7 @@ _ANY_SCENE = {
 def _papers() -> dict[str, Group]:
     """Groups about the paper's scene alone, whose modules know no other."""
     from capsule_sym._symbolic.proofs import appendices, geometry_proofs, table_proofs
-    from capsule_sym._symbolic.proofs.attraction import attraction
     from capsule_sym._symbolic.proofs.inner_products import inner
-    from capsule_sym._symbolic.proofs.resting import resting_orbit
 
     state_space, fields = geometry_proofs.state_space, geometry_proofs.fields_at_boundaries
     a, b = appendices.appendix_a, appendices.appendix_b
@@ -66,8 +64,6 @@ def _papers() -> dict[str, Group]:
         "table3": Group("Table 3", "local maps", table_proofs.table_3, "table3"),
         "appendix.A": Group("Appendix A", "bounds on alpha for L1-L4", a, "appendix"),
         "appendix.B": Group("Appendix B", "parts of L1-L4", b, "appendix"),
-        "grazing": Group("Section 4", "the resting orbit", resting_orbit, "grazing"),
-        "attraction": Group("beyond the paper", "where motions go", attraction, "attraction"),
     }
 
 

@@ -10,7 +10,16 @@ from capsule_sym._symbolic.theory import (
     Statement,
     Verdict,
 )
-from paper.claims import appendices, captions, section_2, section_3, section_4, tables
+from paper.claims import (
+    appendices,
+    captions,
+    every_motion,
+    resting,
+    section_2,
+    section_3,
+    section_4,
+    tables,
+)
 from paper.printed import Paper, read
 
 CLAIMS: tuple[Callable[[Paper], Iterator[Statement]], ...] = tuple(
@@ -26,6 +35,12 @@ _TITLES: dict[Verdict, str] = {
     "proved": "Printed statements that hold",
 }
 
+_THEOREMS: dict[str, tuple[Callable[[], Iterator[Statement]], str]] = {
+    "The resting orbit": (resting.resting_orbit, "grazing"),
+    "Where every motion goes": (every_motion.attraction, "attraction"),
+}
+"""Theorems that the paper has not: their statements, and the word that names begin with."""
+
 
 @cache
 def statements(paper: Paper) -> tuple[Statement, ...]:
@@ -35,15 +50,18 @@ def statements(paper: Paper) -> tuple[Statement, ...]:
 
 @cache
 def sections() -> dict[str, tuple[Statement, ...]]:
-    """All comparisons with the transcription that is shipped, by the titles of the report."""
+    """All comparisons with the transcription that is shipped, and theorems, by title."""
     found = statements(read())
     return {
         title: tuple(one for one in found if one.verdict == verdict)
         for verdict, title in _TITLES.items()
-    }
+    } | {title: tuple(theorems()) for title, (theorems, _) in _THEOREMS.items()}
 
 
 def named(name: str) -> dict[str, tuple[Statement, ...]]:
     """Comparisons of a section or of names that begin so; raises InvalidInput for none."""
     own = {title: partial(tuple, found) for title, found in sections().items()}
-    return theory.named(name, own, {title: "printed erratum" for title in own})
+    families = dict.fromkeys(own, "printed erratum") | {
+        t: word for t, (_, word) in _THEOREMS.items()
+    }
+    return theory.named(name, own, families)

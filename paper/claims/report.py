@@ -25,6 +25,7 @@ from capsule_sym._symbolic.theory import (
     surface_transitions,
     table,
     text,
+    theorems,
     witnesses,
 )
 from paper.claims.case_study import BRACKETS
@@ -269,6 +270,9 @@ def markdown(report: Report) -> str:
         lines += [f"## {title}\n"]
         if title in _TABLES:
             lines += [*_TABLES[title](), ""]
+        if section and not section[0].statement.printed:
+            lines += theorems(section)
+            continue
         for _, alike in groupby(section, _alike):
             together = list(alike)
             lines += _beside(together, number)

@@ -83,9 +83,17 @@ def counts(report: Report) -> str:
     return f"{statuses.total()} statements: {told}.\n"
 
 
+def theorems(results: Sequence[Result]) -> Iterator[str]:
+    """Lines of a section: a row a statement, with its formula, then the texts of proofs."""
+    yield from _rows(results)
+    yield ""
+    yield from _proofs(results)
+    yield ""
+
+
 def document(report: Report, head: str) -> str:
     """Report with every statement in the order of the sections, formulas in LaTeX."""
     lines = [head, counts(report)]
     for title, results in report.items():
-        lines += [f"## {title}\n", *_rows(results), "", *_proofs(results), ""]
+        lines += [f"## {title}\n", *theorems(results)]
     return "\n".join(lines).rstrip() + "\n"

@@ -6,9 +6,19 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.model import P2, P3, SEGMENTS
-from capsule_sym._symbolic.model.symbols import alpha, delta, omega, tau, v_c, v_r, x_r
-from capsule_sym._symbolic.proofs.statement import Statement
+from capsule_sym._symbolic.theory import (
+    P2,
+    P3,
+    SEGMENTS,
+    Statement,
+    alpha,
+    delta,
+    omega,
+    tau,
+    v_c,
+    v_r,
+    x_r,
+)
 
 _RATE = SEGMENTS[1].field[1]
 _AHEAD = -sp.diff(_RATE, x_r) - omega**2  # in phase with the force, times the response

@@ -13,9 +13,11 @@ from itertools import product
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.model import SEGMENTS, Segment
-from capsule_sym._symbolic.model.symbols import (
+from capsule_sym._symbolic.theory import (
+    SEGMENTS,
     STATE,
+    Segment,
+    Statement,
     alpha,
     beta,
     delta,
@@ -25,10 +27,10 @@ from capsule_sym._symbolic.model.symbols import (
     tau,
     v_c,
     v_r,
+    vanishes,
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
 _OTHER = {symbol: sp.Symbol(f"{symbol}_2", real=True) for symbol in STATE}
 _PUSH = sp.Symbol("w", real=True)  # |w| <= alpha + f_b/gamma

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate
-from capsule_sym._symbolic.proofs import attraction
-from capsule_sym._symbolic.proofs.attraction import ENERGY, tends_to_one_orbit
+from paper.claims import every_motion
+from paper.claims.every_motion import ENERGY, tends_to_one_orbit
 
 STARTS = [(0.0, 0.0, 0.0), (1.5, -0.7, 2.0), (-3.0, 2.0, -1.0)]
 
@@ -59,7 +59,7 @@ def test_the_argument_needs_each_of_its_steps(monkeypatch: pytest.MonkeyPatch) -
     assert tends_to_one_orbit(ENERGY)
     for step in ("_rigid", "_momentum", "_brakes"):
         with monkeypatch.context() as patch:
-            patch.setattr(attraction, step, lambda *_: False)
+            patch.setattr(every_motion, step, lambda *_: False)
             assert not tends_to_one_orbit(ENERGY)
 
 
