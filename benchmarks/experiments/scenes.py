@@ -16,6 +16,8 @@ from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
+from benchmarks.experiments.scene_cases import cases
+from benchmarks.experiments.scene_starts import HardStart, hard_start
 from tests.scenes import (
     HERE,
     UNIT,
@@ -28,9 +30,7 @@ from tests.scenes import (
     random_starts,
     typical_starts,
 )
-from tests.scenes.cases import cases
 from tests.scenes.library import Found, Library, library
-from tests.scenes.starts import HardStart, hard_start
 
 CONTRACT = 8.0
 """Largest error of a switching time, in units of u (t* + M/|g'(t*)|)."""
@@ -243,8 +243,9 @@ def _log(path: Path, key: str) -> dict[str, Tally]:
 
 
 def _code(*files: Path) -> str:
-    names = ("cases.py", "starts.py", "__init__.py", "pieces.h", "integrator.c")
-    every = (*files, Path(__file__), *(HERE / name for name in names))
+    own = (Path(__file__).with_name(name) for name in ("scene_cases.py", "scene_starts.py"))
+    names = ("__init__.py", "pieces.h", "integrator.c")
+    every = (*files, Path(__file__), *own, *(HERE / name for name in names))
     return sha256(b"".join(file.read_bytes() for file in every)).hexdigest()[:16]
 
 

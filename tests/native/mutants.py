@@ -10,7 +10,12 @@ from tests.native.families import DOUBLES
 ALL = (*WIDTHS,)
 WIDE = ("106 bits",)
 SCALAR, LANES = ("1", "106 bits"), ("4", "8")
-EDGES = "edges"  # not a family here: test_edges.py shows these
+EDGES = "edges"  # not a family here: benchmarks/tests/hardcases/test_edges.py shows these
+KILLED: dict[str, tuple[str, ...]] = {
+    "rounding": SCALAR[:1] + LANES,
+    **dict.fromkeys(("a rival guard", "one change of sign", "every coefficient positive"), ALL),
+}
+"""Mutants that are told from the sound core by starts at edges, and the widths where they are."""
 
 
 class Term(NamedTuple):

@@ -12,9 +12,8 @@ import pytest
 from tests.native import ROOT
 from tests.native.certificate import WIDTHS, Core, Start, Truth, build, false_claims
 from tests.native.families import FAMILIES
-from tests.native.mutants import BEHIND, EDGES, TERMS, Term, table
+from tests.native.mutants import BEHIND, EDGES, KILLED, TERMS, Term, table
 from tests.native.scalar_claims import CLAIMS, first_false_answer
-from tests.native.test_edges import KILLED
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 

@@ -1,7 +1,6 @@
 """The C core against the reference map, independent truth, and its own ways of asking."""
 
 import json
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,14 +9,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.hardcases.reference import CONTRACT, error
 from capsule_sym import Parameters, Trajectory, simulate, simulate_many
 from capsule_sym import _native as native
 from capsule_sym._map.backend import NumpyBackend, default_backend
-from capsule_sym._map.digits import fifty_digits
-from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.reference import Run
-from capsule_sym._map.transitions import State, start_at
 from capsule_sym._native import core
 from capsule_sym._parameters import CAPSULE
 from capsule_sym.generated.capsule import DIGEST
@@ -74,52 +69,6 @@ def test_the_case_study_agrees_segment_by_segment(alpha: float, gamma: float) ->
     assert itinerary(fast) == itinerary(reference)
     np.testing.assert_allclose(numbers(fast), numbers(reference), rtol=0, atol=2e-13)
     np.testing.assert_allclose(fast.stroboscopic, reference.stroboscopic, rtol=0, atol=2e-13)
-
-
-class CheckedRun(Run):
-    """A run every switch of which the core and 50 digits find too, from the same doubles."""
-
-    worst = 0.0
-
-    def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Flow, Switch]:
-        known = self.exact is None
-        with fifty_digits() as digits:
-            given = self.exactly(digits, state)
-        flow, switch = super().first_switch(state, begin, limit)
-        if not (known and switch.guards):
-            return flow, switch
-        record, segments = np.zeros((), core.STATE), np.empty(1, core.SEGMENT)
-        record[...] = (*state[:5], state.angle_rest, 0.0, 0, state.bound, 0, 0)
-        native = core.Map(parameter_rows(self.parameters)[0])
-        assert native.run(record, 10**6, segments=segments)[1] == 1
-        with fifty_digits() as digits:
-            c = digits.constants(begin.field, self.parameters)
-            start = start_at(c, given)._replace(zeros=begin.start.zeros)
-            true = locate(Flow(digits, c, replace(begin, start=start)), digits.number(limit))
-            duration = float(segments[0]["duration"])
-            off = error(digits, self.parameters, begin, duration, true)
-        self.worst = max(self.worst, off.amplitude)
-        return flow, switch
-
-
-@pytest.mark.parametrize("alpha", [0.3, 0.939, 1.5, 1.6148])
-def test_switching_times_keep_the_accuracy_contract(alpha: float) -> None:
-    run = CheckedRun(NumpyBackend(), Parameters(alpha=alpha), escalate=True)
-    run.go((0.0, 0.0, 0.0), 0.0, 3, 100)
-    assert 0 < run.worst <= CONTRACT
-
-
-@pytest.mark.long
-def test_switching_times_of_random_motions_keep_the_accuracy_contract() -> None:
-    random = np.random.default_rng(5)
-    for _ in range(120):
-        alpha, omega = random.uniform(0, 3), random.uniform(0.3, 6)
-        delta, zeta = random.choice([0.0, 0.02, 0.3]), random.choice([0.02, 0.2, 1.0, 2.5])
-        others = random.uniform((0, 0.2, 0.2), (30, 8, 2)).tolist()
-        parameters = Parameters(alpha, omega, delta, zeta, *others)
-        run = CheckedRun(NumpyBackend(), parameters, escalate=True)
-        run.go(tuple(random.uniform(-0.5, 0.5, 3).tolist()), 0.0, 1, 8)
-        assert run.worst <= CONTRACT, parameters
 
 
 @pytest.mark.parametrize("gamma", ["3.3", "3.0"])
@@ -257,25 +206,6 @@ def test_a_run_that_stops_undecided_says_so(monkeypatch: pytest.MonkeyPatch) -> 
         rows = parameter_rows(parameters, alpha=np.zeros(count))
         assert final_states(rows, state, periods=2).status.tolist() == count * ["undecided"]
     assert not simulate(parameters, state, periods=2, keep="switches").success
-
-
-def test_the_closed_form_is_that_of_the_generated_kernels() -> None:
-    parameters = Parameters(alpha=1.5)
-    run = simulate(parameters, periods=12, backend="numpy")
-    segments = [s for s in run.segments if s.target][3:]
-    native_map = core.Map(parameter_rows(parameters)[0])
-    numbers_ = NumpyBackend()
-    for s in segments:
-        c = numbers_.constants(s.field, parameters)
-        values, rows = native_map.closed_form(s.field, np.array(s.closed), s.duration)
-        expected = np.array(numbers_.kernels.flow(c, s.closed, s.duration, bool(c.drift)))
-        slopes = numbers_.kernels.jacobian(c, s.closed, s.duration)
-        count = len(slopes)
-        assert count == (4 if c.drift else 2)
-        np.testing.assert_allclose(values[:count], expected, rtol=1e-13, atol=1e-14)
-        np.testing.assert_allclose(rows[:count], slopes, rtol=1e-11, atol=1e-12)
-        assert not values[count:].any()
-        assert not rows[count:].any()
 
 
 def test_an_itinerary_of_a_run_ends_where_the_run_does() -> None:

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import pytest
 
+from benchmarks.experiments.scene_cases import cases
 from benchmarks.experiments.scenes import adversarial, hard_cases, random_runs
-from tests.scenes import SCENES, UNIT, Integrator, Start, integrator
-from tests.scenes.cases import cases
+from tests.scenes import SCENES, UNIT, Integrator, Start
 from tests.scenes.library import Library, library
 
 pytestmark = [
@@ -32,11 +32,6 @@ PULSED = {
 MOMENTUM = {"landing late on an expansion"}
 """Hard cases of every scene, and of those with a slope, two stops, pulses, or a
 cosine that reacts."""
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
-    return integrator(tmp_path_factory.mktemp("integrator"))
 
 
 @pytest.fixture(scope="module", params=SCENES)

@@ -8,10 +8,10 @@ from random import Random
 import pytest
 from mpmath import mp, mpf
 
+from benchmarks.experiments.scene_starts import hard_start
+from benchmarks.tests.experiments.digits import Motion
 from tests.sampling import many, sampled, some
 from tests.scenes import SCENES, Form, Integrator, Start, random_starts
-from tests.scenes.digits import Motion
-from tests.scenes.starts import hard_start
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 

@@ -1,7 +1,7 @@
 """Scenes to any number of digits: Taylor steps in mpmath, every root of a guard isolated.
 
-The equations of motion are stated here once more, apart from `integrator.c`; how polynomials are
-searched for roots is shared with the judge of the capsule.
+The equations of motion are stated here once more, apart from `tests/scenes/integrator.c`; how
+polynomials are searched for roots is shared with the judge of the capsule.
 """
 
 from __future__ import annotations

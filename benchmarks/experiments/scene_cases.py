@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from benchmarks.experiments.scene_starts import Field, HardStart
 from tests.scenes import GENERAL, Form, Start
-from tests.scenes.starts import Field, HardStart
 
 DISTANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 1e-16)
 _PLAIN = {

@@ -20,6 +20,7 @@ from benchmarks.hardcases.reference import Start
 from benchmarks.hardcases.starts import RandomStart, random_start
 from capsule_sym import Outcome, Parameters, simulate
 from tests.native import built
+from tests.native.mutants import KILLED
 
 SURE = (Outcome.REGULAR, Outcome.NEVER, Outcome.END)
 COUNT, CANCELLING, CLOSEST = 1500, 100, 3e-16
@@ -243,13 +244,6 @@ MUTANTS: dict[str, tuple[str, str]] = {
     "one change of sign": (" & not(turned) &", " &"),
     "every coefficient positive": ("least = smaller(least, value[j]);", "least = j > 1 && j < DEGREE - 2 ? least : smaller(least, value[j]);"),
 }  # fmt: skip
-KILLED: dict[str, tuple[str, ...]] = {
-    "rounding": ("1", "4", "8"),
-    "a rival guard": ("1", "4", "8", "106 bits"),
-    "one change of sign": ("1", "4", "8", "106 bits"),
-    "every coefficient positive": ("1", "4", "8", "106 bits"),
-}
-"""Mutants, and the widths at which these starts tell them from the sound core."""
 
 
 @pytest.mark.parametrize("mutant", KILLED)

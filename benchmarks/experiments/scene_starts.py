@@ -44,14 +44,17 @@ class Field(NamedTuple):
 
     @property
     def kappa(self) -> float:
+        """Stiffness ratio of the contact, 0 without one."""
         return (0.0, self.p["beta_1"], self.p["beta_2"])[self.contact]
 
     @property
     def stop(self) -> float:
+        """x_r at which the contact begins, 0 without one."""
         return (0.0, self.p["delta_1"], -self.p["delta_2"])[self.contact]
 
     @property
     def friction(self) -> float:
+        """Friction on the capsule, with its sign."""
         return (-self.p["f_minus"], 0.0, self.p["f_plus"])[self.way + 1]
 
     def push(self, level: int, t: float) -> tuple[float, float]:
