@@ -14,6 +14,7 @@ from tests.native.certificate import WIDTHS, Core, Start, Truth, build, false_cl
 from tests.native.families import FAMILIES
 from tests.native.mutants import BEHIND, EDGES, KILLED, TERMS, Term, table
 from tests.native.scalar_claims import CLAIMS, first_false_answer
+from tests.sampling import many, sampled, some
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
@@ -47,26 +48,20 @@ def first_false_claim(core: Core, family: str, width: str, starts: range) -> str
     return ""
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@sampled
+@pytest.mark.parametrize("family", some(FAMILIES, 12))
 def test_what_the_step_claims_is_true(core: Core, family: str) -> None:
     core.weak.value = 0
     for width in FAMILIES[family][2]:
-        assert first_false_claim(core, family, width, range(FEW)) == ""
+        assert first_false_claim(core, family, width, range(many(200, FEW))) == ""
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("family", FAMILIES)
-def test_what_the_step_claims_is_true_of_many(core: Core, family: str) -> None:
-    core.weak.value = 0
-    for width in FAMILIES[family][2]:
-        assert first_false_claim(core, family, width, range(200)) == ""
-
-
+@sampled
 @pytest.mark.parametrize("family", CLAIMS)
 def test_what_is_said_of_a_start_is_true(core: Core, family: str) -> None:
     core.weak.value = 0
     for width in CLAIMS[family][2]:
-        assert first_false_answer(core, family, width, range(MOST)) == "", width
+        assert first_false_answer(core, family, width, range(many(MOST, 15))) == "", width
 
 
 def not_implied(core: Core, width: str) -> list[str]:
@@ -108,7 +103,8 @@ def test_bounds_hold_what_they_do_not_count_apart(core: Core, width: str) -> Non
         assert any(line.startswith(implied) for line in not_implied(core, width)), implied
 
 
-@pytest.mark.parametrize("term", TERMS, ids=lambda term: term.mutant.name)
+@sampled
+@pytest.mark.parametrize("term", some(TERMS, 20), ids=lambda term: term.mutant.name)
 def test_without_a_term_a_claim_is_false(core: Core, term: Term) -> None:
     core.weak.value = KNOWN.index(term) + 1
     if EDGES in term.shown:

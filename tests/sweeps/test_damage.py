@@ -146,6 +146,7 @@ def test_a_store_mends_whatever_file_is_damaged(
             damaged_once("sweep", whole, tmp_path / f"{i} {j}", name, damage)
 
 
+@pytest.mark.long
 def test_the_attractors_of_a_basin_are_made_again(
     stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
@@ -168,7 +169,8 @@ def test_stores_of_all_kinds_mend_whatever_file_is_damaged(
         damaged_once(kind, whole, tmp_path / str(i), name, damage)
 
 
-@pytest.mark.parametrize("file", [False, True])
+@sampled
+@pytest.mark.parametrize("file", some([False, True], 1))
 def test_folders_that_are_gone_are_made_again_and_files_in_their_place_told_in_one_line(
     file: bool, stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
@@ -201,7 +203,8 @@ def test_what_is_no_longer_the_result_is_not_opened(
             open_results(path)
 
 
-@pytest.mark.parametrize("damage", [delete, truncate, flip])
+@sampled
+@pytest.mark.parametrize("damage", some([delete, truncate, flip], 1))
 def test_no_figure_shows_a_damaged_chunk(
     damage: Callable[[Path], None],
     stores: Callable[[str], Path],

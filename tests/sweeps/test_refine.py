@@ -11,6 +11,7 @@ from capsule_sym._native import live, present
 from capsule_sym._sweeps import pools as execution_module
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.quantities import CellOutcome
+from tests.sampling import sampled, some
 from tests.sweeps import chart
 
 DISK = (0.9, 2.6, 0.55, 1.1)  # centre and half axes, in alpha and gamma
@@ -70,7 +71,8 @@ def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path)
         np.testing.assert_array_equal(refined["gamma"], full["gamma"])
 
 
-@pytest.mark.parametrize("first", [0, 1])
+@sampled
+@pytest.mark.parametrize("first", some([0, 1], 1))
 def test_a_chart_along_one_axis_is_refined_too(
     first: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,7 +87,8 @@ def test_a_chart_along_one_axis_is_refined_too(
         assert results["computed"].values.mean() < 0.5
 
 
-@pytest.mark.parametrize("interrupted", [False, True])
+@sampled
+@pytest.mark.parametrize("interrupted", some([True, False], 1))
 def test_a_refinement_that_is_interrupted_or_whose_time_is_over_goes_on(
     interrupted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
