@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
@@ -32,7 +33,6 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
 _STEP = 1e-5  # step of a multiplier's differences, in the unknowns and the parameters
-Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 

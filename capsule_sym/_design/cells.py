@@ -12,16 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import drifting
 from capsule_sym._design.program import Program, Scenario
 from capsule_sym._design.quantities import Function, valued, values_of
 from capsule_sym._orbits.continuation.parameter_paths import Slope
-from capsule_sym._orbits.metrics.many import METRICS, Performances
+from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._parameters import Scene, SceneDevice
+from capsule_sym._processes import processors
 from capsule_sym._units import mean_power
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +73,11 @@ class Grid:
         gaps = [self.scene.facts.PARAMETERS.index(name) for name, _ in self.scene.facts.STOPS]
         return found & (self.rows[:, gaps].sum(axis=1) > 0) if len(gaps) > 1 else found
 
+    def closed(self, states: Matrix, numbers: NDArray[np.int64]) -> Performances:
+        """Motions closed near states (n, 3), of so many excitation periods (n,)."""
+        how: dict[str, Any] = {"gradients": True, "threads": processors(), "scene": self.scene}
+        return performance_many(self.rows, states, numbers, **how)
+
     def of(self, found: Performances) -> Values:
         """Objective and slacks of one motion at each point; nan if it is not closed."""
         values, gradients = found.values, found.gradients.copy()
@@ -101,11 +105,8 @@ class Grid:
 
     def _with_derived(self, metrics: Mapping[str, Slope]) -> dict[str, Slope]:
         """All metrics and parameters by name, in SI units if the system is a device."""
-        plain = dict(zip(self.scene.facts.PARAMETERS, self.rows.T, strict=True))
-        own = {
-            name: Slope(plain[name], self.rows_by[i])
-            for i, name in enumerate(self.scene.facts.PARAMETERS)
-        }
+        rows = map(Slope, self.rows.T, self.rows_by)
+        own = dict(zip(self.scene.facts.PARAMETERS, rows, strict=True))
         work = metrics["work"]
         forward = np.where(metrics["velocity"].value < 0, -1.0, 1.0)
         way = metrics["progression"] * forward
@@ -121,8 +122,7 @@ class Grid:
             "cost_of_transport": cost,
         }
         if self.device:
-            scaled = {name: one * self.own.scale(name) for name, one in found.items()}
-            found = scaled
+            found = {name: one * self.own.scale(name) for name, one in found.items()}
         every: dict[str, Slope] = found | vars(self.own)
         return every
 

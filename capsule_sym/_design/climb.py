@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.program import Program
 from capsule_sym._design.settled import attracting, branch_of
-from capsule_sym._orbits.metrics.many import Performances, performance_many
-from capsule_sym._processes import processors
+from capsule_sym._orbits.metrics.many import Performances
 
 PENALTY = 10.0
 """Units of the objective for a limit exceeded by its own unit."""
@@ -26,8 +26,6 @@ _FALLS = 1e-4  # least share of the predicted decrease
 _SHORTER = 0.3  # factor of the next step after one that was too long
 _REACH = 0.2  # largest step, in the bounds
 _AT_REST = 1e-5  # least step, in the bounds
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 @dataclass(eq=False)
@@ -93,10 +91,8 @@ def places_of(program: Program, u: Matrix, found: list[Performances], numbers: A
         grid = Grid(program, scenario, u)
         rows.append(grid.rows)
         values = grid.of(motions)
-        objective[:, j], slopes[:, j] = (
-            values.objective / program.unit,
-            (values.objective_by / program.unit),
-        )
+        objective[:, j] = values.objective / program.unit
+        slopes[:, j] = values.objective_by / program.unit
         count = len(program.limits)
         slacks[:, j, :count] = values.slacks / sizes[:count]
         slacks_by[:, j, :count] = values.slacks_by / sizes[:count, None]
@@ -139,15 +135,8 @@ def moved(program: Program, places: Places, u: Matrix) -> Places:
         begin = places.states[:, j] + by
         begin = np.where(np.isfinite(begin), begin, places.states[:, j])
         allowed = grid.allowed
-        rows = np.where(allowed[:, None], grid.rows, places.rows[:, j])
-        one = performance_many(
-            rows,
-            begin,
-            places.numbers[:, j],
-            gradients=True,
-            threads=processors(),
-            scene=grid.scene,
-        )
+        grid.rows = np.where(allowed[:, None], grid.rows, places.rows[:, j])
+        one = grid.closed(begin, places.numbers[:, j])
         one.records["status"][~allowed] = 255
         found.append(one)
     return places_of(program, u, found, places.numbers)

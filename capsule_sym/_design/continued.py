@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.settled import Settled, attracting
 from capsule_sym._map.many import simulate_many
 from capsule_sym._native import check_time
@@ -16,8 +17,6 @@ from capsule_sym._parameters import Scene
 _STEPS = 2, 32  # of a line; the finer ones if the coarse ones lose the motion
 _FAR = 0.1  # of a motion's size: a larger distance from the predicted state is another motion
 _SAME = 1e-6  # of a motion's size, between two equal ones
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 def continued(

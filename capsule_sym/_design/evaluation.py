@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.settled import settle_many
 from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
@@ -34,7 +35,6 @@ _PERIODS = 1024  # excitation periods within which a motion has to settle
 _SAME = 1e-6  # distance of two equal motions
 _NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
-Vector = NDArray[np.float64]
 
 
 class Motion:
@@ -74,11 +74,8 @@ class Motion:
         if self.found is not None:
             return self.state
         assert self._orbit is not None
-        *state, angle = (float(value) for value in self._orbit.z[:4])
-        phase = (angle % math.tau) / self.parameters.omega
-        found = settle(
-            self.parameters, state, min(phase, math.nextafter(self.parameters.period, 0))
-        )
+        state, phase = _start_of(self._orbit, self.parameters)
+        found = settle(self.parameters, state, phase)
         return np.array(state) if found is None or found.found is None else found.state
 
     @cached_property
@@ -97,7 +94,8 @@ class Motion:
         scene = self.parameters.scene
         if not drifting(scene, row[None], fields, values[None], self.multiplier)[0]:
             values[_OF_DRIFT], gradients[_OF_DRIFT] = 0.0, 0.0
-        return _named(values, gradients)
+        pairs = zip(METRICS, values.tolist(), gradients, strict=True)
+        return {name: Slope(*one) for name, *one in pairs}
 
     @cached_property
     def multiplier(self) -> float:
@@ -175,6 +173,13 @@ def settle(
     return Motion(parameters, found.found, number) if number else None
 
 
+def _start_of(orbit: Orbit, parameters: SceneParameters) -> tuple[list[float], float]:
+    """State at an orbit's start, and its phase at other parameters."""
+    *state, angle = (float(value) for value in orbit.z[:4])
+    phase = (angle % math.tau) / parameters.omega
+    return state, min(phase, math.nextafter(parameters.period, 0.0))
+
+
 def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> Motion | None:
     """Motion of the map at other parameters, next to one closed by the core."""
     moved = _values(parameters) - _values(motion.parameters)
@@ -214,9 +219,7 @@ def continue_motion(
     else:
         assert motion.orbit is not None
         found = same_itinerary_at(motion, parameters)
-        *state, angle = (float(value) for value in motion.orbit.z[:4])
-        phase = (angle % math.tau) / parameters.omega
-        phase = min(phase, math.nextafter(parameters.period, 0.0))
+        state, phase = _start_of(motion.orbit, parameters)
     if found is not None and found.admissible:
         return found
     return settle(parameters, state, phase) if again or motion.found is None else None
@@ -236,10 +239,3 @@ def alike(motion: Motion, period_numbers: Any, metrics: Mapping[str, Any] | Perf
         value = motion.metrics[name].value
         same = same & (abs(metrics[name] - value) <= _SAME * (1 + abs(value)))
     return same
-
-
-def _named(values: Vector, gradients: Vector) -> dict[str, Slope]:
-    """METRICS by name, from values (7,) and gradients (7, k)."""
-    return {
-        name: Slope(*one) for name, *one in zip(METRICS, values.tolist(), gradients, strict=True)
-    }

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._map.result import Result
-
-Vector = NDArray[np.float64]
 
 
 class FrontPart(NamedTuple):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import agrees, alike
 from capsule_sym._design.overview import overview
 from capsule_sym._design.program import KEPT, STABLE, Place, Program
@@ -48,8 +49,6 @@ _LEAP = 1e-3  # units of the objective, between neighbours on different motions
 _LONG, _STAYS = 2048, 1e-6  # excitation periods of a run, and how near to its motion it ends
 _CLOSEST = 1e-8  # of the bounds, around an optimum at a border
 _BESIDE = (1e-6, 1e-5, 1e-4, 1e-3)  # of the bounds, uphill, where a basin boundary is looked for
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 class Spot(NamedTuple):
@@ -78,7 +77,7 @@ def worst_at(
     if program.among == STABLE:
         states = np.array([place.motions[0].at_phase_zero for place in near])
         states = np.repeat(states, len(points) // len(near), axis=0)
-    found = overview(program, points, program.scenarios, states, longer)
+    found = overview(program, points, states, longer)
     beyond = found.beyond(program)
     worst = found.worst / program.unit
     worst = np.where(beyond > KEPT, _REFUSED + beyond, worst)
@@ -207,11 +206,11 @@ class _Searches:
                 self.left[i] = False
 
 
-def around(program: Program, place: Place, seed: int) -> list[Spot]:
+def around(program: Program, place: Place) -> list[Spot]:
     """Better places in boxes around one, of each size at most one, the best first."""
     if core_of(program.system.scene) is None:
         return []
-    draw, radii = np.random.default_rng(seed), np.repeat(_RADII, _CELLS)[:, None]
+    draw, radii = np.random.default_rng(0), np.repeat(_RADII, _CELLS)[:, None]
     points = place.u + radii * draw.uniform(-1, 1, (len(radii), len(place.u)))
     points = np.clip(points, 0.0, 1.0)
     worst = worst_at(program, points, [place]).reshape(len(_RADII), _CELLS)
@@ -270,7 +269,7 @@ def led_beside(program: Program, place: Place) -> bool:
     """
     if program.among == STABLE or core_of(program.system.scene) is None:
         return led_to(program, place)
-    found = overview(program, _close_around(place, _CLOSEST), program.scenarios, longer=LONGER)
+    found = overview(program, _close_around(place, _CLOSEST), longer=LONGER)
     same = np.ones(_AROUND, bool)
     for motion, one in zip(place.motions, found.motions, strict=True):
         same &= alike(motion, one.period_numbers, one.found)

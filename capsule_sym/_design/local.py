@@ -10,14 +10,12 @@ from contextlib import suppress
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.program import Place
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp, check_time
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 _MOST = 80  # steps of SLSQP
 _EVALUATIONS = 100
 _PRECISE = 1e-11

@@ -11,8 +11,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.counts import FOLLOW, SAMPLES, SEED
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum
@@ -36,8 +36,6 @@ from capsule_sym._parameters import (
     SceneParameters,
     names_of,
 )
-
-Vector = NDArray[np.float64]
 
 
 def optimise(

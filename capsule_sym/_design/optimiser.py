@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.led import (
     FINEST,
     LAST,
@@ -35,12 +35,13 @@ from capsule_sym._design.polish import (
     with_limit,
 )
 from capsule_sym._design.program import Place, Program
+from capsule_sym._design.quantities import dimensionless
 from capsule_sym._design.slide import room, slid
 from capsule_sym._design.stationary import rough
 from capsule_sym._design.survey import Candidate, Survey, Surveyor
 from capsule_sym._map.dragging import mean_force
+from capsule_sym._map.result import record
 from capsule_sym._native import check_time
-from capsule_sym._parameters import SceneDevice
 
 _FIRST, _AGAIN, _NEAR = 0.02, 1e-3, 0.01  # of the bounds: first steps of searches
 _FINE = 1e-6  # of the bounds: the last steps, before conditions are solved
@@ -57,7 +58,6 @@ _RIDDLED = 0.02  # of neighbours on different motions
 _SCATTERED = "near to it {:.0%} of neighbours lead elsewhere: better places may lie between"
 _HOPEFUL = 0.1  # units of the objective that a search for a boundary may gain
 _BESIDE = 0.99  # of friction: a mean force that nearly drags the device
-Vector = NDArray[np.float64]
 
 
 class Optimiser:
@@ -85,12 +85,7 @@ class Optimiser:
     def result(self) -> Optimum:
         """Result; after the time limit the best so far."""
         found = self.found or self.unfinished()
-        counts = {
-            "evaluations": self.evaluations,
-            "followed": self.followed,
-            "samples": self.samples,
-        }
-        return replace(found, statistics=counts)
+        return replace(found, statistics=record(self, "evaluations followed samples"))
 
     def run(self, survey: Survey) -> None:
         """Survey, polish the best candidates, and find the best optimum."""
@@ -115,8 +110,13 @@ class Optimiser:
         self.program = self.surveyor.program
         every = (self.program.place(one.u, one.motions) for one in candidates)
         places = [place for place in every if place is not None]
-        self.best = min([*places, *filter(None, [self.best])], key=_rank, default=None)
+        self.keep(*places)
         return places
+
+    def keep(self, *places: Place) -> None:
+        """Keep the best of places passed."""
+        known = [] if self.best is None else [self.best]
+        self.best = min([*known, *places], key=lambda place: place.rank, default=None)
 
     def inside(self, places: Sequence[Place], most: int) -> list[Place]:
         """Places within the limits; if there are none, at most so many cells of the last round."""
@@ -164,7 +164,7 @@ class Optimiser:
             if self.seen is not None and near.worst > self.seen.worst - _BETTER:
                 break
             self.seen = near
-            spots = around(self.program, near, 0)
+            spots = around(self.program, near)
             better = [one for one in spots if one.worst < self.level - _BETTER][:_FOLLOWED]
             begin = [place for one in better if (place := one.place(self.program))]
             if not begin:
@@ -187,7 +187,7 @@ class Optimiser:
         check_time()
         self.followed += 1
         self.program.tell(f"search {self.followed}")
-        self.best = min([place, *filter(None, [self.best])], key=_rank)
+        self.keep(place)
         rest = self.solved(place)
         if rest is None:
             self.open.append(place)
@@ -235,8 +235,7 @@ class Optimiser:
         spot = refined(program, [place], np.inf, size, FINEST, LONGER)[0]
         place = spot.place(program) or place
         limit = place.worst if kind == KINK else limit
-        found = rough(program, place)
-        return Rest(program, found, whole=True, bifurcation=kind, limit=limit)
+        return _bounded_at(program, place, kind, limit)
 
     def bounded_near(self, place: Place, along: bool) -> Rest:
         """The same, at a boundary within about 1e-8 of the bounds, with a search `along` it."""
@@ -253,16 +252,14 @@ class Optimiser:
             place = place if back.beyond else back
         elif motion.multiplier > 1 - MARGIN:
             kind = bifurcation_of(motion)
-        found = rough(program, place)
-        return Rest(program, found, whole=True, bifurcation=kind, limit=place.worst)
+        return _bounded_at(program, place, kind, place.worst)
 
     def at_boundary(self, place: Place) -> Rest:
         """The best place of a basin boundary next to one, that is smooth; else itself."""
         if scattered(self.program, place) <= _RIDDLED:
             place = along_boundary(self.program, place)
         place = stepped_back(self.program, place)
-        found = rough(self.program, place)
-        return Rest(self.program, found, whole=True, bifurcation=BASIN, limit=place.worst)
+        return _bounded_at(self.program, place, BASIN, place.worst)
 
     def from_place(self, u: Vector, level: float) -> Optimum | None:
         """Optimum next to a place; None if it is beyond the limits, or not below a level."""
@@ -328,18 +325,18 @@ class Optimiser:
         """Result of a place that is no optimum."""
         return optimum_of(Rest(self.program, rough(self.program, place)))
 
-    def go(self, program: Program, u: Vector, reach: float = 1.0) -> list[Place]:
+    def go(self, program: Program, u: Vector) -> list[Place]:
         """Places passed by a search from u, the best first; empty without a motion."""
         program.tell(f"search {self.followed + 1}")
         self.followed, self.evaluations = self.followed + 1, self.evaluations + 1
         first = program.begin(u)
         if first is None:
             return []
-        search = Search(replace(program, again=self.precise), first, reach)
+        search = Search(replace(program, again=self.precise), first)
         places = search.run()
         self.evaluations += search.evaluations - 1
-        if not program.elastic and (self.best is None or places[0].rank < self.best.rank):
-            self.best = places[0]
+        if not program.elastic:
+            self.keep(places[0])
         check_time()
         return places
 
@@ -356,8 +353,9 @@ def _worst(place: Place) -> float:
     return place.worst
 
 
-def _rank(place: Place) -> tuple[float, float]:
-    return place.rank
+def _bounded_at(program: Program, place: Place, kind: str, limit: float) -> Rest:
+    """Best place within a bound of this kind, without conditions that could be solved."""
+    return Rest(program, rough(program, place), whole=True, bifurcation=kind, limit=limit)
 
 
 def _no_better(place: Place, one: Place) -> bool:
@@ -372,9 +370,7 @@ def _no_better(place: Place, one: Place) -> bool:
 
 def _beside_dragging(found: Optimum) -> str:
     """Hint that the mean force at a result nearly drags the device; else empty."""
-    system = found.system
-    own = system.dimensionless() if isinstance(system, SceneDevice) else system
-    force, bound, _ = mean_force(own)
+    force, bound, _ = mean_force(dimensionless(found.system))
     if abs(force) < _BESIDE * bound:
         return ""
     said = f"the mean force of drive and load, {force:.9g}, nearly reaches friction, {bound:.9g}"

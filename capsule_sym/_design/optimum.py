@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from capsule_sym._design.borders import Distance, distances
-from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.borders import distances
 from capsule_sym._design.polish import BASIN, KINK, Rest
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.quantities import System, of, values_of
@@ -21,8 +18,6 @@ from capsule_sym._map.result import Result
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneDevice, names_of
 from capsule_sym._units import METRIC_UNITS
-
-Vector = NDArray[np.float64]
 
 
 class OptimumStatus(StrEnum):
@@ -223,11 +218,14 @@ def _told(rest: Rest) -> tuple[OptimumStatus, str]:
 def _tightest(program: Program, place: Place) -> Tightest:
     """Nearest inequality of a scenario's motion in the variables, to first order."""
     nearest = NOWHERE._replace(distance=np.inf, value=np.inf)
-    for which, motion in enumerate(place.motions):
-        for far, one in _reached(program, place.u, which, motion):
+    for scenario, motion in zip(program.scenarios, place.motions, strict=True):
+        for one in distances(motion.orbit):
+            by = program.by_u(program.by_all(place.u, scenario, one.by))
+            slope, value = float(np.linalg.norm(by)), float(one.inequality.value)
+            far = value / slope if slope else np.inf
             if far < nearest.distance and motion.orbit is not None:
                 name = one.inequality.named(motion.orbit.itinerary)
-                nearest = Tightest(name, float(one.inequality.value), far)
+                nearest = Tightest(name, value, far)
     return nearest
 
 
@@ -239,14 +237,3 @@ def failed_limits(program: Program, place: Place) -> str:
             text = program.texts[k % count]
             named.append(f"{text} by {-place.slacks[k] * program.sizes[k % count]:.3g}")
     return " and ".join(named)
-
-
-def _reached(
-    program: Program, u: Vector, which: int, motion: Motion
-) -> Iterator[tuple[float, Distance]]:
-    """Borders of a scenario's motion, with their distance in the variables, to first order."""
-    for one in distances(motion.orbit):
-        by = program.by_u(program.by_all(u, program.scenarios[which], one.by))
-        slope = float(np.linalg.norm(by))
-        value = float(one.inequality.value)
-        yield value / slope if slope else np.inf, one

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design import evaluation
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.program import Program, Scenario
@@ -22,8 +22,6 @@ _CELLS = 1024  # in memory at once
 _FIRST, _LEAST, _MOST = 32, 64, 128  # excitation periods of the stretches of a run: the first one,
 # the longest one at least, and where nothing is known of damping
 _FOLDINGS, _LONGEST = 25.0, 8  # of transients by damping alone, and times the first at most
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 class Overview(NamedTuple):
@@ -89,17 +87,16 @@ class Overview(NamedTuple):
 def overview(
     program: Program,
     points: Matrix,
-    scenarios: Sequence[Scenario],
     states: Matrix | None = None,
     longer: int = 1,
 ) -> Overview:
-    """Objective and slacks of some scenarios at points (n, k), without units.
+    """Objective and slacks of the scenarios at points (n, k), without units.
 
     A point for which there is no time has no motion. With `states` (n, 3) runs of the first
     scenario begin there, and those of the others on the motions that these lead to. The last
     stretch of a run is `longer` by a power of two.
     """
-    worst = np.full(len(points), -np.inf)
+    scenarios, worst = program.scenarios, np.full(len(points), -np.inf)
     least = np.full((len(points), len(program.limits)), np.inf)
     kept: list[list[Settled]] = [[] for _ in scenarios]
     contact, stiff, total = 0.0, False, len(points) * len(scenarios)

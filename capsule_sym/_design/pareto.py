@@ -14,8 +14,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.counts import POINTS
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.front import Front, FrontPart
@@ -40,8 +40,6 @@ _TINY = 1e-3  # least width of a gap, in the metrics' ranges
 _SAME = 1e-6  # least difference of points, in a metric's range on the front
 _LEFT = "another branch is better from there on"
 _TAKEN = "better than the branch before from there on"
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 def pareto(
@@ -91,11 +89,6 @@ class _Point(NamedTuple):
     slope: float
     held: str
     """Active constraints besides the bound on the other metric."""
-
-    @property
-    def cost(self) -> float:
-        """Second metric."""
-        return self.both[1]
 
 
 class _Gap(NamedTuple):
@@ -160,15 +153,11 @@ class _Fronts:
         i = int(np.argmin(self.cells.both[:, column]))
         if self.cells.both[i, column] > end.both[column] - _SAME * self.ranges[column]:
             return end
-        optimiser = Optimiser(self.programs(column), precise=False)
+        optimiser = Optimiser(self.optimisers[column].program, precise=False)
         optimum = optimiser.from_place(self.cells.u[i], np.inf)
         if optimum is None or not self.whole(optimum):
             return end
         return min(end, self.point(optimum, column), key=lambda point: point.both[column])
-
-    def programs(self, column: int) -> Program:
-        """Problem that minimises the first metric, or the second, in units."""
-        return self.optimisers[column].program
 
     def add(self, point: _Point) -> None:
         """Keep a point, also as a start of other searches."""
@@ -229,7 +218,7 @@ class _Fronts:
 
     def mend(self) -> None:
         """Improve the points that cells around them dominate, or the branch of the point before."""
-        kept = self.undominated([*self.ends, *self.found])
+        kept = self.undominated
         places = np.array([self.program.u_of(point.optimum.system) for point in kept])
         for reach in _NEARER:
             self.cells.look_near(places, reach, _AROUND * len(places))
@@ -243,7 +232,7 @@ class _Fronts:
 
     def complete(self) -> None:
         """Find points on the longest steps, in place of those that others dominate."""
-        kept = self.undominated([*self.ends, *self.found])
+        kept = self.undominated
         for _ in range(self.count - len(kept) if len(kept) > 1 else 0):
             steps = [
                 (self.length(*pair) if self.gap_after(kept, i) is None else 0.0, i)
@@ -251,7 +240,7 @@ class _Fronts:
             ]
             i = max(steps)[1]
             self.fill(kept[i], kept[i + 1], 1)
-            kept = self.undominated([*self.ends, *self.found])
+            kept = self.undominated
 
     def mended(self, point: _Point, u: Vector) -> None:
         """Replace a point by one next to a better place, also in gaps."""
@@ -269,7 +258,7 @@ class _Fronts:
 
     def part(self) -> None:
         """Find gaps between neighbouring points on different branches."""
-        kept = self.undominated([*self.ends, *self.found])
+        kept = self.undominated
         places = [self.program.u_of(point.optimum.system) for point in kept]
         for i, (one, other) in enumerate(pairwise(kept)):
             apart = places[i + 1] - places[i]
@@ -295,7 +284,6 @@ class _Fronts:
 
         Searches begin at cells, and at the point `beside` if it is on another branch.
         """
-        begin = self.cells.starts(column, bound, self.ranges)
         goal = np.full(2, bound)
         goal[column] = min(self.cells.within(column, bound))
         self.cells.climb(column, goal, self.ranges, _CLIMBERS)
@@ -355,7 +343,8 @@ class _Fronts:
     def worst(self, optimum: Optimum, column: int) -> float:
         """Metric in the sense of minimisation, for the worst of the scenarios of an optimum."""
         motions = tuple(Motion(one.parameters, None, orbit=one) for one in optimum.orbits)
-        plain = replace(self.programs(column), unit=1.0, limits=(), limit_units=(), margin=None)
+        program = self.optimisers[column].program
+        plain = replace(program, unit=1.0, limits=(), limit_units=(), margin=None)
         return plain.at(plain.u_of(optimum.system), motions).worst
 
     def whole(self, point: Optimum) -> bool:
@@ -374,7 +363,7 @@ class _Fronts:
                 return self.front(ends, OptimumStatus.TIME_LIMIT, message)
             end = least if self.whole(best) else best
             return self.front([], end.status, end.message)
-        kept = self.undominated([*self.ends, *self.found])
+        kept = self.undominated
         if len(kept) == 1:
             return self.front(kept, OptimumStatus.OPTIMAL, "one point is best in both metrics")
         told = f"{len(kept)} points"
@@ -392,10 +381,11 @@ class _Fronts:
             return self.front(kept, OptimumStatus.NOT_CONVERGED, message)
         return self.front(kept, OptimumStatus.OPTIMAL, told)
 
-    def undominated(self, points: Sequence[_Point]) -> list[_Point]:
+    @property
+    def undominated(self) -> list[_Point]:
         """Points that no other point dominates."""
         kept = list[_Point]()
-        for point in sorted(points, key=lambda point: point.both[::-1]):
+        for point in sorted([*self.ends, *self.found], key=lambda point: point.both[::-1]):
             if not kept or point.both[0] < kept[-1].both[0] - _SAME * self.ranges[0]:
                 kept.append(point)
         return kept
@@ -424,7 +414,7 @@ class _Fronts:
             metrics=self.names,
             maximised=self.program.sign < 0,
             points=tuple(point.optimum for point in points),
-            costs=np.array([point.cost for point in points]),
+            costs=np.array([point.both[1] for point in points]),
             slopes=np.array([point.slope for point in points]),
             parts=self.parts(points),
             status=status,

@@ -13,8 +13,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.program import Place, Program
@@ -24,8 +24,6 @@ from capsule_sym._orbits.metrics.peaks import peaks_of_force
 from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
 from capsule_sym._orbits.shooting.closed import ClosedForms
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 _FREE = 1.0  # slack of an absent inequality
 _AT = 1e-8  # of the bounds: at a border
 _ALIKE = 0.9  # of the largest force: peaks that may become the largest

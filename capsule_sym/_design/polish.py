@@ -15,8 +15,8 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.local import Search
 from capsule_sym._design.pieces import Piece
@@ -36,8 +36,6 @@ from capsule_sym._orbits.shooting.changes import insert_segment
 from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 BASIN = "basin boundary"
 """Bound of a place beyond which the starts settle elsewhere."""
 KINK = "kink"
@@ -150,9 +148,11 @@ def with_limit(rest: Rest) -> Rest:
     """
     if not rest.at_margin:
         return rest
-    with suppress(Exhausted):
+    try:
         return _with_limit(replace(rest, program=replace(rest.program, budget=Budget(EFFORT))))
-    return replace(rest, bifurcation=bifurcation_of(rest.critical), limit=rest.found.place.worst)
+    except Exhausted:
+        kind = bifurcation_of(rest.critical)
+        return replace(rest, bifurcation=kind, limit=rest.found.place.worst)
 
 
 def _with_limit(rest: Rest) -> Rest:

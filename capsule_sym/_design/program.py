@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design import evaluation
 from capsule_sym._design.borders import multiplier_by
 from capsule_sym._design.evaluation import Motion
@@ -33,8 +33,6 @@ from capsule_sym._native import check_time
 from capsule_sym._parameters import SceneParameters, names_of
 from capsule_sym._systems import factors_of
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 _FAR = 0.25  # slack of stability above which no derivative is computed
 STARTS, STABLE = AMONG = "starts", "stable"
 """Motions to consider: those on which the given starts settle, or all stable ones."""

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.result import record as record
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
-from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters, names_of
 from capsule_sym._systems import System as System
 from capsule_sym._systems import dimensionless as dimensionless

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._map.many import simulate_many
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import present
@@ -19,7 +20,6 @@ _REPEATED = 1e-2  # change over its periods, over the motion's size, below which
 _REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
 _NEAR = 1e-2  # distance of the closed motion from its run
 _ARRIVED = 1e-7  # distance at which a run has arrived at its motion
-Vector = NDArray[np.float64]
 
 
 class Settled(NamedTuple):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.led import led_to
 from capsule_sym._design.program import Place, Program
 from capsule_sym._design.quantities import dimensionless
@@ -29,8 +30,6 @@ _NEAR = 1e-2  # distance of a run from a motion it comes to, over the motion's s
 _CORRECTIONS = 3
 _LEVEL = 1e-6  # slope, of the objective's own, that counts as none
 _BETTER = 1e-9  # units of the objective, that a way has to gain
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 class _Way(NamedTuple):

@@ -17,11 +17,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.program import Place
 from capsule_sym._map.labelled import package
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 _STEP = 1e-4  # of a variable's range: step of the differences of gradients
 _SHARE = 0.03  # of the distance on which derivatives change little
 _LEAST_STEP = 1e-8

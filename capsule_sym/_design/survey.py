@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.climb import PENALTY, Places, climb, moved, places_of
 from capsule_sym._design.evaluation import Motion
@@ -23,8 +24,6 @@ from capsule_sym._design.program import STABLE, Program
 from capsule_sym._design.quantities import dimensionless
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time, core_of, present
-from capsule_sym._orbits.metrics.many import performance_many
-from capsule_sym._processes import processors
 
 _SEEN = 256  # excitation periods of a run that shows if starts lead to a motion
 _ROUNDS = 2048, 8192, 32768, 131072  # cells of surveys before larger ones
@@ -42,8 +41,6 @@ _APART = 1e-3  # of the bounds, between two places at which searches begin
 _PARTS, _CUTS = 8, 3  # of a way, of which the last to a place that starts lead to is cut again
 _SLIDING = 4  # places from which it is polled where starts lead
 _POLL, _POLLS = 0.02, 30  # of the bounds, how far at first, and how often
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 class Survey(NamedTuple):
@@ -91,39 +88,48 @@ class Surveyor:
         core, found = core_of(self.program.system.scene) is not None, list[Candidate]()
         self.rounds = survey.rounds if core else [(-(-survey.samples // _WITHOUT_CORE), 0)]
         while self.rounds and not found:
-            found = self._first(*self.rounds.pop(0), survey.follow, core)
+            found = self._round(survey.follow, core, first=True)
         return found
 
-    def _first(self, count: int, seed: int, most: int, core: bool) -> list[Candidate]:
-        """Starts of searches from a round, at most so many, and the units of the program."""
+    def more(self, most: int) -> Iterator[list[Candidate]]:
+        """Starts of searches from each further round, at most so many."""
+        self.cells = None
+        while self.rounds:
+            yield self._round(most)
+            self.cells = None
+
+    def _round(self, most: int, core: bool = True, first: bool = False) -> list[Candidate]:
+        """Starts of searches from the next round, at most so many; a `first` one sets the units."""
+        count, seed = self.rounds.pop(0)
         points, states, found = self._cells(count, seed)
-        self.flat = ""
-        if reason := found.flat(self.program):
-            self.flat = reason
-            return []
-        self.scale(found)
+        if first:
+            self.flat = found.flat(self.program)
+            if self.flat:
+                return []
+            self.scale(found)
         if core and states is None:
             points, found = self._nearer(points, found)
-        known = np.isfinite(found.worst)
         order = self._ranked(points, found)
-        if not len(order):
-            return []
         check_time()
         if not core:
             begun = [(points[i], self.program.settled(points[i])) for i in order[:most]]
             return [Candidate(u, motions) for u, motions in begun if motions]
-        chosen = self._apart(points, found, order)
-        begin = self.closed(points, found, chosen)
-        slope = float(abs(begin.slope[0]).max())
-        if not slope and np.isfinite(begin.merit[0]) and np.ptp(found.worst[known]) == 0.0:
-            told = f"{self.program.name} is {abs(found.worst[order[0]]):g}"
-            self.flat = f"{told} at each of {known.sum()} surveyed places, and nothing changes it"
-            return []
-        # A few cells may vary less than the objective does.
-        self.program = replace(self.program, unit=_rounded(self.program.unit * max(1.0, slope)))
-        begin = self.closed(points, found, chosen)
         self.cells = points, found
-        self.program.tell("survey, searches")
+        chosen = self._apart(points, found, order)
+        if not chosen:
+            return []
+        begin = self.closed(points, found, chosen)
+        if first:
+            slope = float(abs(begin.slope[0]).max())
+            values = found.worst[np.isfinite(found.worst)]
+            if not slope and np.isfinite(begin.merit[0]) and np.ptp(values) == 0.0:
+                told = f"{self.program.name} is {abs(values[0]):g} at each of {len(values)}"
+                self.flat = f"{told} surveyed places, and nothing changes it"
+                return []
+            # A few cells may vary less than the objective does.
+            self.program = replace(self.program, unit=_rounded(self.program.unit * max(1.0, slope)))
+            begin = self.closed(points, found, chosen)
+            self.program.tell("survey, searches")
         return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), most)
 
     def within(self, most: int) -> Matrix:
@@ -145,29 +151,10 @@ class Surveyor:
                 break
             reach *= 4 * self._length(count)
             near = np.clip(near + reach * draw.uniform(-1, 1, near.shape), 0.0, 1.0)
-            other = overview(self.program, near, self.program.scenarios)
+            other = overview(self.program, near)
             check_time()
             points, found = np.vstack([points, near]), found.with_more(other)
         return points, found
-
-    def more(self, most: int) -> Iterator[list[Candidate]]:
-        """Starts of searches from each further round, at most so many."""
-        self.cells = None
-        while self.rounds:
-            yield self._further(*self.rounds.pop(0), most)
-            self.cells = None
-
-    def _further(self, count: int, seed: int, most: int) -> list[Candidate]:
-        points, states, found = self._cells(count, seed)
-        if states is None:
-            points, found = self._nearer(points, found)
-        check_time()
-        self.cells = points, found
-        chosen = self._apart(points, found, self._ranked(points, found))
-        if not chosen:
-            return []
-        begin = self.closed(points, found, chosen)
-        return self._chosen(begin, climb(self.program, begin, _STEPS, self._length(count)), most)
 
     def _cells(self, count: int, seed: int) -> tuple[Matrix, Matrix | None, Overview]:
         """Cells all over the bounds, the states where runs begin if not at the starts, and runs."""
@@ -175,14 +162,12 @@ class Surveyor:
         if self.program.among == STABLE:
             states = self._anywhere(points, seed)
             points = np.tile(points, (len(states) // len(points), 1))
-        return points, states, overview(self.program, points, self.program.scenarios, states)
+        return points, states, overview(self.program, points, states)
 
     def _anywhere(self, points: Matrix, seed: int) -> Matrix:
         """States from which stable motions are searched at points: the starts, and random ones."""
-        grid, draw = (
-            Grid(self.program, self.program.scenarios[0], points),
-            np.random.default_rng(seed),
-        )
+        draw = np.random.default_rng(seed)
+        grid = Grid(self.program, self.program.scenarios[0], points)
         p = dict(zip(grid.scene.facts.PARAMETERS, grid.rows.T, strict=True))
         far = 2 * (1 + p["alpha"] + p[grid.scene.facts.STOPS[0][0]])
         box = np.stack([far, far * p["omega"], far * p["omega"] / (1 + p["gamma"])], axis=1)
@@ -222,22 +207,14 @@ class Surveyor:
 
     def closed(self, points: Matrix, found: Overview, chosen: Sequence[int]) -> Places:
         """Places of some cells, with derivatives."""
-        motions = []
-        for scenario, one in zip(self.program.scenarios, found.motions, strict=True):
-            grid = Grid(self.program, scenario, points[chosen])
-            states, numbers = one.found.states[chosen], one.period_numbers[chosen]
-            motions.append(
-                performance_many(
-                    grid.rows,
-                    states,
-                    numbers,
-                    gradients=True,
-                    threads=processors(),
-                    scene=grid.scene,
-                )
+        u, numbers = points[chosen], [one.period_numbers[chosen] for one in found.motions]
+        motions = [
+            Grid(self.program, scenario, u).closed(one.found.states[chosen], number)
+            for scenario, one, number in zip(
+                self.program.scenarios, found.motions, numbers, strict=True
             )
-        numbers = np.stack([one.period_numbers[chosen] for one in found.motions], axis=1)
-        return places_of(self.program, points[chosen], motions, numbers)
+        ]
+        return places_of(self.program, u, motions, np.stack(numbers, axis=1))
 
     def _chosen(self, begin: Places, ends: Places, most: int) -> list[Candidate]:
         """Best places on which the starts settle, among the ends of searches and before."""

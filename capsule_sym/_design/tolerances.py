@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arrays import Matrix
 from capsule_sym._attractors.attractors import interval
 from capsule_sym._design.cells import Grid
 from capsule_sym._design.continued import continued
@@ -40,8 +41,6 @@ from capsule_sym._parameters import names_of
 _FIRST, _MOST = 64, 1024  # excitation periods before the first test of a run, and at most
 _BLOCK = 4096  # runs between two tests of the time limit
 _SHOWN = 5  # itineraries listed, the most frequent ones
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 class Probability(NamedTuple):

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.climb import climb
 from capsule_sym._design.overview import overview
 from capsule_sym._design.program import Program
@@ -25,8 +26,6 @@ _WAYS = (0.5, 0.75, 0.9, 1.0)  # of their ways, where starts may lead to better 
 _APART = 0.05  # of the bounds, between starts of searches with one bound
 _PROMISING = 0.005  # of the ranges: largest difference of a start from the best one
 _STARTS = 2  # number of starts with one bound
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 class Tradeoffs:
@@ -76,7 +75,7 @@ class Tradeoffs:
         apart = 0.5 * len(self.u) ** (-1 / self.u.shape[1])
         order = np.argsort(((self.both - goal) / ranges).max(axis=1), kind="stable")
         u = self.distant(order, apart, count)
-        found = overview(program, u, program.scenarios)
+        found = overview(program, u)
         check_time()
         known = np.flatnonzero(np.isfinite(found.worst)).tolist()
         begin = Surveyor(program).closed(u, found, known)
@@ -92,7 +91,7 @@ class Tradeoffs:
         """Run cells, keep those within the limits, and return both metrics of these."""
         program, cost = self.programs
         limits = *program.limits, Limit("", cost.function, 0.0, -1)
-        found = overview(replace(program, limits=limits), u, program.scenarios)
+        found = overview(replace(program, limits=limits), u)
         check_time()
         both: Matrix = np.column_stack([found.worst, -found.slacks[:, -1]])
         good = np.isfinite(both).all(axis=1)

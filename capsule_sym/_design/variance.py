@@ -10,16 +10,14 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._map.labelled import package
 
 QUANTILES = 0.025, 0.25, 0.5, 0.75, 0.975
 """Shares of the samples below the listed quantiles."""
 _RESAMPLED = range(200)  # for the intervals of the indices
 _INTERVAL = 0.025, 0.975
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 class MetricSpread(NamedTuple):

@@ -208,7 +208,7 @@ def test_without_contact_or_stiffness_nothing_drifts() -> None:
             assert not motion.metrics[name].slope.any()
         assert motion.metrics["work"].value > 0 or motion.itinerary == ("F2",)
         program = program_of("progression", {"zeta": (p.zeta, 1.0)}, p, True, (), None, START, None)
-        (about,) = overview_module.overview(program, np.zeros((1, 1)), program.scenarios).worst
+        (about,) = overview_module.overview(program, np.zeros((1, 1))).worst
         assert np.isnan(about) or about == 0.0
 
 

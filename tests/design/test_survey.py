@@ -46,7 +46,7 @@ def test_values_of_many_motions_are_those_of_each(name: str) -> None:
     tolerances = {next(iter(over)): 0.01}
     program = program_of(metric, over, base, True, ("work <= 1",), None, START, tolerances)
     u = np.random.default_rng(2).uniform(size=(6, len(over)))
-    found = overview(program, u, program.scenarios)
+    found = overview(program, u)
     motions = [
         performance_many(
             np.array([list(_plain(one.system(program.system_at(v))).values()) for v in u]),
@@ -81,7 +81,7 @@ def test_searches_side_by_side_come_to_the_optimum() -> None:
     over = {"alpha": (0.2, 2.0), "delta": (0.0, 0.5), "beta": (0.0, 20.0)}
     program = program_of("cost_of_transport", over, None, False, (), None, START, None)
     u = np.array([[0.4, 0.2, 0.7], [0.3, 0.5, 0.5], [0.6, 0.1, 0.9]])
-    (settled,) = overview(program, u, program.scenarios).motions
+    (settled,) = overview(program, u).motions
     rows = np.array([list(program.system_at(v).to_dict().values()) for v in u])
     numbers = settled.period_numbers
     found = performance_many(rows, settled.found.states, numbers, gradients=True)
