@@ -8,14 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.least_squares import Least
 from capsule_sym._design.problem import Problem
 
 _LOST = 1e-8  # singular values below this share of the largest count as 0
 _PART = 0.1  # share of a combination above which an unknown is not identifiable
 _LEAST_SLOPE = 0.05  # least slope of a series' influence, over the mean of all series
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 
 
 class Errors(NamedTuple):

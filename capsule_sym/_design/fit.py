@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.covariance import Errors, correlation, errors_of
 from capsule_sym._design.guesses import best_of, drawn, limits_of
@@ -25,9 +26,6 @@ from capsule_sym._map.labelled import package
 from capsule_sym._map.result import Result
 from capsule_sym._native import Watch, check_time
 from capsule_sym._parameters import names_of
-
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 
 
 class FitStatus(StrEnum):

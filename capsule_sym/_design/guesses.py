@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.quantities import allowed, dimensionless
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
@@ -23,7 +23,6 @@ _SETTLED = 100  # periods from rest, after which a motion counts as steady
 _WEIGHINGS = 6  # of residuals, to reduce the effect of outliers on the linear unknowns
 SLIPS = -0.5, 1.0  # range of a slip of the time base
 _SCALE = 1e-12  # least scale
-Vector = NDArray[np.float64]
 
 
 def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.problem import Problem
 from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 _FIRST = "soft_l1", 0.1  # loss and scale of the first fit with a robust loss
+_PRECISE = {"ftol": 1e-14, "xtol": 1e-12, "gtol": 1e-14}
 _STRETCHES = 20  # steps of the search for an end, each longer than the one before
 _LONGER = 1.5
 _ENDED = 1e-6  # of a step: accuracy of the end of an interval
@@ -124,24 +123,26 @@ def solved(
         return found
 
     try:
-        found = package("scipy.optimize").least_squares(
-            residuals,
-            start,
-            problem.jacobian,
-            bounds=limits,
-            x_scale="jac",
-            loss=loss.name,
-            f_scale=loss.scale,
-            ftol=1e-14,
-            xtol=1e-12,
-            gtol=1e-14,
-            max_nfev=steps,
-        )
+        how = {"max_nfev": steps, **_PRECISE}
+        found = _least_squares(residuals, start, problem.jacobian, limits, loss, **how)
     except TimeUp:
         return best
     success, message = bool(found.success) and problem.complete(found.x), str(found.message)
     jacobian = problem.jacobian(found.x)
     return Least(found.x, float(found.cost), found.fun, jacobian, success, message, loss)
+
+
+def _least_squares(
+    residuals: Callable[[Vector], Vector],
+    start: Vector,
+    jacobian: Callable[[Vector], Matrix],
+    bounds: tuple[Vector, Vector],
+    loss: Loss,
+    **how: Any,
+) -> Any:
+    """SciPy's result, with unknowns scaled by the Jacobian."""
+    how |= {"bounds": bounds, "x_scale": "jac", "loss": loss.name, "f_scale": loss.scale}
+    return package("scipy.optimize").least_squares(residuals, start, jacobian, **how)
 
 
 class Profile:
@@ -187,14 +188,12 @@ class Profile:
         if not others.any():
             total = loss.sum(self.problem.residuals(np.array([at])))
         else:
-            found = package("scipy.optimize").least_squares(
+            found = _least_squares(
                 lambda part: self.problem.residuals(whole(part)),
                 self.guess,
                 lambda part: self.problem.jacobian(whole(part))[:, others],
-                bounds=(self.limits[0][others], self.limits[1][others]),
-                x_scale="jac",
-                loss=loss.name,
-                f_scale=loss.scale,
+                (self.limits[0][others], self.limits[1][others]),
+                loss,
             )
             self.guess, total = found.x, 2 * found.cost
         return float((total - 2 * self.found.cost) / self.variance)

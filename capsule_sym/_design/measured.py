@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import evaluation
 from capsule_sym._map.labelled import package
-from capsule_sym._parameters import SceneDevice
 
 OF_STATE = {
     "x_r": (1.0, 0.0, 0.0, 0.0),
@@ -32,7 +31,7 @@ _ALLOWED = f"t and one or more of {', '.join(OF_STATE)}"
 class Measured:
     """Measured values: `values` (n,) of the quantity `OF_STATE[names[column]]` at `times` (n,).
 
-    Dimensionless, in order of time, without gaps.
+    In order of time, without gaps.
     """
 
     names: tuple[str, ...]
@@ -43,12 +42,12 @@ class Measured:
     """First of the table's times, even if it has gaps only."""
 
 
-def measured(table: Mapping[str, ArrayLike], device: SceneDevice | None = None) -> Measured:
+def measured(table: Mapping[str, ArrayLike]) -> Measured:
     """Measured series from columns: times `t` and one or more of x_r, x_c, x_m, v_r, v_c, v_m.
 
-    Dimensionless, or in s, m and m/s if a device is given. A value that is nan, masked or pandas'
-    NA is a gap. Raises InvalidInput for columns that are missing, unknown, repeated, of other
-    length, infinite or constant, and for times that are missing or not ascending.
+    A value that is nan, masked or pandas' NA is a gap. Raises InvalidInput for columns that are
+    missing, unknown, repeated, of other length, infinite or constant, and for times that are
+    missing or not ascending.
     """
     check_names(table)
     names = tuple(name for name in OF_STATE if name in table)
@@ -70,13 +69,10 @@ def measured(table: Mapping[str, ArrayLike], device: SceneDevice | None = None) 
         there = np.isfinite(values)
         if np.ptp(values[there]) == 0.0 if there.any() else True:
             raise InvalidInput(name, "constant" if there.any() else "empty", "a column that varies")
-        unit = 1.0 if device is None else device.scale("x_r" if name.startswith("x") else "v_r")
-        parts.append((times[there], np.full(there.sum(), k), values[there] / unit))
+        parts.append((times[there], np.full(there.sum(), k), values[there]))
     t, column, values = (np.concatenate(one) for one in zip(*parts, strict=True))
-    rate = 1.0 if device is None else device.natural_frequency
     order = np.argsort(t, kind="stable")
-    begin = float(times[0] * rate)
-    return Measured(names, t[order] * rate, column[order], values[order], begin)
+    return Measured(names, t[order], column[order], values[order], float(times[0]))
 
 
 def check_names(names: Iterable[object]) -> None:

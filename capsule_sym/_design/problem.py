@@ -8,14 +8,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.quantities import System
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.residuals import OF_START, Recorded
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import SceneDevice
 
 _LOST = 1e3  # residual of a motion that does not reach the last of the times
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 
 
 class Problem:
@@ -33,7 +31,13 @@ class Problem:
         """`shared` are the unknowns with one value in all runs; each run has its own others."""
         self.recorded, self.shared, self.progress = tuple(recorded), tuple(shared), progress
         self.doing, self.evaluations = "", 0
-        named = [[self._named(one, name) for name in one.unknown] for one in self.recorded]
+        named = [
+            [
+                name if name in shared or not one.name else f"{one.name}.{name}"
+                for name in one.unknown
+            ]
+            for one in self.recorded
+        ]
         every = dict.fromkeys([*self.shared, *(name for names in named for name in names)])
         self.unknown = tuple(every)
         self.places = [np.array([self.unknown.index(name) for name in names]) for names in named]
@@ -54,9 +58,6 @@ class Problem:
         self.scales = self._scales(series)
         self._last: tuple[bytes, Vector, Matrix] | None = None
 
-    def _named(self, run: Recorded, name: str) -> str:
-        return name if name in self.shared or not run.name else f"{run.name}.{name}"
-
     def _scales(self, series: Sequence[tuple[Recorded, int]]) -> Vector:
         """Units of the residuals (n,): standard deviations of series.
 
@@ -65,13 +66,8 @@ class Problem:
         """
         spread = np.array([self.values[self.groups == k].std() for k in range(len(series))])
         if self.recorded[0].name:
-            names = [one.data.names[column] for one, column in series]
-            kinds = np.array(
-                [
-                    f"{one.scale_of(name)} {name[0]}"
-                    for (one, _), name in zip(series, names, strict=True)
-                ]
-            )
+            names = [(one, one.data.names[column]) for one, column in series]
+            kinds = np.array([f"{one.scale_of(name)} {name[0]}" for one, name in names])
             for kind in set(kinds.tolist()):
                 spread[kinds == kind] = np.sqrt(np.mean(spread[kinds == kind] ** 2))
         scales: Vector = spread[self.groups]
@@ -125,10 +121,6 @@ class Problem:
                 self._count()
                 found.append(run.itinerary(values[places]))
         return tuple(found)
-
-    def system_at(self, values: Vector) -> System:
-        """System of the first run with these values of the unknowns."""
-        return self.recorded[0].system_at(values[self.places[0]])
 
     def sizes(self, values: Vector) -> Vector:
         """Reference sizes for relative changes of the unknowns."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.measured import OF_STATE, Measured
 from capsule_sym._design.quantities import System, dimensionless, real, varied
 from capsule_sym._design.sensitivities import START, columns_of, sensitivities
@@ -24,8 +24,6 @@ STATE, PHASE = START[:-1], START[-1]
 _PHASE, _X_C = START.index(PHASE), OF_START.index("x_c")
 _BLOCK = 2**15  # times whose derivatives, 48 each, are in memory at once
 _STILL = 1e-5  # velocity of a capsule that comes to rest within its square
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 
 
 class _Run(NamedTuple):
