@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._attractors.neighbourhoods import NONE, Vector, stroboscopic
+from capsule_sym._arrays import Vector
+from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
 from capsule_sym._errors import InvalidInput, Status, check_one_of
 from capsule_sym._map.checks import check_count, checked_seconds, is_real

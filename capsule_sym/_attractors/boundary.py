@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.destinations import Destinations
 from capsule_sym._attractors.neighbourhoods import NONE, run_rows, stroboscopic
 from capsule_sym._map.many import Trajectories
@@ -34,7 +35,6 @@ _APART = 1e-6  # distance, over the size, at which two runs beside the boundary 
 _REPEATED = 1e-4  # the same, at which the edge state repeats well enough for Newton's method
 _CLOSED = 1e-2  # the same, from which Newton's method may converge to it
 _ROUNDS, _ALONG = 40, 256  # bisections along the edge, excitation periods between two
-Vector = NDArray[np.float64]
 
 
 class Basin:

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.attractors import closed_orbit, shown_itinerary
-from capsule_sym._attractors.neighbourhoods import Vector
 from capsule_sym._attractors.settling import Cycle
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.labelled import Labelled

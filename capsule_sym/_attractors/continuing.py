@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.attractors import (
     Starts,
     checked_starts,
@@ -27,7 +28,7 @@ from capsule_sym._attractors.branches import (
     placed_at,
     row_at,
 )
-from capsule_sym._attractors.neighbourhoods import NONE, Vector, stroboscopic
+from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.checks import check_count, checked_seconds
@@ -76,7 +77,14 @@ def continue_attractors(
     `max_seconds` the result has what was found so far. Raises InvalidInput for a value that is not
     allowed.
     """
-    path, grid = _checked(parameters, name, values, ties)
+    path = parameter_path(name, ties, parameters.scene)
+    try:
+        grid = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        grid = np.empty(0)
+    if grid.ndim != 1 or len(grid) < 2 or not np.all(np.diff(grid) > 0):
+        raise InvalidInput("values", values, "two or more numbers, ascending")
+    path.check(parameters, grid[0], grid[-1])
     check_count("periods", periods, 2)
     check_count("threads", threads)
     states, times = checked_starts(starts, count, phases, parameters)
@@ -111,23 +119,6 @@ def continue_attractors(
         status,
         parameters,
     )
-
-
-def _checked(
-    parameters: SceneParameters,
-    name: str,
-    values: ArrayLike,
-    ties: Mapping[str, Function | str] | None,
-) -> tuple[ParameterPath, Vector]:
-    path = parameter_path(name, ties, parameters.scene)
-    try:
-        grid = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        grid = np.empty(0)
-    if grid.ndim != 1 or len(grid) < 2 or not np.all(np.diff(grid) > 0):
-        raise InvalidInput("values", values, "two or more numbers, ascending")
-    path.check(parameters, grid[0], grid[-1])
-    return path, grid
 
 
 class _Following:

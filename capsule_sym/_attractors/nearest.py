@@ -20,8 +20,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._map import simulate
@@ -49,7 +49,6 @@ _FLAT = 1e-11  # relative gain of a step at which it stalls
 _BESIDE = 1e-3, 1e-5, 1e-7  # distances of points beside a kink
 _AT_KINK = 16  # number of these points
 _WHOLE = 1e3  # weight of the condition that the weights of a mean have the sum 1
-Vector = NDArray[np.float64]
 
 
 class Place(NamedTuple):

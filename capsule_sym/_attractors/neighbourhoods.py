@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._map import simulate
 from capsule_sym._map.many import Trajectories, simulate_many
 from capsule_sym._native import check_time, core_of, present
@@ -36,7 +37,6 @@ _INSIDE = 0.25
 _TURNS = (1, 2, 4, 8, 16, 32)
 NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
 _AT_ONCE = 10**5  # distances that are computed together
-Vector = NDArray[np.float64]
 
 
 class Neighbourhoods(NamedTuple):

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.labelled import Labelled
@@ -21,7 +22,6 @@ from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
 from capsule_sym._systems import System, dimensionless
 
 _SHOWN, _BEFORE, _AFTER = 100, 2, 4  # times a period, and periods shown before and after
-Vector = NDArray[np.float64]
 Interval = tuple[float, float]
 
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import run_rows, stroboscopic
 from capsule_sym._attractors.pulse import Interval
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
@@ -31,7 +32,6 @@ _EDGE = 1e-11  # accuracy of these ends, over the range
 _END = 1  # number of the end attractor among the known ones
 _NEAR = 1e-6  # remaining share of a deviation at which a run counts as settled
 _SETTLING = 512, 8192  # least and largest number of excitation periods in which a run arrives
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capsule_sym._attractors.neighbourhoods import NEUTRAL, stroboscopic
 from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
 from capsule_sym._attractors.pulse_search import Case, intervals
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map import simulate
+from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.continuing import continue_straight
@@ -39,7 +38,6 @@ _PRICED, _CLOSER = 300, 60  # pulses whose work is computed: in all windows, and
 _LOOKED_AT = 8  # largest number of windows that are searched thoroughly
 _POINTS = 5  # steps of a branch to an end of the tolerances
 _WIDE = 1e-3  # least width, over the range, of the window of a pulse of least work
-Vector = NDArray[np.float64]
 
 
 def switch_by_pulse(
@@ -287,14 +285,14 @@ class _Search:
             work, value = min((work, value), (float(least.fun), float(least.x)))
         return work, value
 
-    def pulsed(self, value: float) -> SceneParameters:
-        """Dimensionless parameters during the pulse."""
-        return pulsed(self.system, self.name, value)
+    def pulse(self, window: PulseWindow, value: float) -> Trajectory:
+        """Run during a pulse."""
+        state = stroboscopic(self.start)[window.begins].tolist()
+        return simulate(pulsed(self.system, self.name, value), state, periods=window.periods)
 
     def work(self, window: PulseWindow, value: float) -> float:
         """Work of the drive over a pulse, dimensionless."""
-        state = stroboscopic(self.start)[window.begins].tolist()
-        return drive_work(simulate(self.pulsed(value), state, periods=window.periods))
+        return drive_work(self.pulse(window, value))
 
     def result(self, most: int) -> Pulse:
         """Best pulse found, or the reason why there is none."""
@@ -310,9 +308,7 @@ class _Search:
             status, message = PulseStatus.FOUND, "the pulse leads to the other attractor"
         ends, windows = (self.start, self.end), tuple(self.windows)
         none = Pulse(*ends, self.system, self.name, windows, status, message)
-        if self.best is None:
-            return replace(none, **self.early)
-        return replace(none, **self.measured(*self.best))
+        return replace(none, **(self.measured(*self.best) if self.best else self.early))
 
     def broadest(self) -> tuple[PulseWindow, float]:
         """Widest window so far, and the value in its middle."""
@@ -334,10 +330,8 @@ class _Search:
 
     def transient(self, window: PulseWindow, value: float) -> int:
         """Excitation periods after a pulse until the motion stays close to the end."""
-        marks = stroboscopic(self.end)
-        usual = self.end.parameters
-        state = stroboscopic(self.start)[window.begins].tolist()
-        begin = simulate(self.pulsed(value), state, periods=window.periods, keep="final").final[1]
+        marks, usual = stroboscopic(self.end), self.end.parameters
+        begin = self.pulse(window, value).final[1]
         length, limit = 64, _ARRIVED * (1 + abs(marks).max())
         while True:
             run = simulate(usual, begin, periods=length, keep="stroboscopic").stroboscopic

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import (
     NEUTRAL,
     NONE,
     Neighbourhoods,
-    Vector,
     neighbourhoods,
     run_rows,
     stroboscopic,
@@ -141,48 +141,38 @@ class Settling:
         have arrived. Raises TimeUp if the present watch is over; the runs keep their last states.
         """
         times = spread("phases", phases, (len(runs.states),)).copy()
-        for first in range(0, len(times), _BLOCK):
-            block = np.arange(first, min(first + _BLOCK, len(times)))
-            self._follow(groups, runs, times, block, periods, find, report)
-        return runs
-
-    def _follow(
-        self,
-        groups: NDArray[np.intp],
-        runs: Arrivals,
-        times: Vector,
-        left: NDArray[np.intp],
-        periods: int,
-        find: bool,
-        report: Callable[[int], object] | None,
-    ) -> None:
-        """Continue the runs `left`, as `follow` does; those before them are done."""
         numbers, repeats, ends, passed = runs
-        last, done, length = int(left[-1]) + 1, 0, min(_FIRST, periods)
-        while left.size and length > 1:
-            check_time()
-            # All states of the last periods are kept, to detect repetition.
-            short = min(LONGEST, length - 1)
-            left, marks = self._marks(groups, ends, times, left, length - short, short)
-            ends[left], times[left] = marks[:, -1], 0.0
-            done += length
-            passed[left] = done
-            change, guess = _changes(marks)
-            at_rest = change <= (_REPEATED if done < periods else _SETTLED)
-            numbers[left] = self.inside(groups[left], ends[left])
-            if find:
-                for settled, these in ((False, ~at_rest & (change <= _NEARLY)), (True, at_rest)):
-                    some = left[these]
-                    numbers[some] = self.identify(groups[some], ends[some], guess[these], settled)
-                numbers[left] = np.where(
-                    numbers[left] == NONE, self.inside(groups[left], ends[left]), numbers[left]
-                )
-            open_ = numbers[left] == NONE
-            repeats[left] = open_ & at_rest
-            left = left[open_ & ~at_rest]
-            length = min(2 * length, periods - done)
-            if report is not None:
-                report(last - left.size)
+        for first in range(0, len(times), _BLOCK):
+            last, done, length = min(first + _BLOCK, len(times)), 0, min(_FIRST, periods)
+            left = np.arange(first, last)
+            while left.size and length > 1:
+                check_time()
+                # All states of the last periods are kept, to detect repetition.
+                short = min(LONGEST, length - 1)
+                begin = self.rows[groups[left]], ends[left], times[left]
+                good, marks = self._marks(*begin, length - short, short)
+                left = left[good]
+                ends[left], times[left] = marks[:, -1], 0.0
+                done += length
+                passed[left] = done
+                change, guess = _changes(marks)
+                at_rest = change <= (_REPEATED if done < periods else _SETTLED)
+                numbers[left] = self.inside(groups[left], ends[left])
+                if find:
+                    nearly = ~at_rest & (change <= _NEARLY)
+                    for settled, these in ((False, nearly), (True, at_rest)):
+                        some = left[these]
+                        of = groups[some], ends[some], guess[these]
+                        numbers[some] = self.identify(*of, settled)
+                    some = left[numbers[left] == NONE]
+                    numbers[some] = self.inside(groups[some], ends[some])
+                open_ = numbers[left] == NONE
+                repeats[left] = open_ & at_rest
+                left = left[open_ & ~at_rest]
+                length = min(2 * length, periods - done)
+                if report is not None:
+                    report(last - left.size)
+        return runs
 
     def identify(
         self,
@@ -268,21 +258,15 @@ class Settling:
         return cycles
 
     def _marks(
-        self,
-        groups: NDArray[np.intp],
-        ends: Vector,
-        times: Vector,
-        left: NDArray[np.intp],
-        ahead: int,
-        short: int,
+        self, rows: Vector, states: Vector, phases: Vector, ahead: int, short: int
     ) -> tuple[NDArray[np.intp], Vector]:
-        """Runs that succeed, and their states at the last marks, (n, short + 1, 3)."""
+        """Indices of runs that succeed, and their states at the last marks, (n, short + 1, 3)."""
         of = self.scene, self.threads
-        run = run_rows(self.rows[groups[left]], ends[left], times[left], ahead, *of)
-        left, begin = left[run.success], run.states[run.success]
-        run = run_rows(self.rows[groups[left]], begin, 0.0, short, *of, "stroboscopic")
+        run = run_rows(rows, states, phases, ahead, *of)
+        good = np.flatnonzero(run.success)
+        run = run_rows(rows[good], run.states[good], 0.0, short, *of, "stroboscopic")
         marks = run.kept[np.repeat(run.success, np.diff(run.offsets))]
-        return left[run.success], marks.reshape(-1, short + 1, 3)
+        return good[run.success], marks.reshape(-1, short + 1, 3)
 
     def _nearest(
         self, groups: NDArray[np.intp], ends: Vector, periods: NDArray[Any]

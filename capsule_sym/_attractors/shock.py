@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.smallest import Search, ShockStatus
 from capsule_sym._errors import InvalidInput
@@ -27,7 +27,6 @@ _LONGEST = 64, 1_000_000  # excitation periods within which a run has to return
 _SHOWN = 24, 512  # least and largest number of excitation periods of the runs that are drawn
 _PARTED = 3.0  # of these, for the growth from beside the boundary to the size of the knock
 _DRAWN = 1e-3  # share of the knock by which they start beside the boundary
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

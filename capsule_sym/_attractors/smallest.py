@@ -14,8 +14,8 @@ from collections.abc import Callable
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.nearest import Place, Surface, nearest
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -38,7 +38,6 @@ _WIDE = 0.3  # first spread of these
 _ROUNDS = 8  # largest number of rounds: an edge state, then a nearer boundary
 BESIDE = 1e-9
 """Share of the radius on both sides of which the boundary is confirmed."""
-Vector = NDArray[np.float64]
 
 
 class ShockStatus(StrEnum):
