@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from capsule_sym._symbolic.proofs.resting import GRAZE, resting_orbit
 from scipy.linalg import expm
 
 from capsule_sym import (

@@ -7,10 +7,10 @@ from types import ModuleType
 import pytest
 
 from paper.proofs import second_checker
+from paper.tests.proofs.test_checker_tampered import *  # noqa: F403
+from paper.tests.proofs.test_checker_terms import *  # noqa: F403
 from tests.enclosures import certified
 from tests.enclosures.test_checker_orbits import *  # noqa: F403 - the same tests
-from tests.enclosures.test_checker_tampered import *  # noqa: F403
-from tests.enclosures.test_checker_terms import *  # noqa: F403
 from tests.enclosures.test_run_certificates import *  # noqa: F403
 
 pytestmark = pytest.mark.long

@@ -15,10 +15,10 @@ import pytest
 from mpmath import mp, mpf
 
 from paper.proofs import second_checker as second
+from paper.tests.proofs.tampering.files import file_of
+from paper.tests.proofs.tampering.kind import TWO_PI, put, rounded
+from paper.tests.proofs.tampering.numbers import KINDS
 from tests.enclosures.certified import bifurcations, orbit, run
-from tests.enclosures.tampering.files import file_of
-from tests.enclosures.tampering.kind import TWO_PI, put, rounded
-from tests.enclosures.tampering.numbers import KINDS
 
 Interval, number = second.I, second.number
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from capsule_sym._enclosures.certificates import checker
 from paper.proofs import second_checker
+from paper.tests.proofs.tampering.tampered import KINDS, tampered
 from tests.enclosures.certified import produced, refused
-from tests.enclosures.tampering.tampered import KINDS, tampered
 
 RECORD = Path("results/tampering.json")
 FEW = {checker: 3, second_checker: 1}  # of a kind and a certificate

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from tests.enclosures.tampering.kind import Certificate
+from paper.tests.proofs.tampering.kind import Certificate
 
 
 def file_of(*held: Any, **more: Any) -> dict[str, Any]:

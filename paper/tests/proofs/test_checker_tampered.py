@@ -11,9 +11,9 @@ import jsonschema
 import pytest
 
 from capsule_sym._enclosures.certificates import checker
+from paper.tests.proofs.tampering import files
+from paper.tests.proofs.tampering.tampered import EACH, KINDS, tampered
 from tests.enclosures.certified import produced, refused
-from tests.enclosures.tampering import files
-from tests.enclosures.tampering.tampered import EACH, KINDS, tampered
 
 
 @pytest.fixture

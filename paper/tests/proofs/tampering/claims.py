@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from decimal import Decimal
 from typing import Any
 
-from tests.enclosures.tampering.kind import (
+from paper.tests.proofs.tampering.kind import (
     KINDS,
     TWO_PI,
     Certificate,

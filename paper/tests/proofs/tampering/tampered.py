@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from capsule_sym._enclosures.certificates import checker
+from paper.tests.proofs.tampering import claims, files, keys, numbers, segments
+from paper.tests.proofs.tampering.kind import KINDS
 from tests.enclosures.certified import produced
-from tests.enclosures.tampering import claims, files, keys, numbers, segments
-from tests.enclosures.tampering.kind import KINDS
 
 ADDED = claims, files, keys, numbers, segments  # modules that add their kinds
 EACH = ("orbit 0.003", "orbit 0.7", "bifurcation 1", "run")

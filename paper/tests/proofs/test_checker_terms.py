@@ -12,9 +12,9 @@ from mpmath import mp, mpc, mpf
 
 from capsule_sym import Parameters, floquet_multipliers, solve_orbit
 from capsule_sym._enclosures.certificates import checker
+from paper.tests.proofs.tampering.kind import TWO_PI, rounded
+from paper.tests.proofs.tampering.numbers import KINDS
 from tests.enclosures.certified import bifurcations, orbit, rejected, run
-from tests.enclosures.tampering.kind import TWO_PI, rounded
-from tests.enclosures.tampering.numbers import KINDS
 
 
 @pytest.fixture(autouse=True)

@@ -1,1 +1,0 @@
-"""Kinds of tampering with certificates and their files; `kinds` has them all."""
