@@ -44,9 +44,9 @@ GENERATED_C = Path(__file__).parents[2] / "generated" / "capsule" / "c"
 BOUND = 16.0
 STRONG = 4.0  # ratio of the fast rate to sqrt(K) from which damping is strong
 
-FLOWS = list(cases(many(400, 150), seed=1))
-JACOBIANS = [case for case in cases(many(45, 20), seed=2) if damping_ratio(case) < STRONG]
-STRONGLY_DAMPED = [case for case in cases(many(300, 100), seed=3) if damping_ratio(case) >= STRONG]
+FLOWS = list(cases(many(400, 60), seed=1))
+JACOBIANS = [case for case in cases(many(45, 10), seed=2) if damping_ratio(case) < STRONG]
+STRONGLY_DAMPED = [case for case in cases(many(300, 50), seed=3) if damping_ratio(case) >= STRONG]
 Rows = list[Any]
 Evaluate = Callable[[list[Case]], list[Rows]]
 

@@ -187,7 +187,7 @@ def largest(case: Case) -> Any:
 
 
 @sampled
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", some(SCENES, 2))
 def test_flows_are_exponentials_to_38_digits(name: str) -> None:
     kernels = scene(name).kernels_by(mp)
     kinds = some([*DAMPING, *CONFLUENT], 2)
@@ -201,7 +201,7 @@ def test_flows_are_exponentials_to_38_digits(name: str) -> None:
 
 
 @sampled
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", some(SCENES, 2))
 def test_jacobians_are_differences_of_flows(name: str) -> None:
     kernels, r = scene(name).kernels_by(mp), random.Random(name)
     for kind in some([*DAMPING, *CONFLUENT], 1):
@@ -236,7 +236,8 @@ def test_a_sensitivity_with_a_wrong_sign_is_seen(monkeypatch: pytest.MonkeyPatch
         assert off(kernels, case._replace(duration=mpf(2))) > mpf("1e-6"), case
 
 
-@pytest.mark.parametrize("name", SCENES)
+@sampled
+@pytest.mark.parametrize("name", some(SCENES, 2))
 def test_a_constant_wrong_in_the_twelfth_digit_is_seen(name: str) -> None:
     kernels = scene(name).kernels_by(mp)
     with mp.workdps(DIGITS):
@@ -292,7 +293,8 @@ def test_the_linear_fields_of_balls_are_the_equations_of_motion() -> None:
                     assert mp.norm((ahead - behind) / (2 * STEP) - slope, 1) < mpf("1e-12"), name
 
 
-@pytest.mark.parametrize("name", SCENES)
+@sampled
+@pytest.mark.parametrize("name", some(SCENES, 2))
 def test_jets_are_powers_of_the_rates(name: str) -> None:
     """Derivatives of x_r from the second on, and those of the pull Q."""
     kernels = scene(name).kernels_by(mp)
@@ -325,7 +327,7 @@ def by_lanes(given: Scene, group: list[Case]) -> tuple[Any, Any]:
 
 
 @sampled
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", some(SCENES, 2))
 def test_doubles_are_right_to_their_conditioning(name: str) -> None:
     """NumPy's scalars and lanes, and C's closed form, beside 50 digits of the same doubles."""
     given, groups = scene(name), {}

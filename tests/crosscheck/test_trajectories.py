@@ -13,7 +13,7 @@ from mpmath import mp, mpf
 
 from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from tests.judges import Run, dop853
-from tests.judges.test_judges_agree import CASES, DOP853_ERROR, HEYOKA_ERROR, TRUTH, exact
+from tests.judges.test_judges_agree import CASES, DOP853_ERROR, TRUTH, exact
 
 PERIODS = 20
 QUICK = [("3.3", "0.45")]
@@ -97,17 +97,6 @@ def test_50_digits_agree_with_dop853(gamma: str, alpha: str) -> None:
     with mp.workdps(60):
         precise = run(gamma, alpha, "mpmath")
         check_judge(precise, dop853.run(precise.parameters, periods=PERIODS), DOP853_ERROR)
-
-
-@SOME_QUICK
-def test_50_digits_agree_with_heyoka(gamma: str, alpha: str) -> None:
-    pytest.importorskip("heyoka")
-    from tests.judges import heyoka_run
-
-    with mp.workdps(60):
-        precise = run(gamma, alpha, "mpmath")
-        judged = heyoka_run.run(precise.parameters, periods=PERIODS)
-        check_judge(precise, judged, HEYOKA_ERROR[heyoka_run.EXTENDED])
 
 
 def test_a_wrong_mass_ratio_is_noticed() -> None:

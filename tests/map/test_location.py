@@ -147,7 +147,7 @@ def check_against_samples(parameters: Parameters, start: SegmentStart, switch: S
     assert abs(root - end) <= allowed
 
 
-SEEDS = many(150, 20)
+SEEDS = many(150, 10)
 
 
 def random_start(seed: int) -> tuple[Parameters, tuple[float, float, float], float]:

@@ -85,7 +85,7 @@ def check(run: Trajectory) -> None:
 
 @sampled
 @given(starts())
-@settings(max_examples=many(120, 40), phases=FOUND)
+@settings(max_examples=many(120, 20), phases=FOUND)
 def test_every_run_is_complete_and_stays_in_its_regions(start: Any) -> None:
     case, state, phase = start
     check(simulate(case, state, phase, 2))
@@ -93,7 +93,7 @@ def test_every_run_is_complete_and_stays_in_its_regions(start: Any) -> None:
 
 @sampled
 @given(starts())
-@settings(max_examples=many(12, 6), phases=FOUND)
+@settings(max_examples=many(12, 3), phases=FOUND)
 def test_double_agrees_with_50_digits_on_the_list_of_fields(start: Any) -> None:
     case, state, phase = start
     double = simulate(case, state, phase, 2)
@@ -108,7 +108,7 @@ def test_double_agrees_with_50_digits_on_the_list_of_fields(start: Any) -> None:
 
 @sampled
 @given(starts())
-@settings(max_examples=many(10, 5), phases=FOUND)
+@settings(max_examples=many(10, 3), phases=FOUND)
 def test_every_segment_is_the_motion_that_the_judge_integrates(start: Any) -> None:
     case, state, phase = start
     for segment in simulate(case, state, phase, 1).segments[:6]:

@@ -24,6 +24,7 @@ from capsule_sym import (
 from capsule_sym._map.backend import default_backend, how_compiled
 from capsule_sym._native import core_of
 from capsule_sym.scenes import Scene
+from tests.sampling import many, sampled
 from tests.scenes import SCENES, Form, Integrator, Start, integrator, random_starts
 
 PERIODS = 4
@@ -61,8 +62,11 @@ def agree(scene: Scene, form: Form, judge: Integrator, backend: str, starts: lis
 
 
 @compiled
+@sampled
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "capsule"])
-@pytest.mark.parametrize(("backend", "count"), [("c", 60), ("numpy", 15), ("mpmath", 2)])
+@pytest.mark.parametrize(
+    ("backend", "count"), [("c", many(1000, 60)), ("numpy", many(300, 8)), ("mpmath", many(30, 1))]
+)
 def test_runs_of_a_scene_are_those_of_an_integrator(
     judge: Integrator, name: str, backend: str, count: int
 ) -> None:
@@ -70,16 +74,6 @@ def test_runs_of_a_scene_are_those_of_an_integrator(
     if backend == "c" and core_of(scene) is None:
         pytest.skip("no compiled core here")
     agree(scene, form, judge, backend, random_starts(form, count))
-
-
-@compiled
-@pytest.mark.long
-@pytest.mark.parametrize("name", [name for name in SCENES if name != "capsule"])
-@pytest.mark.parametrize(("backend", "count"), [("c", 1000), ("numpy", 300), ("mpmath", 30)])
-def test_many_runs_of_a_scene_are_those_of_an_integrator(
-    judge: Integrator, name: str, backend: str, count: int
-) -> None:
-    test_runs_of_a_scene_are_those_of_an_integrator(judge, name, backend, count)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -137,11 +131,11 @@ def test_many_runs_of_a_scene_are_its_single_ones() -> None:
     given = [scenes.slope.Parameters(s=s) for s in (-0.1, 0.0, 0.1)]
     rows = np.array([[*p.to_dict().values()] for p in given])
     alone = [simulate(p, periods=9) for p in given]
-    for many in (
+    for together in (
         simulate_many(given, periods=9),
         simulate_many(rows, periods=9, scene=scenes.slope),
     ):
-        assert np.allclose(many.states, [run.final[1] for run in alone], rtol=0, atol=1e-13)
+        assert np.allclose(together.states, [run.final[1] for run in alone], rtol=0, atol=1e-13)
     kept = simulate_many(given, periods=9, keep="segments")
     assert [kept[i] for i in range(3)] == [run.segments for run in alone]
     assert pickle.loads(pickle.dumps(kept))[2][0].scene is scenes.slope

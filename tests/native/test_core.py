@@ -18,11 +18,9 @@ from capsule_sym._parameters import CAPSULE
 from capsule_sym.generated.capsule import DIGEST
 from capsule_sym.generated.interface import Precision
 from tests.finals import final_states, parameter_rows
-from tests.sampling import many, sampled, some
+from tests.sampling import many, sampled
 
 DATA = Path(__file__).parents[1] / "judges" / "data"
-PANELS = (0.0074, 0.3, 0.3687, 0.4, 0.5245, 0.7, 0.939, 1.2)
-PANELS += (1.443, 1.5, 1.6148, 1.64, 1.661, 1.69, 1.7126, 1.9)
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
@@ -57,18 +55,6 @@ def test_a_core_from_other_kernels_or_with_other_structs_is_refused(
             patch.setattr(of, name, value)
             with pytest.raises(native.StaleCore, match="install capsule-sym again"):
                 native.core_of.__wrapped__(CAPSULE)
-
-
-@sampled
-@pytest.mark.parametrize("gamma", [3.3, 3.0])
-@pytest.mark.parametrize("alpha", some(PANELS, 6))
-def test_the_case_study_agrees_segment_by_segment(alpha: float, gamma: float) -> None:
-    parameters = Parameters(alpha=alpha, gamma=gamma)
-    fast = simulate(parameters, periods=15, backend="c")
-    reference = simulate(parameters, periods=15, backend="numpy")
-    assert itinerary(fast) == itinerary(reference)
-    np.testing.assert_allclose(numbers(fast), numbers(reference), rtol=0, atol=2e-13)
-    np.testing.assert_allclose(fast.stroboscopic, reference.stroboscopic, rtol=0, atol=2e-13)
 
 
 @pytest.mark.parametrize("gamma", ["3.3", "3.0"])

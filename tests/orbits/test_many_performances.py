@@ -55,8 +55,6 @@ MOTIONS: dict[str, dict[str, float]] = {
     "undamped, backward": {"alpha": 2.0, "zeta": 0.0, "gamma": 1.0},
     "another friction": {"alpha": 1.6, "f_b": 0.6},
 }
-QUICK = ("never sticking",)
-"""Bifurcations checked by 50 digits in the quick suite; double precision checks all of them."""
 BIFURCATIONS = {
     "grazing": 0.007375635565834309,
     "adding-sliding": 0.3687797241855779,
@@ -149,9 +147,7 @@ def test_a_multiplier_is_exactly_zero_where_the_capsule_sticks_and_nowhere_else(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in MOTIONS]
-)
+@pytest.mark.parametrize("name", MOTIONS)
 def test_they_are_those_of_the_orbit_in_50_digits(name: str) -> None:
     orbit, found = known(name)
     exact = orbit.refined()
@@ -190,16 +186,6 @@ def difference(orbit: Orbit, along: Any, step: Any, digits: str) -> np.ndarray:
         found = performance(moved)
         ends.append(np.array([getattr(found, name).value for name in METRICS]))
     return (ends[0] - ends[1]) / (2 * step)
-
-
-@pytest.mark.parametrize("name", MOTIONS)
-def test_gradients_are_differences_of_the_metrics(name: str) -> None:
-    """In double precision, by Richardson's extrapolation."""
-    orbit, found = known(name)
-    along = np.array([1.0, -0.7, 0.3, 0.6, 1.1, -0.9, 0.5]) * np.array(orbit.values)
-    coarse, fine = (difference(orbit, along, step, "numpy") for step in (2e-5, 1e-5))
-    expected = (4 * fine - coarse) / 3
-    np.testing.assert_allclose(found.gradients[0] @ along, expected, rtol=1e-7, atol=1e-7)
 
 
 @pytest.mark.long

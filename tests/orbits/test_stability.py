@@ -77,26 +77,6 @@ def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
     )
 
 
-@pytest.mark.parametrize("alpha", [1.9, 0.7])
-def test_monodromy_agrees_with_finite_differences_of_heyoka(alpha: float) -> None:
-    heyoka_run = pytest.importorskip("tests.judges.heyoka_run")
-    orbit = settled(alpha=alpha)
-    state, size = at_phase_0(orbit)
-    kind = heyoka_run.FLOAT
-
-    def final(start: list[Any]) -> Any:
-        return heyoka_run.run(orbit.parameters, start, 0.0, 1).final
-
-    run = final(list(map(kind, state)))
-    assert [float(value) for value in run[:3]] == pytest.approx(state, abs=1e-13)
-    slopes = differences(final, list(map(kind, state)), size, kind(1e-6)).astype(float)
-    exact = jacobian(simulate(orbit.parameters, state, periods=1))[:, :size]
-    assert np.max(abs(slopes - exact)) < 1e-10 * np.max(abs(exact))
-    assert np.sort_complex(np.linalg.eigvals(slopes[:size])) == pytest.approx(
-        np.sort_complex(floquet_multipliers(orbit)[:size]), abs=1e-9
-    )
-
-
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
     """The durations are eliminated from the equations by their own guards."""

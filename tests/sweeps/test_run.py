@@ -116,7 +116,9 @@ def executor_of(kind: str) -> Iterator[Executor | None]:
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-@pytest.mark.parametrize("kind", ["threads", "own", "processes", "dask"])
+@pytest.mark.parametrize(
+    "kind", ["threads", "own", "processes", pytest.param("dask", marks=pytest.mark.long)]
+)
 def test_executors_give_equal_results_also_after_their_time_is_over(
     kind: str, whole: dict[str, bytes], tmp_path: Path
 ) -> None:

@@ -15,6 +15,7 @@ from capsule_sym._commands.verify import _theory
 from capsule_sym._parameters import scene
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.model import declaration
+from tests.sampling import sampled, some
 from tests.symbolic.broken import FURTHER, MUTATIONS, survivors
 
 _ROOT = Path(__file__).parents[2]
@@ -26,7 +27,8 @@ def _verify(scene: str, *options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(line, capture_output=True, text=True, timeout=600, cwd=_ROOT, check=False)
 
 
-@pytest.mark.parametrize("name", MUTATIONS)
+@sampled
+@pytest.mark.parametrize("name", some(MUTATIONS, 6))
 def test_mutations_are_noticed(name: str) -> None:
     assert survivors(MUTATIONS[name]) == []
 

@@ -14,6 +14,7 @@ from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap, local_maps
 from capsule_sym._symbolic.model.symbols import v_c, x_r
 from capsule_sym._symbolic.proofs.reachability import Witness, proves, source, target, witnesses
+from tests.sampling import sampled, some
 
 SAMPLE = witnesses()[::9]
 
@@ -36,7 +37,8 @@ def _backwards(witness: Witness) -> np.ndarray:
     return solve_ivp(rates, span, start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
 
 
-@pytest.mark.parametrize("witness", SAMPLE, ids=lambda w: f"{w.local_map}{w.regime}")
+@sampled
+@pytest.mark.parametrize("witness", some(SAMPLE, 5), ids=lambda w: f"{w.local_map}{w.regime}")
 def test_enclosure_follows_an_independent_integrator(witness: Witness) -> None:
     field = SEGMENTS[witness.local_map.field - 1]
     start = (*witness.end, *witness.forcing)
@@ -50,7 +52,8 @@ def test_enclosure_follows_an_independent_integrator(witness: Witness) -> None:
         assert abs(truncated - value) <= short.remainder(symbol, 0, middle)
 
 
-@pytest.mark.parametrize("witness", SAMPLE, ids=lambda w: f"{w.local_map}{w.regime}")
+@sampled
+@pytest.mark.parametrize("witness", some(SAMPLE, 5), ids=lambda w: f"{w.local_map}{w.regime}")
 def test_changed_witnesses_prove_nothing(witness: Witness) -> None:
     assert proves(witness)
     wrong = "Σ2" if witness.local_map.target != "Σ2" else "Σ5"

@@ -37,7 +37,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from tests.sampling import many, sampled
+from tests.sampling import many, sampled, some
 
 QUADRATURE = sp.Symbol("w", real=True)
 GIVEN = (zeta, beta, gamma, f_b, omega, delta, v_c, x_r, v_r, force, QUADRATURE)
@@ -116,7 +116,7 @@ def _passing(point: dict[sp.Symbol, sp.Rational]) -> tuple[set[int], set[int]]:
 
 
 @sampled
-@pytest.mark.parametrize("name", [n for n in PIECES if n != "L9"])
+@pytest.mark.parametrize("name", some([n for n in PIECES if n != "L9"], 6))
 def test_leaves_agree_with_taylor_series(name: str) -> None:
     """At random points of a piece the leaf that holds the point names what the series show."""
     generator = random.Random(11)
