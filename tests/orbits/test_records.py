@@ -45,8 +45,6 @@ from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled, upwards
 
-SAID = ("residual", "iterations", "status", "success")
-
 
 def solved(record: dict) -> bool:
     """Check that all entries of a record agree on its convergence."""

@@ -61,13 +61,8 @@ def pushed_off(random: Random) -> Start:
     )
 
 
-def all_at_once(random: Random) -> Start:
-    """The same where the drive is at its top, or changes fastest."""
-    return replace(driven(random), angle=random.randint(0, 3) * math.pi / 2)
-
-
 def from_a_bound(random: Random) -> Start:
-    """The same from where Q is at a bound exactly."""
+    """At rest under the drive alone, from where Q is at a bound exactly."""
     start, way = driven(random), random.choice((1, -1))
     p = {**start.parameters, "f_b": random.uniform(0.1, 4.9)}
     angle = math.acos(-way * p["f_b"] / p["alpha"])
@@ -185,11 +180,6 @@ def _levelling(random: Random, depth: float, t: float) -> Start:
 def levelling(random: Random) -> Start:
     """By about a remainder of the form."""
     return _levelling(random, 10 ** random.uniform(-16, -11), random.uniform(0.2, 0.8))
-
-
-def levelling_early(random: Random) -> Start:
-    """By about a rounding."""
-    return _levelling(random, 10 ** random.uniform(-17, -13), random.uniform(0.01, 0.08))
 
 
 def grazing(random: Random) -> Start:

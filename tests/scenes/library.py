@@ -13,7 +13,6 @@ from typing import NamedTuple
 from tests.native import LIBRARY, ROOT
 from tests.scenes import HERE, SCENES, Form, Run, Start
 
-DECLARED = ROOT / "capsule_sym" / "_symbolic" / "model"
 FORMS = {
     **SCENES,
     "biased": SCENES["slope"],
