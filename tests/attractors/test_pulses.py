@@ -131,6 +131,7 @@ def test_pulses_switch_in_other_scenes(scene, given, starts) -> None:
     assert leads(system, marks, np.array(found.state), name, values, found.periods)[0]
 
 
+@pytest.mark.long
 def test_no_shorter_pulse_is_found_by_trying_all() -> None:
     found = switch_by_pulse(*motions(LONG, *LONG_STARTS))
     marks, state = cycle(LONG, LONG_STARTS[1], 1), cycle(LONG, LONG_STARTS[0], 1)[0]

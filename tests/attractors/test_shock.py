@@ -72,6 +72,7 @@ def losses(orbit: Orbit, size: float, count: int, seed: int) -> int:
     return int((abs(ends[:, None] - marks).max(axis=2).min(axis=1) > 1e-6).sum())
 
 
+@pytest.mark.long
 def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_one(
     shock: Shock,
 ) -> None:

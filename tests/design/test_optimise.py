@@ -27,7 +27,7 @@ from capsule_sym._design.quantities import dimensionless_slopes, of
 from capsule_sym._units import METRIC_UNITS
 from tests.design.cells import metrics_of
 from tests.design.clock import LIMIT, Clock
-from tests.sampling import many, sampled
+from tests.sampling import many
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
 DEVICE = PhysicalParameters(
@@ -137,6 +137,7 @@ def test_an_optimum_on_a_border_is_told_with_both_sides() -> None:
     assert values[-step, 0.0] - values[0.0, 0.0] > 1e-3 * step
 
 
+@pytest.mark.long
 def test_a_margin_of_stability_holds() -> None:
     bounds = {"alpha": (0.5, 1.2), "omega": (0.7, 0.9)}
     free = optimise("speed_per_work", bounds, samples=2)
@@ -184,7 +185,7 @@ def test_a_further_round_finds_places_that_keep_a_limit(monkeypatch: pytest.Monk
     assert lightest(8).value == pytest.approx(LIGHTEST, rel=1e-12)
 
 
-@sampled
+@pytest.mark.long
 def test_at_the_time_limit_the_best_of_all_rounds_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (4, 8))
     over = {"omega": (0.3, 3.0), "alpha": (0.2, 3.0)}

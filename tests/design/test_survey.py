@@ -90,6 +90,7 @@ def test_searches_side_by_side_come_to_the_optimum() -> None:
     assert ends.u[ends.worst.argmin()] == pytest.approx([0.33227, 0.0, 1.0], abs=1e-4)
 
 
+@pytest.mark.long
 def test_searches_begin_at_few_places_of_one_branch(monkeypatch: pytest.MonkeyPatch) -> None:
     over = {"omega": (0.3, 3.0), "alpha": (0.2, 3.0)}
     program = program_of("velocity", over, BESIDE, True, (), None, START, None)

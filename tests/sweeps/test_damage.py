@@ -263,6 +263,7 @@ def test_a_store_of_which_nothing_tells_the_sweep_is_left_alone(
     assert contents(path) == before
 
 
+@pytest.mark.long
 def test_a_run_killed_at_its_end_is_not_taken_for_damaged(
     stores: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
