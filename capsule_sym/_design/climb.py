@@ -50,8 +50,6 @@ class Places:
     """Function to minimise: the objective, with a penalty beyond limits."""
     slope: Matrix
     """Derivatives of the merit by the scaled variables."""
-    multiplier: Vector
-    """Largest multiplier of all scenarios."""
     found: list[Performances]
     """Motions of each scenario."""
 
@@ -86,7 +84,7 @@ def places_of(program: Program, u: Matrix, found: list[Performances], numbers: A
     sizes = program.sizes
     objective, slopes = np.full((n, m), np.inf), np.zeros((n, m, k))
     slacks, slacks_by = np.full((n, m, len(sizes)), np.inf), np.zeros((n, m, len(sizes), k))
-    rows, good, largest = [], np.ones(n, bool), np.zeros(n)
+    rows, good = [], np.ones(n, bool)
     for j, (scenario, motions) in enumerate(zip(program.scenarios, found, strict=True)):
         grid = Grid(program, scenario, u)
         rows.append(grid.rows)
@@ -96,10 +94,8 @@ def places_of(program: Program, u: Matrix, found: list[Performances], numbers: A
         count = len(program.limits)
         slacks[:, j, :count] = values.slacks / sizes[:count]
         slacks_by[:, j, :count] = values.slacks_by / sizes[:count, None]
-        multiplier = abs(motions.multipliers[:, 0])
-        largest = np.maximum(largest, multiplier)
         if program.margin is not None:
-            slacks[:, j, -1] = 1 - program.margin - multiplier
+            slacks[:, j, -1] = 1 - program.margin - abs(motions.multipliers[:, 0])
         good &= attracting(motions, gradients=True) & (np.asarray(numbers)[:, j] > 0)
     at = np.arange(n)
     which = objective.argmax(axis=1)
@@ -121,7 +117,6 @@ def places_of(program: Program, u: Matrix, found: list[Performances], numbers: A
         beyond,
         np.where(good, merit, np.inf),
         np.where(good[:, None], slope, 0.0),
-        largest,
         found,
     )
 

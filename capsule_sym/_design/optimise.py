@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from capsule_sym._arrays import Vector
 from capsule_sym._design.counts import FOLLOW, SAMPLES, SEED
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum
@@ -104,7 +103,8 @@ def program_of(
 ) -> Program:
     """Optimisation problem of checked arguments; raises InvalidInput."""
     system = system_of(base)
-    names, low, high = _bounds(over, system)
+    _check_bounds(over, system)
+    low, high = np.array([[float(end) for end in bounds] for bounds in over.values()]).T
     if margin is not None and not (real(margin) and 0 <= margin < 1):
         raise InvalidInput("margin", margin, "from 0 to below 1")
     if isinstance(subject_to, str):
@@ -116,7 +116,7 @@ def program_of(
     seeds = tuple(dict.fromkeys(one.state for one in scenarios))
     program = Program(
         system=system,
-        names=names,
+        names=tuple(over),
         low=low,
         high=high,
         function=function_of("metric", metric, system),
@@ -164,10 +164,8 @@ def checked_survey(samples: int, seed: int, follow: int) -> Survey:
     return Survey(samples, seed, follow)
 
 
-def _bounds(
-    over: Mapping[str, Sequence[float]], system: System
-) -> tuple[tuple[str, ...], Vector, Vector]:
-    """Names of the variables, and their bounds."""
+def _check_bounds(over: Mapping[str, Sequence[float]], system: System) -> None:
+    """Raises InvalidInput for variables and bounds that are not allowed."""
     if not isinstance(over, Mapping) or not over:
         raise InvalidInput("over", over, "one parameter or more, each with its bounds")
     for name, bounds in over.items():
@@ -181,5 +179,3 @@ def _bounds(
         if not least <= ends[0] < ends[1]:
             above = told.replace("from", "above") if least > 0 else told
             raise InvalidInput(f"bounds of {name}", ends, above)
-    low, high = np.array([[float(end) for end in bounds] for bounds in over.values()]).T
-    return tuple(over), low, high

@@ -6,10 +6,9 @@ that of the worst scenario; limits hold in all scenarios.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from capsule_sym._design.quantities import (
 )
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time
-from capsule_sym._parameters import SceneParameters, names_of
+from capsule_sym._parameters import names_of
 from capsule_sym._systems import factors_of
 
 _FAR = 0.25  # slack of stability above which no derivative is computed
@@ -198,23 +197,24 @@ class Program:
 
     def settled(self, u: Vector) -> tuple[Motion, ...] | None:
         """Motions on which the scenarios' starts settle; None if one of them has none."""
-        found = []
-        for one, system in zip(self.scenarios, self.systems_at(u), strict=True):
-            motion = evaluation.settle(dimensionless(system), one.state)
-            if motion is None:
-                return None
-            found.append(motion)
-        return tuple(found)
+        pairs = zip(self.scenarios, self.systems_at(u), strict=True)
+        return _every(evaluation.settle(dimensionless(system), one.state) for one, system in pairs)
 
     def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """Motions continued to other variables; None if one is lost."""
-        return self._moved(partial(evaluation.continue_motion, again=self.again), motions, u)
+        pairs, again = zip(motions, self.systems_at(u), strict=True), self.again
+        return _every(
+            evaluation.continue_motion(one, dimensionless(system), again) for one, system in pairs
+        )
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """The orbits of the same itineraries at other variables, admissible or not."""
         if self.budget is not None:
             self.budget.spend()
-        return self._moved(evaluation.same_itinerary_at, motions, u)
+        pairs = zip(motions, self.systems_at(u), strict=True)
+        return _every(
+            evaluation.same_itinerary_at(one, dimensionless(system)) for one, system in pairs
+        )
 
     def begin(self, u: Vector) -> Place | None:
         """Place with the motions of the scenarios' own starts; None if a start has no motion."""
@@ -230,21 +230,6 @@ class Program:
     def beside(self, near: Place, u: Vector) -> Place | None:
         """Place at other variables, its motions continued from a known one."""
         return self.place(u, self.followed(near.motions, u))
-
-    def _moved(
-        self,
-        how: Callable[[Motion, SceneParameters], Motion | None],
-        motions: Sequence[Motion],
-        u: Vector,
-    ) -> tuple[Motion, ...] | None:
-        found = []
-        for motion, system in zip(motions, self.systems_at(u), strict=True):
-            check_time()
-            moved = how(motion, dimensionless(system))
-            if moved is None:
-                return None
-            found.append(moved)
-        return tuple(found)
 
     def at(self, u: Vector, motions: tuple[Motion, ...], every: bool = False) -> Place:
         """Objective and slacks of motions at u.
@@ -290,3 +275,14 @@ class Program:
         if self.margin is not None:
             found.append(f"largest multiplier <= {1 - self.margin:g}")
         return tuple(found)
+
+
+def _every(motions: Iterable[Motion | None]) -> tuple[Motion, ...] | None:
+    """The motions of all scenarios; None if one is missing."""
+    found = []
+    for motion in motions:
+        check_time()
+        if motion is None:
+            return None
+        found.append(motion)
+    return tuple(found)

@@ -20,7 +20,8 @@ from capsule_sym._design.quantities import System, real
 from capsule_sym._design.residuals import PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
-from capsule_sym._parameters import SceneDevice, names_of
+from capsule_sym._parameters import names_of
+from capsule_sym._systems import drives
 
 _OF_RUN = ("name", "file", "state", "phase")
 _OF_RIG = ("unknown", "each", "scale", "slip", "bounds", "run")
@@ -106,7 +107,7 @@ def _recorded(rig: Rig, run: RigRun, system: System) -> Recorded:
     with _within(run.name):
         data = measured(run.data)
     own = names_of(system)
-    for name in _drive(system):
+    for name in [*drives(system)][:2]:
         if name not in run.drive:
             raise InvalidInput(f"{run.name}: {name}", "missing", "given for each run")
     for name, value in run.drive.items():
@@ -155,14 +156,6 @@ def _unknown(rig: Rig, series: Sequence[str], own: Sequence[str]) -> tuple[str, 
     left = [one for one in scales if one.removeprefix("scale_") not in series]
     found = [name for name in named if name not in (*left, "drift")]
     return (*found, *(drifts if "drift" in named else ()), *offsets)
-
-
-def _drive(system: System) -> list[str]:
-    """Names of the amplitude and frequency of a system's drive."""
-    if not isinstance(system, SceneDevice):
-        return ["alpha", "omega"]
-    tied = system.scene.facts.DRIVEN.items()
-    return [name for name, (parameter, _) in tied if parameter in ("alpha", "omega")]
 
 
 def read_rig(path: str | PathLike[str]) -> Rig:

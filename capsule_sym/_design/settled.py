@@ -31,6 +31,11 @@ class Settled(NamedTuple):
     found: Performances
     period_numbers: NDArray[np.int64]
 
+    def put(self, some: NDArray[np.intp], found: Performances, period_numbers: Any) -> None:
+        """Replace some of the motions."""
+        self.found.records[some], self.found.fields[some] = found.records, found.fields
+        self.period_numbers[some] = period_numbers
+
     def branch(self, i: int) -> tuple[int, ...]:
         """Period number and itinerary of motion i."""
         return branch_of(self.found, i, int(self.period_numbers[i]))
@@ -68,8 +73,7 @@ def settle_many(
     as long, and so on for stretches of at most `most`, one number or one for each row.
     """
     count = len(rows)
-    stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
-    records, numbers = np.zeros(count, scene.records.ORBIT), np.zeros(count, np.int64)
+    whole = _nothing(count, scene)
     left, length = np.arange(count), first
     begin = np.broadcast_to(np.asarray(states, dtype=float), (count, 3))
     at = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
@@ -89,23 +93,26 @@ def settle_many(
         seen = min(length, 2 * LONGEST + 1)
         marks = run.kept[run.offsets[1:][run.success, None] + np.arange(-seen, 0)]
         found, number = _arrived(rows[left], marks, gradients, scene)
-        here = left[number > 0]
-        records[here], fields[here] = found.records[number > 0], found.fields[number > 0]
-        numbers[here] = number[number > 0]
+        whole.put(left[number > 0], found.of(number > 0), number[number > 0])
         begin, at = marks[number == 0, -1], np.zeros(int((number == 0).sum()))
         left, length = left[number == 0], 2 * length
         on = most[left] >= length
         left, begin, at = left[on], begin[on], at[on]
-    return Settled(Performances(records, stops, fields, scene), numbers)
+    return whole
 
 
-def _arrived(
-    rows: Vector, marks: Vector, gradients: bool, scene: Scene
-) -> tuple[Performances, NDArray[np.int64]]:
+def _nothing(count: int, scene: Scene) -> Settled:
+    """Room for the motions of so many starts."""
+    fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
+    records, stops = np.zeros(count, scene.records.ORBIT), np.zeros(count, np.int8)
+    return Settled(Performances(records, stops, fields, scene), np.zeros(count, np.int64))
+
+
+def _arrived(rows: Vector, marks: Vector, gradients: bool, scene: Scene) -> Settled:
     """Motions at the ends of n runs, from their last stroboscopic states (n, m, 3)."""
     count, last = len(rows), marks[:, -1]
-    stops, fields = np.zeros(count, np.int8), np.zeros((count, MOST_SEGMENTS), np.uint8)
-    records, numbers = np.zeros(count, scene.records.ORBIT), np.zeros(count, np.int64)
+    whole = _nothing(count, scene)
+    numbers = whole.period_numbers
     size, least = 1 + abs(marks[:, -LONGEST:]).max(axis=(1, 2), initial=0.0), np.full(count, np.inf)
     for number in range(1, min(LONGEST, (marks.shape[1] - 1) // 2) + 1):
         before = marks[:, -1 - number]
@@ -127,9 +134,8 @@ def _arrived(
         nearer = (far <= _NEAR * size[some]) & (far < abs(before[some] - found.states).max(axis=1))
         # The run is on the motion, or approaches it period by period.
         good &= (far <= _ARRIVED * size[some]) | nearer
-        records[some[good]], fields[some[good]] = found.records[good], found.fields[good]
-        numbers[some[good]] = number
-    return Performances(records, stops, fields, scene), numbers
+        whole.put(some[good], found.of(good), number)
+    return whole
 
 
 def attracting(found: Performances, gradients: bool = False) -> NDArray[np.bool_]:
