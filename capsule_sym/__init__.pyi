@@ -90,20 +90,20 @@ from capsule_sym._orbits.continuation.branches.branch import BranchPoint as Bran
 from capsule_sym._orbits.continuation.branches.continuing import (
     continue_both_ways as continue_both_ways,
 )
+from capsule_sym._orbits.continuation.branches.continuing import continue_from as continue_from
 from capsule_sym._orbits.continuation.branches.continuing import continue_orbit as continue_orbit
+from capsule_sym._orbits.continuation.branches.continuing import (
+    period_doubling_cascade as period_doubling_cascade,
+)
 from capsule_sym._orbits.continuation.branches.saved import labelled_point as labelled_point
 from capsule_sym._orbits.continuation.branches.saved import orbit_from_record as orbit_from_record
 from capsule_sym._orbits.continuation.branches.saved import read_branch as read_branch
-from capsule_sym._orbits.continuation.branches.switching import continue_from as continue_from
-from capsule_sym._orbits.continuation.branches.switching import (
-    period_doubling_cascade as period_doubling_cascade,
-)
 from capsule_sym._orbits.continuation.curves.continuing import (
     continue_bifurcation as continue_bifurcation,
 )
 from capsule_sym._orbits.continuation.curves.continuing import curves_from as curves_from
 from capsule_sym._orbits.continuation.curves.curve import Curve as Curve
-from capsule_sym._orbits.continuation.families.states import Ending as Ending
+from capsule_sym._orbits.continuation.families.family import Ending as Ending
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath as ParameterPath
 from capsule_sym._orbits.continuation.parameter_paths import device_path as device_path
 from capsule_sym._orbits.continuation.parameter_paths import parameter_path as parameter_path

@@ -18,10 +18,9 @@ from capsule_sym._attractors.destinations import Destinations
 from capsule_sym._attractors.neighbourhoods import NONE, run_rows, stroboscopic
 from capsule_sym._map.many import Trajectories
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import newton_orbit, solve_orbit
-from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
 
 _PERIODS, _SLOW = 1024, 20.0  # of a run, plus the time in which the motion attracts by e^20
 _PATIENCE, _QUICK = 128, 4.0  # the same, after which a run counts as lost at first

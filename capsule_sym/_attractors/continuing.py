@@ -35,7 +35,7 @@ from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch, check_time, core_of, present
 from capsule_sym._orbits.continuation.branches.branch import Branch
 from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
-from capsule_sym._orbits.continuation.families.states import Ending
+from capsule_sym._orbits.continuation.families.family import Ending
 from capsule_sym._orbits.continuation.parameter_paths import (
     Function,
     ParameterPath,

@@ -23,9 +23,8 @@ from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.continuing import continue_straight
 from capsule_sym._orbits.metrics.work import drive_work
-from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
 from capsule_sym._parameters import SceneDevice, SceneParameters
 from capsule_sym._systems import System, dimensionless, drives, factors_of, real
 

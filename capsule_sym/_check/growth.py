@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from capsule_sym._design.sensitivities import ending_guard
 from capsule_sym._map import Segment, Trajectory
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.guards import guard_by
+from capsule_sym._orbits.shooting.closed import ClosedForms, guard_by
 from capsule_sym._orbits.shooting.itinerary import drift, level
 from capsule_sym._orbits.shooting.stability import field, flows, landing
 

@@ -74,7 +74,7 @@ def _print(
     motion: capsule_sym.SteadyMotion | None,
     physical: options.Device,
 ) -> None:
-    from capsule_sym._map.dragging import dragged
+    from capsule_sym._map.drift import dragged
     from capsule_sym._map.steady import shown_progression
 
     console = present.make_console()

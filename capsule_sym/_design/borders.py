@@ -25,9 +25,8 @@ from capsule_sym._orbits.shooting.admissibility import (
     Inequality,
     inequalities,
 )
-from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.closed import ClosedForms, chained, guard_by
 from capsule_sym._orbits.shooting.equations import BY_TIME, angle_row, shooting
-from capsule_sym._orbits.shooting.guards import chained, guard_by
 from capsule_sym._orbits.shooting.itinerary import contact, drift, field_of, level
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers

@@ -39,7 +39,7 @@ from capsule_sym._design.quantities import dimensionless
 from capsule_sym._design.slide import room, slid
 from capsule_sym._design.stationary import rough
 from capsule_sym._design.survey import Candidate, Survey, Surveyor
-from capsule_sym._map.dragging import mean_force
+from capsule_sym._map.drift import mean_force
 from capsule_sym._map.result import record
 from capsule_sym._native import check_time
 

@@ -20,7 +20,7 @@ from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.program import Place, Program
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.parameter_paths import Slope
-from capsule_sym._orbits.metrics.peaks import peaks_of_force
+from capsule_sym._orbits.metrics.performance import peaks_of_force
 from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
 from capsule_sym._orbits.shooting.closed import ClosedForms
 

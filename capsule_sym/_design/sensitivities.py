@@ -20,9 +20,8 @@ from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.segments import Records
 from capsule_sym._native import Watch, check_time, core_of, present
-from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.closed import ClosedForms, guard_by
 from capsule_sym._orbits.shooting.equations import BY_TIME, total
-from capsule_sym._orbits.shooting.guards import guard_by
 from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
 from capsule_sym._parameters import CAPSULE, Scene
 

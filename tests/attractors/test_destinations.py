@@ -18,7 +18,7 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
-from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.symmetry import same
 
 BISTABLE = Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
 # Of periods 4 and 6, the second with a small basin in the middle of the first's.

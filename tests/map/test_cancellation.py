@@ -16,7 +16,7 @@ from capsule_sym import Outcome, Parameters, simulate
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.location import Switch
-from capsule_sym._map.segment_end import reached, tells
+from capsule_sym._map.reference import reached, tells
 from capsule_sym._native import core
 from tests.map import Motion
 

@@ -13,7 +13,7 @@ from capsule_sym import (
     solve_itinerary,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.points import bifurcation, conditions, kinds
+from capsule_sym._orbits.continuation.points import bifurcation, extended, kinds
 from capsule_sym._orbits.continuation.points.bifurcation import refined
 from capsule_sym._orbits.continuation.points.extended import ExtendedSystem
 from capsule_sym._orbits.continuation.points.kinds import (
@@ -194,8 +194,8 @@ def test_the_test_functions_vanish_with_the_multipliers(monkeypatch, seed: int) 
         else:
             block = np.diag([a, b, c])
         matrix = base @ block @ np.linalg.inv(base)
-        monkeypatch.setattr(conditions, "monodromy_matrix", lambda orbit: matrix)
-        return conditions.evaluate_test_functions(None)
+        monkeypatch.setattr(extended, "monodromy_matrix", lambda orbit: matrix)
+        return extended.evaluate_test_functions(None)
 
     assert at([1.0, 0.3, -0.4])[FOLD] == pytest.approx(0, abs=1e-12)
     assert at([-1.0, 0.3, 0.5])[PERIOD_DOUBLING] == pytest.approx(0, abs=1e-12)

@@ -27,7 +27,7 @@ from capsule_sym._map.backend import backend
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.continuing import axis_within, follow_both_ways
 from capsule_sym._orbits.continuation.points.kinds import FOLD
-from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.symmetry import same
 from tests.finals import final_states, parameter_rows
 
 BESIDE_THREE = Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)

@@ -21,7 +21,7 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._orbits.continuation.branches import branch as branch_run
-from capsule_sym._orbits.continuation.families.arclength import least_between, least_slope_between
+from capsule_sym._orbits.continuation.families.family import least_between, least_slope_between
 from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
     CORNER,

@@ -16,12 +16,11 @@ from capsule_sym import (
 )
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.curves.curve import CurveRun
-from capsule_sym._orbits.continuation.families.arclength import corrected
-from capsule_sym._orbits.continuation.families.states import Problem
+from capsule_sym._orbits.continuation.families.family import Problem, corrected
 from capsule_sym._orbits.continuation.families.stepping import Continuation
 from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
-from capsule_sym._orbits.continuation.points.conditions import of_matrix
+from capsule_sym._orbits.continuation.points.extended import of_matrix
 from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
     CROSSING,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import Itinerary, Orbit, solve_itinerary
-from capsule_sym._orbits.shooting.identity import primitive, same
+from capsule_sym._orbits.shooting.symmetry import primitive, same
 from tests.orbits.branches import settled
 
 

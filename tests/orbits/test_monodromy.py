@@ -7,7 +7,7 @@ import pytest
 
 from capsule_sym import Orbit
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.points.conditions import (
+from capsule_sym._orbits.continuation.points.extended import (
     evaluate_test_functions,
     gradient_of_test_function,
 )

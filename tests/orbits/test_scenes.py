@@ -32,7 +32,7 @@ from capsule_sym import (
     whole_orbit,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._map.dragging import dragged
+from capsule_sym._map.drift import dragged
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import core_of
 from capsule_sym._orbits.continuation.points.bifurcation import refined

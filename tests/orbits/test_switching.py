@@ -19,10 +19,10 @@ from capsule_sym import (
     continue_orbit,
     period_doubling_cascade,
 )
-from capsule_sym._orbits.continuation.branches import switching
+from capsule_sym._orbits.continuation.branches import continuing
 from capsule_sym._orbits.continuation.points.kinds import FOLD, PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.records import branch_record
-from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.symmetry import same
 from capsule_sym._records import dumps
 from tests.orbits.branches import hysteretic, settled, upwards
 
@@ -162,7 +162,7 @@ def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> 
 
 
 def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(switching, "_doubled", lambda *_: None)
+    monkeypatch.setattr(continuing, "_doubled", lambda *_: None)
     (lost,) = period_doubling_cascade(light(), 1)
     assert (lost.origin, lost.status, lost.points) == ("PD1", Ending.NOT_CONVERGED, ())
     assert lost.message == "no doubled orbit is found beside PD1"

@@ -18,12 +18,11 @@ from capsule_sym._orbits.continuation.branches.continuing import (
     axis_within,
     follow_both_ways,
 )
-from capsule_sym._orbits.continuation.families.states import Ending
+from capsule_sym._orbits.continuation.families.family import Ending
 from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.admissibility import rerun
-from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import (
     checked_box,
@@ -32,6 +31,7 @@ from capsule_sym._orbits.shooting.search import (
     solve_orbit,
 )
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
+from capsule_sym._orbits.shooting.symmetry import same
 from capsule_sym._parameters import SceneParameters
 
 _MOST_STARTS, _MOST_PERIODS = 100_000, 16

@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
-from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.guards import chained
+from capsule_sym._orbits.shooting.closed import ClosedForms, chained
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment, contact, level
 from capsule_sym._parameters import CAPSULE
 

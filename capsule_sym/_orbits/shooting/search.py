@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import Segment, Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds
-from capsule_sym._map.dragging import dragged
+from capsule_sym._map.drift import dragged
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.admissibility import is_admissible, rerun, tightest
-from capsule_sym._orbits.shooting.identity import primitive, same
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, OrbitStatus, solve_itinerary
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
+from capsule_sym._orbits.shooting.symmetry import primitive, same
 from capsule_sym._parameters import Scene, SceneParameters
 
 _BLOCK = 64  # excitation periods before the first test for a periodic motion

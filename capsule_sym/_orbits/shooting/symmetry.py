@@ -1,4 +1,4 @@
-"""Orbits that are their own mirror image, solved by their first halves.
+"""Identity of orbits, and those that are their own mirror image, solved by their first halves.
 
 Without a load, with equal friction bounds, and while a single stop exerts no force or two stops are
 equal, the capsule is symmetric under (x_r, v_r, v_c, tau) -> (-x_r, -v_r, -v_c, tau + pi/omega). On
@@ -15,8 +15,10 @@ single stop.
 from __future__ import annotations
 
 from dataclasses import replace
+from math import gcd
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
@@ -177,3 +179,49 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
         unknowns = np.array([*turned.z[:4], *durations])
         system = shooting(numbers, orbit.values, plain, unknowns)
     return Orbit(orbit.values, plain, unknowns, system, orbit.backend, orbit.iterations)
+
+
+def same(orbit: Orbit, other: Orbit) -> bool:
+    """True if two orbits are equal, also if they begin at different switches."""
+    if orbit.itinerary.period_number != other.itinerary.period_number or len(
+        orbit.itinerary
+    ) != len(other.itinerary):
+        return False
+    return any(
+        orbit.itinerary.fields == other.itinerary.rotated(i).fields and _alike(orbit, 0, other, i)
+        for i in range(len(other.itinerary))
+    )
+
+
+def same_start(orbit: Orbit, other: Orbit) -> bool:
+    """True if two orbits of one itinerary begin in the same state."""
+    return orbit.itinerary == other.itinerary and _alike(orbit, 0, other, 0)
+
+
+def primitive(orbit: Orbit) -> Orbit:
+    """The orbit traversed once: that of the shortest itinerary that it repeats."""
+    itinerary, most = orbit.itinerary, gcd(len(orbit.itinerary), orbit.itinerary.period_number)
+    for times in range(most, 1, -1):
+        count = len(itinerary) // times
+        if most % times or itinerary.fields != itinerary.fields[:count] * times:
+            continue
+        turns = itinerary.period_number // times
+        once = Itinerary(itinerary.segments[:count], turns, scene=itinerary.scene)
+        found = solve_itinerary(
+            orbit.values, once, list(orbit.z[: 4 + count]), backend=orbit.backend
+        )
+        if found.success and all(_alike(orbit, i, found, i % count) for i in range(len(itinerary))):
+            return found
+    return orbit
+
+
+def _alike(orbit: Orbit, segment: int, other: Orbit, its: int) -> bool:
+    one, two = _place(orbit, segment), _place(other, its)
+    return bool(abs(one - two).max() < _SAME * (1 + abs(one).max()))
+
+
+def _place(orbit: Orbit, segment: int) -> NDArray[np.float64]:
+    """State and forcing at a segment's start."""
+    flow = orbit.system.flows[segment]
+    angle = float(flow.angle)
+    return np.array([*flow.start, np.cos(angle), np.sin(angle)], dtype=float)

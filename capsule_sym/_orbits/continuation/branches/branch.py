@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._orbits.continuation.families.family import Family
-from capsule_sym._orbits.continuation.families.states import (
+from capsule_sym._orbits.continuation.families.family import (
     Ending,
     Event,
+    Family,
     SmoothEvent,
     State,
     Step,
@@ -33,10 +33,16 @@ from capsule_sym._orbits.continuation.points.bifurcation import (
 from capsule_sym._orbits.continuation.points.extended import EventSolution, orbit_at
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.equations import Vector
-from capsule_sym._orbits.shooting.identity import same, same_start
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
-from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, half_itinerary, whole_orbit
+from capsule_sym._orbits.shooting.symmetry import (
+    BROKEN,
+    KEPT,
+    half_itinerary,
+    same,
+    same_start,
+    whole_orbit,
+)
 
 _Point = TypeVar("_Point")
 

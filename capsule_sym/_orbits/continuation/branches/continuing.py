@@ -3,28 +3,53 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.checks import check_count
 from capsule_sym._native import Watch
-from capsule_sym._orbits.continuation.branches.branch import Branch, BranchRun
-from capsule_sym._orbits.continuation.families.states import Ending, Problem, State, Stop
-from capsule_sym._orbits.continuation.families.stepping import Continuation, first_half
+from capsule_sym._orbits.continuation.branches.branch import (
+    Branch,
+    BranchPoint,
+    BranchRun,
+    failure_of,
+    halves_apart,
+)
+from capsule_sym._orbits.continuation.families.family import (
+    OUT_OF_TIME,
+    Ending,
+    Problem,
+    State,
+    Stop,
+)
+from capsule_sym._orbits.continuation.families.stepping import (
+    Continuation,
+    Start,
+    doubled_starts,
+    first_half,
+    vanishing,
+)
 from capsule_sym._orbits.continuation.parameter_paths import (
     Axis,
     Function,
     ParameterPath,
+    chosen_path,
     parameter_path,
 )
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
+from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING, SYMMETRY_BREAKING
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
-from capsule_sym._orbits.shooting.admissibility import is_admissible
+from capsule_sym._orbits.shooting.admissibility import is_admissible, tightest
 from capsule_sym._orbits.shooting.equations import Vector
-from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
-from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._orbits.shooting.search import orbit_at
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, same, springless, whole_orbit
 from capsule_sym._parameters import SceneParameters
 
 _SHARE = "share"  # parameter of a straight line, from 0 to 1
@@ -197,3 +222,182 @@ class _PassingRun(BranchRun):
             if min(orbit.durations) > 0 and is_admissible(orbit):
                 return orbit
         return None
+
+
+_DEEPEST = 16  # period doublings in a row: to 65,536 periods
+
+
+def continue_from(
+    source: Branch | Path | str,
+    label: str,
+    to: float,
+    *,
+    parameter: str | None = None,
+    points: int = 100,
+    ties: Mapping[str, Function | str] | None = None,
+    settings: ContinuationSettings = DEFAULT,
+    max_seconds: float = math.inf,
+) -> tuple[Branch, ...]:
+    """All branches that leave a labelled point of a branch, or of its file, towards a value.
+
+    `parameter` and `ties`, as in `continue_orbit`, are by default those of the branch, with its
+    units. `settings` are those of `continue_orbit`. The result depends on the point:
+
+    - period doubling: the branch itself and that of the doubled orbits;
+    - symmetry breaking: the branch itself, and two branches that are mirror images of each other;
+    - fold: its two sides;
+    - border collision: the branches on the side of `to`, at a non-smooth fold two or none.
+
+    The `origin` of a branch is the label; of several branches "PD1.1", "PD1.2", and so on. After
+    `max_seconds` the branches end with status "time-limit", some without points. Raises
+    InvalidInput for an unknown label, a file of another version, a value that the parameter cannot
+    have, and if no branch leaves in that direction.
+    """
+    if isinstance(source, Branch):
+        own, point = source.axis.path, source.at(label)
+        path = chosen_path(own.name, lambda: own, parameter, ties, own.scene)
+    else:
+        from capsule_sym._orbits.continuation.branches.saved import labelled_point
+
+        path, point = labelled_point(source, label, parameter, ties)
+    axis = axis_from(point.orbit, path, to)
+    scene = point.orbit.scene
+    with computing(points, settings, max_seconds, scene) as (numbers, limit), limit:
+        varies = {path.name, *dict(path.ties)}
+        if any(name in varies for _, name in scene.facts.STOPS) and springless(point.orbit):
+            point = _with_contact(point, label)
+        starts = list(_leaving(Problem(numbers, (axis,), settings), point))
+        ahead = [start for start in starts if start.state.u[-1] > 0]
+        names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
+        both = zip(ahead, names, strict=True)
+        found = [_followed(start, points, name) for start, name in both]
+        if not starts:
+            allowed = f"a point from which a branch in {path.name} starts"
+            raise InvalidInput("label", label, f"{allowed}")
+        if not found:
+            side = f"{'below' if to > axis.begin else 'above'} {axis.begin}"
+            raise InvalidInput("to", to, f"{side}: no branch starts at {label} that way")
+        return tuple(found)
+    return (Branch(axis, (), (), *OUT_OF_TIME, label),)
+
+
+def _followed(start: Start, points: int, origin: str) -> Branch:
+    run = BranchRun(start.continuation, points, origin)
+    return run.go(start.state.u, start.state.tangent, start.smooth)
+
+
+def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
+    """The point where all stops have stiffness 0, with the itinerary beyond it, in contact."""
+    orbit = None
+    if isinstance(point, BranchPoint):
+        parameters, period_number = point.orbit.parameters, point.orbit.itinerary.period_number
+        state = point.orbit.trajectory()(parameters.period * period_number)
+        orbit = orbit_at(parameters, state.tolist(), period_number)
+    if orbit is None:
+        allowed = "EP1 or EP2 if beta varies from 0, for a motion that passes the stop"
+        raise InvalidInput("label", label, allowed)
+    return BranchPoint(point.value, orbit, tightest(orbit))
+
+
+def period_doubling_cascade(
+    branch: Branch,
+    depth: int,
+    *,
+    points: int = 100,
+    settings: ContinuationSettings = DEFAULT,
+    max_seconds: float = math.inf,
+) -> tuple[Branch, ...]:
+    """Branches of doubled orbits that leave a branch, and those that leave them, to a depth.
+
+    Each is continued to the ends of the range of the first branch, in its units. A branch that ends
+    at a period doubling of a known branch names it in its message; it is not continued from there
+    again. After `max_seconds` the last branch ends with status "time-limit". `settings` are those
+    of `continue_orbit`. Raises InvalidInput for a depth that is not allowed.
+    """
+    check_count("depth", depth, 0, _DEEPEST)
+    found: list[Branch] = []
+    scene = branch.axis.path.scene
+    with computing(points, settings, max_seconds, scene) as (numbers, limit), limit:
+        level, problem = [branch], Problem(numbers, (branch.axis,), settings)
+        for _ in range(depth):
+            before = len(found)
+            for one in level:
+                found.extend(_doubled_of(problem, one, points))
+            level = found[before:]
+        return tuple(found)
+    return (*found, Branch(branch.axis, (), (), *OUT_OF_TIME))
+
+
+def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branch]:
+    """Branches of doubled orbits that leave a branch, each once."""
+    last = branch.bifurcations[-1:] if branch.status is Ending.PERIOD_HALVED else ()
+    reached: set[str] = set()
+    for one in branch.bifurcations:
+        if one.type != PERIOD_DOUBLING or one.label in reached or one in last:
+            continue
+        start = _doubled(problem, one.orbit)
+        origin = f"{branch.origin}/{one.label}".lstrip("/")
+        if start is None:
+            lost = f"no doubled orbit is found beside {one.label}"
+            yield Branch(problem.axes[0], (), (), Ending.NOT_CONVERGED, lost, origin)
+            continue
+        new = _followed(start, points, origin)
+        at = _arrival(new, branch) if new.status is Ending.PERIOD_HALVED else None
+        if at is not None:
+            reached.add(at.label)
+            name = f"branch {branch.origin}" if branch.origin else "the first branch"
+            new = replace(new, message=f"{new.message}: {at.label} of {name}")
+        yield new
+
+
+def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
+    """Period doubling of a branch at which another branch ends."""
+    end = new.bifurcations[-1].orbit
+    doublings = (one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
+    return next((one for one in doublings if same(one.orbit, end)), None)
+
+
+def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start]:
+    """Admissible states beside a point, on all sides."""
+    found = list(_sides(problem, point))
+    if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
+        found.append(_doubled(problem, point.orbit))
+    half = first_half(point.orbit, problem.axes)
+    if isinstance(point, Bifurcation) and point.type == SYMMETRY_BREAKING and half is not None:
+        found += [_doubled(problem, half, side) for side in (1, -1)]
+    for start in found:
+        if start is not None and not failure_of(start.state):
+            yield start._replace(state=start.continuation.symmetric(start.state))
+
+
+def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start | None]:
+    """States on both sides of a point, of one itinerary or two; None on a side without a state."""
+    orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
+    if segment is None:
+        orbit = first_half(orbit, problem.axes) or orbit
+        for side in range(2):
+            one = Continuation(problem, orbit)
+            u = one.unknowns(orbit)
+            start = one.neighbour(u, one.directions(u)[side])
+            yield start and start._replace(smooth=())
+        return
+    assert isinstance(point, Bifurcation)
+    if point.symmetry == KEPT:
+        orbit, half_segment = halved_at(orbit, segment) or (orbit, segment)
+        segment = segment if half_segment is None else half_segment
+    one = Continuation(problem, orbit)
+    yield one.neighbour(one.unknowns(orbit), one.direction(segment))
+    with suppress(InvalidInput, Stop):
+        yield Continuation(problem, orbit).cross(vanishing(orbit, segment))
+
+
+def _doubled(problem: Problem, orbit: Orbit, side: int = 1) -> Start | None:
+    """State on the branch of doubled orbits, beside the orbit at its period doubling.
+
+    For half an orbit at a symmetry breaking: the state on the branch of one `side`.
+    """
+    for distance, start in doubled_starts(problem, orbit, side=side):
+        apart = halves_apart(start.state.orbit, distance / 2, orbit.itinerary.mirrored)
+        if apart and not failure_of(start.state):
+            return start
+    return None

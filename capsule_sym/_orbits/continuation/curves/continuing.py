@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._orbits.continuation.curves.curve import Curve, CurveRun
-from capsule_sym._orbits.continuation.families.states import (
+from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
     Ending,
     Problem,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._native import TimeUp
-from capsule_sym._orbits.continuation.families.states import (
+from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
     Ending,
     Event,
@@ -26,12 +26,12 @@ from capsule_sym._orbits.continuation.points.bifurcation import (
     CurvePoint,
     solution_fields,
 )
-from capsule_sym._orbits.continuation.points.conditions import (
+from capsule_sym._orbits.continuation.points.extended import (
+    EventSolution,
     evaluate_test_functions,
     has_rotations,
     noise,
 )
-from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
 from capsule_sym._orbits.shooting.symmetry import whole_orbit

@@ -1,24 +1,219 @@
-"""Families of periodic orbits in their parameters: equations, conditions, and states."""
+"""Families of periodic orbits in their parameters: states, Newton's method, and test functions."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._orbits.continuation.families.arclength import Solution, corrected, tangent
-from capsule_sym._orbits.continuation.families.states import Ending, Problem, State, Stop
+from capsule_sym._map.backend import Backend
+from capsule_sym._orbits.continuation.parameter_paths import Axis
 from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.conditions import Condition, evaluate_test_functions
 from capsule_sym._orbits.continuation.points.extended import (
+    Condition,
+    Evaluation,
     EventSolution,
     ExtendedSystem,
     OrbitEquations,
+    evaluate_test_functions,
 )
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
 from capsule_sym._orbits.shooting.admissibility import Inequality, inequalities
-from capsule_sym._orbits.shooting.changes import zero_segments
-from capsule_sym._orbits.shooting.equations import Vector
+from capsule_sym._orbits.shooting.changes import Change, zero_segments
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
+
+
+class Ending(StrEnum):
+    """Reason for the end of a branch or a curve."""
+
+    #: The parameter has reached the target value, or the border of its range.
+    REACHED = "reached"
+    #: The path returned to its start.
+    RETURNED = "returned"
+    #: The parameter returned to its start value, on another orbit.
+    TURNED_BACK = "turned-back"
+    #: The two halves of a period-doubled orbit became equal: a branch of half the period.
+    PERIOD_HALVED = "period-halved"
+    #: The orbit became its own mirror image: a branch of symmetric orbits.
+    SYMMETRIC = "symmetric"
+    #: Newton's method found no further point, even at the shortest step.
+    NOT_CONVERGED = "not-converged"
+    #: An inequality of the itinerary fails, and no admissible orbit continues the branch.
+    NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
+    #: The mean force of drive and load reaches friction: beyond, no motion is periodic.
+    DRAGGED = "dragged"
+    #: The curve ends in a codimension-two point, which is in its list.
+    CODIMENSION_TWO = "codimension-two"
+    #: The largest number of points was reached.
+    TOO_MANY_POINTS = "too-many-points"
+    #: The time limit was reached.
+    TIME_LIMIT = "time-limit"
+
+
+OUT_OF_TIME = Ending.TIME_LIMIT, "time limit reached, or interrupted"
+
+
+class Stop(Exception):
+    """Raised where the path ends, with the reason."""
+
+    def __init__(self, ending: Ending, detail: str) -> None:
+        super().__init__(detail)
+        self.ending, self.detail = ending, detail
+
+
+class Problem(NamedTuple):
+    """Number system, axes and settings that all families of a continuation share."""
+
+    numbers: Backend
+    axes: tuple[Axis, ...]
+    settings: ContinuationSettings = DEFAULT
+
+    def values(self, orbit: Orbit) -> tuple[float, ...]:
+        """Values of the varied parameters."""
+        return tuple(axis.value(orbit.values) for axis in self.axes)
+
+    def where(self, orbit: Orbit) -> str:
+        """The free parameters' values and the itinerary, for a message."""
+        named = zip(self.axes, self.values(orbit), strict=True)
+        values = ", ".join(f"{axis.name} = {value!r}" for axis, value in named)
+        return f"{values}, itinerary {orbit.itinerary}"
+
+
+class State(NamedTuple):
+    """Point of the path: unknowns u, the orbit, its inequalities, tangent and test functions."""
+
+    u: Vector
+    orbit: Orbit
+    held: list[Inequality]
+    tangent: Vector
+    tests: dict[str, float]
+
+    @property
+    def admissible(self) -> bool:
+        """True if all inequalities hold."""
+        return all(one.value > 0 for one in self.held)
+
+
+class SmoothEvent(NamedTuple):
+    """Test function that vanishes between two states, and the share of the step at its zero.
+
+    If the search has failed, `solved` is False and the orbit is that of the first state.
+    """
+
+    type: str
+    ends: tuple[State, State]
+    share: float
+    solution: EventSolution
+    solved: bool = True
+
+
+class Event(NamedTuple):
+    """Failed inequality, the orbit at which it is 0 with a segment of duration 0, and its share."""
+
+    failed: Inequality
+    segment: int
+    change: Change
+    solution: EventSolution
+    share: float
+
+
+class Step(NamedTuple):
+    """State after a step, the events on it in order, and the length of the next step to try."""
+
+    state: State
+    smooth: list[SmoothEvent]
+    event: Event | None
+    at_border: bool
+    next: float
+
+
+_ROUNDING = 2.0**-51
+
+
+class Solution(NamedTuple):
+    """Point of the curve, the equations there, and the number of Newton steps."""
+
+    u: Vector
+    at: Evaluation
+    steps: int
+
+
+Equations = Callable[[Vector], Evaluation]
+
+
+def tangent(by: Matrix, along: Vector) -> Vector:
+    """Unit tangent of the curve where its equations have the derivative `by`, (m + 1,).
+
+    It makes an acute angle with `along`. Raises numpy.linalg.LinAlgError at a branch point.
+    """
+    right = np.zeros(len(along))
+    right[-1] = 1.0
+    direction = np.linalg.solve(np.vstack([by, along]), right)
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
+def corrected(
+    equations: Equations,
+    guess: Vector,
+    normal: Vector,
+    settings: ContinuationSettings = DEFAULT,
+    tolerance: float | None = None,
+) -> Solution | None:
+    """Point of the curve in the plane through the guess, by Newton's method; None if none.
+
+    The iteration ends when a step is within the tolerance, or limited by rounding.
+    """
+    u, size, tolerance = guess, float("inf"), tolerance or settings.newton_tolerance
+    found = None
+    for step in range(1, settings.newton_steps + 1):
+        at = equations(u)
+        if not np.all(np.isfinite(at.residual)):
+            return None
+        rounding = _ROUNDING * (1 + np.max(abs(u)))
+        if size < settings.rounding_step and np.max(abs(at.residual)) <= rounding:
+            return Solution(u, at, step - 1)
+        try:
+            change = np.linalg.solve(
+                np.vstack([at.by, normal]), -np.append(at.residual, normal @ (u - guess))
+            )
+        except np.linalg.LinAlgError:
+            return None
+        u, size = u + change, float(np.linalg.norm(change))
+        if size < tolerance * (1 + np.linalg.norm(u)):
+            found = Solution(u, equations(u), step)
+            # Near a segment of duration 0 the inexact derivative leaves a larger residual.
+            if np.max(abs(found.at.residual)) <= settings.residual_tolerance * (1 + np.max(abs(u))):
+                break
+    return found
+
+
+def least_between(ends: Vector, slopes: Vector) -> float:
+    """Least value on [0, 1] of the cubic with these values and derivatives at 0 and 1."""
+    return _least(_cubic(ends[1] - ends[0], slopes) + ends[0])
+
+
+def least_slope_between(chord: float, slopes: Vector) -> float:
+    """Least derivative on [0, 1] of the cubic with these derivatives at 0 and 1.
+
+    `chord` is the difference of its values at the ends.
+    """
+    return _least(_cubic(chord, slopes).deriv())
+
+
+def _cubic(chord: float, slopes: Vector) -> np.poly1d:
+    """Cubic that is 0 at 0 and `chord` at 1, with these derivatives there."""
+    first, last = slopes
+    return np.poly1d([first + last - 2 * chord, 3 * chord - 2 * first - last, first, 0.0])
+
+
+def _least(polynomial: np.poly1d) -> float:
+    inside = [float(at.real) for at in polynomial.deriv().r if at.imag == 0 and 0 < at.real < 1]
+    return float(min(polynomial(np.array([0.0, 1.0, *inside]))))
+
 
 # Other test functions that may vanish along a curve of a smooth bifurcation; a cusp is found
 # from the curve's tangent.

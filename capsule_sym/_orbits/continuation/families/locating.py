@@ -8,15 +8,14 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.families.family import Family
-from capsule_sym._orbits.continuation.families.states import Event, SmoothEvent, State
+from capsule_sym._orbits.continuation.families.family import Event, Family, SmoothEvent, State
 from capsule_sym._orbits.continuation.points import kinds
-from capsule_sym._orbits.continuation.points.conditions import (
+from capsule_sym._orbits.continuation.points.extended import (
+    EventSolution,
     evaluate_test_functions,
     has_rotations,
     noise,
 )
-from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.shooting.admissibility import (
     BEFORE_END,
     DURATION,

@@ -13,32 +13,29 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import TimeUp
 from capsule_sym._native.watch import TOLD
-from capsule_sym._orbits.continuation.families.arclength import (
+from capsule_sym._orbits.continuation.families.family import (
+    OUT_OF_TIME,
+    Ending,
+    Event,
+    Family,
+    Problem,
+    SmoothEvent,
     Solution,
+    State,
+    Step,
+    Stop,
     least_between,
     least_slope_between,
     tangent,
 )
-from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.families.locating import (
     first_event,
     hides,
     matching,
     smooth_between,
 )
-from capsule_sym._orbits.continuation.families.states import (
-    OUT_OF_TIME,
-    Ending,
-    Event,
-    Problem,
-    SmoothEvent,
-    State,
-    Step,
-    Stop,
-)
 from capsule_sym._orbits.continuation.parameter_paths import Axis
-from capsule_sym._orbits.continuation.points.conditions import EXACT
-from capsule_sym._orbits.continuation.points.extended import EventSolution
+from capsule_sym._orbits.continuation.points.extended import EXACT, EventSolution
 from capsule_sym._orbits.continuation.points.kinds import DEGENERATE, FOLD
 from capsule_sym._orbits.continuation.points.normal_forms import doubled
 from capsule_sym._orbits.shooting.admissibility import (
