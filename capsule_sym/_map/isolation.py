@@ -120,7 +120,9 @@ def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Sea
         if low[0] > doubt[0]:
             continue
         if forms[1, -1] < -doubt[1] and high[2] < -doubt[2]:
-            bracket = _narrowed(bounds, start, end)
+            # The smallest bracket that the bounds allow; the guard decreases on all of it.
+            low_end, _ = _bisect(bounds.lower, start, end)
+            bracket = low_end, _bisect(bounds.upper, low_end, end)[1]
             # With more digits than a double the root may be just past the reach.
             return Search(reach * 0 + bracket[0], bracket if bracket[1] <= reach else None)
         if depth == _DEPTH:
@@ -141,13 +143,6 @@ def _value(coefficients: list[Number], d: Number) -> Number:
     for a in reversed(coefficients):
         total = total * d + a
     return total
-
-
-def _narrowed(bounds: _Bounds, start: float, end: float) -> tuple[float, float]:
-    """Smallest bracket that the bounds allow; the guard decreases on all of it."""
-    low, _ = _bisect(bounds.lower, start, end)
-    _, high = _bisect(bounds.upper, low, end)
-    return low, high
 
 
 def _bisect(coefficients: list[float], low: float, high: float) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from capsule_sym._map.segments import SEGMENT, SWITCH, Segments, Tangencies, rec
 from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.simulate import watch_of
 from capsule_sym._map.trajectory import Trajectory
-from capsule_sym._native import Watch, core_of
+from capsule_sym._native import Watch
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters, as_scene
 
 _MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piece by piece
@@ -134,10 +134,6 @@ def simulate_many(
         check_memory("periods", periods, STROBE * min(periods, _MOST_AT_ONCE) * count)
     chosen = default_backend(scene)
     by_lanes = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
-    if by_lanes and chosen == "c" and max_segments is None:
-        return _side_by_side(
-            scene, core_of(scene), rows, starts, times, periods, what, watch, threads
-        )
 
     def one(i: int) -> Trajectory | None:
         if watch.over:
@@ -146,7 +142,12 @@ def simulate_many(
         start = (x_r, v_r, v_c), float(times[i]), int(periods)
         return run_one(p, start, kept, max_segments, watch, chosen, share=count)
 
-    return _one_by_one(scene, rows, starts, kept, what, shared(one, count, threads, watch))
+    if by_lanes and chosen == "c" and max_segments is None:
+        strobed = what == "stroboscopic"
+        ends, data = _side_by_side(scene, rows, starts, times, periods, strobed, watch, threads)
+    else:
+        ends, data = _one_by_one(starts, kept, what, shared(one, count, threads, watch))
+    return Trajectories(rows, *ends, what, *data, scene)
 
 
 def _rows(
@@ -240,20 +241,24 @@ def shared(work: Callable[[int], _Result], count: int, threads: int, watch: Watc
             raise
 
 
+_Ends = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.str_]]
+"""Final states of runs, displacements, periods, and statuses."""
+_Data = tuple[NDArray[np.int64], NDArray[Any], Tangencies]
+"""Offsets of runs in their kept data, the data, and tangencies."""
+
+
 def _one_by_one(
-    scene: Scene,
-    rows: NDArray[np.float64],
     starts: NDArray[np.float64],
     kept: str | NDArray[np.float64],
     what: str,
     runs: list[Trajectory | None],
-) -> Trajectories:
+) -> tuple[_Ends, _Data]:
     """Results of runs; None for a run that was not started."""
     empty = _empty(kept)
     parts = [empty if run is None else _part(run, what) for run in runs]
-    ends = np.cumsum([0, *map(len, parts)])
-    finals, advances = starts.copy(), np.zeros(len(rows))
-    passed, status = np.zeros(len(rows), np.int64), [Status.TIME_LIMIT.value] * len(rows)
+    ends, count = np.cumsum([0, *map(len, parts)]), len(runs)
+    finals, advances = starts.copy(), np.zeros(count)
+    passed, status = np.zeros(count, np.int64), [Status.TIME_LIMIT.value] * count
     tangencies: dict[int, Any] = {}
     all_kept = np.empty((ends[-1], *empty.shape[1:]), empty.dtype)
     for i, run in enumerate(runs):
@@ -265,18 +270,8 @@ def _one_by_one(
             if isinstance(run.kept.segments, Segments):
                 found = run.kept.segments.tangencies.items()
                 tangencies |= {int(ends[i]) + k: those for k, those in found}
-    return Trajectories(
-        rows,
-        finals,
-        advances,
-        passed,
-        np.array(status, dtype=np.str_),
-        what,
-        ends,
-        all_kept,
-        tangencies,
-        scene,
-    )
+    final = finals, advances, passed, np.array(status, dtype=np.str_)
+    return final, (ends, all_kept, tangencies)
 
 
 def _empty(kept: str | NDArray[np.float64]) -> NDArray[Any]:
@@ -303,18 +298,17 @@ def _part(run: Trajectory, what: str) -> NDArray[Any]:
 
 def _side_by_side(
     scene: Scene,
-    binding: Any,
     rows: NDArray[np.float64],
     starts: NDArray[np.float64],
     phases: NDArray[np.float64],
     periods: int,
-    what: str,
+    strobed: bool,
     watch: Watch,
     threads: int,
-) -> Trajectories:
+) -> tuple[_Ends, _Data]:
     """Final or stroboscopic states by the lanes of the core."""
-    count, periods = len(rows), int(periods)
-    strobe = np.empty((count, periods + 1, 3)) if what == "stroboscopic" else None
+    binding, count, periods = core(scene), len(rows), int(periods)
+    strobe = np.empty((count, periods + 1, 3)) if strobed else None
     if strobe is not None:
         strobe[:, 0] = starts
     records, stops = np.empty(count, binding.STATE), np.empty(count, np.int8)
@@ -343,18 +337,8 @@ def _side_by_side(
         has = (places <= passed[:, None]) & (places >= (phases != 0)[:, None])
         np.cumsum(has.sum(axis=1), out=ends[1:])
         kept = strobe[has]
-    return Trajectories(
-        rows,
-        np.array([records[name] for name in scene.facts.STATE]).T.copy(),
-        records["position"].copy(),
-        passed,
-        status,
-        what,
-        ends,
-        kept,
-        {},
-        scene,
-    )
+    finals = np.array([records[name] for name in scene.facts.STATE]).T.copy()
+    return (finals, records["position"].copy(), passed, status), (ends, kept, {})
 
 
 def _finish(

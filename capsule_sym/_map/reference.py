@@ -27,8 +27,6 @@ from capsule_sym._map.steady import LONGEST
 from capsule_sym._map.trajectory import (
     FINISHED,
     TIME_IS_UP,
-    Kept,
-    Statistics,
     Trajectory,
     after,
 )
@@ -98,28 +96,16 @@ class Run:
         state, begin = self._begin(state)
         source = f"Σ{begin.field}" if begin and state.v_c == 0 else ""
         run_state = self.follow(RunState(state, begin, source, 0, number(0)), periods, most)
-        status, message = self.ended(run_state, periods, most)
-        begun = Instant(0, number(phase)), origin
-        last = self.segments[-1] if self.segments else None
-        marks = np.array(
-            self.stroboscopic, dtype=object if self.numbers.name == "mpmath" else float
-        )
-        evaluations = sum(segment.evaluations for segment in self.segments)
-        return Trajectory(
+        kind = object if self.numbers.name == "mpmath" else float
+        return Trajectory.of_segments(
             self.parameters,
             self.numbers.name,
-            begun,
-            (last.end, last.end_state) if last else begun,
-            last.position + last.advance if last else number(0),
-            status,
-            message,
-            Statistics(len(self.segments), evaluations, self.escalations),
-            Kept(
-                "segments",
-                tuple(self.segments),
-                marks.reshape(-1, 3),
-                np.array(self.stroboscopic_periods, np.int64),
-            ),
+            (Instant(0, number(phase)), origin),
+            tuple(self.segments),
+            self.ended(run_state, periods, most),
+            self.escalations,
+            stroboscopic=np.array(self.stroboscopic, dtype=kind).reshape(-1, 3),
+            stroboscopic_periods=np.array(self.stroboscopic_periods, np.int64),
         )
 
     def ended(self, run_state: RunState, periods: int, most: int) -> tuple[Status, str]:

@@ -107,20 +107,25 @@ class Trajectory(Labelled):
         backend: str,
         origin: tuple[Instant, Triple],
         segments: Sequence[Segment],
+        reason: tuple[Status, str] = (Status.FINISHED, FINISHED),
+        escalations: int = 0,
+        **kept: NDArray[Any],
     ) -> Trajectory:
-        """Finished run of these segments."""
-        last = segments[-1]
+        """Run of these segments; `kept` are other kept data."""
+        final, advance = origin, abs(origin[1][0]) * 0
+        if segments:
+            last = segments[-1]
+            final, advance = (last.end, last.end_state), last.position + last.advance
         evaluations = sum(segment.evaluations for segment in segments)
         return cls(
             parameters,
             backend,
             origin,
-            (last.end, last.end_state),
-            last.position + last.advance,
-            Status.FINISHED,
-            FINISHED,
-            Statistics(len(segments), evaluations),
-            Kept("segments", segments),
+            final,
+            advance,
+            *reason,
+            Statistics(len(segments), evaluations, escalations),
+            Kept("segments", segments, **kept),
         )
 
     def __repr__(self) -> str:

@@ -37,5 +37,5 @@ def test_gradients_of_test_functions_are_their_slopes(motion: dict[str, float]) 
         ends = [(moved(k, STEP), moved(k, -STEP)) for k in range(n + 7)]
         for name in ends[0][0]:
             slopes = [(ahead[name] - behind[name]) / (2 * STEP) for ahead, behind in ends]
-            found = gradient_of_test_function(numbers, orbit, name, np.eye(7))
+            found = gradient_of_test_function(orbit, name, np.eye(7))
             assert found == pytest.approx(slopes, abs=3e-7 * max(map(abs, slopes))), name

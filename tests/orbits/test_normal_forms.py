@@ -226,7 +226,7 @@ def test_derivatives_along_a_curve_are_those_of_differences_in_fifty_digits(name
     with backend("numpy") as numbers:
         system = shooting(numbers, orbit.values, orbit.itinerary, curve[0])
         at = type(orbit)(orbit.values, orbit.itinerary, curve[0], system, "numpy")
-        found = residual_series(numbers, at, curve)
+        found = residual_series(at, curve)
     with backend("mpmath") as numbers:
         number = np.vectorize(numbers.number)
         values, exact = number(orbit.values), number(curve)

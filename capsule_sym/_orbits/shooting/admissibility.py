@@ -181,8 +181,8 @@ def _gaps(
 
 def tightest(orbit: Orbit) -> Inequality:
     """Inequality of an orbit's itinerary with the least value."""
-    with backend(orbit.backend, orbit.scene) as numbers:
-        return min(inequalities(numbers, orbit.itinerary, orbit.system), key=lambda one: one.value)
+    held = inequalities(orbit.numbers, orbit.itinerary, orbit.system)
+    return min(held, key=lambda one: one.value)
 
 
 def _zeros(itinerary: Itinerary, segment: int) -> dict[Guard, int]:

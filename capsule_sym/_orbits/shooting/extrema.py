@@ -49,13 +49,13 @@ def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> I
     derivatives, counted from the guard itself.
     """
     c = flow.c
-    stops = len(numbers.scene.facts.STOPS)
+    stops = [getattr(c, distance) for distance, _ in numbers.scene.facts.STOPS]
     side = 1 if c.contact == 1 else -1
     for kind, time, value in extrema(numbers, flow, Quantity.GAP, zeros):
         if kind == side:
             yield Minimum(Guard.GAP, time, side * value)
-        elif not c.contact and stops > 1:
-            yield Minimum(Guard.BACK, time, value + _between_stops(numbers.scene, c))
+        elif not c.contact and len(stops) > 1:
+            yield Minimum(Guard.BACK, time, value + sum(stops))
     if c.drift:
         for kind, time, value in extrema(numbers, flow, Quantity.SPEED, zeros):
             if kind == c.drift:
@@ -65,12 +65,6 @@ def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> I
     for kind, time, value in extrema(numbers, flow, Quantity.PULL, zeros):
         least = c.friction_guard(kind, value)
         yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)
-
-
-def _between_stops(scene: Scene, c: Any) -> Number:
-    """Distance of the two stops, by the constants of any field."""
-    front, behind = (getattr(c, distance) for distance, _ in scene.facts.STOPS)
-    return front + behind
 
 
 def extrema(

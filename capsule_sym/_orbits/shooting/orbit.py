@@ -30,6 +30,7 @@ from capsule_sym._orbits.shooting.equations import (
 )
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, level
 from capsule_sym._orbits.shooting.newton import newton, solved_to_rounding
+from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 from capsule_sym.generated.interface import Solving
 
@@ -98,6 +99,12 @@ class Orbit(Labelled):
         return self.itinerary.scene
 
     @property
+    def numbers(self) -> Backend:
+        """Number system of the orbit."""
+        with _backend(self.backend, self.scene) as numbers:
+            return numbers
+
+    @property
     def parameters(self) -> SceneParameters:
         """Parameters, rounded to double precision."""
         return self.scene.Parameters(*(float(value) for value in self.values))
@@ -114,8 +121,7 @@ class Orbit(Labelled):
     @cached_property
     def status(self) -> OrbitStatus:
         """CONVERGED if the residual is within rounding, else NOT_CONVERGED."""
-        with backend(self.backend, self.scene) as numbers:
-            solved = solved_to_rounding(numbers, self.system, self.z)
+        solved = solved_to_rounding(self.numbers, self.system, self.z)
         return OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED
 
     @property
@@ -147,14 +153,11 @@ class Orbit(Labelled):
     @property
     def average_velocity(self) -> Number:
         """Advance of x_c per unit of time."""
-        with backend(self.backend, self.scene) as numbers:
-            return self.progression * self.value("omega") / numbers.full_turn
+        return self.progression * self.value("omega") / self.numbers.full_turn
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
         """The three Floquet multipliers, complex, shape (3,), the largest modulus first."""
-        from capsule_sym._orbits.shooting.stability import floquet_multipliers
-
         return floquet_multipliers(self)
 
     @cached_property
@@ -165,8 +168,7 @@ class Orbit(Labelled):
 
         Raises numpy.linalg.LinAlgError at a fold.
         """
-        with backend(self.backend, self.scene) as numbers:
-            return -solve(numbers, self.system.by_z, self.system.by_p)
+        return -solve(self.numbers, self.system.by_z, self.system.by_p)
 
     @cached_property
     def motion(self) -> SteadyMotion:
@@ -174,13 +176,8 @@ class Orbit(Labelled):
 
         Quantities known at a switch have their exact values: x_r at the stop, v_c = 0.
         """
-        with backend(self.backend, self.scene) as numbers:
-            return SteadyMotion(
-                segments=tuple(_segments(numbers, self)),
-                period_number=self.itinerary.period_number,
-                progression=self.progression,
-                parameters=self.parameters,
-            )
+        segments, period_number = tuple(_segments(self)), self.itinerary.period_number
+        return SteadyMotion(segments, period_number, self.progression, self.parameters)
 
     def trajectory(self) -> Trajectory:
         """One period of the orbit as a trajectory, which can be evaluated at times."""
@@ -335,19 +332,15 @@ def _found(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z
     return NoOrbit(*_UNSOLVED[solving], itinerary, values, norm, steps)
 
 
-def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
+def _segments(orbit: Orbit) -> list[Segment]:
     """Segments of the orbit as segments of the map."""
-    itinerary, flows = orbit.itinerary, orbit.system.flows
+    itinerary, flows, numbers = orbit.itinerary, orbit.system.flows, orbit.numbers
     omega, forms = orbit.value("omega"), ClosedForms(numbers, orbit.values)
     starts = [_exact_start(forms, itinerary, i, flow.start) for i, flow in enumerate(flows)]
     position = numbers.number(0)
-    segments: list[Segment] = []
-    first = None
+    segments, first = list[Segment](), numbers.turns(flows[0].angle)[0]
     for i, flow in enumerate(flows):
         turns, angle = numbers.turns(flow.angle)
-        if first is None:
-            first = turns
-        turns -= first
         later, end_angle = numbers.turns(flow.angle + omega * flow.h)
         following = (i + 1) % len(flows)
         segments.append(
@@ -355,7 +348,7 @@ def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
                 field=flow.segment.field,
                 source=_plane(itinerary, i),
                 target=_plane(itinerary, following),
-                start=Instant(turns, angle / omega),
+                start=Instant(turns - first, angle / omega),
                 end=Instant(later - first, end_angle / omega),
                 start_state=starts[i],
                 end_state=starts[following],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, OrbitStatus, solve_itinerary
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
 from capsule_sym._orbits.shooting.symmetry import primitive, same
-from capsule_sym._parameters import Scene, SceneParameters
+from capsule_sym._parameters import SceneParameters
 
 _BLOCK = 64  # excitation periods before the first test for a periodic motion
 _LATEST = 16  # number of last segments that give the size of the motion
@@ -194,7 +195,7 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     Stick without end comes first, if the run ends with more than a period of it.
     """
     p = trajectory.parameters
-    period, omega, scene = p.period, p.omega, p.scene
+    period, scene = p.period, p.scene
     last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
     if drift(last.field, scene) == 0 and not last.target and float(last.duration) > period:
         change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
@@ -221,32 +222,20 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
         late = abs(end - period_number * period - times[first])
         if fields != 2 * fields[-len(chosen) :] or max(change / size, late / period) > _NEAR:
             continue
-        cycle = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in chosen]
         # A motion that repeats after one turn also repeats after several: a longer period is
         # accepted only if it repeats better than each of its divisors.
         if any(not period_number % one and change >= other for one, other in seen.items()):
             continue
         seen[period_number] = change
-        if (guess := _guess(cycle, period_number, scene)) is not None:
+        if (guess := _guess(chosen, period_number, p)) is not None:
             yield Ending(*guess, change / size)
 
 
-class _RunSegment(NamedTuple):
-    """Segment of a run: field, unknowns (x_r, v_r, v_c, theta) at its start, duration."""
-
-    field: int
-    start: list[float]
-    duration: float
-
-
-def _start(segment: Segment, omega: float) -> list[float]:
-    return [*map(float, segment.start_state), float(segment.start.phase) * omega]
-
-
 def _guess(
-    segments: Sequence[_RunSegment], period_number: int, scene: Scene
+    segments: Sequence[Segment], period_number: int, parameters: SceneParameters
 ) -> tuple[Itinerary, list[float]] | None:
     """Itinerary and unknowns of segments that form a cycle; None if they cannot."""
+    scene = parameters.scene
     try:
         fields = (segment.field for segment in segments)
         itinerary = Itinerary.of(fields, period_number, scene=scene)
@@ -255,8 +244,10 @@ def _guess(
     if len(itinerary) == 1:
         itinerary = Itinerary(itinerary.segments, scene=scene)
     first = itinerary.first
-    durations = [segment.duration for segment in (*segments[first:], *segments[:first])]
-    return itinerary.rotated(first), [*segments[first].start, *durations]
+    durations = [float(segment.duration) for segment in (*segments[first:], *segments[:first])]
+    start, omega = segments[first], parameters.omega
+    place = *map(float, start.start_state), float(start.start.phase) * omega
+    return itinerary.rotated(first), [*place, *durations]
 
 
 def search_orbits(
@@ -408,13 +399,12 @@ def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
 
 def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:
     """Itinerary and unknowns of a run over one period of an orbit, from phase 0 to phase 0."""
-    omega = run.parameters.omega
-    segments = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in run.segments]
+    segments = [*run.segments]
     if len(segments) > 1 and segments[0].field == segments[-1].field:
         # The period starts in the middle of a segment: the last segment is its first part.
-        joined = segments[-1]._replace(duration=segments[-1].duration + segments[0].duration)
+        joined = replace(segments[-1], duration=segments[-1].duration + segments[0].duration)
         segments = [*segments[1:-1], joined]
-    return _guess(segments, period_number, run.parameters.scene)
+    return _guess(segments, period_number, run.parameters)
 
 
 def _near(orbit: Orbit, guess: Sequence[float]) -> bool:

@@ -38,7 +38,7 @@ class Orbit(Protocol):
     @property
     def system(self) -> ShootingSystem: ...
     @property
-    def backend(self) -> str: ...
+    def numbers(self) -> Backend: ...
 
 
 def field(c: Any, state: Sequence[Number] | Vector, cosine: Number) -> Vector:
@@ -75,8 +75,7 @@ def monodromy_matrix(orbit: Orbit) -> Matrix:
     """
     if orbit.system.monodromy is not None:
         return orbit.system.monodromy
-    with backend(orbit.backend, orbit.itinerary.scene) as numbers:
-        return _product(numbers, orbit, 0)
+    return _product(orbit, 0)
 
 
 def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
@@ -86,20 +85,19 @@ def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
     """
     flows = orbit.system.flows
     sticking = [i for i, flow in enumerate(flows) if not flow.c.drift]
-    with backend(orbit.backend, orbit.itinerary.scene) as numbers:
-        matrix = _product(numbers, orbit, sticking[0] if sticking else 0)
-        size = 2 if sticking else 3
-        values = np.zeros(3, dtype=complex)
-        values[:size] = np.linalg.eigvals(matrix[:size, :size].astype(float))
+    matrix = _product(orbit, sticking[0] if sticking else 0)
+    size, values = 2 if sticking else 3, np.zeros(3, dtype=complex)
+    values[:size] = np.linalg.eigvals(matrix[:size, :size].astype(float))
     if orbit.itinerary.mirrored:
         values = values**2
     return values[np.argsort(-abs(values), kind="stable")]
 
 
-def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
+def _product(orbit: Orbit, first: int) -> Matrix:
     """Product of Jacobians and saltation matrices over the segments from `first` on."""
     flows, itinerary = orbit.system.flows, orbit.itinerary
-    n, forms = len(flows), ClosedForms(numbers, orbit.values)
+    n, numbers = len(flows), orbit.numbers
+    forms = ClosedForms(numbers, orbit.values)
     sign = -1 if itinerary.mirrored else 1
     product: Matrix = np.zeros((3, 3)) * numbers.number(1) + sign * np.eye(3, dtype=int)
     # The reflection is -1 in the whole state, so that its place in the product does not matter.

@@ -20,7 +20,6 @@ from math import gcd
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import inequalities, parted, stiffless
 from capsule_sym._orbits.shooting.changes import rotated
@@ -38,8 +37,7 @@ def springless(orbit: Orbit) -> bool:
     """True if an itinerary without contact passes a stop, which needs a stiffness of 0."""
     if not stiffless(orbit) or _touches(orbit.itinerary):
         return False
-    with backend(orbit.backend, orbit.scene) as numbers:
-        held = inequalities(numbers, orbit.itinerary, orbit.system)
+    held = inequalities(orbit.numbers, orbit.itinerary, orbit.system)
     return any(one.guard in (Guard.GAP, Guard.BACK) and one.value < 0 for one in held)
 
 
@@ -88,9 +86,7 @@ def whole_orbit(orbit: Orbit) -> Orbit:
         z = np.array([*orbit.z[:4], 2 * durations[0]])
     else:
         z = np.array([*orbit.z, *durations])
-    with backend(orbit.backend, orbit.scene) as numbers:
-        system = shooting(numbers, orbit.values, itinerary, z)
-    return Orbit(orbit.values, itinerary, z, system, orbit.backend, orbit.iterations)
+    return _evaluated(orbit, itinerary, z)
 
 
 def half_orbit(orbit: Orbit) -> Orbit | None:
@@ -116,8 +112,7 @@ def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | N
         return None
     z, n = orbit.z, len(itinerary)
     if segment is not None and segment >= n:
-        with backend(orbit.backend, orbit.scene) as numbers:
-            turned = rotated(numbers, orbit.itinerary, z, orbit.system, n)
+        turned = rotated(orbit.numbers, orbit.itinerary, z, orbit.system, n)
         z, itinerary = turned.z, replace(itinerary, segments=turned.itinerary.segments[:n])
     return _first_half(orbit, itinerary, z), None if segment is None else segment % n
 
@@ -126,9 +121,7 @@ def _first_half(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
     z = z[: 4 + len(itinerary)].copy()
     if len(orbit.itinerary) == 1:
         z[4] = z[4] / 2
-    with backend(orbit.backend, orbit.scene) as numbers:
-        system = shooting(numbers, orbit.values, itinerary, z)
-    return Orbit(orbit.values, itinerary, z, system, orbit.backend, orbit.iterations)
+    return _evaluated(orbit, itinerary, z)
 
 
 def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
@@ -161,24 +154,22 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
         resting = Itinerary.of((2,), itinerary.period_number, scene=orbit.scene)
         found = solve_itinerary(orbit.values, resting, z, backend=orbit.backend)
         return found if found.success else None
-    with backend(orbit.backend, orbit.scene) as numbers:
-        turned = rotated(numbers, orbit.itinerary, orbit.z, orbit.system, switches[0])
-        fields, durations = list[int](), list[float]()
-        for segment, before, h in zip(
-            turned.itinerary.segments,
-            turned.itinerary.rotated(-1).segments,
-            turned.z[4:],
-            strict=True,
-        ):
-            if before.guard is Guard.GAP:
-                durations[-1] += h
-            else:
-                fields.append(parted(orbit.scene, segment.field))
-                durations.append(h)
-        plain = Itinerary.of(fields, itinerary.period_number, scene=orbit.scene)
-        unknowns = np.array([*turned.z[:4], *durations])
-        system = shooting(numbers, orbit.values, plain, unknowns)
-    return Orbit(orbit.values, plain, unknowns, system, orbit.backend, orbit.iterations)
+    turned = rotated(orbit.numbers, itinerary, orbit.z, orbit.system, switches[0])
+    segments, fields, durations = turned.itinerary.segments, list[int](), list[float]()
+    for i, h in enumerate(turned.z[4:]):
+        if segments[i - 1].guard is Guard.GAP:
+            durations[-1] += h
+        else:
+            fields.append(parted(orbit.scene, segments[i].field))
+            durations.append(h)
+    plain = Itinerary.of(fields, itinerary.period_number, scene=orbit.scene)
+    return _evaluated(orbit, plain, np.array([*turned.z[:4], *durations]))
+
+
+def _evaluated(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
+    """Orbit with other unknowns, of another itinerary."""
+    system = shooting(orbit.numbers, orbit.values, itinerary, z)
+    return replace(orbit, itinerary=itinerary, z=z, system=system)
 
 
 def same(orbit: Orbit, other: Orbit) -> bool:

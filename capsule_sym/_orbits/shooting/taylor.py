@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.backend import Number
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.closed import ClosedForms, chained
 from capsule_sym._orbits.shooting.equations import Matrix, SegmentFlow, Vector, angle_row
@@ -39,7 +39,7 @@ def generator(c: Any, omega: Number) -> Matrix:
     return matrix
 
 
-def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
+def residual_series(orbit: Orbit, curve: Series) -> Series:
     """Taylor coefficients (many, n + 4) of the equations along a curve of unknowns.
 
     `curve` (many, n + 4) has the coefficients of z; the first is the orbit's z. The equations are
@@ -47,7 +47,7 @@ def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
     of its guard at its start: their coefficients are not valid.
     """
     itinerary, n = orbit.itinerary, len(orbit.itinerary)
-    forms, omega = ClosedForms(numbers, orbit.values), orbit.value("omega")
+    forms, omega = ClosedForms(orbit.numbers, orbit.values), orbit.value("omega")
     result = curve * 0
     state, angle = curve[:, :3], _without_constant(curve[:, 3])
     for i, flow in enumerate(orbit.system.flows):
@@ -177,15 +177,16 @@ _DIFFERENCE = 1e-5
 _LANDING = np.array([[0.0, 0, 0], [0, 0, -1], [0, 0, 1]])  # saltation matrix by its ratio
 
 
-def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> NDArray[np.float64]:
+def monodromy_derivative(orbit: Orbit, directions: Matrix) -> NDArray[np.float64]:
     """Derivative (n + 4 + m, 3, 3) of the monodromy matrix by z and along parameters, in doubles.
 
     `directions` (m, p) are directions of the p parameters. Only the derivative of a segment's
     matrix along parameters is a finite difference.
     """
     flows, itinerary, n = orbit.system.flows, orbit.itinerary, len(orbit.itinerary)
-    forms, omega = ClosedForms(numbers, orbit.values), float(orbit.value("omega"))
-    moved = [_flows(numbers, orbit, direction) for direction in directions]
+    numbers, omega = orbit.numbers, float(orbit.value("omega"))
+    forms = ClosedForms(numbers, orbit.values)
+    moved = [_flows(orbit, direction) for direction in directions]
     jacobians = [flow.matrix[:3, :3] for flow in flows]
     switches: list[Matrix] = [np.eye(3)] * n
     slopes: list[Vector | None] = [None] * n
@@ -213,12 +214,12 @@ def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> 
     return result
 
 
-def _flows(numbers: Backend, orbit: Orbit, direction: Vector) -> list[Matrix]:
+def _flows(orbit: Orbit, direction: Vector) -> list[Matrix]:
     """Derivative of every segment's Jacobian along a direction of the parameters."""
 
     def jacobians(side: float) -> list[Matrix]:
         values = [float(v) + side * d for v, d in zip(orbit.values, direction, strict=True)]
-        forms = ClosedForms(numbers, values)
+        forms = ClosedForms(orbit.numbers, values)
         found = []
         for flow in orbit.system.flows:
             field = flow.segment.field

@@ -292,7 +292,7 @@ class Family(OrbitEquations):
         found = evaluate_test_functions(orbit)
         others = [name for name in self.watched if name not in found]
         tests = [Condition(name, self.zero_segment) for name in others]
-        return found | {one.name: one.value(self.numbers, orbit) for one in tests}
+        return found | {one.name: one.value(orbit) for one in tests}
 
     def solved(
         self, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()

@@ -359,7 +359,7 @@ def doubled_starts(
     solutions of the doubled equations cross there; on one the halves move apart while the parameter
     is constant to first order.
     """
-    whole, settings = doubled(problem.numbers, orbit), problem.settings
+    whole, settings = doubled(orbit), problem.settings
     one = Continuation(problem, whole, critical=critical)
     distances, tolerance = settings.doubled_distances, None
     if critical is not None:

@@ -28,36 +28,6 @@ def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
     return tuple(complex(value) for value in floquet_multipliers(orbit))
 
 
-def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...]:
-    """Multipliers of an orbit without its segment of duration 0, sorted; empty if there is none.
-
-    For an orbit that is its own mirror image also without the image of the segment. The multipliers
-    do not depend on the order of two switches, unless one is an edge of the drive.
-    """
-    itinerary, z, pulsed = orbit.itinerary, orbit.z, orbit.scene.facts.PULSED
-    same = segment is None or (not pulsed and swap_segment(itinerary, z, segment))
-    other = orbit if same else orbit_without(orbit, segment)
-    return () if other is None else sorted_multipliers(other)
-
-
-def orbit_without(orbit: Orbit, segment: int | None) -> Orbit | None:
-    """The same orbit in the itinerary on the other side; None if there is none."""
-    if segment is None:
-        return None
-    half, its_segment = halved_at(orbit, segment) or (orbit, segment)
-    orbit, segment = half, segment if its_segment is None else its_segment
-    with backend("numpy", orbit.scene) as numbers:
-        itinerary, z, system = orbit.itinerary, orbit.z, orbit.system
-        try:
-            change = swap_segment(itinerary, z, segment, system)
-            if change is None:
-                change, _ = remove_segment(numbers, itinerary, z, system, segment)
-        except InvalidInput:
-            return None
-        found = orbit_at(numbers, orbit.values, change.itinerary, change.z)
-    return whole_orbit(found)
-
-
 @dataclass(frozen=True, kw_only=True)
 class SolvedPoint:
     """Orbit that fulfils conditions, with the accuracy of the solution.
@@ -95,8 +65,15 @@ class BifurcationPoint(SolvedPoint):
 
     @cached_property
     def multipliers_without(self) -> tuple[complex, ...]:
-        """Multipliers of the itinerary without the segment; the same at a smooth bifurcation."""
-        return multipliers_without(self.orbit, self.segment)
+        """Multipliers of the itinerary without the segment; the same at a smooth bifurcation.
+
+        For an orbit that is its own mirror image also without the image of the segment. They do not
+        depend on the order of two switches, unless one is an edge of the drive.
+        """
+        itinerary, z, pulsed = self.orbit.itinerary, self.orbit.z, self.orbit.scene.facts.PULSED
+        if self.segment is None or (not pulsed and swap_segment(itinerary, z, self.segment)):
+            return self.multipliers
+        return () if self.orbit_without is None else sorted_multipliers(self.orbit_without)
 
     @cached_property
     def orbit_without(self) -> Orbit | None:
@@ -105,7 +82,18 @@ class BifurcationPoint(SolvedPoint):
         Its segment of duration 0 is absent, or stands for the other order of two switches. None at
         a smooth bifurcation, and where the branch ends.
         """
-        return orbit_without(self.orbit, self.segment)
+        if self.segment is None:
+            return None
+        orbit, half_segment = halved_at(self.orbit, self.segment) or (self.orbit, self.segment)
+        segment = self.segment if half_segment is None else half_segment
+        numbers, itinerary, z, system = orbit.numbers, orbit.itinerary, orbit.z, orbit.system
+        try:
+            change = swap_segment(itinerary, z, segment, system)
+            if change is None:
+                change, _ = remove_segment(numbers, itinerary, z, system, segment)
+        except InvalidInput:
+            return None
+        return whole_orbit(orbit_at(numbers, orbit.values, change.itinerary, change.z))
 
 
 @dataclass(frozen=True, kw_only=True)

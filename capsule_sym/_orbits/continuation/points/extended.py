@@ -65,9 +65,7 @@ def _invariants(matrix: Matrix) -> tuple[float, float, float]:
     return first, (first * first - np.trace(matrix @ matrix)) / 2, np.linalg.det(matrix)
 
 
-def gradient_of_test_function(
-    numbers: Backend, orbit: Orbit, name: str, directions: Matrix
-) -> Vector:
+def gradient_of_test_function(orbit: Orbit, name: str, directions: Matrix) -> Vector:
     """Gradient (n + 4 + m,) of a test function by z and along m directions of the parameters."""
     matrix = monodromy_matrix(orbit)
     first, _, third = _invariants(matrix)
@@ -82,7 +80,7 @@ def gradient_of_test_function(
     }[name]
     of_invariants = unit, first * unit - matrix.T, cofactors
     by = sum(weight * one for weight, one in zip(weights, of_invariants, strict=True))
-    changes = monodromy_derivative(numbers, orbit, directions)
+    changes = monodromy_derivative(orbit, directions)
     return np.einsum("ij,kij->k", by, changes)  # type: ignore[no-any-return]
 
 
@@ -102,15 +100,15 @@ class Condition(NamedTuple):
     zero_segment: int | None = None
     like: Vector | None = None
 
-    def value(self, numbers: Backend, orbit: Orbit) -> float:
+    def value(self, orbit: Orbit) -> float:
         """Test function at an orbit."""
         if self.name == kinds.CUSP:
-            return quadratic(numbers, orbit, self.like).term
+            return quadratic(orbit, self.like).term
         if self.name == kinds.GENERALIZED_DOUBLING:
-            there = cubic(numbers, orbit)
+            there = cubic(orbit)
             return there.term / there.by_multiplier
         if self.name == kinds.DEGENERATE and self.zero_segment is not None:
-            return degeneracy(numbers, orbit, self.zero_segment)
+            return degeneracy(orbit, self.zero_segment)
         return evaluate_test_functions(orbit)[self.name]
 
 
@@ -215,7 +213,7 @@ class OrbitEquations:
             residual, by = np.delete(residual, itself), np.delete(by, itself, axis=0)
         if not self.conditions:
             return Evaluation(residual, by, orbit)
-        values = [one.value(self.numbers, orbit) for one in self.conditions]
+        values = [one.value(orbit) for one in self.conditions]
         rows = np.array([self.row(orbit, one.name) for one in self.conditions])
         return Evaluation(np.append(residual, values), np.vstack([by, rows]), orbit)
 
@@ -238,7 +236,7 @@ class OrbitEquations:
             return np.zeros(size - len(self.segments) + count)
         unit = np.eye(len(orbit.values))
         along = np.array([one.path.by(unit, orbit.values) for one in self.free])
-        row = gradient_of_test_function(self.numbers, orbit, name, along)
+        row = gradient_of_test_function(orbit, name, along)
         widths = [one.width for one in self.free]
         return np.array([*row[:size][self.rest], *row[size:] * widths])
 
@@ -303,14 +301,12 @@ class ExtendedSystem(OrbitEquations):
 
     def _secants(self, unknowns: Vector, conditions: list[Condition], now: Vector) -> Matrix:
         """Gradients (many, size) of conditions with the values `now`."""
-        numbers, step = self.numbers, self._step
+        step = self._step
         if self._rows is None:
             columns = []
             for change in _DIFFERENCE * np.eye(len(unknowns)):
                 ahead, behind = self.orbit(unknowns + change), self.orbit(unknowns - change)
-                both = [
-                    (one.value(numbers, ahead), one.value(numbers, behind)) for one in conditions
-                ]
+                both = [(one.value(ahead), one.value(behind)) for one in conditions]
                 columns.append([after - before for after, before in both])
             self._rows = np.array(columns).T / (2 * _DIFFERENCE)
         else:

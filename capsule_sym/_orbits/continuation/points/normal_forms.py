@@ -9,12 +9,12 @@ between the durations of one half of the doubled orbit and those of the orbit th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
@@ -110,14 +110,14 @@ def normal_form(
     """
     if mirrored:
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
-    with backend("numpy", orbit.scene) as numbers, np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):
         try:
             if kind == kinds.FOLD:
-                form = _fold(numbers, orbit, path)
+                form = _fold(orbit, path)
             elif kind in (kinds.PERIOD_DOUBLING, kinds.SYMMETRY_BREAKING):
-                form = _period_doubling(numbers, orbit, path)
+                form = _period_doubling(orbit, path)
             elif kind in _POWERS and segment is not None:
-                form = _collision(numbers, kind, orbit, segment, path, multipliers)
+                form = _collision(kind, orbit, segment, path, multipliers)
             else:
                 return None
         except (np.linalg.LinAlgError, ArithmeticError, InvalidInput):
@@ -127,7 +127,6 @@ def normal_form(
 
 
 def _collision(
-    numbers: Backend,
     kind: str,
     orbit: Orbit,
     segment: int,
@@ -141,10 +140,8 @@ def _collision(
         power = 3 if any(drift(field, orbit.scene) == 0 for field in ends) else 2
     if is_kink(orbit.itinerary, zero_segments(orbit.itinerary, orbit.z, segment)):
         raise ArithmeticError("a slip whose two segments begin without a rate")
-    first, power, (x_r, v_r, v_c) = _discontinuity(
-        numbers, whole_orbit(orbit), segment, kind, power
-    )
-    growth = _growth(numbers, orbit, first % len(orbit.itinerary), path, order)
+    first, power, (x_r, v_r, v_c) = _discontinuity(whole_orbit(orbit), segment, kind, power)
+    growth = _growth(orbit, first % len(orbit.itinerary), path, order)
     scenario = _scenario(*multipliers) if power == order else PERSISTENCE
     terms = float(x_r), float(v_r), float(v_c)
     return NormalForm(order, growth, None, terms, power, scenario)
@@ -170,7 +167,7 @@ def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
     return np.array([*rows, *([0 * z] * (many - len(rows)))])
 
 
-def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, order: int) -> float:
+def _growth(orbit: Orbit, segment: int, path: ParameterPath, order: int) -> float:
     """(parameter - value) / duration^order of the inserted segment."""
     z, column = orbit.z, kinds.DURATIONS + segment
     rest = [i for i in range(len(z)) if i != column]
@@ -179,8 +176,8 @@ def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, o
     along = 0 * z
     along[column] = 1
     for power in range(1, order + 1):
-        series = residual_series(numbers, orbit, _along(z, along, many=many))
-        change = -solve(numbers, matrix, series[power])
+        series = residual_series(orbit, _along(z, along, many=many))
+        change = -solve(orbit.numbers, matrix, series[power])
         # At a touch the parameter is constant to first order.
         along[rest] = along[rest] + change[:-1]
     return float(change[-1])
@@ -202,7 +199,7 @@ class _Singular(NamedTuple):
     by_multiplier: float
 
 
-def quadratic(numbers: Backend, orbit: Orbit, like: Vector | None = None) -> _Singular:
+def quadratic(orbit: Orbit, like: Vector | None = None) -> _Singular:
     """Second derivative of an orbit's equations along their null vector, at a fold.
 
     The null vector points in the direction of `like`, a change of z.
@@ -211,46 +208,47 @@ def quadratic(numbers: Backend, orbit: Orbit, like: Vector | None = None) -> _Si
     left, along = _null_vectors(orbit.system.by_z, n)
     if like is not None and like @ along < 0:
         along = -along
-    second = left @ residual_series(numbers, orbit, _along(z, along, many=3))[2]
+    second = left @ residual_series(orbit, _along(z, along, many=3))[2]
     # With a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
     return _Singular(left, along, float(second), float(left[n:] @ along[: kinds.DURATIONS]))
 
 
-def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
+def cubic(orbit: Orbit) -> _Singular:
     """Third derivative of a doubled orbit's equations along their null vector.
 
     `orbit` is the orbit that doubles. The effect of the second derivative is eliminated.
     """
-    n, whole = len(orbit.itinerary), doubled(numbers, orbit)
+    n, whole = len(orbit.itinerary), doubled(orbit)
     left, along = _null_vectors(whole.system.by_z, n)
-    second = residual_series(numbers, whole, _along(whole.z, along, many=3))[2]
+    second = residual_series(whole, _along(whole.z, along, many=3))[2]
     bordered = np.block([[whole.system.by_z, left[:, None]], [along, np.zeros(1)]])
     bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
-    third = left @ residual_series(numbers, whole, _along(whole.z, along, bent, many=4))[3]
+    third = left @ residual_series(whole, _along(whole.z, along, bent, many=4))[3]
     # With a multiplier 1 + 2 m in place of 1 the equations are singular for m = b s^2.
     return _Singular(
         left, along, -float(third), 2 * float(left[2 * n :] @ along[: kinds.DURATIONS])
     )
 
 
-def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
+def doubled(orbit: Orbit) -> Orbit:
     """The orbit traversed twice; for half a mirrored orbit the whole orbit."""
     once = orbit.itinerary
     if once.mirrored:
         return whole_orbit(orbit)
     twice = Itinerary(2 * once.segments, 2 * once.period_number, scene=once.scene)
     z = np.array([*orbit.z, *orbit.durations])
-    return Orbit(orbit.values, twice, z, shooting(numbers, orbit.values, twice, z), numbers.name)
+    system = shooting(orbit.numbers, orbit.values, twice, z)
+    return replace(orbit, itinerary=twice, z=z, system=system, iterations=0)
 
 
-def _fold(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
-    left, _, term, by_multiplier = quadratic(numbers, orbit)
+def _fold(orbit: Orbit, path: ParameterPath) -> NormalForm:
+    left, _, term, by_multiplier = quadratic(orbit)
     growth = -term / (left @ path.by(orbit.system.by_p, orbit.values))
     return NormalForm(2, float(growth), float(abs(term / by_multiplier)), None, 2, "")
 
 
-def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
-    left, along, term, by_multiplier = cubic(numbers, orbit)
+def _period_doubling(orbit: Orbit, path: ParameterPath) -> NormalForm:
+    left, along, term, by_multiplier = cubic(orbit)
     coefficient = term / by_multiplier
     # Change of the multiplier along the branch, by five-point differences of exact derivatives.
     value = path.value(orbit.values)
@@ -259,7 +257,7 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
 
     def closed(k: int) -> float:
         z, values = orbit.z + k * step * moved, tuple(path.placed(orbit.values, value + k * step))
-        at = doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.system, numbers.name))
+        at = doubled(replace(orbit, values=values, z=z))
         return float(left @ at.system.by_z @ along)
 
     slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * by_multiplier)
@@ -267,14 +265,14 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
     return NormalForm(2, float(coefficient / slope), float(coefficient), None, 3, scenario)
 
 
-def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
+def degeneracy(orbit: Orbit, segment: int) -> float:
     """Next derivative of the guard, which is 0 at a degenerate border collision.
 
     It is the guard at the end of the segment of duration 0, divided by the vanishing power of its
     duration.
     """
+    numbers, omega, itinerary = orbit.numbers, orbit.value("omega"), orbit.itinerary
     forms = ClosedForms(numbers, orbit.values)
-    omega, itinerary = orbit.value("omega"), orbit.itinerary
     flow, field, end = orbit.system.flows[segment], itinerary.fields[segment], segment
     zeros = itinerary.zeros(segment)
     if itinerary.segments[segment].guard is Guard.EDGE:  # ends at its time: the one before
@@ -286,7 +284,7 @@ def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
 
 
 def _sides(
-    numbers: Backend, orbit: Orbit, segment: int, kind: str
+    orbit: Orbit, segment: int, kind: str
 ) -> tuple[int, Sequence[ItinerarySegment], Sequence[ItinerarySegment]]:
     """First segment of duration 0, the segments after it, and those of the other itinerary.
 
@@ -297,7 +295,7 @@ def _sides(
     if change is None and kind != kinds.EDGE:
         return segment, (), ()
     if change is None:
-        change, begin = remove_segment(numbers, itinerary, z, orbit.system, segment)[0], 0
+        change, begin = remove_segment(orbit.numbers, itinerary, z, orbit.system, segment)[0], 0
     gone = [k for k, kept in enumerate(change.kept) if kept is None] or [segment]
     first = next(k for k in gone if (k - 1) % n not in gone)
     count = len(change.itinerary) - n + len(gone) + 1
@@ -305,9 +303,7 @@ def _sides(
     return first, inside, change.itinerary.rotated(begin).segments[:count]
 
 
-def _discontinuity(
-    numbers: Backend, orbit: Orbit, segment: int, kind: str, power: int
-) -> tuple[int, int, Vector]:
+def _discontinuity(orbit: Orbit, segment: int, kind: str, power: int) -> tuple[int, int, Vector]:
     """Change of the state at equal times by a segment of duration s, over s^power.
 
     Also the index of that segment (the first of two), and the power, which is computed at an edge.
@@ -316,8 +312,9 @@ def _discontinuity(
     before the segment, such that the segment has the duration s.
     """
     itinerary, omega = orbit.itinerary, orbit.value("omega")
-    segment, inside, outside = _sides(numbers, orbit, segment, kind)
-    forms, flow = ClosedForms(numbers, orbit.values), orbit.system.flows[segment]
+    segment, inside, outside = _sides(orbit, segment, kind)
+    numbers, flow = orbit.numbers, orbit.system.flows[segment]
+    forms = ClosedForms(numbers, orbit.values)
     before, field = itinerary.neighbour(segment - 1), itinerary.fields[segment]
     during = generator(forms.constants(field), omega)
     after = generator(forms.constants(itinerary.neighbour(segment + len(inside) + 1)), omega)
