@@ -18,8 +18,6 @@ FORMS = {
     "biased": SCENES["slope"],
     "pulsed": Form(pulsed=True, biased=True),
     "two_stops": Form(stops=2),
-    "reacting": SCENES["reaction"],
-    "reacting_pulsed": SCENES["reaction_pulse"],
 }
 """Scenes that ship, and declarations of tests."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +26,20 @@ class Found(NamedTuple):
     gradient: np.ndarray
 
 
+class Within(NamedTuple):
+    """A step of differences, and what is left of them in slopes, at a start and along an orbit.
+
+    Those along it are over 1 minus a multiplier.
+    """
+
+    step: float = 1e-4
+    slopes: float = 1e-10
+    solved: float = 1e-8
+
+
+WITHIN = Within()
+
+
 def by_differences(
     judge: Integrator,
     form: Form,
@@ -32,7 +47,7 @@ def by_differences(
     row: list[float],
     state: np.ndarray,
     periods: int = 1,
-    step: float = 1e-4,
+    step: float = WITHIN.step,
 ) -> Found | None:
     """The period's end from an orbit, and its slopes to fourth order in the step.
 
@@ -41,13 +56,15 @@ def by_differences(
     at, m = np.array([*row[: len(names)], *state]), len(names)
     moves = [k * step * one for one in np.eye(len(at)) for k in (-2, -1, 1, 2)]
     places = [at + move for move in (0 * at, *moves)]
+    if "D" in names and any(not 0 < z[names.index("D")] < 1 for z in places):
+        return None
     begun = [Start(dict(zip(names, z, strict=False)), tuple(z[m:])) for z in places]
     runs = judge.runs(form, begun, periods, checked=False)
-    if len({run.fields for run in runs}) > 1:
+    if len({(run.status, run.fields) for run in runs}) > 1 or runs[0].status != "done":
         return None
     ends = np.array([run.state[:4] for run in runs])
     rows = ends[1:].reshape(len(at), 4, 4)
-    slopes = ((rows[:, 0] - 8 * rows[:, 1] + 8 * rows[:, 2] - rows[:, 3]) / (12 * step)).T
+    slopes = ((rows[:, 0] - 8 * rows[:, 1] + 8 * rows[:, 2] - rows[:, 3]) / (12 * Fraction(step))).T
     slopes, end = slopes.astype(float), ends[0].astype(float)
     moved = np.linalg.solve(np.eye(3) - slopes[:3, m:], slopes[:3, :m])
     gradient = (slopes[3, :m] + slopes[3, m:] @ moved) / periods
@@ -79,27 +96,30 @@ def compared(
     starts: Sequence[Start],
     periods: int = 1,
     *,
-    step: float = 1e-4,
     long: bool = False,
+    within: Within = WITHIN,
 ) -> int:
     """Number of orbits whose slopes are the integrator's, after all have been compared.
 
-    State and progression to rounding; slopes to what is left of step^4 and of 1 - multipliers. The
-    itinerary's own equations come to the same multipliers, with a residual of rounding, for `long`
-    durations in their own units.
+    State and progression to rounding; slopes to what differences leave. The itinerary's own
+    equations come to the same multipliers, with a residual of rounding, for `long` durations in
+    their own units.
     """
     count = 0
     for row, orbit, (residual, trace, determinant) in orbits(scene, starts, periods):
-        assert residual < 1e-13 * (max(1, 2 * math.pi / row[1]) if long else 1)
-        right = by_differences(judge, scene.form, scene.parameters, row, orbit.state, periods, step)
+        omega = row[scene.parameters.index("omega")]
+        assert residual < 1e-13 * (max(1, 2 * math.pi / omega) if long else 1)
+        right = by_differences(
+            judge, scene.form, scene.parameters, row, orbit.state, periods, within.step
+        )
         if right is None:
             continue
         count += 1
         assert apart(orbit.state, right.state) < 1e-13
         assert abs(orbit.progression - right.progression) < 1e-12
-        assert apart(orbit.monodromy, right.monodromy) < 1e-10
-        assert apart(orbit.by_parameter, right.by_parameter) < 1e-8
-        assert apart(orbit.gradient, right.gradient) < 1e-8
-        assert abs(trace - np.trace(right.monodromy)) < 1e-10
-        assert abs(determinant - np.linalg.det(right.monodromy)) < 1e-10
+        assert apart(orbit.monodromy, right.monodromy) < within.slopes
+        assert apart(orbit.by_parameter, right.by_parameter) < within.solved
+        assert apart(orbit.gradient, right.gradient) < within.solved
+        assert abs(trace - np.trace(right.monodromy)) < within.slopes
+        assert abs(determinant - np.linalg.det(right.monodromy)) < within.slopes
     return count

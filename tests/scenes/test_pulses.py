@@ -1,4 +1,4 @@
-"""A drive of pulses in C beside the integrator: runs with their edges, orbits with derivatives."""
+"""Edges of pulses in C beside the integrator: their order with switches beside them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from tests.native import LIBRARY
-from tests.scenes import Form, Integrator, Run, Start, grouped, integrator, random_starts
-from tests.scenes.library import SANITIZED, Library, library, printed
+from tests.scenes import Form, Integrator, Start, random_starts
+from tests.scenes.library import SANITIZED, Library, library
 
 pytestmark = [
     pytest.mark.long,
@@ -20,8 +20,6 @@ pytestmark = [
 ]
 
 FORM = Form(pulsed=True, biased=True)
-PERIODS = 4
-ORBITS = Path(__file__).with_name("orbits.c")
 DOUBLE, WIDE = 1, 2
 CORNER = 2  # a capsule_outcome
 
@@ -29,47 +27,6 @@ CORNER = 2  # a capsule_outcome
 @pytest.fixture(scope="module")
 def pulsed(tmp_path_factory: pytest.TempPathFactory) -> Library:
     return library("pulsed", tmp_path_factory.mktemp("pulsed"), *SANITIZED)
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
-    return integrator(tmp_path_factory.mktemp("judge"))
-
-
-def varied(count: int) -> list[Start]:
-    """Random starts, fifty after the other of one linear flow; of every other one the pulses are
-    very short or long, or of levels that are equal or opposite."""
-    r, starts = random.Random(30), grouped(random_starts(FORM, count), 50)
-    for i, start in enumerate(starts):
-        given = start.parameters
-        if i % 2:
-            short = r.choice([1e-6, 10 ** r.uniform(-6, -1)])
-            given["D"] = r.choice([short, 1 - short])
-            given["alpha_low"] = r.choice([1, -1, given["alpha_low"]]) * given["alpha"]
-    return starts
-
-
-@pytest.fixture(scope="module")
-def judged(judge: Integrator) -> tuple[list[Start], list[Run]]:
-    starts = varied(1000)
-    runs = judge.runs(FORM, starts, PERIODS)
-    assert {run.status for run in runs} == {"done"}
-    return starts, runs
-
-
-@pytest.mark.parametrize(
-    ("precision", "lanes", "most"), [(0, 0, 10), (2, 0, 2), (0, 4, 10), (0, 8, 10)]
-)
-def test_runs_are_those_of_the_integrator(
-    precision: int, lanes: int, most: float, pulsed: Library, judged: tuple[list[Start], list[Run]]
-) -> None:
-    """Every field passed, edges among their ends, and final states to a few roundings."""
-    starts, runs = judged
-    ends = pulsed.many(starts, lanes) if lanes else pulsed.runs(starts, precision=precision)
-    for end, run in zip(ends, runs, strict=True):
-        assert end.stop == "done"
-        assert lanes or end.fields == run.fields
-        assert run.off(end.state) < most
 
 
 def beside_edges(judge: Integrator, count: int) -> list[Start]:
@@ -140,10 +97,7 @@ TERMS = {
     "error of the switch": ("off = f->error + error;", "off = error;"),
     "error of the edge": ("off = f->error + error;", "off = f->error;"),
     "error of the angle": ("8.0 * UNIT * TWO_PI", "0.0 * UNIT * TWO_PI"),
-    "value at the edge": (
-        "gt(near_to(value), near_zero)",
-        "gt(near_to(value), all(-1e300))",
-    ),
+    "value at the edge": ("gt(near_to(value), near_zero)", "gt(near_to(value), all(-1e300))"),
     "end of what is proved of a guard": ("lt(at + error, g->to) &\n                        ", ""),
 }
 """Terms of the proof that an edge comes first, in step.h, and what is in the place of each."""
@@ -168,53 +122,3 @@ def test_a_term_left_out_is_noticed(
     assert any(
         end.stop == "done" and end.fields != run.fields for end, run in zip(ends, runs, strict=True)
     )
-
-
-STEP = 2.0**-16
-
-
-def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
-    pulsed: Library, judge: Integrator
-) -> None:
-    """Derivatives by share, levels and frequency among them, against differences of fourth order.
-
-    The itinerary's own equations, of which edges are some, come to the same multipliers.
-    """
-    starts = [s for s in random_starts(FORM, 200, 7) if s.parameters["zeta"] > 0]
-    rows = [pulsed.row(start) for start in starts]
-    names, orbits = pulsed.parameters, printed(pulsed.linked(ORBITS), rows, 1)
-    m, compared = len(names), 0
-    for row, (fit, *texts) in zip(rows, orbits, strict=True):
-        if not int(fit):
-            continue
-        places = np.cumsum([3, 9, 3 * m, 1, m])
-        state, by, moved, (advance,), gradient, rest = np.split(np.array(texts, float), places)
-        at = np.array([*row[:m], *state])
-        steps = [k * STEP * e for e in np.eye(len(at)) for k in (-2, -1, 1, 2)]
-        beside = [at, *(at + step for step in steps)]
-        if any(not 0 < one[names.index("D")] < 1 for one in beside):
-            continue
-        starts = [Start(dict(zip(names, p, strict=False)), tuple(p[m:])) for p in beside]
-        runs = judge.runs(FORM, starts, 1, checked=False)
-        if len({run.fields for run in runs}) > 1:
-            continue
-        compared += 1
-        middle = runs[0].state
-        away = [[float(a - b) for a, b in zip(run.state, middle, strict=True)] for run in runs]
-        four = np.array(away[1:]).reshape(len(at), 4, 4)
-        slopes = (four[:, 0] - 8 * four[:, 1] + 8 * four[:, 2] - four[:, 3]).T / (12 * STEP)
-        follows = np.linalg.solve(np.eye(3) - slopes[:3, m:], slopes[:3, :m])
-        residual, trace, determinant = rest
-        assert residual < 1e-12
-        assert apart(state, np.array(middle[:3], float)) < 1e-13
-        assert abs(advance - float(middle[3])) < 1e-12
-        assert apart(by.reshape(3, 3), slopes[:3, m:]) < 1e-9
-        assert apart(moved.reshape(3, m), follows) < 1e-7
-        assert apart(gradient, slopes[3, :m] + slopes[3, m:] @ follows) < 1e-7
-        assert abs(trace - np.trace(slopes[:3, m:])) < 1e-9
-        assert abs(determinant - np.linalg.det(slopes[:3, m:])) < 1e-9
-    assert compared >= 15
-
-
-def apart(first: np.ndarray, second: np.ndarray) -> float:
-    return float(np.max(np.abs(first - second)) / (1 + np.max(np.abs(second))))
