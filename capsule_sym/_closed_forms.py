@@ -1,8 +1,8 @@
 """Closed form of a segment and its Jacobian, in doubles by NumPy or in the numbers of a library.
 
-What is derived is generated: the response functions in `generated.basis`, once for all scenes, and
-the flow in terms of them in the `kernels` of each scene. Here is the choice between series, closed
-forms and doubling, the constants that decide it, and the evaluation of lanes by their cases.
+This module chooses between series, closed forms and doubling, and evaluates lanes by their cases. The
+generator writes the response functions, to `generated.basis` for all scenes, and the flow in terms
+of them, to the `kernels` of each scene.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ class Kernels:
         return self._free(case, c, h), ()
 
     def _free_slopes(self, c: Any, h: Any, free: tuple[Any, ...], near: Any) -> tuple[Any, ...]:
-        """G2, G2d and H2 by closed forms, or by doubling where that is asked for."""
+        """G2, G2d and H2 by closed forms, or by doubling near a confluence."""
         apart = basis.free_slopes_apart(c._replace(q=_either(near, 1.0, c.q)), h, *free)
         if not self.numbers.any(near):
             return apart  # type: ignore[no-any-return]

@@ -15,7 +15,7 @@ KILLED: dict[str, tuple[str, ...]] = {
     "rounding": SCALAR[:1] + LANES,
     **dict.fromkeys(("a rival guard", "one change of sign", "every coefficient positive"), ALL),
 }
-"""Mutants that are told from the sound core by starts at edges, and the widths where they are."""
+"""Mutants that starts at edges distinguish from the sound core, and the widths where they do."""
 
 
 class Term(NamedTuple):

@@ -143,7 +143,7 @@ class Passage:
             here, begun, form, late = self._carried(passed, reached)
             known = facts
 
-    # What a subclass for wider sets does in another way.
+    # A subclass for wider sets overrides these methods.
 
     def form(self, states: Matrix) -> Matrix:
         """States as middle, directions and rest, for the proof of guards."""

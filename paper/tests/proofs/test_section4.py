@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 import sympy as sp
-from capsule_sym._symbolic.proofs.resting import GRAZE, resting_orbit
+from paper.claims.resting import GRAZE, resting_orbit
 
 from capsule_sym import (
     Bifurcation,
