@@ -1,8 +1,8 @@
 """Closed form of a segment and its Jacobian, in doubles by NumPy or in the numbers of a library.
 
-This module chooses between series, closed forms and doubling, and evaluates lanes by their cases. The
-generator writes the response functions, to `generated.basis` for all scenes, and the flow in terms
-of them, to the `kernels` of each scene.
+This module chooses between series, closed forms and doubling, and evaluates lanes by their cases.
+The generator writes the response functions, to `generated.basis` for all scenes, and the flow in
+terms of them, to the `kernels` of each scene.
 """
 
 from __future__ import annotations

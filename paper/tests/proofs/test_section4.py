@@ -7,7 +7,6 @@ from fractions import Fraction
 
 import pytest
 import sympy as sp
-from paper.claims.resting import GRAZE, resting_orbit
 
 from capsule_sym import (
     Bifurcation,
@@ -25,6 +24,7 @@ from capsule_sym._enclosures.orbits.events import Event
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._symbolic.model.symbols import omega
+from paper.claims.resting import GRAZE, resting_orbit
 from paper.proofs.attraction import tendency
 from paper.proofs.branches import glue, march
 from paper.proofs.case import EXACT
