@@ -58,7 +58,7 @@ class _Name:
             for offset in self.offsets:
                 yield place, pixel, offset, 0.0
         turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-        for share in np.linspace(0.1, 1, 10) if self.reach else ():
+        for share in np.linspace(0.1, 1, 10):
             away = share * self.reach
             for turn in turns:
                 way = away * np.cos(turn), away * np.sin(turn)
@@ -82,14 +82,14 @@ class Names:
         """
         mine = tuple(own)
         fill, reach = ("white", _NEAR) if mine else ("none", _REACH)
-        self._add(axes, places, text, [(0.0, 0.0)], mine, looks, reach=reach, fill=fill, edge=0.0)
+        self._add(axes, places, text, [(0.0, 0.0)], looks, reach, fill, own=mine)
 
     def beside(self, axes: Axes, places: Any, text: str, **looks: Any) -> None:
         """A name beside one of `places` (n, 2), or where all is full away from it, with a line."""
         size = FontProperties(size=looks.get("fontsize", "small")).get_size_in_points()
         width = 0.5 * size * 0.6 * max(0, len(text.replace("$", "")) - 2)
         offsets = [(size * x + np.sign(x) * width, size * y) for x, y in _AROUND]
-        self._add(axes, places, text, offsets, (), looks, reach=_REACH, fill="none", edge=0.0)
+        self._add(axes, places, text, offsets, looks, _REACH, "none")
 
     def within(
         self, axes: Axes, places: Any, text: str, reach: float, fill: str = "white", **looks: Any
@@ -99,7 +99,7 @@ class Names:
         Where it meets something at each of them, it stands on a patch of the area's colour `fill`
         up to `reach` points away, and a thin line leads to the first place.
         """
-        self._add(axes, places, text, [(0.0, 0.0)], (), looks, reach=reach, fill=fill)
+        self._add(axes, places, text, [(0.0, 0.0)], looks, reach, fill, edge=0.4)
 
     def _add(
         self,
@@ -107,21 +107,17 @@ class Names:
         places: Any,
         text: str,
         offsets: Sequence[tuple[float, float]],
-        own: Iterable[Artist],
         looks: dict[str, Any],
-        *,
-        reach: float = 0.0,
-        fill: str = "",
-        edge: float = 0.4,
+        reach: float,
+        fill: str,
+        own: Iterable[Artist] = (),
+        edge: float = 0.0,
     ) -> None:
         places = np.asarray(places, dtype=float).reshape(-1, 2)
         looks = {"fontsize": "small", "zorder": 30, **looks}
-        if reach:
-            looks["arrowprops"] = {
-                **{"arrowstyle": "-", "color": "black", "linewidth": 0.6 if edge else 0.3},
-                **{"shrinkA": 0, "shrinkB": 0},
-            }
-            looks["bbox"] = PATCH | {"facecolor": fill, "edgecolor": "black", "linewidth": edge}
+        looks["arrowprops"] = {"arrowstyle": "-", "color": "black", "shrinkA": 0, "shrinkB": 0}
+        looks["arrowprops"]["linewidth"] = 0.6 if edge else 0.3
+        looks["bbox"] = PATCH | {"facecolor": fill, "edgecolor": "black", "linewidth": edge}
         made = axes.annotate(
             text,
             places[0],
@@ -133,10 +129,8 @@ class Names:
             **looks,
         )
         made.set_visible(False)  # as long as it has no place
-        covers = edge > 0.0
-        self._names.append(
-            _Name(made, axes, places, offsets, frozenset(map(id, own)), reach, covers)
-        )
+        covered = frozenset(map(id, own))
+        self._names.append(_Name(made, axes, places, offsets, covered, reach, edge > 0.0))
 
     def settle(self) -> None:
         """Put each name where it meets least, in the order in which they were given."""
@@ -175,7 +169,7 @@ class Names:
             if lead is not None:
                 curves.append((name.text.arrow_patch, lead))
                 extents = np.vstack([extents, _extent(lead)])
-            elif name.reach:
+            else:
                 name.text.arrow_patch.set_visible(False)
                 name.text.get_bbox_patch().set_visible(bool(name.own))
         self._names.clear()
