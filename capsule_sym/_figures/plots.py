@@ -22,16 +22,11 @@ def plot(result: Any, **options: Any) -> Figure:
     `plot_shock`, `plot_pulse` and `plot_tolerances`. Raises InvalidInput for anything else.
     """
     from capsule_sym._figures.store import branch_record
-    from capsule_sym._map import Trajectory
-    from capsule_sym._orbits.continuation.branches.branch import Branch
-    from capsule_sym._orbits.shooting.orbit import Orbit
-
-    if isinstance(result, Trajectory | Orbit):
-        return capsule_sym.plot_motion(result, **options)
-    if isinstance(result, Branch):
-        return capsule_sym.plot_bifurcations(branch_record(result), **options)
 
     drawn: dict[type[Any], Callable[..., Figure]] = {
+        capsule_sym.Trajectory: capsule_sym.plot_motion,
+        capsule_sym.Orbit: capsule_sym.plot_motion,
+        capsule_sym.Branch: capsule_sym.plot_bifurcations,
         capsule_sym.Fit: capsule_sym.plot_residuals,
         capsule_sym.Front: capsule_sym.plot_front,
         capsule_sym.ContinuedAttractors: capsule_sym.plot_attractors,
@@ -41,9 +36,8 @@ def plot(result: Any, **options: Any) -> Figure:
     }
     for kind, draw in drawn.items():
         if isinstance(result, kind):
-            return draw(result, **options)
-    allowed = "a Trajectory, an Orbit, a Branch, " + ", ".join(
-        f"a {kind.__name__}" for kind in drawn
-    )
+            shown = branch_record(result) if kind is capsule_sym.Branch else result
+            return draw(shown, **options)
+    allowed = ", ".join(f"a{'n' * (kind is capsule_sym.Orbit)} {kind.__name__}" for kind in drawn)
     others = "sweeps are drawn by plot_chart, plot_basin and plot_pareto"
     raise InvalidInput("result", type(result).__name__, f"{allowed}; {others}")
