@@ -68,14 +68,8 @@ class Units:
 
     def arc(self, arc: Arc) -> Arc:
         """An arc in these units."""
-        return replace(
-            arc,
-            time=arc.time * self.scale("time"),
-            x_r=arc.x_r * self.scale("x_r"),
-            v_r=arc.v_r * self.scale("v_r"),
-            v_c=arc.v_c * self.scale("v_c"),
-            x_c=arc.x_c * self.scale("x_c"),
-        )
+        names = ("time", "x_r", "v_r", "v_c", "x_c")
+        return replace(arc, **{name: getattr(arc, name) * self.scale(name) for name in names})
 
     def _of(self, name: str) -> tuple[float, str]:
         device = self.device
