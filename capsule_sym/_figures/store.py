@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -60,14 +60,6 @@ class Store:
             write_whole(path, kept)
         return json.loads(kept)["result"]
 
-    def _at_once(self, text: str, compute: Callable[[], Any]) -> Any:
-        """Result of one long step, with a progress bar."""
-
-        def step() -> Iterator[Any]:
-            yield compute()
-
-        return next(iter(self.track(step(), text, None)))
-
     def motions(self, wanted: Sequence[SceneParameters]) -> list[Trajectory]:
         """Steady motion from rest at each parameter set, as a run of a few periods.
 
@@ -89,9 +81,12 @@ class Store:
         inputs = [known(parameters), parameter, begin, to]
 
         def compute() -> dict[str, Any]:
-            return branch_record(followed(parameters, parameter, (begin, to), _BRANCH_POINTS))
+            # One step, which begins when its progress is shown.
+            step = (followed(parameters, parameter, ends, _BRANCH_POINTS) for ends in [(begin, to)])
+            (branch,) = self.track(step, "Following the branch", None)
+            return branch_record(branch)
 
-        return self.get("branch", inputs, lambda: self._at_once("Following the branch", compute))
+        return self.get("branch", inputs, compute)
 
 
 def cache_directory() -> Path:
