@@ -65,8 +65,8 @@ class Study:
 
 
 def _motion(study: Study) -> Figure:
-    (found,) = study.motions([study.system.alpha])
-    return capsule_sym.plot_motion(found, **study.looks, device=study.device)
+    motions = study.motions([study.system.alpha])
+    return capsule_sym.plot_motion(*motions, **study.looks, device=study.device)
 
 
 def _margins(study: Study) -> Figure:

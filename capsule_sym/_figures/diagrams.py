@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.branches import draw_runs, shared
+from capsule_sym._figures.branches import Record, draw_runs, shared
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
@@ -19,9 +19,6 @@ from capsule_sym._figures.units import named, said
 
 if TYPE_CHECKING:
     from capsule_sym._orbits.shooting.orbit import Orbit
-
-Record = Mapping[str, Any]
-"""A branch as `capsule-sym branch --json` gives it, those that leave it in `switched`."""
 
 _STATES = ("x_r", "v_r", "v_c")
 _MEANS = {"velocity": "average_velocity", "progression": "progression"}
