@@ -22,9 +22,11 @@ def optimise(
     maximise: str | None = option("Metric to maximise.", metavar="METRIC"),
     minimise: str | None = option("Metric to minimise.", metavar="METRIC"),
     over: dict[str, Any] = options.over,
+    subject_to: tuple[str, ...] = option(
+        "A constraint, such as 'peak_force <= 2'. Repeatable.", metavar="LIMIT"
+    ),
     how: dict[str, Any] = several(
-        subject_to=options.subject_to,
-        margin=options.margin,
+        margin=option("Floquet multipliers at most 1 - MARGIN.", type=float),
         samples=options.count("Number of cells of the survey.", None, *SAMPLES),
         seed=options.count("Random seed of the cells.", 0, *SEED),
         max_seconds=options.max_seconds(),
@@ -66,6 +68,7 @@ def optimise(
     which = device or parameters
     how = {name: value for name, value in how.items() if value is not None}
     how |= {"maximise": maximise is not None, "starts": (state,), "tolerances": tolerances}
+    how["subject_to"] = subject_to
     found: capsule_sym.Optimum | capsule_sym.Front
     show: Callable[[], None]
     with present.telling("Optimising") as progress:
@@ -77,7 +80,7 @@ def optimise(
             found = front = capsule_sym.pareto(metric, against, over, which, points=points, **how)
             show = partial(_print_front, front)
     if found.status is capsule_sym.OptimumStatus.INFEASIBLE:
-        raise InvalidInput("subject_to", list(how["subject_to"]), f"possible: {found.message}")
+        raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
     present.report(found, "optimum" if against is None else "front", show, out, as_json)
     present.end(found)
 
