@@ -13,15 +13,22 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from capsule_sym._commands.signature import by_line, option, several
+from capsule_sym._commands.signature import ByLine, option, several
 from capsule_sym._commands.values import Named as Named
 from capsule_sym._commands.values import Range, Seconds, WritablePath, meant
 from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._parameters import (
+    CAPSULE,
+    Scene,
+    SceneDevice,
+    SceneParameters,
+    read_parameters,
+    scene,
+    scene_in,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path as Path
-
-    from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
 
     Device = SceneDevice | None
 
@@ -65,13 +72,6 @@ over = by_name(
     "--over",
     of=Named(),
 )
-subject_to = option(
-    "A constraint, such as 'peak_force <= 2'. Repeatable.",
-    type=str,
-    multiple=True,
-    metavar="LIMIT",
-)
-margin = option("Floquet multipliers at most 1 - MARGIN.", type=float)
 
 
 def shares(help: str, flag: str = "--tolerance") -> Any:
@@ -80,9 +80,7 @@ def shares(help: str, flag: str = "--tolerance") -> Any:
     return by_name(help, flag, of=kind, metavar="NAME=SHARE")
 
 
-tolerances = shares(
-    "Optimise the worst case within ±SHARE of the parameter. Repeatable.",
-)
+tolerances = shares("Optimise the worst case within ±SHARE of the parameter. Repeatable.")
 
 
 def windows(counted: bool = False) -> Any:
@@ -143,12 +141,12 @@ def ranged_parameters(counted: bool = False) -> Any:
 
     `ranges` returns them.
     """
-    return by_line(lambda words: _several(words, _ValueOrRange(counted), counted))
+    return ByLine(lambda words: _several(words, _ValueOrRange(counted), counted))
 
 
 def parameters() -> Any:
     """Options of a `System`: one for each parameter of the line's scene, a file, the scene."""
-    return by_line(_several)
+    return ByLine(_several)
 
 
 def _several(words: Sequence[str], kind: Any = float, counted: bool | None = None) -> Any:
@@ -174,7 +172,7 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
     )
     named = option(
         "Scene: the name of a shipped one, or the folder of its generated code.  "
-        f"[default: that of --params, or {_paper().name}]",
+        f"[default: that of --params, or {CAPSULE.name}]",
         "--scene",
         metavar="NAME|FOLDER",
     )
@@ -190,30 +188,22 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
     return several(partial(System, scene), **dimensionless, file=file, scene=named, **driven)
 
 
-def _paper() -> Scene:
-    """Scene of the paper."""
-    from capsule_sym._parameters import CAPSULE
-
-    return CAPSULE
-
-
 def scene_of(words: Sequence[str]) -> Scene:
     """Scene of a line: that of --scene, else of the file in --params, else the paper's.
 
     Raises InvalidInput for an unknown --scene. An invalid file is left to `System.load`.
     """
     from capsule_sym._files import read_toml
-    from capsule_sym._parameters import scene_in
 
     if (named := _value_of("--scene", words)) is not None:
         return _named(named)
     file = _value_of("--params", words)
     if file is not None and os.path.isfile(file):  # a pipe can be read only once
         try:
-            return scene_in(read_toml(file), file) or _paper()
+            return scene_in(read_toml(file), file) or CAPSULE
         except InvalidInput:
             pass
-    return _paper()
+    return CAPSULE
 
 
 def _value_of(flag: str, words: Sequence[str]) -> str | None:
@@ -230,8 +220,6 @@ def _value_of(flag: str, words: Sequence[str]) -> str | None:
 
 def _named(given: str) -> Scene:
     """Scene of --scene."""
-    from capsule_sym._parameters import scene
-
     try:
         return scene(given)
     except InvalidInput as error:
@@ -242,7 +230,7 @@ def without_scene(said: str) -> tuple[click.Option, ...]:
     """Hidden options of a command without parameters, which refuse a scene and a file."""
 
     def refuse(context: click.Context, option: click.Parameter, given: str | None) -> None:
-        if given is None or (option.name == "scene" and _named(given) is _paper()):
+        if given is None or (option.name == "scene" and _named(given) is CAPSULE):
             return
         raise InvalidInput(option.opts[0], given, f"absent: {context.info_name} {said}")
 
@@ -265,7 +253,7 @@ class System:
     @property
     def chosen(self) -> bool:
         """True if any of them is not the default."""
-        return self.file is not None or bool(self.given) or self.of is not _paper()
+        return self.file is not None or bool(self.given) or self.of is not CAPSULE
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -278,8 +266,6 @@ class System:
         Raises InvalidInput for values that are not allowed, for options beside SI units, for ranges
         of a device's parameters without a device, and for a file of another scene.
         """
-        from capsule_sym._parameters import SceneParameters, read_parameters
-
         try:
             default = self.of.Parameters
             loaded = default() if self.file is None else read_parameters(self.file, self.of)

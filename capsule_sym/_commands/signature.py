@@ -60,15 +60,10 @@ def several(make: Callable[..., Any] = dict, **options: Any) -> Any:
     return _Several(make, [made(name) for name, made in options.items()])
 
 
-class _ByLine(NamedTuple):
-    """Options that depend on the line: `made` returns the `several` of its words."""
+class ByLine(NamedTuple):
+    """Default of a parameter whose options depend on the line, a `several` of its words."""
 
     made: Callable[[Sequence[str]], Any]
-
-
-def by_line(made: Callable[[Sequence[str]], Any]) -> Any:
-    """Default of a parameter whose options depend on the line, a `several` of its words."""
-    return _ByLine(made)
 
 
 class Command(click.Command):
@@ -91,7 +86,7 @@ def command(
 ) -> Callable[[Callable[..., Any]], Command]:
     """Decorator that makes a command of a function, with its name and its docstring as help.
 
-    The default of each parameter is made by `option`, `argument`, `several` or `by_line`. `further`
+    The default of each parameter is made by `option`, `argument`, `several` or `ByLine`. `further`
     options are not passed to the function.
     """
 
@@ -100,7 +95,7 @@ def command(
         joined: dict[str, _Several] = {}
         given = zip(function.__annotations__.items(), function.__defaults__ or (), strict=False)
         for (name, kind), default in given:
-            if isinstance(default, _ByLine):
+            if isinstance(default, ByLine):
                 default = default.made(words)
             if isinstance(default, _Several):
                 joined[name] = default
