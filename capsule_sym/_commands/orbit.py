@@ -70,18 +70,22 @@ def orbit(
             lambda: _box_record(boxes, device), lambda: _print_box(boxes, device), as_json
         )
     elif starts:
-        search = found = _search(parameters, starts, seed, max_seconds)
-
-        def record() -> dict[str, Any]:
-            orbits = [_record(one, device) for one in found]
-            return {"orbits": orbits, "status": str(search.status)}
-
-        def show() -> None:
-            for one in found:
-                _print_orbit(one, device)
-            click.echo(f"{len(found)} orbits from {search.searched} random states")
-
-        present.result(record, show, as_json)
+        with present.progress("Searching", starts) as update:
+            search = found = capsule_sym.search_orbits(
+                parameters,
+                starts,
+                seed=seed,
+                max_seconds=max_seconds,
+                report=lambda done, _: update(completed=done),
+            )
+        present.result(
+            lambda: {
+                "orbits": [_record(one, device) for one in found],
+                "status": str(search.status),
+            },
+            lambda: _print_found(found, search.searched, device),
+            as_json,
+        )
     else:
         found = [one := settled(parameters, state, limit, as_json)]
         present.result(lambda: _record(one, device), lambda: _print_orbit(one, device), as_json)
@@ -121,17 +125,10 @@ def _print_box(found: capsule_sym.BoxSearch, device: options.Device) -> None:
     click.echo(found.message)
 
 
-def _search(
-    parameters: capsule_sym.SceneParameters, starts: int, seed: int, max_seconds: float
-) -> capsule_sym.FoundOrbits:
-    with present.progress("Searching", starts) as update:
-        return capsule_sym.search_orbits(
-            parameters,
-            starts,
-            seed=seed,
-            max_seconds=max_seconds,
-            report=lambda done, _: update(completed=done),
-        )
+def _print_found(found: Sequence[capsule_sym.Orbit], searched: int, device: options.Device) -> None:
+    for one in found:
+        _print_orbit(one, device)
+    click.echo(f"{len(found)} orbits from {searched} random states")
 
 
 def settled(
