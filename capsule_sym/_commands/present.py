@@ -94,30 +94,23 @@ def report(
     Rows of a dimensionless table have SI units too if there is a device. By default there is a
     picture if the table has rows; `drawn` overrides this.
     """
-    columns = getattr(found, "columns", {})
+    from capsule_sym._records import in_si
+
+    columns = {key: column.tolist() for key, column in getattr(found, "columns", {}).items()}
 
     def record() -> dict[str, Any]:
         text: dict[str, Any] = finite({**found.to_dict(), **extra})
         return text
 
     def files() -> dict[str, Any]:
-        table = {f"{name}.csv": table_of(found, device)} if columns else {}
+        each = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        rows = [row | in_si(device, row) for row in each]
+        table = {f"{name}.csv": (rows, list(columns))} if columns else {}
         return {f"{name}.json": record()} | table
 
     drawn = any(map(len, columns.values())) if drawn is None else drawn
     pictures = {f"{name}.svg": partial(capsule_sym.plot, found)} if drawn else {}
     result(record, show, as_json, out, files, pictures)
-
-
-def table_of(
-    found: Any, device: SceneDevice | None = None
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """Columns of a result as rows of a table, and their names; in SI units too for a device."""
-    from capsule_sym._records import in_si
-
-    lists = {key: column.tolist() for key, column in found.columns.items()}
-    each = (dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True))
-    return [row | in_si(device, row) for row in each], list(lists)
 
 
 def end(found: Any, limit: Watch | None = None) -> None:
