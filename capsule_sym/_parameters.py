@@ -15,7 +15,7 @@ from functools import cache, cached_property
 from importlib import import_module
 from os import PathLike
 from types import ModuleType, SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._units import Scales
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 SHIPPED = ("capsule", "slope", "prototype", "reaction", "reaction_pulse")
 """Names of the scenes that ship; the first is the paper's."""
 _ALLOWED = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
+_Kind = TypeVar("_Kind", bound="_Frozen")
 _MODULES = {
     "facts": "facts",
     "formulas": "formulas",
@@ -114,35 +115,31 @@ class Scene:
         """Class of the dimensionless parameters."""
         if self is CAPSULE:
             return Parameters
-        made: type[SceneParameters]
-        made = self._class("Parameters", self.dataclasses.Fields, SceneParameters)
-        return made
+        return self._class("Parameters", SceneParameters, self.dataclasses.Fields)
 
     @cached_property
     def PhysicalParameters(self) -> type[SceneDevice]:
         """Class of the parameters of a device in SI units."""
         if self is CAPSULE:
             return PhysicalParameters
-        made: type[SceneDevice]
         own = self.dataclasses
-        made = self._class("PhysicalParameters", own.DeviceFields, own.Relations, SceneDevice)
-        return made
+        return self._class("PhysicalParameters", SceneDevice, own.DeviceFields, own.Relations)
 
     def values(self, **quantities: Any) -> Any:
         """Quantities of a device without checks: numbers or any values with arithmetic."""
         bases = (SimpleNamespace, self.dataclasses.Relations, Scales)
         return type("Values", bases, {"scene": self})(**quantities)
 
-    def _class(self, name: str, *bases: Any) -> Any:
-        """Frozen class of these bases, the first of which has the fields."""
+    def _class(self, name: str, base: type[_Kind], *generated: Any) -> type[_Kind]:
+        """Frozen class of generated classes, the first of which has the fields, and a base."""
         held = {
             "scene": self,
             "__slots__": (),
-            "__doc__": f"{bases[-1].__doc__}",
+            "__doc__": f"{base.__doc__}",
             "__module__": "capsule_sym.scenes",
             "__qualname__": f"{self.name}.{name}",
         }
-        made = type(name, bases, held)
+        made: type[_Kind] = type(name, (*generated, base), held)
         return dataclass(frozen=True)(made)
 
 
