@@ -24,7 +24,7 @@ _INTERRUPTED = 130  # the exit status of shells for it
 _COMPLETE = "_CAPSULE_SYM_COMPLETE"  # environment variable by which a shell requests completions
 
 
-class _Elsewhere(click.Command):
+class _LazyCommand(click.Command):
     """A command named here, whose module is imported only when it is called."""
 
     def __init__(self, name: str, module: str, short_help: str, section: str) -> None:
@@ -37,7 +37,7 @@ class Group(click.Group):
 
     def add(self, name: str, module: str, short_help: str, section: str = "Commands") -> None:
         """Add the command of this name in a module, with _ for -."""
-        self.add_command(_Elsewhere(name, module, short_help, section))
+        self.add_command(_LazyCommand(name, module, short_help, section))
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names in the order in which they were added."""
@@ -45,7 +45,7 @@ class Group(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands by section."""
-        every = [one for one in self.commands.values() if isinstance(one, _Elsewhere)]
+        every = [one for one in self.commands.values() if isinstance(one, _LazyCommand)]
         width = max(len(name) for name in self.commands)
         for section in dict.fromkeys(one.section for one in every):
             with formatter.section(section):
@@ -66,7 +66,7 @@ class Group(click.Group):
         if args and args[0] in _MOVED and args[0] not in self.commands:
             raise click.UsageError(f"{args[0]} has moved: {_MOVED[args[0]]}")
         name, command, rest = super().resolve_command(ctx, args)
-        if isinstance(command, _Elsewhere):
+        if isinstance(command, _LazyCommand):
             command = getattr(import_module(command.module), (command.name or "").replace("-", "_"))
         return name, command.of_line(rest) if isinstance(command, Command) else command, rest
 
@@ -108,27 +108,26 @@ _MOVED = {
     "sweep-info": "capsule-sym sweep --info",
 }
 """Commands that have moved, each with the command of today."""
-_EVERYDAY = "Commands"
-_CHECKS = "For reviewers and developers"
-for _section, _name, _module, _text in (
-    (_EVERYDAY, "run", "run", "Run the map and show its steady motion."),
-    (_EVERYDAY, "orbit", "orbit", "Solve for a periodic orbit, or search for all."),
-    (_EVERYDAY, "branch", "branch", "Follow an orbit in a parameter, with bifurcations."),
-    (_EVERYDAY, "curve", "curve", "Follow bifurcations in two parameters."),
-    (_EVERYDAY, "figure", "figures", "Draw a figure, branches, curves, a sweep or a basin."),
-    (_EVERYDAY, "sweep", "sweep", "Run a grid of parameters or starts; can be resumed."),
-    (_EVERYDAY, "basin", "sweep", "Run basins of attraction over a grid of starts."),
-    (_EVERYDAY, "attractors", "attractors", "Find all attractors of a box of starts."),
-    (_EVERYDAY, "shock", "shock", "Find the least knock after which a motion is lost."),
-    (_EVERYDAY, "pulse", "pulse", "Switch to another motion by a pulse of the drive."),
-    (_EVERYDAY, "optimise", "optimise", "Find the best parameters for a metric."),
-    (_EVERYDAY, "tolerances", "tolerances", "Show the effect of tolerances on metrics."),
-    (_EVERYDAY, "fit", "fit", "Fit parameters to measured series."),
-    (_EVERYDAY, "check", "check", "Check an integrator's switches."),
-    (_EVERYDAY, "explore", "explore", "Open the exact map as a page in a browser."),
-    (_CHECKS, "verify", "verify", "Prove the derivations with SymPy."),
+for _name, _module, _text in (
+    ("run", "run", "Run the map and show its steady motion."),
+    ("orbit", "orbit", "Solve for a periodic orbit, or search for all."),
+    ("branch", "branch", "Follow an orbit in a parameter, with bifurcations."),
+    ("curve", "curve", "Follow bifurcations in two parameters."),
+    ("figure", "figures", "Draw a figure, branches, curves, a sweep or a basin."),
+    ("sweep", "sweep", "Run a grid of parameters or starts; can be resumed."),
+    ("basin", "sweep", "Run basins of attraction over a grid of starts."),
+    ("attractors", "attractors", "Find all attractors of a box of starts."),
+    ("shock", "shock", "Find the least knock after which a motion is lost."),
+    ("pulse", "pulse", "Switch to another motion by a pulse of the drive."),
+    ("optimise", "optimise", "Find the best parameters for a metric."),
+    ("tolerances", "tolerances", "Show the effect of tolerances on metrics."),
+    ("fit", "fit", "Fit parameters to measured series."),
+    ("check", "check", "Check an integrator's switches."),
+    ("explore", "explore", "Open the exact map as a page in a browser."),
 ):
-    group.add(_name, f"capsule_sym._commands.{_module}", _text, _section)
+    group.add(_name, f"capsule_sym._commands.{_module}", _text)
+_REVIEW = "For reviewers and developers"
+group.add("verify", "capsule_sym._commands.verify", "Prove the derivations with SymPy.", _REVIEW)
 
 
 def main(arguments: Sequence[str] | None = None, commands: click.Group = group) -> NoReturn:
@@ -201,10 +200,8 @@ def _elsewhere(error: click.NoSuchOption) -> str:
     known = error.ctx.command.params if error.ctx else []
     if not any(one.name == "file" for one in known):
         return ""  # it takes no parameters
-    name, facts = (
-        error.option_name.lstrip("-").replace("-", "_"),
-        [scene(one).facts for one in SHIPPED],
-    )
+    name = error.option_name.lstrip("-").replace("-", "_")
+    facts = [scene(one).facts for one in SHIPPED]
     if found := [one.SCENE for one in facts if name in one.PARAMETERS]:
         return f"{error.message} --scene {' or '.join(found)} has it."
     if any(name in one.DEVICE for one in facts):
