@@ -53,8 +53,7 @@ def attractors(
     parameters, device = system.load()
     limit = Watch(max_seconds)
     starts = dict(zip(parameters.scene.facts.STATE, state, strict=True)) | given
-    how: dict[str, Any] = {"count": count, "threads": threads}
-    how["max_seconds"] = limit.left
+    how: dict[str, Any] = {"count": count, "threads": threads, "max_seconds": limit.left}
     if periods is not None:
         how["periods"] = periods
     found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors

@@ -27,10 +27,7 @@ def check(
     switches: str = argument(type=click.Path(), metavar="SWITCHES.csv"),
     system: options.System = options.parameters(),
     state: tuple[float, float, float] | None = option(
-        "State at the start.  [default: that of the file, or 0 0 0]",
-        type=float,
-        nargs=3,
-        metavar="X_R V_R V_C",
+        "State at the start.  [default: that of the file, or 0 0 0]", metavar="X_R V_R V_C"
     ),
     phase: float | None = option("Time at the start.  [default: that of the file, or 0]"),
     end: float | None = option("Time at the end.  [default: that of the file, or the last one]"),

@@ -79,14 +79,10 @@ def _print(found: capsule_sym.Shock, device: options.Device) -> None:
     record = found.to_dict()
     rows = {"motion": _motion(record["motion"], device)}
     if found.phase is not None:
-        rows |= {
-            "smallest knock": f"{found.size:.9g}",
-            **{
-                f"  in {k}": present.in_unit(one, k, device, 9)
-                for k, one in record["knock"].items()
-            },
-            "at phase": present.in_unit(found.phase, "phase", device, 9),
-        }
+        rows["smallest knock"] = f"{found.size:.9g}"
+        for name, change in record["knock"].items():
+            rows[f"  in {name}"] = present.in_unit(change, name, device, 9)
+        rows["at phase"] = present.in_unit(found.phase, "phase", device, 9)
         if found.success or found.edge is not None:
             rows["edge state"] = _motion(record["edge"], device)
         if found.success or found.attractor is not None:

@@ -86,35 +86,26 @@ def _print(found: capsule_sym.Tolerances) -> None:
         return
     units = present.units_of(found.system)
     heads = ("metric", "nominal", "mean", "deviation", "2.5 %", "97.5 %")
-    rows = [
-        (
-            one.metric.replace("_", " "),
-            *(
-                present.with_unit(value, units.get(one.metric, ""))
-                for value in (
-                    one.nominal,
-                    one.mean,
-                    one.deviation,
-                    *(one.quantiles[:1] + one.quantiles[-1:]),
-                )
-            ),
+    rows = []
+    for one in found.metrics:
+        ends = one.quantiles[:1] + one.quantiles[-1:]
+        texts = (
+            present.with_unit(value, units.get(one.metric, ""))
+            for value in (one.nominal, one.mean, one.deviation, *ends)
         )
-        for one in found.metrics
-    ]
+        rows.append((one.metric.replace("_", " "), *texts))
     present.table(heads, rows, right=heads[1:], gap=2)
     click.echo()
-    columns = found.columns
     heads = ("metric", "parameter", "first order", "95 %", "total", "95 %")
+    columns = zip(*found.columns.values(), strict=True)
     rows = [
         (
-            one.replace("_", " "),
+            metric.replace("_", " "),
             name,
-            f"{columns['first_order'][i]:.3f}",
-            f"{columns['first_order_low'][i]:.3f} to {columns['first_order_high'][i]:.3f}",
-            f"{columns['total'][i]:.3f}",
-            f"{columns['total_low'][i]:.3f} to {columns['total_high'][i]:.3f}",
+            *(f"{first:.3f}", f"{low:.3f} to {high:.3f}"),
+            *(f"{total:.3f}", f"{least:.3f} to {most:.3f}"),
         )
-        for i, (one, name) in enumerate(zip(columns["metric"], columns["parameter"], strict=True))
+        for metric, name, first, low, high, total, least, most in columns
     ]
     present.table(heads, rows, right=heads[2:], gap=2)
     click.echo()
