@@ -71,13 +71,8 @@ def plot_bifurcations(
         values = [_values(one, index)[0] for one in found]
         draw_points(row, [one["value"] for one in found], values, "exact bifurcation point")
         label_row(row, label)
-    rows[2].set_xlabel(axis_label(record, units))
-    rows[2].set_xlim(*span(record))
-    for row in rows:
-        mark_bifurcations(record, row)
-    if axes is None:
-        add_key(figure, handles_of(rows[:1]))
-        name_bifurcations(record, rows[0], units)
+    key = handles_of(rows[:1]) if axes is None else None
+    _finish(record, units, rows, key)
     return describe(figure, "Bifurcation diagram", **shared(record))
 
 
@@ -138,10 +133,16 @@ def draw_runs(
     return drawn
 
 
-def mark_bifurcations(record: Record, axes: Axes) -> None:
-    """A thin upright line at every exact bifurcation value."""
-    for one in record["bifurcations"]:
-        axes.axvline(one["value"], color="0.6", linewidth=0.5, zorder=0)
+def _finish(record: Record, units: Units, rows: Sequence[Axes], key: list[Any] | None) -> None:
+    """Label the common axis, mark bifurcations on all rows, and name them if there is a key."""
+    rows[-1].set_xlabel(axis_label(record, units))
+    rows[-1].set_xlim(*span(record))
+    for row in rows:
+        for one in record["bifurcations"]:
+            row.axvline(one["value"], color="0.6", linewidth=0.5, zorder=0)
+    if key is not None:
+        add_key(figure_of(rows[0]), key)
+        name_bifurcations(record, rows[0], units)
 
 
 def in_units(record: Record, units: Units) -> Record:
@@ -264,17 +265,11 @@ def plot_energies(
         upper.bar(left, lift, wide, base, color=LIFT, label="lift of the bodies", **bars)
     upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")
     upper.set_ylabel(units.label("work", "energy per period"))
-    if axes is None:
-        add_key(figure, upper.get_legend_handles_labels()[0])
-    else:
+    key = upper.get_legend_handles_labels()[0] if axes is None else None
+    if key is None:
         upper.legend(loc="upper left")
     with np.errstate(invalid="ignore"):
         lower.plot(values, friction / work, color=FRICTION)
     lower.set_ylabel("share of friction")
-    lower.set_xlabel(axis_label(record, units))
-    lower.set_xlim(*span(record))
-    for row in (upper, lower):
-        mark_bifurcations(record, row)
-    if axes is None:
-        name_bifurcations(record, upper, units)
+    _finish(record, units, (upper, lower), key)
     return describe(figure, "Where the work of a period goes", **shared(record))
