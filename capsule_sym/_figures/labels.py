@@ -141,7 +141,9 @@ class Names:
         whole.draw_without_rendering()
         if whole is self.figure:  # nothing moves any more, and drawing it takes half the time
             whole.set_layout_engine("none")
-        taken = [_box(text, renderer) for text in _texts(self.figure)]
+        texts: list[Any] = self.figure.findobj(Text)
+        shown = (text for text in texts if text.get_visible() and text.get_text())
+        taken = [_box(text, renderer) for text in shown]
         curves = _curves(self.figure)
         extents = np.array([_extent(curve) for _, curve in curves]).reshape(-1, 4)
         scale = whole.dpi / 72
@@ -216,12 +218,6 @@ def _crosses(curve: Path, box: Box) -> bool:
 
 def _box(text: Text, renderer: Any) -> Box:
     return tuple(Text.get_window_extent(text, renderer).extents)  # type: ignore[return-value]
-
-
-def _texts(figure: Figure | SubFigure) -> Iterable[Text]:
-    for text in figure.findobj(Text):
-        if isinstance(text, Text) and text.get_visible() and text.get_text():
-            yield text
 
 
 def _marks(line: Any, path: Path) -> Iterable[Path]:

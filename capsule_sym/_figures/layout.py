@@ -44,14 +44,18 @@ def add_key(
     if not handles:
         return
     room = page.bbox.width - 2 * _RIM * figure_of(page).dpi
+    looks |= {"handles": handles, "columnspacing": 1.2}
+    looks["loc"] = "outside lower center" if below else "outside upper center"
     count = len(handles)
-    legend, (wide, high) = _legend(page, handles, count, below, looks)
+    legend = page.legend(ncols=count, **looks)
+    wide, high = _size(legend)
     while wide > room and count > 1:
         # Columns are of one width at most: so many fit for certain, and one more is tried.
         count = max(1, min(count - 1, int(count * room / wide) + 1))
         count = -(-len(handles) // -(-len(handles) // count))  # as even as so many rows can be
         legend.remove()
-        legend, (wide, high) = _legend(page, handles, count, below, looks)
+        legend = page.legend(ncols=count, **looks)
+        wide, high = _size(legend)
     if wide > room:
         texts = legend.get_texts()
         letters = max(len(text.get_text()) for text in texts)
@@ -74,23 +78,6 @@ def add_words(page: Figure | SubFigure, words: Iterable[str], *, below: bool = T
     """A key of words alone, such as what the labels in the panels stand for."""
     handles = [Line2D([], [], linestyle="", label=one) for one in words]
     add_key(page, handles, below=below, handlelength=0, handletextpad=0)
-
-
-def _legend(
-    page: Figure | SubFigure,
-    handles: Sequence[Any],
-    columns: int,
-    below: bool,
-    looks: dict[str, Any],
-) -> tuple[Legend, tuple[float, float]]:
-    legend = page.legend(
-        handles=handles,
-        loc="outside lower center" if below else "outside upper center",
-        ncols=columns,
-        columnspacing=1.2,
-        **looks,
-    )
-    return legend, _size(legend)
 
 
 def _size(legend: Legend) -> tuple[float, float]:
