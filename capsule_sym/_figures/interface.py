@@ -18,6 +18,6 @@ from capsule_sym._figures.store import (
     followed, from_rest, known, run_settled, settled, Store, Track,
 )
 from capsule_sym._figures.style import (
-    Colours, describe, field_colour, figure_of, itinerary, labels_of, LOOKS, mathematical, styled,
+    Colours, describe, field_colour, figure_of, labels_of, LOOKS, mathematical, styled,
 )
 from capsule_sym._figures.units import DIMENSIONLESS

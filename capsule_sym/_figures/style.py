@@ -120,11 +120,6 @@ def readable(colour: str) -> str:
     return "black" if light > 0.22 else "white"
 
 
-def itinerary(fields: Sequence[str] | str) -> str:
-    """An itinerary as it is written: F5 F4 F1 F2, from its fields or its digits."""
-    return " ".join(f"F{one.removeprefix('F')}" for one in fields)
-
-
 def mathematical(name: str) -> str:
     """The name of a surface, a line or its part, such as L2^(1), in mathematical type."""
     piece, _, part = name.partition("^")
