@@ -57,7 +57,7 @@ class NotInstalled(CapsuleError, ImportError):
 
 _EXTRAS = {
     "plot": ("matplotlib", "platformdirs", "shapely"),
-    "sweep": ("dask", "distributed", "filelock", "xarray", "zarr"),
+    "sweep": ("filelock", "xarray", "zarr"),
     "symbolic": ("flint", "sympy"),
 }
 

@@ -35,8 +35,8 @@ from capsule_sym._map.interface import (
 )
 from capsule_sym._native import core
 from capsule_sym._orbits.interface import contact, drift
-from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym.generated.capsule import DIGEST
+from paper.processes import end, spawning, undisturbed
 
 CHUNK = 200
 """Starts in one line of the log."""

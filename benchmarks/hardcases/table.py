@@ -10,7 +10,7 @@ from benchmarks.hardcases import baselines
 from benchmarks.hardcases.cases import Case
 from benchmarks.hardcases.reference import ReferenceCheck, Start, check
 from capsule_sym import Outcome, Parameters, Trajectory, simulate
-from capsule_sym._processes import end, spawning, undisturbed
+from paper.processes import end, spawning, undisturbed
 from paper.study import casestudy
 
 _COST_PERIODS = 30

@@ -25,7 +25,6 @@ _running = several(
         "Resume with a different core; results then differ in the last bits.", is_flag=True
     ),
     workers=option("Number of parallel chunks.  [default: one per core]", type=int),
-    dask=option("Address of a Dask scheduler; local starts a cluster.", metavar="ADDRESS"),
     max_seconds=options.max_seconds(),
 )
 
@@ -184,27 +183,11 @@ def _summary(summary: Any, periods: int, store: str) -> dict[str, Any]:
 
 
 @contextmanager
-def _executor(workers: int | None, dask: str | None, **how: Any) -> Iterator[dict[str, Any]]:
+def _executor(**how: Any) -> Iterator[dict[str, Any]]:
     """Arguments of `run_sweep`, with a progress bar."""
-    given = {**how, "workers": workers, "command": shlex.join(["capsule-sym", *sys.argv[1:]])}
-    with _progress() as progress, _dask(dask, workers) as cluster:
-        yield {**given, **cluster, "progress": progress}
-
-
-@contextmanager
-def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
-    if address is None:
-        yield {}
-        return
-    options.require("distributed")
-    from capsule_sym._sweeps.execution import MOST_WORKERS
-    from capsule_sym._sweeps.pools import client_of
-
-    with client_of(address, workers) as client:
-        count = sum(client.nthreads().values())
-        # Workers may come later: a run reports that it waits for them.
-        many = min(count or 1, MOST_WORKERS)
-        yield {"executor": client.get_executor(), "workers": workers or many}
+    with _progress() as progress:
+        command = shlex.join(["capsule-sym", *sys.argv[1:]])
+        yield {**how, "command": command, "progress": progress}
 
 
 @contextmanager

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent import futures
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from itertools import islice
@@ -13,21 +14,26 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import TimeUp, Watch, check_time, present
 from capsule_sym._processes import deferred, processors
-from capsule_sym._sweeps.cells import Block
-from capsule_sym._sweeps.pools import PATIENCE, Lost, Pool, pool_of
+from capsule_sym._sweeps.cells import Block, compute
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import Store, opened
 from capsule_sym._sweeps.sweep import Sweep, check_sweep
 
 MOST_WORKERS = 1024  # more than the one writer keeps busy
+_LOOK = 5.0  # seconds between two looks at the time limit; Windows notices Ctrl-C only then
 _MOST_FAILED = 3  # chunks, after which a run ends without the others
 
 Progress = Callable[[int, int], None]
+Submit = Callable[[Sweep], futures.Future[Block]]
+
+
+class Lost(CapsuleError):
+    """Raised if a chunk cannot be computed. Finished chunks are kept; the store can be resumed."""
 
 
 class SweepStatus(StrEnum):
@@ -166,10 +172,10 @@ class _Run:
 
     def all(self, executor: futures.Executor | None) -> None:
         """Run chunks until none is left; raises Lost if some failed."""
-        with pool_of(executor, self.workers) as pool:
+        with _submitting(executor, self.workers) as submit:
             try:
-                while self._give(pool):
-                    self._take(pool)
+                while self._give(submit):
+                    self._take()
             except BaseException:
                 for future in self.under_way:
                     future.cancel()
@@ -177,7 +183,7 @@ class _Run:
         if self.failed:
             raise self._lost()
 
-    def _give(self, pool: Pool) -> bool:
+    def _give(self, submit: Submit) -> bool:
         """Submit a chunk to each free worker; returns False if none is under way.
 
         No worker has a second chunk queued, so that at most one chunk per worker is lost.
@@ -185,20 +191,19 @@ class _Run:
         for index in islice(self.todo, self.workers - len(self.under_way)):
             check_time()
             try:
-                self.under_way[pool.submit(self.store.sweep.part(index))] = index
+                self.under_way[submit(self.store.sweep.part(index))] = index
             except futures.BrokenExecutor as error:
                 self.failed[index] = _reason(error)
                 raise self._lost() from error
         return bool(self.under_way)
 
-    def _take(self, pool: Pool) -> None:
+    def _take(self) -> None:
         """Write finished chunks; raises Lost if an executor is broken, or many chunks failed."""
         done = futures.wait(
-            self.under_way, min(PATIENCE, present().left), futures.FIRST_COMPLETED
+            self.under_way, min(_LOOK, present().left), futures.FIRST_COMPLETED
         ).done
         if not done:
             check_time()
-            pool.waited()
         for future in done:
             index = self.under_way[future]
             try:
@@ -206,7 +211,7 @@ class _Run:
             except TimeUp:
                 raise
             except futures.CancelledError as error:
-                raise pool.lost() from error
+                raise Lost("the executor cancelled a chunk; continue with --resume") from error
             except Exception as error:
                 self.failed[self.under_way.pop(future)] = _reason(error)
                 if isinstance(error, futures.BrokenExecutor) or len(self.failed) == _MOST_FAILED:
@@ -220,6 +225,25 @@ class _Run:
 
     def _lost(self) -> Lost:
         return Lost("; ".join(f"chunk {index}: {told}" for index, told in self.failed.items()))
+
+
+@contextmanager
+def _submitting(executor: futures.Executor | None, workers: int) -> Iterator[Submit]:
+    """Submission of chunks to a given executor, which stays open, or to threads of this process.
+
+    On an exception, such as an interrupt, threads stop within their chunks.
+    """
+    if executor is not None:
+        yield lambda part: executor.submit(compute, part)
+        return
+    threads, watch = futures.ThreadPoolExecutor(workers), Watch()
+    try:
+        yield lambda part: threads.submit(compute, part, watch)
+    except BaseException:
+        watch.stop()
+        threads.shutdown(wait=False, cancel_futures=True)
+        raise
+    threads.shutdown()
 
 
 def _reason(error: Exception) -> str:

@@ -13,7 +13,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
-from capsule_sym._processes import end, spawning, undisturbed
+from paper.processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch

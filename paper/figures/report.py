@@ -18,11 +18,11 @@ from capsule_sym import InvalidInput, NotInstalled, Parameters, figure_style
 from capsule_sym import _explorer as explorer
 from capsule_sym._figures.interface import Colours, Store, Study, Track
 from capsule_sym._files import read_json
-from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts
 from capsule_sym.generated.capsule import DIGEST
 from paper.figures.catalogue import FIGURES
 from paper.printed import read
+from paper.processes import end, spawning, undisturbed
 from paper.study.casestudy import GAMMAS, THRESHOLDS
 
 EXPLORER = "explorer.html"

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, Protocol
 from capsule_sym import InvalidInput
 from capsule_sym._files import growing, write_whole
 from capsule_sym._map.interface import checked_seconds
-from capsule_sym._processes import end, spawning, undisturbed
+from paper.processes import end, spawning, undisturbed
 from paper.proofs import attraction, optimum, patches
 from paper.proofs.digest import (
     closure,

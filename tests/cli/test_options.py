@@ -201,7 +201,6 @@ LACKING = [
     ("xarray zarr", "basin --x-r 0:1:2 --out s", "sweep"),
     ("xarray zarr", "sweep --info s", "sweep"),
     ("xarray zarr", "figure . --out a.svg", "sweep"),
-    ("distributed", "sweep --alpha 0.1:2:3 --out s --dask local", "sweep"),
     ("flint", "run --certify a.json", "symbolic"),
     ("sympy", "verify", "symbolic"),
 ]

@@ -125,7 +125,6 @@ def test_a_check_tells_what_is_damaged(
         (["sweep", "none.toml", "--out", "new"], "must be readable"),
         (["sweep", "FILE", "--out", "STORE", "--resume", "--workers", "0"], "workers = 0"),
         (["sweep", "FILE", "--out", "new", "--refine", "3"], "a power of two"),
-        (["sweep", "FILE", "--out", "new", "--dask", "nonsense://x"], "of a Dask scheduler"),
         (["sweep", "FILE"], "--out"),
         (["sweep", "FILE", "--out", "new", "--check"], "--check needs --info"),
         (["sweep", "FILE", "--info", "STORE"], "FILE.toml and --info exclude each other"),

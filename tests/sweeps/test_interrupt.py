@@ -17,10 +17,9 @@ import pytest
 
 from capsule_sym import Axis, Sweep, run_sweep
 from capsule_sym._native import Watch, core
-from capsule_sym._processes import undisturbed
 from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import Abandoned, Block, compute
-from capsule_sym._sweeps.pools import Lost, pool_of
+from capsule_sym._sweeps.execution import Lost, _submitting
 from capsule_sym._sweeps.store import Store
 from tests.sweeps import chart
 
@@ -45,8 +44,8 @@ def test_a_chunk_of_days_stops_when_it_is_not_wanted(
 
 
 def test_threads_are_left_at_once_and_stop() -> None:
-    with pytest.raises(KeyboardInterrupt), pool_of(None, 1) as pool:  # noqa: PT012
-        future = pool.submit(DAYS)
+    with pytest.raises(KeyboardInterrupt), _submitting(None, 1) as submit:  # noqa: PT012
+        future = submit(DAYS)
         while not future.running():
             time.sleep(0.01)
         raise KeyboardInterrupt
@@ -75,31 +74,16 @@ def test_a_chunk_that_is_written_is_counted_whenever_the_interrupt_comes(
     assert str(told.value).startswith(f"{cells} of 120 cells are kept")
 
 
-def children(process: int) -> int:
-    psutil: Any = pytest.importorskip("psutil")
-    return len(psutil.Process(process).children())
-
-
-@pytest.mark.parametrize(
-    "how",
-    [
-        [],
-        pytest.param(["--dask", "local"], marks=pytest.mark.long),
-    ],
-    ids=["threads", "dask"],
-)
 @pytest.mark.parametrize("later", [0.0, pytest.param(6.0, marks=pytest.mark.long)])
-def test_ctrl_c_ends_a_sweep_of_days_in_one_line(
-    how: list[str], later: float, tmp_path: Path
-) -> None:
+def test_ctrl_c_ends_a_sweep_of_days_in_one_line(later: float, tmp_path: Path) -> None:
     """The terminal sends it to all processes at once, while they start and when they work."""
     path, store = tmp_path / "days.toml", tmp_path / "store"
     path.write_text(FILE)
-    command = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--out", str(store), *how]
+    command = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--out", str(store)]
     program = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    while not (children(program.pid) if how else (store / "sweep.json").exists()):
+    while not (store / "sweep.json").exists():
         assert program.poll() is None
         time.sleep(0.01)
     time.sleep(later)
@@ -109,25 +93,10 @@ def test_ctrl_c_ends_a_sweep_of_days_in_one_line(
     finally:
         program.kill()
     assert (program.returncode, out) == (130, "")
-    # A cluster starts before the store is opened: there is nothing yet that could have been kept.
     kept = (f": 0 of 16 cells are kept in {store};", f": no cell was started; {store} is unchanged")
     assert errors.startswith("error: interrupted")
     assert errors.count("\n") == 1
-    assert "--dask" in how or any(said in errors for said in kept)
-
-
-def test_ctrl_c_waits_while_processes_start_and_is_not_theirs() -> None:
-    before = signal.getsignal(signal.SIGINT)
-    blocked = []
-    with pytest.raises(KeyboardInterrupt):  # noqa: PT012 (what comes after the signal is the point)
-        with undisturbed():
-            blocked.append(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
-            os.kill(os.getpid(), signal.SIGINT)
-            blocked.append(True)
-        blocked.append(False)
-    assert blocked == [True, True]
-    assert signal.getsignal(signal.SIGINT) is before
-    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    assert any(said in errors for said in kept)
 
 
 class Cancelling(Executor):

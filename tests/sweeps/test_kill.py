@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import random
 import resource
@@ -19,7 +18,7 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from capsule_sym import run_sweep
-from capsule_sym._sweeps.pools import Lost
+from capsule_sym._sweeps.execution import Lost
 from tests.sweeps import chart, contents, deadly_corner
 
 ROOT = Path(__file__).parents[2]
@@ -35,21 +34,14 @@ from tests.sweeps.test_kill import SWEEPS
 from capsule_sym import run_sweep
 
 if __name__ == "__main__":
-    if sys.argv[2] == "dask":
-        from distributed import Client, LocalCluster
-
-        cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
-        executor = Client(cluster).get_executor()
-    else:
-        executor = None
     print("begun", flush=True)
-    run_sweep(SWEEPS[sys.argv[3]], sys.argv[1], executor=executor, workers=2, resume=True)
+    run_sweep(SWEEPS[sys.argv[2]], sys.argv[1], workers=2, resume=True)
 """
 
 
-def started(store: Path, executor: str, sweep: str) -> subprocess.Popen[str]:
+def started(store: Path, sweep: str) -> subprocess.Popen[str]:
     program = subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, str(store), executor, sweep],
+        [sys.executable, "-c", PROGRAM, str(store), sweep],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -66,16 +58,6 @@ def finished(store: Path) -> dict[str, float]:
     return {p.name: p.stat().st_mtime for p in (store / "chunks").rglob("*.json")}
 
 
-def workers_of(process: int) -> list[int]:
-    psutil = pytest.importorskip("psutil")
-    found = []
-    for child in psutil.Process(process).children(recursive=True):
-        with contextlib.suppress(psutil.NoSuchProcess):  # it ended meanwhile, or waits to be reaped
-            if "resource_tracker" not in " ".join(child.cmdline()):
-                found.append(child.pid)
-    return found
-
-
 @cache
 def uninterrupted(sweep: str) -> dict[str, bytes]:
     with TemporaryDirectory() as folder:
@@ -83,12 +65,12 @@ def uninterrupted(sweep: str) -> dict[str, bytes]:
         return contents(Path(folder) / "whole")
 
 
-def killed_at_random_moments(store: Path, executor: str, kills: int) -> int:
-    """Kills runs, or clients alone with their process group left to itself, at some chunk."""
+def killed_at_random_moments(store: Path, kills: int) -> int:
+    """Kills runs at some chunk, alone or with their process group."""
     chance = random.Random(2019)
     interrupted = 0
     for _ in range(kills):
-        program = started(store, executor, "short")
+        program = started(store, "short")
         before = finished(store)
         least = len(before) + chance.randint(0, 40 // kills)
         while len(finished(store)) < least:
@@ -107,46 +89,17 @@ def killed_at_random_moments(store: Path, executor: str, kills: int) -> int:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("executor", ["threads", "dask"])
-def test_killed_runs_end_as_an_uninterrupted_one(executor: str, tmp_path: Path) -> None:
-    assert killed_at_random_moments(tmp_path / "store", executor, 10) >= 5
+def test_killed_runs_end_as_an_uninterrupted_one(tmp_path: Path) -> None:
+    assert killed_at_random_moments(tmp_path / "store", 10) >= 5
     run_sweep(SWEEPS["short"], tmp_path / "store", resume=True)
     assert contents(tmp_path / "store") == uninterrupted("short")
-
-
-def worker_deaths(store: Path, deaths: int) -> int:
-    """Kill workers at random moments during one run; returns the number killed.
-
-    Between two kills a chunk is finished: workers that only die are not replaced for ever.
-    """
-    chance = random.Random(2019)
-    program = started(store, "dask", "long")
-    killed = 0
-    while killed < deaths and program.poll() is None:
-        before = len(finished(store))
-        while len(finished(store)) == before and program.poll() is None:
-            time.sleep(0.01)
-        time.sleep(chance.uniform(0.0, 0.5))
-        workers = workers_of(program.pid) if program.poll() is None else []
-        if workers:
-            os.kill(chance.choice(workers), signal.SIGKILL)
-            killed += 1
-    _, said = program.communicate(timeout=300)
-    assert program.returncode == 0, said
-    return killed
-
-
-@pytest.mark.long
-def test_a_run_outlives_ten_of_its_workers(tmp_path: Path) -> None:
-    assert worker_deaths(tmp_path / "store", 10) == 10
-    assert contents(tmp_path / "store") == uninterrupted("long")
 
 
 def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("capsule_sym._sweeps.pools.compute", deadly_corner)
+        patch.setattr("capsule_sym._sweeps.execution.compute", deadly_corner)
         with (
             ProcessPoolExecutor(1, get_context("spawn")) as pool,
             pytest.raises(Lost, match=r"^chunk 8: BrokenProcessPool: A process .* terminated"),

@@ -8,7 +8,7 @@ import pytest
 
 from capsule_sym import Axis, InvalidInput, Sweep, open_results, refine_sweep, run_sweep
 from capsule_sym._native import live, present
-from capsule_sym._sweeps import pools as execution_module
+from capsule_sym._sweeps import execution as execution_module
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.quantities import CellOutcome
 from tests.sampling import sampled, some

@@ -6,13 +6,12 @@ import errno
 import json
 import math
 import os
-import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -33,10 +32,10 @@ from capsule_sym import (
 from capsule_sym._native import check_time, live, present
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._sweeps import cells as cells_module
-from capsule_sym._sweeps import pools as run_module
+from capsule_sym._sweeps import execution as run_module
 from capsule_sym._sweeps import store as store_module
 from capsule_sym._sweeps.cells import compute
-from capsule_sym._sweeps.pools import Lost, client_of
+from capsule_sym._sweeps.execution import Lost
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import NotWritten, opened
@@ -107,8 +106,10 @@ def executor_of(kind: str) -> Iterator[Executor | None]:
     """Executor of each kind that a run may have."""
     with ExitStack() as stack:
         if kind == "dask":
-            pytest.importorskip("distributed")
-            yield stack.enter_context(client_of("local", 2)).get_executor()
+            distributed: Any = pytest.importorskip("distributed")
+            how = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+            cluster = stack.enter_context(distributed.LocalCluster(**how))
+            yield stack.enter_context(distributed.Client(cluster)).get_executor()
         elif kind == "processes":
             yield stack.enter_context(ProcessPoolExecutor(2, get_context("spawn")))
         else:
@@ -139,19 +140,6 @@ def test_executors_give_equal_results_also_after_their_time_is_over(
         rest = run_sweep(SWEEP, store, resume=True, **how)
     assert (rest.success, rest.computed) == (True, 120 - found.computed)
     assert contents(store) == whole
-
-
-@pytest.mark.long
-@pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_a_cluster_of_its_own_starts_beside_another() -> None:
-    """Dask's own port is taken, as by another run."""
-    pytest.importorskip("distributed")
-    with ExitStack() as stack:
-        taken = stack.enter_context(socket.socket())
-        with suppress(OSError):  # it is taken already
-            taken.bind(("0.0.0.0", 8787))
-            taken.listen()
-        stack.enter_context(client_of("local", 1))
 
 
 def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
