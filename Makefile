@@ -22,7 +22,8 @@ paper: $(READY)  ## the main job: the paper's case study, and results/report.htm
 
 sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),$(addprefix $(at),/*.* /*/*.* /*/*/*.*))))
 within = $(call sources,$(addprefix capsule_sym/,$(1)))
-PROVED := $(call sources,paper) $(call within,_symbolic _enclosures _orbits _map _native generated)
+PROVED := $(call sources,$(addprefix paper/,claims proofs study)) $(wildcard paper/*.py paper/*.toml capsule_sym/_*.py) \
+    paper/commands/claims.py capsule_sym/_commands/verify.py $(call within,_symbolic _enclosures _orbits _map _native generated)
 
 # A test that stands still shows what each thread is at, and fails; the longest takes two minutes.
 STILL := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true

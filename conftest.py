@@ -76,7 +76,8 @@ def inside(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) 
 TOGETHER = ("tests/symbolic/", "paper/tests/claims/", "tests/orbits/")
 FIRST = (
     "tests/symbolic/",
-    "tests/cli/test_paper.py",
+    "paper/tests/test_paper.py",
+    "paper/tests/claims/",
     "tests/figures/",
     "tests/orbits/",
     "tests/test_packaging.py",

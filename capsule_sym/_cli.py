@@ -53,7 +53,9 @@ class Group(click.Group):
                 formatter.write_dl([(f"{one.name:{width}}", str(one.short_help)) for one in own])
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of scenes below the commands."""
+        """Write the list of scenes below the commands of the tool."""
+        if self.name != "capsule-sym":
+            return
         from capsule_sym._parameters import SHIPPED
 
         scenes = f"Scenes: {', '.join(SHIPPED)}. --scene chooses one, with its own parameters."

@@ -22,7 +22,7 @@ extensions = [
     "mathml",
     "signatures",
 ]
-exclude_patterns = ["_build", "paper"]
+exclude_patterns = ["_build"]
 nitpicky = False  # types of private modules stand in signatures
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3

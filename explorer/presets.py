@@ -6,8 +6,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from capsule_sym import Orbit, Parameters, continue_orbit, solve_orbit
-from paper.study.casestudy import GAMMAS, PANELS, printed_map
+from capsule_sym import Bifurcation, Orbit, Parameters, continue_orbit, solve_orbit
+from paper.printed import read, row_at
+from paper.study.casestudy import GAMMAS, PANELS
 from paper.study.thresholds import FIRST, LAST, PRINTED
 
 
@@ -17,7 +18,7 @@ def presets() -> dict[str, Any]:
         "scene": "capsule",
         "gammas": list(GAMMAS),
         "panels": [
-            {"panel": panel, "alpha": alpha, "printed": printed_map(alpha)}
+            {"panel": panel, "alpha": alpha, "printed": row_at(read(), alpha).map}
             for panel, alpha in PANELS.items()
         ],
         "basin": {"alpha": 2.8, "omega": 0.4, "zeta": 0.01, "beta": 5.0, "gamma": 5.0},
@@ -35,13 +36,16 @@ def _bifurcations(gamma: float) -> list[dict[str, Any]]:
             "alpha": one.value,
             "type": one.type,
             "line": one.line,
-            "printed": next(
-                (p.alpha for p in PRINTED if p.type == one.type and one.line.startswith(p.line)),
-                None,
-            ),
+            "printed": _printed(one),
         }
         for one in continue_orbit(start, "alpha", LAST).bifurcations
     ]
+
+
+def _printed(one: Bifurcation) -> float | None:
+    """Printed alpha of a bifurcation; None if it is not printed."""
+    alike = (p for p in PRINTED if p.type == one.type and one.line.startswith(p.line))
+    return next((float(event.alpha) for event in alike), None)
 
 
 if __name__ == "__main__":

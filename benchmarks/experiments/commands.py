@@ -70,7 +70,7 @@ def trials(
 
 @command()
 def pulses(
-    numbers: tuple[int, ...] = argument(nargs=-1, type=int, metavar="[NUMBER]..."),
+    numbers: tuple[int, ...] = argument(nargs=-1, type=click.IntRange(0, 9), metavar="[NUMBER]..."),
     amplitudes: int = count("Amplitudes of brute force.", 100_000, 2),
 ) -> None:
     """Compare shortest pulses between ten pairs of motions with brute force."""

@@ -76,5 +76,6 @@ def check(count: int, path: Path) -> int:
         print(f"    {drawn(one['number'])}")
     slow = sorted(one["seconds"] for one in periodic)
     print(f"{len(periodic)} periodic motions of {len(known)}, {len(lost)} not found")
-    print(f"seconds: median {slow[len(slow) // 2]:.2f}, longest {slow[-1]:.2f}")
+    if slow:
+        print(f"seconds: median {slow[len(slow) // 2]:.2f}, longest {slow[-1]:.2f}")
     return 1 if lost else 0

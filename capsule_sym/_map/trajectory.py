@@ -111,7 +111,7 @@ class Trajectory(Labelled):
         escalations: int = 0,
         **kept: NDArray[Any],
     ) -> Trajectory:
-        """Run of these segments; `kept` are other kept data."""
+        """Run of these segments; `kept` are other kept data, arrays of shape (n, ...)."""
         final, advance = origin, abs(origin[1][0]) * 0
         if segments:
             last = segments[-1]

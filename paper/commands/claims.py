@@ -43,7 +43,7 @@ def claims(
         from paper.claims.report import markdown
 
         progress.update(task, description="deriving")
-        chosen = everything.named(only) if only else everything.sections()
+        chosen = everything.sections() if only is None else everything.named(only)
         progress.update(task, description="checking", total=sum(map(len, chosen.values())))
 
         def advance(result: Result) -> None:

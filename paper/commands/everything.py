@@ -16,7 +16,7 @@ from capsule_sym._files import write_whole
 from paper.figures.report import RESULTS, SOURCES
 
 _ROOT = Path(__file__).parents[2]
-_FOLDERS = ("capsule_sym", "paper", "benchmarks")
+_FOLDERS = ("capsule_sym", "generated", "paper", "benchmarks")
 _CODE = (".py", ".pyx", ".c", ".h", ".toml", ".j2", ".html")
 
 

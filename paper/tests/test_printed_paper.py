@@ -41,8 +41,6 @@ def test_case_study_is_the_printed_one() -> None:
 
 
 def test_reader_does_without_sympy() -> None:
-    code = (
-        "import sys; from capsule_sym import _paper; _paper.read(); print('sympy' in sys.modules)"
-    )
+    code = "import sys; from paper import printed; printed.read(); print('sympy' in sys.modules)"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout == "False\n"

@@ -23,7 +23,7 @@ PARTS = (
     r"1(\.0)?\s*\+\s*(\w+(\.|->))*kappa\b",
 )
 # Independent by intention: other tools' integrators, the paper's own text, and the theory's proofs.
-WITNESSES = ("_bench", "generated", "_symbolic/paper", "_symbolic/proofs")
+WITNESSES = ("generated", "_symbolic/proofs")
 WITNESSES += tuple(
     f"_symbolic/{name}.py"
     for name in (
@@ -47,8 +47,9 @@ FRICTION = (
 
 def places(parts: tuple[str, ...] = PARTS) -> list[str]:
     found = []
-    for path in sorted((ROOT / "capsule_sym").rglob("*")):
-        name = path.relative_to(ROOT / "capsule_sym").as_posix()
+    houses = [ROOT / name for name in ("capsule_sym", "paper/study", "paper/figures")]
+    for path in sorted(path for house in houses for path in house.rglob("*")):
+        name = path.relative_to(ROOT).as_posix().removeprefix("capsule_sym/")
         if path.suffix not in (".py", ".c", ".h", ".pyx") or name.startswith((*WITNESSES, LOSS)):
             continue
         text = re.sub(r'""".*?"""|/\*.*?\*/', "", path.read_text(encoding="utf-8"), flags=re.S)

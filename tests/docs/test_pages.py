@@ -181,6 +181,27 @@ def test_what_has_to_hold_is_what_is_run_before_a_change_is_taken() -> None:
     assert set(targets.split()) <= TARGETS
 
 
+@pytest.mark.parametrize("made", ["verify.md", "claims.md"])
+def test_a_result_is_made_anew_when_what_it_is_made_from_changes(made: str) -> None:
+    """By the rules that make has read, of which none is run."""
+    rules = subprocess.run(
+        ["make", "-pn", "help"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    needs = set(re.findall(rf"^results/{made}: (.*)$", rules, re.M)[0].split())
+    packages = [
+        f"capsule_sym/{one}" for one in ["_symbolic", "_enclosures", "_orbits", "_map", "_native"]
+    ]
+    sources = {
+        path.relative_to(ROOT).as_posix()
+        for package in [*packages, "capsule_sym/generated", "paper/claims", "paper/proofs"]
+        for path in (ROOT / package).glob("**/*.*")
+        if path.suffix in {".c", ".h", ".py", ".pyx", ".toml"}
+    }
+    assert len(sources) > 100
+    assert {*sources, "capsule_sym/_closed_forms.py", "capsule_sym/_parameters.py"} <= needs
+    assert not [name for name in needs if "__pycache__" in name or "/tests/" in name]
+
+
 def listed() -> list[str]:
     """The public names that the pages of the Python interface list."""
     texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs/api").glob("*.md"))]
