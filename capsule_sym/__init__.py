@@ -14,7 +14,7 @@ _NEEDS = {
         "_figures.design",
         *("_figures.device", "_figures.diagrams", "_figures.evolution"),
         *("_figures.portraits", "_figures.pulses", "_figures.shocks"),
-        *("_figures.style", "_figures.sweeps"),
+        *("_figures.style", "_figures.sweeps", "_figures.tolerances"),
     ),
     "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.refinement", "_sweeps.results"),
 }

@@ -106,7 +106,7 @@ _MOVED = {
     "report": "python -m paper report",
     "enclose": "python -m paper enclose",
     "bench": "python -m benchmarks bench",
-    **dict.fromkeys(("design", "steer"), "capsule-sym optimise, see docs/howto/optimise.md"),
+    **dict.fromkeys(("design", "steer"), "capsule-sym optimise, and continue_orbit in Python"),
     "sweep-info": "capsule-sym sweep --info",
 }
 """Commands that have moved, each with the command of today."""
@@ -129,7 +129,12 @@ for _name, _module, _text in (
 ):
     group.add(_name, f"capsule_sym._commands.{_module}", _text)
 _REVIEW = "For reviewers and developers"
-group.add("verify", "capsule_sym._commands.verify", "Prove the derivations with SymPy.", _REVIEW)
+group.add(
+    "verify",
+    "capsule_sym._commands.verify",
+    "Prove the theory: closed forms, switching, appendices.",
+    _REVIEW,
+)
 
 
 def main(arguments: Sequence[str] | None = None, commands: click.Group = group) -> NoReturn:

@@ -57,7 +57,7 @@ class NotInstalled(CapsuleError, ImportError):
 
 _EXTRAS = {
     "plot": ("matplotlib", "platformdirs", "shapely"),
-    "sweep": ("filelock", "xarray", "zarr"),
+    "sweep": ("filelock", "google_crc32c", "xarray", "zarr"),
     "symbolic": ("flint", "sympy"),
 }
 

@@ -221,7 +221,7 @@ def _of_sweep(
     store: Path, kind: str | None, curves: Sequence[Path], wide: float
 ) -> tuple[Figure, dict[str, Any]]:
     """The figure of the results of a sweep or a basin."""
-    options.require("xarray", "zarr")
+    options.require("xarray", "zarr", "shapely")
     lines = [one for path in curves for one in _curves(path)]
     with capsule_sym.open_results(store) as results:
         try:

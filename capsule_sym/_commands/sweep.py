@@ -17,7 +17,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
 
-_EXTRA = ("xarray", "zarr", "filelock")
+_EXTRA = ("xarray", "zarr", "filelock", "google_crc32c")
 _store = partial(option, "Directory of the results.", "--out", metavar="DIR")
 _running = several(
     resume=option("Continue an existing store.", is_flag=True),
@@ -46,7 +46,9 @@ def sweep(
         type=click.Path(path_type=Path),
         metavar="DIR",
     ),
-    check: bool = option("Compare every file with its checksum; exit 1 if one is damaged."),
+    check: bool = option(
+        "With --info: compare every file with its checksum; exit 1 if one is damaged."
+    ),
     store: str | None = _store(),
     how: dict[str, Any] = _running,
     as_json: bool = options.as_json,

@@ -78,7 +78,7 @@ class Held:
             raise InvalidInput("store", str(path), "a directory that holds a sweep")
         self.heads = {name: unsealed(self.path / name, _HEAD) for name in (SWEEP, COPY)}
         if not (head := self.heads[SWEEP] or self.heads[COPY]):
-            raise InvalidInput("store", str(path), f"with an undamaged {SWEEP}")
+            raise InvalidInput("store", str(path), f"of this version, with an undamaged {SWEEP}")
         self.head: dict[str, Any] = head
 
     @cached_property

@@ -159,7 +159,9 @@ def named(
     if found:
         return found
     close = get_close_matches(name, names, n=5, cutoff=0.3) or list(sections)
-    raise InvalidInput("--only", name, f"the name of statements, such as {', '.join(close)}")
+    raise InvalidInput(
+        "--only", name, f"a group, or the name of statements, such as {', '.join(close)}"
+    )
 
 
 def record(result: Result) -> dict[str, Any]:
