@@ -37,7 +37,7 @@ def verify(
     """Prove the theory: closed forms, inner products, switching, Tables 1 to 3, the appendices.
 
     One row for each group of statements: how many are proved, proved under the condition that they
-    name, or not proved, and the time; then the bounds of Appendices A and B, derived and as
+    name ("if"), or failed, and the time; then the bounds of Appendices A and B, derived and as
     printed. Exits with 1 if a statement is not proved.
 
     With --scene, the groups that hold for any scene. `python -m paper claims` in a checkout
@@ -107,11 +107,11 @@ def _summary(report: Report, theory: ModuleType) -> None:
     rows = []
     for name, results in report.items():
         group, found = theory.GROUPS[name], Counter(result.status for result in results)
-        place = [group.place] if theory.PAPERS else []
+        place = [group.place.replace("beyond the paper", "–")] if theory.PAPERS else []
         counts = [str(found[kind] or "") for kind in ("proved", "conditional", "failed")]
         rows.append([name, *place, group.about, *counts, f"{sum(r.seconds for r in results):.2f}"])
     heads = ["group", *(["in the paper"] if theory.PAPERS else []), "about"]
-    counted = ["proved", "conditional", "not proved", "s"]
+    counted = ["proved", "if", "failed", "s"]
     present.table(heads + counted, rows, right=counted)
     if report.keys() & {"appendix.A", "appendix.B"}:
         from capsule_sym._symbolic.proofs import appendices

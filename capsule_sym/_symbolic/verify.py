@@ -39,7 +39,7 @@ _ANY_SCENE = {
     "basis": Group("Eqs. (7)-(12)", "response functions", basis_proofs.proofs, "basis"),
     "flow": Group(
         "Eqs. (7)-(12)",
-        "closed forms, their jets and Jacobians",
+        "closed forms, Jacobians",
         flow_proofs.proofs,
         "flow jets jacobian",
     ),
@@ -62,7 +62,7 @@ def _papers() -> dict[str, Group]:
         "inner": Group("Eqs. (16)-(23)", "inner products", inner, "inner"),
         "table2": Group("Table 2", "passages on lines", table_proofs.table_2, "table2"),
         "table3": Group("Table 3", "local maps", table_proofs.table_3, "table3"),
-        "appendix.A": Group("Appendix A", "bounds on alpha for L1-L4", a, "appendix"),
+        "appendix.A": Group("Appendix A", "bounds on alpha, L1-L4", a, "appendix"),
         "appendix.B": Group("Appendix B", "parts of L1-L4", b, "appendix"),
     }
 
