@@ -241,7 +241,7 @@ class Optimiser:
         """The same, at a boundary within about 1e-8 of the bounds, with a search `along` it."""
         program = self.program
         place = slid(program, place)
-        if along and room(program, place):
+        if along and room(place):
             near = refined(program, [place], np.inf, _BETWEEN, _COARSE)[0].place(program)
             place = slid(program, near or place)
         if rest := self.solved(place):

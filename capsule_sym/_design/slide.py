@@ -50,7 +50,7 @@ def slid(program: Program, place: Place) -> Place:
     return place if place is first or led_to(program, place) else first
 
 
-def room(program: Program, place: Place) -> int:
+def room(place: Place) -> int:
     """Number of directions in which a boundary beside a place may extend."""
     bounds = (place.u <= 0.0) | (place.u >= 1.0)
     return max(0, len(place.u) - int(bounds.sum()) - int((place.slacks < _ACTIVE).sum()) - 1)

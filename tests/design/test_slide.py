@@ -35,7 +35,7 @@ def test_a_way_ends_at_the_boundary_of_the_basin() -> None:
     assert speed(here) == pytest.approx(-end.worst, rel=1e-9)
     assert -end.worst > -first.worst + 1e-3
     assert not end.beyond
-    assert room(program, end) == 1
+    assert room(end) == 1
     uphill = end.u - first.u
     beyond = end.u + 1e-5 * uphill / np.linalg.norm(uphill)
     assert speed(program.system_at(beyond)) != pytest.approx(-end.worst, rel=1e-3)
@@ -46,7 +46,7 @@ def test_a_way_follows_a_limit_to_its_best() -> None:
     program, first = place(Parameters(), over, limit, {"alpha": 0.6, "omega": 0.8})
     end = slid(program, first)
     assert abs(end.slacks).max() < 1e-8
-    assert room(program, end) == 0
+    assert room(end) == 0
     best = optimise("speed", over, subject_to=limit, samples=64)
     assert best.value > -first.worst + 1e-3
     assert -end.worst == pytest.approx(best.value, rel=1e-5)
