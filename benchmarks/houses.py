@@ -65,12 +65,14 @@ def unused_exports() -> list[str]:
     """Names that a listed module takes from others for the houses, and that no house imports."""
     taken: dict[str, set[str]] = {}
     for path in (path for house in HOUSES for path in (ROOT / house).rglob("*.py")):
+        modules: dict[str, str] = {}  # by the name that it has in this file
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom):
-                home = (node.module or "").rpartition(".")[2]
-                taken.setdefault(home, set()).update(one.name for one in node.names)
+                taken.setdefault(node.module or "", set()).update(one.name for one in node.names)
+                modules |= {n.asname or n.name: f"{node.module}.{n.name}" for n in node.names}
             elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-                taken.setdefault(node.value.id, set()).add(node.attr)
+                home = modules.get(node.value.id, "")
+                taken.setdefault(home, set()).add(node.attr)
     found = []
     for path in sorted((ROOT / TOOL).glob("*/*.py")):
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
@@ -78,7 +80,7 @@ def unused_exports() -> list[str]:
         if _EXPORTED in text:
             nodes = (node for node in ast.parse(text).body if isinstance(node, ast.ImportFrom))
             names = {one.asname or one.name for node in nodes for one in node.names}
-            found += [f"{module}.{name}" for name in sorted(names - taken.get(path.stem, set()))]
+            found += [f"{module}.{name}" for name in sorted(names - taken.get(module, set()))]
     return found
 
 

@@ -108,7 +108,8 @@ def test_an_exported_name_without_a_user_is_a_fault(
     for name, text in {
         "capsule_sym/_map/face.py": "# imported to be exported\nfrom x import a, b, c as d\n",
         "paper/one.py": "from capsule_sym._map.face import a\nfrom capsule_sym._map import face\n",
-        "benchmarks/two.py": "face.b()\n",
+        "benchmarks/two.py": "from capsule_sym._map import face as here\nhere.b()\n",
+        "benchmarks/three.py": "from capsule_sym._orbits.face import c\nface.d()\n",
     }.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)

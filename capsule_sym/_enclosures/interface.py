@@ -19,7 +19,7 @@ from capsule_sym._enclosures.orbits.proof import (
 from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
 from capsule_sym._enclosures.orbits.stability import Characteristic, characteristic, monodromy
 from capsule_sym._enclosures.passage.exchanges import (
-    around, chosen, extended, hull, ranges, ROWS, Switch, TIME,
+    around, chosen, extended, hull, ranges, ROWS, TIME,
 )
 from capsule_sym._enclosures.passage.guards import Line, Watch
 from capsule_sym._enclosures.passage.runs import enclose_run
