@@ -113,8 +113,6 @@ from capsule_sym._orbits.continuation.points.bifurcation import (
 )
 from capsule_sym._orbits.continuation.points.bifurcation import CurvePoint as CurvePoint
 from capsule_sym._orbits.continuation.points.normal_forms import NormalForm as NormalForm
-from capsule_sym._orbits.continuation.search import BoxSearch as BoxSearch
-from capsule_sym._orbits.continuation.search import search_box as search_box
 from capsule_sym._orbits.continuation.settings import ContinuationSettings as ContinuationSettings
 from capsule_sym._orbits.metrics.many import Performances as Performances
 from capsule_sym._orbits.metrics.many import performance_many as performance_many

@@ -9,7 +9,7 @@ import click
 
 import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.signature import command, option
+from capsule_sym._commands.signature import command
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
@@ -23,14 +23,6 @@ def orbit(
         "Search from so many random states too, for unstable and coexisting orbits.", 0, 0
     ),
     seed: int = options.count("Random seed of --starts.", 0, 0),
-    box: tuple[float, float, float] | None = option(
-        "Search from a grid of states up to these |x_r|, |v_r|, |v_c|, for all orbits.",
-        metavar="X_R V_R V_C",
-    ),
-    along: tuple[str, tuple[float, float]] | None = option(
-        "With --box: continue each orbit in a parameter, to find further orbits and isolas.",
-        type=options.Named(),
-    ),
     max_seconds: float = options.max_seconds(),
     certify: options.Path | None = options.certify("the orbit"),
     as_json: bool = options.as_json,
@@ -38,13 +30,11 @@ def orbit(
     """Solve for the periodic orbit on which the motion settles.
 
     Shows its itinerary and section point, Floquet multipliers, velocities, energies per excitation
-    period, and the tightest inequality of its itinerary. With --starts or --box, all orbits found.
+    period, and the tightest inequality of its itinerary. With --starts, all orbits found.
 
     The JSON of one orbit is that object; of a search it is {"orbits": [...], "status": ...}.
     "value" and "gradient" of a metric are its value and its derivative along the branch by each
-    parameter. With --box the JSON also has the extent of the search as "searched", the number of
-    starts that "settled" on each orbit, the number of "open" ones, which settled on none, and the
-    closed branches as "isolas". If --params is a device, "si" has the metrics in SI units.
+    parameter. If --params is a device, "si" has the metrics in SI units.
 
     Exits with 3, and the reason, if there is no orbit; the JSON then has the reason as "status".
     Exits with 3 also if a search reaches --max-seconds, with the orbits found so far, and with 4 if
@@ -53,23 +43,12 @@ def orbit(
     from capsule_sym._native import Watch
 
     parameters, device = system.load()
-    options.check_beside("along", needs=("box",))
     options.check_beside("seed", needs=("starts",))
-    options.check_beside("starts", never=("box",))
-    options.check_beside("state", never=("starts", "box"))
+    options.check_beside("state", never=("starts",))
     limit = Watch(max_seconds)
-    search: capsule_sym.BoxSearch | capsule_sym.FoundOrbits | None = None
+    search: capsule_sym.FoundOrbits | None = None
     found: Sequence[capsule_sym.Orbit]
-    if box is not None:
-        name, ends = along or (None, None)
-        search = boxes = capsule_sym.search_box(
-            parameters, box, along=name, ends=ends, max_seconds=max_seconds
-        )
-        found = boxes.orbits
-        present.result(
-            lambda: _box_record(boxes, device), lambda: _print_box(boxes, device), as_json
-        )
-    elif starts:
+    if starts:
         with present.progress("Searching", starts) as update:
             search = found = capsule_sym.search_orbits(
                 parameters,
@@ -100,29 +79,6 @@ def _record(one: capsule_sym.Orbit, device: options.Device) -> dict[str, Any]:
 
     record = orbit_record(one)
     return record if device is None else record | {"si": in_si(device, record)}
-
-
-def _box_record(found: capsule_sym.BoxSearch, device: options.Device) -> dict[str, Any]:
-    from capsule_sym._orbits.continuation.records import branch_record
-
-    return {
-        "orbits": [_record(one, device) for one in found.orbits],
-        "settled": list(found.settled),
-        "open": found.open,
-        "status": str(found.status),
-        "searched": found.message,
-        "isolas": [branch_record(one) for one in found.isolas],
-    }
-
-
-def _print_box(found: capsule_sym.BoxSearch, device: options.Device) -> None:
-    for one, count in zip(found.orbits, found.settled, strict=True):
-        _print_orbit(one, device)
-        click.echo(f"{count} of {found.starts} starts settle on it\n")
-    for branch in found.isolas:
-        values = [point.value for point in branch.points]
-        click.echo(f"isola in {branch.parameter} from {min(values):.6g} to {max(values):.6g}")
-    click.echo(found.message)
 
 
 def _print_found(found: Sequence[capsule_sym.Orbit], searched: int, device: options.Device) -> None:

@@ -11,7 +11,6 @@ from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, 
 from capsule_sym._cli import _status
 from capsule_sym._commands.values import meant
 from capsule_sym._map.steady import shown_progression
-from capsule_sym._orbits.continuation import search
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 DEVICE = PhysicalParameters(M_m=1, M_c=3, k1=1, k2=1, c=0, G=0, P_d=1, Omega=1, mu=0.1)
@@ -97,9 +96,7 @@ REFUSED = [
     # an option that does nothing without another, or beside it
     ("orbit --seed 3", "--seed needs --starts, which is missing"),
     ("orbit --starts 2 --seed -1", "-1 is not in the range x>=0"),
-    ("orbit --along alpha=0:1", "--along needs --box, which is missing"),
     ("orbit --starts 3 --state 0 0 0", "--state and --starts exclude each other"),
-    ("orbit --starts 3 --box 1 1 1", "--starts and --box exclude each other"),
     ("branch --restart a.json PD1 --to 2 --state 0 0 0", "--state and --restart exclude each"),
     ("branch --restart a.json PD1 --P-d 1:2", "--P-d and --restart exclude each other"),
     ("sweep a.toml --out s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
@@ -118,7 +115,6 @@ REFUSED = [
         "optimise --maximise speed --over omega=0.7:0.8 --tolerance alpha=2",
         "tolerance of alpha = 2.0: must be a share between 0 and 1",
     ),
-    ("orbit --box 1 1 1 --along alpha=1:2", "must be ascending, with 0.7 between them"),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
     ("branch", "give a range of a parameter, such as --alpha 0.1:2"),
@@ -149,7 +145,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("line", "told"), REFUSED)
 def test_a_wrong_line_is_refused_in_one_line(
-    line: str, told: str, inside: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    line: str, told: str, inside: Command, tmp_path: Path
 ) -> None:
     part = "M_m = 1\nM_c = 3\nk1 = 1\nk2 = 1\n"
     for name, text in FILES.items():
@@ -159,8 +155,6 @@ def test_a_wrong_line_is_refused_in_one_line(
     (tmp_path / "curves.json").write_text('{"curves": [{}]}')
     (tmp_path / "part.toml").write_text(part)
     (tmp_path / "device.toml").write_text(f"[device]\n{part}[axes]\nalpha = [1.0]\n")
-    # what would begin work
-    monkeypatch.setattr(search, "_Search", None)
     done = inside(*line.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: ")

@@ -262,20 +262,6 @@ def test_curves_that_leave_a_point_are_followed_and_drawn(capsys, tmp_path: Path
     assert "period doubling" in drawn
 
 
-def test_a_search_from_a_box_says_what_was_searched(capsys) -> None:
-    arguments = "--alpha 1.2 --omega 1.5 --delta 2 --beta 50 --gamma 5 --box 3 3 0 --json"
-    status, out, _ = call(capsys, "orbit", *arguments.split())
-    found = json.loads(out)
-    assert status == 0
-    assert [len(one["itinerary"]) for one in found["orbits"]] == [1, 4, 4]
-    assert [one["stable"] for one in found["orbits"]] == [count > 0 for count in found["settled"]]
-    assert (found["open"], found["isolas"]) == (0, [])
-    assert "12 x 12 x 1 starts" in found["searched"]
-    status, _, error = call(capsys, "orbit", "--along", "alpha=1:2")
-    assert status == 2
-    assert "--box" in error
-
-
 DEVICE = {
     **{"M_m": 0.5, "M_c": 1.65, "k1": 50.0, "k2": 75.0, "c": 0.5, "G": 0.0017},
     **{"P_d": 3.0, "Omega": 8.0, "mu": 0.2},

@@ -25,7 +25,6 @@ from capsule_sym import (
     continue_orbit,
     curves_from,
     period_doubling_cascade,
-    search_box,
     search_orbits,
     solve_admissible,
     solve_itinerary,
@@ -80,7 +79,6 @@ CALLS: dict[str, Call] = {
     ),
     "solve_orbit": lambda **k: solve_orbit(Parameters(), **k),
     "search_orbits": lambda **k: search_orbits(Parameters(), 3, **k),
-    "search_box": lambda **k: search_box(Parameters(), (1, 1, 0), size=(2, 2, 1), **k),
     "continue_orbit": lambda **k: continue_orbit(orbit(), "alpha", 0.3, points=10, **k),
     "continue_both_ways": lambda **k: continue_both_ways(orbit(), "alpha", (0.6, 0.8), **k),
     "continue_from": lambda **k: continue_from(branch(), "EP2", 0.2, **k),
@@ -167,8 +165,6 @@ BAD: list[tuple[Call, dict[str, Any], str]] = [
     (search_orbits, {"starts": 1, "period_numbers": 3}, "period_numbers"),
     (search_orbits, {"starts": 1, "transient": 0}, "transient"),
     (search_orbits, {"starts": 1, "seed": -1}, "seed"),
-    (search_box, {"box": (1, 1, 0), "periods": -1}, "periods"),
-    (search_box, {"box": (1, 1, 0), "points": 0}, "points"),
     (solve_orbit, {"periods": 0}, "periods"),
     (solve_orbit, {"periods": 1.5}, "periods"),
 ]
@@ -194,7 +190,6 @@ def test_a_depth_without_sense_is_refused(depth: Any) -> None:
     [
         "orbit",
         "orbit --starts 3",
-        "orbit --box 1 1 0",
         "branch --alpha 0.1:2",
         "curve --alpha 0.1:2 --gamma 3:3.3 --bifurcation all",
     ],

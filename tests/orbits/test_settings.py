@@ -12,14 +12,12 @@ from capsule_sym import (
     Curve,
     Ending,
     InvalidInput,
-    Parameters,
     continue_bifurcation,
     continue_both_ways,
     continue_from,
     continue_orbit,
     curves_from,
     period_doubling_cascade,
-    search_box,
 )
 from capsule_sym._orbits.continuation.points.kinds import GRAZING, PERIOD_DOUBLING
 from tests.orbits.branches import hysteretic, settled, upwards
@@ -39,8 +37,6 @@ from tests.orbits.branches import hysteretic, settled, upwards
         ("neighbour_shares", (), "one number or more, each above 0 and at most 1"),
         ("neighbour_shares", 0.1, "one number or more, each above 0 and at most 1"),
         ("doubled_distances", (1e-3, 2.0), "one number or more, each above 0 and at most 1"),
-        ("seed_periods", (0, -1), "one whole number or more, each from 0 to 10000"),
-        ("seed_periods", (0, 2, 1), "ascending, each once"),
         ("least_step", 0.1, "at most first_step = 0.01"),
     ],
 )
@@ -52,13 +48,14 @@ def test_a_value_out_of_range_is_refused(name: str, value: object, allowed: str)
 
 
 def test_numbers_of_numpy_are_taken_and_lists_are_not_kept() -> None:
-    periods = [0, np.int64(2)]
+    shares = [1, np.float64(0.5)]
     chosen = ContinuationSettings(
-        newton_steps=np.int64(5), first_step=np.float32(0.5), seed_periods=periods
+        newton_steps=np.int64(5), first_step=np.float32(0.5), neighbour_shares=shares
     )
-    periods.append(1)
-    assert (chosen.newton_steps, chosen.first_step, chosen.seed_periods) == (5, 0.5, (0, 2))
-    assert {type(chosen.newton_steps), *map(type, chosen.seed_periods)} == {int}
+    shares.append(1)
+    assert (chosen.newton_steps, chosen.first_step, chosen.neighbour_shares) == (5, 0.5, (1, 0.5))
+    assert type(chosen.newton_steps) is int
+    assert set(map(type, chosen.neighbour_shares)) == {float}
 
 
 CALLS: dict[str, Callable[..., object]] = {
@@ -76,7 +73,6 @@ CALLS: dict[str, Callable[..., object]] = {
         ((0, 2), (3, 4)),
         **k,
     ),
-    "search_box": lambda **k: search_box(Parameters(), (1, 1, 0), size=(1, 1, 1), **k),
 }
 
 
@@ -131,19 +127,3 @@ def test_settings_reach_all_that_follows() -> None:
     doublings = [one for one in hysteretic().bifurcations if one.type == PERIOD_DOUBLING]
     assert len(lost) == len(doublings)
     assert {found.status for found in lost} == {Ending.NOT_CONVERGED}
-
-
-def test_runs_of_a_box_settle_the_later_the_nearer_they_have_to_come() -> None:
-    def settle(distance: float) -> int:
-        chosen = ContinuationSettings(settled_distance=distance, settling_rounds=1)
-        found = search_box(
-            Parameters(alpha=0.9),
-            (1, 1, 0),
-            size=(4, 4, 1),
-            period_numbers=(1,),
-            periods=24,
-            settings=chosen,
-        )
-        return sum(found.settled)
-
-    assert settle(1e-2) > settle(1e-15)

@@ -23,9 +23,9 @@ def _real(default: float | tuple[float, ...], most: float) -> Any:
     return field(default=default, metadata={"most": most, "whole": False, "least": 0.0})
 
 
-def _whole(default: int | tuple[int, ...], most: int, least: int = 1) -> Any:
-    """Integer setting, or several."""
-    return field(default=default, metadata={"most": most, "whole": True, "least": least})
+def _whole(default: int, most: int) -> Any:
+    """Integer setting."""
+    return field(default=default, metadata={"most": most, "whole": True, "least": 1})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,19 +125,6 @@ class ContinuationSettings:
     """Largest number of points of a branch. Larger: more time and memory."""
     most_curve_points: int = _whole(5_000, 1_000_000)
     """Largest number of points of each half of a curve. Larger: more time and memory."""
-    settled_distance: float = _real(1e-6, 1e-2)
-    """Distance from an orbit, over its size, at which a run has settled on it. Larger: fewer
-    periods; orbits near each other may count as one."""
-    settling_rounds: int = _whole(3, 20)
-    """Rounds in which unsettled runs continue, each twice as long. Larger: more time."""
-    settling_trials: int = _whole(12, 1000)
-    """Ends of unsettled runs that are examined in a round. Larger: more time, fewer missed
-    attractors."""
-    same_distance: float = _real(1e-7, 1e-2)
-    """Distance of states within which two orbits are one. Larger: orbits may be missed."""
-    seed_periods: tuple[int, ...] = _whole((0, 1, 2, 4, 8, 16), 10_000, least=0)
-    """Excitation periods after which the state of a run starts Newton's method. More entries: more
-    time, fewer missed unstable orbits."""
 
     def __post_init__(self) -> None:
         for one in fields(self):
@@ -149,8 +136,6 @@ class ContinuationSettings:
                 raise InvalidInput(one.name, value, _range(many, **one.metadata))
             plain = tuple(int(n) if one.metadata["whole"] else float(n) for n in entries)
             object.__setattr__(self, one.name, plain if many else plain[0])
-        if list(self.seed_periods) != sorted(set(self.seed_periods)):
-            raise InvalidInput("seed_periods", self.seed_periods, "ascending, each once")
         if self.least_step > self.first_step:
             raise InvalidInput(
                 "least_step", self.least_step, f"at most first_step = {self.first_step:g}"

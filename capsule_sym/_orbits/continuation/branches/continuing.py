@@ -11,9 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.checks import check_count
-from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.branch import (
     Branch,
     BranchPoint,
@@ -119,31 +117,16 @@ def continue_both_ways(
     "returned". Otherwise the first branch goes from the orbit to larger values, the second to
     smaller ones. Arguments, units and errors are otherwise those of `continue_orbit`.
     """
-    axis = axis_within(orbit.parameters, orbit.values, parameter, ends, ties)
+    axis = _axis_within(orbit, parameter, ends, ties)
     with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
-        return follow_both_ways(numbers, orbit, axis, points, settings, limit)[0]
-
-
-def follow_both_ways(
-    numbers: Backend,
-    orbit: Orbit,
-    axis: Axis,
-    points: int,
-    settings: ContinuationSettings,
-    limit: Watch,
-) -> tuple[tuple[Branch, ...], tuple[Orbit, ...]]:
-    """Branches of `continue_both_ways`, and their other orbits at the value of the first orbit."""
-    found: list[Branch] = []
-    passed: list[Orbit] = []
-    for side in (1.0, -1.0):
-        continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
-        run = _PassingRun(continuation, points)
-        with limit:
-            found.append(run.go(u, side * np.eye(len(u))[-1]))
-        passed += run.passed
-        if found[-1].status is Ending.RETURNED:
-            return (found[-1],), tuple(run.passed)
-    return tuple(found), tuple(passed)
+        found: list[Branch] = []
+        for side in (1.0, -1.0):
+            continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
+            with limit:
+                found.append(_ClosingRun(continuation, points).go(u, side * np.eye(len(u))[-1]))
+            if found[-1].status is Ending.RETURNED:
+                return (found[-1],)
+        return tuple(found)
 
 
 def _begin(problem: Problem, orbit: Orbit) -> tuple[Continuation, Vector]:
@@ -168,32 +151,29 @@ def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
     return axis
 
 
-def axis_within(
-    parameters: SceneParameters,
-    values: Sequence[Number],
+def _axis_within(
+    orbit: Orbit,
     parameter: str,
     ends: Sequence[float],
-    ties: Mapping[str, Function | str] | None = None,
+    ties: Mapping[str, Function | str] | None,
 ) -> Axis:
-    """Axis of a parameter between ends, starting from the values of all; raises InvalidInput."""
-    path = parameter_path(parameter, ties, parameters.scene)
+    """Axis of a parameter between ends around an orbit; raises InvalidInput."""
+    path = parameter_path(parameter, ties, orbit.scene)
     try:
         low, high = map(float, ends)
     except (TypeError, ValueError):
         raise InvalidInput("ends", ends, "two numbers, low and high") from None
-    axis, value = Axis(path, low, high), float(path.value(values))
+    axis, value = Axis(path, low, high), float(path.value(orbit.values))
     for end in (low, high) if path.name in path.names else ():
-        parameters.replace(**{path.name: end})
-    axis.check(parameters, values)
+        orbit.parameters.replace(**{path.name: end})
+    axis.check(orbit.parameters, orbit.values)
     if not low < value < high:
         raise InvalidInput("ends", (low, high), f"ascending, with {value!r} between them")
     return axis
 
 
-class _PassingRun(BranchRun):
-    """A run that records each orbit at its start value, and stops when it returns to the first."""
-
-    passed: tuple[Orbit, ...] = ()
+class _ClosingRun(BranchRun):
+    """A run that stops when it returns to its first orbit."""
 
     def add(self, state: State) -> None:
         super().add(state)
@@ -201,11 +181,8 @@ class _PassingRun(BranchRun):
         if before is None or not (before.u[-1] - mark) * (state.u[-1] - mark) < 0:
             return
         orbit = self._orbit_at_start(before, state)
-        if orbit is None:
-            return
-        if same(orbit, self.points[0].orbit):
+        if orbit is not None and same(orbit, self.points[0].orbit):
             raise Stop(Ending.RETURNED, self.problem.where(orbit))
-        self.passed += (orbit,)
 
     def _orbit_at_start(self, before: State, after: State) -> Orbit | None:
         """Orbit between two neighbours at the start value of the run; None if there is none."""
