@@ -56,7 +56,7 @@ class NotInstalled(CapsuleError, ImportError):
 
 
 _EXTRAS = {
-    "plot": ("matplotlib", "platformdirs", "shapely"),
+    "plot": ("matplotlib", "platformdirs", "shapely", "textalloc"),
     "sweep": ("filelock", "google_crc32c", "xarray", "zarr"),
     "symbolic": ("flint", "sympy"),
 }

@@ -12,9 +12,9 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from matplotlib.patheffects import Stroke
 
-from capsule_sym._figures.labels import Names
+from capsule_sym._figures.labels import CENTRED, drawn_lines, fix_layout, name_points
 from capsule_sym._figures.layout import add_key, axes_for, handles_of
-from capsule_sym._figures.regions import Array, Curve, Plane, Region, by_cells
+from capsule_sym._figures.regions import Curve, Plane, Region, by_cells
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     AREAS,
@@ -33,10 +33,8 @@ from capsule_sym._figures.units import named
 if TYPE_CHECKING:
     import xarray as xr
 
-_PLACES = 24  # points across a chart at which a region's name is tried
 _SMALL, _TINY = 0.01, 0.001  # of a chart: regions that have a number, beside others and alone
 _OTHERS = "#dddddd"
-_REACH = 60.0  # points that a number may be away from a region that has no room for it
 
 
 @styled
@@ -89,9 +87,7 @@ def draw_regions(
         _draw_curve(axes, curve, plane)
     if alone:
         _legend(figure, axes, regions, shown, len(itineraries) - len(shown))
-    names = Names(figure)
-    _number_regions(axes, plane, regions, names, shown)
-    names.settle()
+    _number_regions(axes, plane, regions, shown)
     return describe(figure, "Itineraries over two parameters", **plane._asdict())
 
 
@@ -119,9 +115,14 @@ def _fill(axes: Axes, regions: Sequence[Region], colours: Mapping[str, str]) -> 
 
 
 def _number_regions(
-    axes: Axes, plane: Plane, regions: Sequence[Region], names: Names, colours: Mapping[str, str]
+    axes: Axes, plane: Plane, regions: Sequence[Region], colours: Mapping[str, str]
 ) -> None:
     """The number of each region where it has most room, or beside it where it has none."""
+    import shapely
+
+    pixel, back = fix_layout(axes), axes.transData.inverted().transform
+    lines = shapely.MultiLineString(drawn_lines(axes)).buffer(pixel)
+    beside = []
     whole = float(np.ptp(plane.x) * np.ptp(plane.y))
     areas = [(region.shape().area / whole, region) for region in regions]
     seen: set[str] = set()
@@ -132,22 +133,22 @@ def _number_regions(
         if (itinerary := region.itinerary) not in colours:
             continue
         seen.add(itinerary)
-        looks = {"fill": colours[itinerary], "color": readable(colours[itinerary])}
-        number = str(list(colours).index(itinerary) + 1)
-        names.within(axes, _middles(plane, region), number, _REACH, **looks)
-
-
-def _middles(plane: Plane, region: Region) -> Array:
-    """Points inside a region, those farther from its border first."""
-    import shapely
-
-    shape = region._replace(rings=tuple(map(plane.unit, region.rings))).shape()
-    middle = shapely.point_on_surface(shape)
-    side = (np.arange(_PLACES) + 0.5) / _PLACES
-    grid = np.column_stack([v.ravel() for v in np.meshgrid(side, side)])
-    inside = np.array([(middle.x, middle.y), *grid[shapely.contains_xy(shape, *grid.T)]])
-    depth = shapely.distance(shape.boundary, shapely.points(inside))
-    return plane.back(inside[np.argsort(-depth, kind="stable")])
+        ink, number = readable(colours[itinerary]), str(list(colours).index(itinerary) + 1)
+        shape = region._replace(rings=tuple(map(axes.transData.transform, region.rings))).shape()
+        free = shape.difference(lines) or shape
+        name = axes.text(0, 0, number, color=ink, **CENTRED)
+        room = np.hypot(*name.get_window_extent().size) / 2
+        for spot in (
+            shapely.point_on_surface(free),
+            shapely.Point(shapely.maximum_inscribed_circle(free).coords[0]),
+        ):
+            name.set_position(tuple(back(spot.coords[0])))
+            if shapely.distance(free.boundary, spot) > room:
+                break
+        else:
+            beside.append((name.get_position(), number, ink, colours[itinerary]))
+            name.remove()
+    name_points(axes, *zip(*beside, strict=True) if beside else ((), (), ()))
 
 
 def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.labels import Names
+from capsule_sym._figures.labels import name_points
 from capsule_sym._figures.layout import add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import CURVES, DASHES, OTHER_CURVE, describe, draw_points, styled
@@ -57,8 +57,5 @@ def plot_curves(
             kinds.setdefault(text, []).append(stand[place])
         words = [f"{', '.join(own)}  {text}" for text, own in kinds.items()]
         add_words(figure, [*words, said(first, second)])
-    names = Names(figure)
-    for place, label in stand.items():
-        names.beside(axes, [place], label)
-    names.settle()
+    name_points(axes, [*stand], [*stand.values()], ["black"] * len(stand))
     return describe(figure, "Curves of bifurcations")

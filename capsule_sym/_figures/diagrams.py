@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import Record, draw_runs, shared
-from capsule_sym._figures.labels import Names
+from capsule_sym._figures.labels import name_points
 from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.store import orbit_of, strobe
@@ -67,10 +67,12 @@ def plot_diagram(
     if alone:
         add_key(figure, handles_of([axes]))
         add_words(figure, [*_kinds(branches), said(*parameters)])
-    names = Names(figure)
-    for branch, colour in zip(branches, colours, strict=True):
-        _labels(axes, branch, quantity, colour, names)
-    names.settle()
+    labels = [
+        (*label, colour)
+        for branch, colour in zip(branches, colours, strict=True)
+        for label in _labels(axes, branch, quantity)
+    ]
+    name_points(axes, *zip(*labels, strict=True) if labels else ((), (), ()))
     return describe(figure, "Branches of periodic orbits", **shared(records[0]))
 
 
@@ -117,8 +119,8 @@ def _in_order(values: list[float], before: Sequence[float]) -> list[float]:
     )
 
 
-def _labels(axes: Axes, branch: Record, quantity: str, colour: str, into: Names) -> None:
-    """A point and the label at every bifurcation; labels that would meet become one."""
+def _labels(axes: Axes, branch: Record, quantity: str) -> Iterator[tuple[tuple[float, float], str]]:
+    """A point at every bifurcation, its place and label; labels that would meet become one."""
     found = branch["bifurcations"]
     places = [(one["value"], _values(orbit_of(one), quantity)[0]) for one in found]
     draw_points(axes, [x for x, _ in places], [y for _, y in places], _POINT)
@@ -133,5 +135,4 @@ def _labels(axes: Axes, branch: Record, quantity: str, colour: str, into: Names)
         else:
             names.append(one["label"])
     for place, names in groups:
-        text = " ".join(names) if len(names) < 3 else f"{names[0]} … {names[-1]}"
-        into.beside(axes, [place], text, color=colour)
+        yield place, " ".join(names) if len(names) < 3 else f"{names[0]} … {names[-1]}"

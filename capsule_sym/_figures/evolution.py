@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from capsule_sym._figures.arcs import Motion, cycle, is_periodic
 from capsule_sym._figures.branches import Record, axis_label, in_units, name_bifurcations, units_of
-from capsule_sym._figures.labels import Names
+from capsule_sym._figures.labels import CENTRED, fix_layout
 from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
@@ -57,37 +57,46 @@ def plot_itineraries(
     for one in record["bifurcations"]:
         axes.axvline(one["value"], color="white", linewidth=0.6)
     if alone:
-        names = Names(figure)
-        _name_fields(motions, axes, names, colours, units)
         handles: list[Any] = [*field_handles(figure, colours, motions[0].parameters.scene)]
         if not all(map(is_periodic, motions)):
             handles.append(blank(NOT_PERIODIC))
         add_key(figure, handles)
         name_bifurcations(record, axes, units)
-        names.settle()
+        _name_fields(motions, axes, colours, units)
     return describe(figure, "Which field acts when", parameters=motions[0].parameters)
 
 
 _TALL = 0.06  # share of a column from which on a segment can hold its name
 
 
-def _name_fields(
-    motions: Sequence[Motion], axes: Axes, names: Names, colours: Colours, units: Units
-) -> None:
-    """The name of each field in its area, where its segments are longest."""
+def _name_fields(motions: Sequence[Motion], axes: Axes, colours: Colours, units: Units) -> None:
+    """The name of each field in its area, where it has most room within it and between lines."""
     places: dict[int, list[tuple[float, float, float]]] = {}
     scene, (_, top) = motions[0].parameters.scene, axes.get_ylim()
+    fix_layout(axes)
+    scale = units.scale("alpha")
+    open_ = [scale * one.parameters.alpha for one in motions if not is_periodic(one)]
+    rims = [
+        *axes.get_xlim(),
+        *open_,
+        *(float(np.asarray(one.get_xdata())[0]) for one in axes.lines),
+    ]
+    wide, tall = axes.transData.transform((1, 1)) - axes.transData.transform((0, 0))
     for motion in filter(is_periodic, motions):
         drawn = cycle(motion)
         for arc in drawn:
             low, high = arc.time[0] - drawn[0].time[0], arc.time[-1] - drawn[0].time[0]
+            at = scale * motion.parameters.alpha
             if high - low >= _TALL * top:
-                at = units.scale("alpha") * motion.parameters.alpha
                 places.setdefault(arc.field, []).append((high - low, at, (low + high) / 2))
-    for field, found in sorted(places.items()):
-        best = sorted(found, reverse=True)[:: max(1, len(found) // 40)]
-        ink = readable(field_colour(field, colours, scene))
-        names.on(axes, [one[1:] for one in best], f"$F_{{{field}}}$", color=ink)
+    for field, found in places.items():
+        _, place = max(
+            (min(tall * long, 2 * wide * min(abs(at - rim) for rim in rims)), (at, middle))
+            for long, at, middle in found
+        )
+        colour = field_colour(field, colours, scene)
+        patch = {"facecolor": colour, "edgecolor": "none", "pad": 0.8}  # a line may cross the area
+        axes.text(*place, f"$F_{{{field}}}$", color=readable(colour), bbox=patch, **CENTRED)
 
 
 def draw_itineraries(

@@ -8,7 +8,6 @@ from capsule_sym._figures.boundaries import Array, corners, Limits, lines
 from capsule_sym._figures.catalogue import BEGIN, Study
 from capsule_sym._figures.charts import draw_regions
 from capsule_sym._figures.device import draw_capsule, Frame, ground, INK, SOFT
-from capsule_sym._figures.labels import Names, PATCH
 from capsule_sym._figures.layout import across, add_key, add_words, canvas, handles_of, NARROW
 from capsule_sym._figures.notebook import on_page
 from capsule_sym._figures.portraits import boundary_handles, field_handles, unsettled_handles

@@ -126,8 +126,6 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     The curves bound them. Within a patch of several motions the cells bound them. Raises
     InvalidInput for results of another kind.
     """
-    import shapely
-
     if "itinerary" not in results or len(sizes := results["itinerary"].sizes) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "itineraries over two parameters")
     if min(sizes.values()) < 2:
@@ -136,6 +134,8 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     x, y = (np.asarray(results[name].values, dtype=float) for name in (first, second))
     plane = Plane(first, second, (x[0], x[-1]), (y[0], y[-1]))
     cut = patches(plane, curves)
+    import shapely
+
     codes, texts = results["itinerary"].values, itineraries.texts(results)
     middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     at = plane.unit(middles.reshape(-1, 2)).reshape(middles.shape)

@@ -14,9 +14,7 @@ from capsule_sym._figures.arcs import Motion, cycle, is_periodic
 from capsule_sym._figures.interface import (
     LOOKS,
     PAGE,
-    PATCH,
     Colours,
-    Names,
     across,
     add_key,
     canvas,
@@ -27,6 +25,7 @@ from capsule_sym._figures.interface import (
 )
 from capsule_sym._figures.interface import lines as boundary_lines
 from capsule_sym._parameters import of_paper
+from paper.figures.labels import PATCH, Names
 from paper.figures.space import Box, add_space, box_of, draw_arcs, draw_space, fit_view
 from paper.figures.statespace import along, name_upright, projected
 from paper.study.events import CROSSINGS, SLIDINGS, Event, nearest

@@ -14,11 +14,9 @@ from capsule_sym._figures.interface import (
     LOOKS,
     NARROW,
     PAGE,
-    PATCH,
     Array,
     Colours,
     Limits,
-    Names,
     canvas,
     corners,
     describe,
@@ -27,6 +25,7 @@ from capsule_sym._figures.interface import (
     mathematical,
     styled,
 )
+from paper.figures.labels import PATCH, Names
 from paper.figures.space import Box, add_space, draw_space, fit_view, size_of, surfaces, walls
 from paper.study.sections import SCHEMATIC, line_point
 

@@ -18,10 +18,8 @@ from capsule_sym._figures.arcs import opening
 from capsule_sym._figures.interface import (
     NARROW,
     PAGE,
-    PATCH,
     Array,
     Colours,
-    Names,
     add_key,
     canvas,
     describe,
@@ -34,6 +32,7 @@ from capsule_sym._figures.interface import (
 from capsule_sym._map.interface import NumpyBackend
 from capsule_sym._orbits.interface import field as rates
 from capsule_sym._parameters import of_paper
+from paper.figures.labels import PATCH, Names
 from paper.figures.statespace import top_view, window
 from paper.study.sections import SCHEMATIC, SIGNS, Section, abscissa, line_point, sections
 

@@ -253,7 +253,7 @@ def test_itineraries_name_the_bifurcations(settled, branch) -> None:
     assert segments <= set(shown)
     for text in axes.texts:
         if text.get_text() in fields:
-            alpha, phase = text.xy
+            alpha, phase = text.get_position()
             arcs = cycle(settled(alpha))
             (arc,) = [a for a in arcs if 0 <= phase - a.time[0] + arcs[0].time[0] <= np.ptp(a.time)]
             assert f"$F_{{{arc.field}}}$" == text.get_text()

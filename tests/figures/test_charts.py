@@ -75,7 +75,7 @@ def test_regions_are_filled_and_numbered_inside(results: xr.Dataset) -> None:
     axes = plot_chart(results, [CURVE]).axes[0]
     labels = [patch.get_label() for patch in axes.patches]
     assert sorted(labels) == ["_F2", "_F5 F2", "_F5 F4 F1 F2"]  # what is unknown stays white
-    names = {text.get_text(): text.xy for text in axes.texts}
+    names = {text.get_text(): text.get_position() for text in axes.texts}
     assert names["2"][0] < 0.74 < names["1"][0]
     assert axes.get_xlabel() == r"excitation amplitude $\alpha$"
     assert axes.get_ylabel() == r"mass ratio $\gamma$"

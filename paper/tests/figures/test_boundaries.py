@@ -13,7 +13,7 @@ from matplotlib.path import Path
 from capsule_sym import Parameters
 from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.boundaries import corners, lines
-from capsule_sym._figures.labels import Names
+from paper.figures.labels import Names
 from paper.figures.space import Box, add_space, box_of, draw_arcs, draw_space, surfaces, walls
 from paper.figures.statespace import GAPS, plot_fig2, top_view
 from tests.figures.baselines import as_before
