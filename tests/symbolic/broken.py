@@ -51,9 +51,7 @@ class Mutation:
     """Families of statements of which some fail, by blanks."""
 
 
-_flow, _rows = flow.derive(), jacobian.rows(False)
-_jet, _double = jets.jet, basis.double
-_formulas = energy._formulas()
+_jet, _double, _formulas = jets.jet, basis.double, energy._formulas
 _surfaces, _exchange = field_graph.surface_transitions, energy.exchange
 
 MUTATIONS = {
@@ -84,13 +82,13 @@ MUTATIONS = {
     "the velocity's closed form": Mutation(
         flow_proofs,
         "_derive",
-        lambda: dataclasses.replace(_flow, velocity=-_flow.velocity),
+        lambda: dataclasses.replace(flow.derive(), velocity=-flow.derive().velocity),
         "flow",
     ),
     "the capsule's closed form": Mutation(
         flow_proofs,
         "_derive",
-        lambda: dataclasses.replace(_flow, drift_long=_flow.drift_long * 2),
+        lambda: dataclasses.replace(flow.derive(), drift_long=2 * flow.derive().drift_long),
         "flow",
     ),
     "a Jacobian": Mutation(
@@ -120,13 +118,13 @@ MUTATIONS = {
     "the drive's power": Mutation(
         energy,
         "_formulas",
-        lambda: {**_formulas, "drive_power": 2 * _formulas["drive_power"]},
+        lambda: {**_formulas(), "drive_power": 2 * _formulas()["drive_power"]},
         "energy",
     ),
     "the damper's power": Mutation(
         energy,
         "_formulas",
-        lambda: {**_formulas, "damper_power": -_formulas["damper_power"]},
+        lambda: {**_formulas(), "damper_power": -_formulas()["damper_power"]},
         "energy",
     ),
     "a mirror image in contact": Mutation(

@@ -25,9 +25,8 @@ def mutants(claim: sp.Expr) -> Iterator[sp.Expr]:
     yield from (claim - 2 * term if term != 0 else sp.Integer(1) for term in terms)
 
 
-@pytest.mark.parametrize("proof", PROOFS, ids=lambda proof: proof.name)
-def test_proof(proof: Statement) -> None:
-    assert proof.holds()
+def test_every_proof_holds() -> None:
+    assert [proof.name for proof in PROOFS if not proof.holds()] == []
 
 
 @sampled

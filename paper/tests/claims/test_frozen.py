@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -13,12 +14,16 @@ from paper.claims.frozen import Expected, differences
 from paper.printed import read
 
 _SOME = ("printed.normal", "printed.figure.3", "printed.equation.16", "erratum.equation.23")
-RESULTS = tuple(settle(i) for i in everything.statements(read()) if i.name.startswith(_SOME))
-BY_ID = {result.statement.name: result for result in RESULTS}
+
+
+@cache
+def results() -> dict[str, Result]:
+    some = (i for i in everything.statements(read()) if i.name.startswith(_SOME))
+    return {item.name: settle(item) for item in some}
 
 
 def test_unchanged_results_do_not_differ() -> None:
-    assert not list(differences(RESULTS, frozen.expected(), whole=False))
+    assert not list(differences([*results().values()], frozen.expected(), whole=False))
 
 
 def _with(result: Result, **changes: object) -> list[str]:
@@ -29,12 +34,12 @@ def _with(result: Result, **changes: object) -> list[str]:
 
 
 def test_changed_verdict_differs() -> None:
-    (line,) = _with(BY_ID["printed.equation.16"], status="failed")
+    (line,) = _with(results()["printed.equation.16"], status="failed")
     assert line == "printed.equation.16: failed, expected: proved"
 
 
 def test_changed_erratum_differs_though_it_is_still_refuted() -> None:
-    result = BY_ID["erratum.equation.23"]
+    result = results()["erratum.equation.23"]
     assert len(_with(result, printed="on L2 it is 0")) == 1
     assert len(_with(result, derived="on L2 it is 1")) == 1
     other = replace(result, witness={**result.witness, "v_r": "7"})
@@ -42,19 +47,19 @@ def test_changed_erratum_differs_though_it_is_still_refuted() -> None:
 
 
 def test_missing_and_new_statements_differ() -> None:
-    known = Expected({name: "proved" for name in BY_ID} | {"gone": "proved"}, {})
-    lines = list(differences(RESULTS[:1], known))
+    known = Expected({name: "proved" for name in results()} | {"gone": "proved"}, {})
+    lines = list(differences([*results().values()][:1], known))
     assert any(line == "gone: missing, expected: proved" for line in lines)
-    (line,) = differences(RESULTS[:1], Expected({}, {}))
+    (line,) = differences([*results().values()][:1], Expected({}, {}))
     assert line.endswith("and not expected")
 
 
 def test_frozen_results_are_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "verdicts.toml"
-    frozen.freeze(RESULTS, path)
+    frozen.freeze([*results().values()], path)
     monkeypatch.setattr(frozen, "PATH", path)
     frozen.expected.cache_clear()
     try:
-        assert not list(differences(RESULTS, frozen.expected()))
+        assert not list(differences([*results().values()], frozen.expected()))
     finally:
         frozen.expected.cache_clear()

@@ -39,9 +39,9 @@ def test_there_are_a_hundred_kinds_of_tampering() -> None:
     assert len(KINDS) + len(files.FILES) >= 100
 
 
-@pytest.mark.parametrize("name", produced())
-def test_certificates_are_accepted(name: str, module: ModuleType) -> None:
-    module.check_certificate(produced()[name])
+def test_certificates_are_accepted(module: ModuleType) -> None:
+    for one in produced().values():
+        module.check_certificate(one)
 
 
 def test_every_certificate_is_of_the_schema() -> None:
@@ -67,11 +67,10 @@ def test_tampered_certificates_are_refused_and_the_schema_agrees(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", produced())
-def test_all_that_is_tampered_is_refused(name: str, module: ModuleType) -> None:
-    for kind in KINDS:
-        left = [one for one in tampered(kind, (name,), 10**6) if not refused(one, module)]
-        assert left == [], kind
+@pytest.mark.parametrize("kind", KINDS)
+def test_all_that_is_tampered_is_refused(kind: str, module: ModuleType) -> None:
+    every = tampered(kind, tuple(produced()), 10**6)
+    assert [one for one in every if not refused(one, module)] == []
 
 
 @pytest.mark.parametrize("kind", files.FILES)
