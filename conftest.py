@@ -12,7 +12,8 @@ from xdist.scheduler import LoadScopeScheduling
 
 import capsule_sym._symbolic  # noqa: F401 - before anything imports SymPy
 from capsule_sym._cli import main
-from tests.sampling import ALL
+from tests.sampling import ALL, many
+from tests.scenes import Integrator, integrator
 from tests.standing import *  # noqa: F403 (hooks)
 
 # Imported and collected objects stay to the end. Searching them again and again for what is no
@@ -26,8 +27,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 Command = Callable[..., subprocess.CompletedProcess[str]]
 
 # Wall-clock limits on single examples depend on the load of the machine, not on the code.
-# Quick runs always try the same examples; `make test-long` tries others each time.
-settings.register_profile("capsule-sym", deadline=None, derandomize=not ALL)
+# Quick runs always try the same few examples; `make test-long` tries others each time.
+settings.register_profile(
+    "capsule-sym", deadline=None, derandomize=not ALL, max_examples=many(100, 25)
+)
 settings.load_profile("capsule-sym")
 
 
@@ -47,6 +50,12 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+@pytest.fixture(scope="session")
+def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
+    """The integrator of the equations of motion alone, compiled."""
+    return integrator(tmp_path_factory.mktemp("judge"))
 
 
 @pytest.fixture(scope="session")

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import Any
+
+import pytest
 
 from capsule_sym import Bifurcation, Parameters, continue_orbit, solve_orbit
 from capsule_sym._enclosures.numbers.balls import precision
 from capsule_sym._enclosures.orbits.events import Event, prove_event
 
 EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}
+
+
+def precise(number: int) -> Callable[..., object]:
+    """A fixture for the tests of a file: so many bits in ball arithmetic."""
+
+    @pytest.fixture(autouse=True)
+    def bits() -> Iterator[None]:
+        with precision(number):
+            yield
+
+    return bits
 
 
 def bifurcations(first: float = 0.001, last: float = 2.0) -> tuple[Bifurcation, ...]:

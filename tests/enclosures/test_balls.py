@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 
 import mpmath
-import pytest
 
 from capsule_sym._enclosures.numbers.balls import (
     arb,
@@ -17,12 +16,9 @@ from capsule_sym._enclosures.numbers.balls import (
     spread,
     upper,
 )
+from tests.enclosures.case import precise
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 def test_bounds_in_doubles_are_rounded_up() -> None:

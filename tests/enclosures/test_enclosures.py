@@ -42,16 +42,12 @@ from capsule_sym._symbolic.model.enclosure import EXTENDED
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import alpha, omega, tau
 from capsule_sym.codegen._derived import matrices
-from tests.enclosures.case import EXACT, bifurcations, threshold
+from tests.enclosures.case import EXACT, bifurcations, precise, threshold
 
 with precision(256):
     VALUES = {name: ball(text) for name, text in EXACT.items()} | {"gamma": ball("3.3")}
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 def orbit_at(amplitude: float, gamma: float = 3.3) -> Orbit:

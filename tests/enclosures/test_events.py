@@ -13,15 +13,11 @@ from capsule_sym._enclosures.orbits import events
 from capsule_sym._enclosures.orbits.events import Event, growth_coefficient, place, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import Tube
 from capsule_sym._enclosures.passage.guards import Watch
-from tests.enclosures.case import EXACT, bifurcations, threshold
+from tests.enclosures.case import EXACT, bifurcations, precise, threshold
 
 VALUES = EXACT | {"gamma": "3.3"}
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 @pytest.fixture(scope="module")

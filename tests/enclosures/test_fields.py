@@ -15,16 +15,12 @@ from hypothesis import strategies as st
 from capsule_sym._enclosures.numbers import fields
 from capsule_sym._enclosures.numbers.balls import arb, ball, matrix, precision
 from capsule_sym._enclosures.numbers.fields import SIZE, Exponential, Field, generated
-from tests.enclosures.case import EXACT
+from tests.enclosures.case import EXACT, precise
 
 VALUES = EXACT | {"gamma": "3.3"}
 NAMES = generated.PARAMETERS
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 def inside(value: Any, share: float) -> Any:

@@ -13,6 +13,7 @@ from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, largest, 
 from capsule_sym._enclosures.numbers.fields import Exponential
 from capsule_sym._enclosures.passage import guards
 from capsule_sym._enclosures.passage.guards import Line, Watch
+from tests.enclosures.case import precise
 
 
 class Linear:
@@ -26,10 +27,7 @@ class Linear:
         self.terms, self.flow = self._exponential.terms, self._exponential.rest
 
 
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 def waves(guards: list[tuple[float, float]], rate: float = 1.0) -> Linear:

@@ -29,17 +29,13 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import guard_between
 from capsule_sym.generated.capsule.facts import FIELDS
-from tests.enclosures.case import EXACT
+from tests.enclosures.case import EXACT, precise
 
 VALUES = EXACT | {"gamma": "3.3"}
 
 NAMES = [name for name in PARAMETERS if name != "alpha"]
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(80):
-        yield
+bits = precise(80)
 
 
 def field(index: int) -> Field:

@@ -17,15 +17,11 @@ from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import affine_states, guess_of, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from tests.enclosures.case import EXACT
+from tests.enclosures.case import EXACT, precise
 
 PLACES = (-1.0, -0.5, 0.0, 0.75, 1.0)
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 class Root:

@@ -25,18 +25,13 @@ from capsule_sym._map.backend import default_backend, how_compiled
 from capsule_sym._native import core_of
 from capsule_sym.scenes import Scene
 from tests.sampling import many, sampled
-from tests.scenes import SCENES, Form, Integrator, Start, integrator, random_starts
+from tests.scenes import SCENES, Form, Integrator, Start, random_starts
 
 PERIODS = 4
 MOST_UNITS = 4096
 """Error of a final state, in units of what rounding each segment's end comes to."""
 BACKENDS = sorted({default_backend(), "numpy", "mpmath"})
 compiled = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
-    return integrator(tmp_path_factory.mktemp("integrator"))
 
 
 def simulated(scene: Scene, start: Start, backend: str) -> Trajectory:

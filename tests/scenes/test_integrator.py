@@ -11,7 +11,10 @@ from mpmath import mp, mpf
 
 from tests.scenes import SCENES, UNIT, Form, Integrator, Run, Start, integrator, random_starts
 
-pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here"),
+]
 
 TINY = 1e-28
 TWO_STOPS = Form(stops=2, pulsed=True, reacts=True, biased=True)
@@ -144,7 +147,6 @@ def test_the_mirror_image_of_a_run_is_the_mirror_s_run(judge: Integrator) -> Non
         assert events == other.translate(str.maketrans("FBUL", "BFLU"))
 
 
-@pytest.mark.long
 def test_the_unit_of_a_run_is_what_a_rounded_start_comes_to(judge: Integrator) -> None:
     """It counts every segment's: one rounding of v_r at the start moves the end less."""
     compared = 0

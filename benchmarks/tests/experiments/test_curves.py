@@ -18,7 +18,7 @@ from benchmarks.experiments.curves import (
     judge_curve,
 )
 from capsule_sym import Bifurcation, continue_bifurcation, continue_orbit, scenes, solve_orbit
-from tests.scenes import Integrator, integrator
+from tests.scenes import Integrator
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
@@ -28,11 +28,6 @@ TURNING = {
     **{"omega": 1.0875150390795385, "delta": 0.02, "zeta": 0.02, "beta": 15.554798665527118},
     **{"gamma": 1.5, "f_b": 1.0},
 }
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
-    return integrator(tmp_path_factory.mktemp("integrator"))
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ from capsule_sym._enclosures.numbers.balls import (
     arb,
     ball,
     matrix,
-    precision,
     symmetric,
 )
 from capsule_sym._enclosures.numbers.fields import Field
@@ -39,14 +38,11 @@ from paper.proofs import attraction
 from paper.proofs.attraction import tendency
 from paper.proofs.guesses import steps_of
 from paper.proofs.segments import carried
+from tests.enclosures.case import precise
 
 POINT = point(read(), "1.64")
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(256):
-        yield
+bits = precise(256)
 
 
 def turn(at: Point) -> tuple[Passage, Matrix, list[Step], object]:

@@ -11,7 +11,7 @@ import pytest
 from flint import arb_mat
 
 from capsule_sym import Parameters, simulate
-from capsule_sym._enclosures.numbers.balls import Unproved, arb, floats, precision, symmetric, thin
+from capsule_sym._enclosures.numbers.balls import Unproved, arb, floats, symmetric, thin
 from capsule_sym._enclosures.passage.segments import Step
 from capsule_sym._map.expansion import Guard
 from paper.proofs import attraction
@@ -24,12 +24,9 @@ from paper.proofs.attraction import (
 )
 from paper.proofs.parts import AlphaPart
 from paper.proofs.segments import Bundle
+from tests.enclosures.case import precise
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(80):
-        yield
+bits = precise(80)
 
 
 class Started:

@@ -18,14 +18,11 @@ from paper.proofs import branches, steady
 from paper.proofs.branches import Box, glue, march
 from paper.proofs.case import EXACT
 from paper.proofs.intervals import approximate, prove_intervals, threshold
+from tests.enclosures.case import precise
 
 VALUES = EXACT | {"gamma": "3.3"}
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 @pytest.fixture(scope="module")

@@ -22,6 +22,7 @@ from paper.proofs.case import ALPHA, GAMMA
 from paper.proofs.curve_sides import WithoutSegment, WithSegment
 from paper.proofs.forms import MONOMIALS, hull, polynomial
 from paper.proofs.parts import Patch
+from tests.enclosures.case import precise
 
 REST = (0.0, 0.0, 0.0)
 STUCK, SLIPPED, LOOSE = "F5 F4 F1 F2", "F5 F4 F1 F2 F3 F2", "F5 F4 F5 F2"
@@ -32,11 +33,7 @@ LANDING = 1.5886210774813494, f"{ENDS_STUCK} | {ENDS_LOOSE}"
 """Bifurcations at gamma = 3.3, in double precision, and the itineraries on both sides."""
 CURVES = TOUCH, CORNER, LANDING
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(64):
-        yield
+bits = precise(64)
 
 
 class Curve(NamedTuple):

@@ -20,15 +20,12 @@ from paper.proofs.forms import (
     series,
     shifted,
 )
+from tests.enclosures.case import precise
 
 CORNERS = tuple(product((-1.0, -0.5, 1.0), repeat=2))
 SIGNS = (-1.0, 1.0)
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 def at(form: Form, place: tuple[float, float], error: float | None = None):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, solve_itinerary, solve_orbit
-from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, precision
+from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -17,14 +17,11 @@ from paper.proofs import patch_orbits
 from paper.proofs.case import EXACT
 from paper.proofs.forms import MONOMIALS, Form, polynomial
 from paper.proofs.patch_orbits import PatchOrbits
+from tests.enclosures.case import precise
 
 AXIS = (-1.0, 0.0, 0.5, 1.0)
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(64):
-        yield
+bits = precise(64)
 
 
 def patch_at(alpha: float, gamma: float, radii: tuple[float, float]) -> tuple[PatchOrbits, Any]:

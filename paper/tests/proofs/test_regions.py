@@ -22,7 +22,6 @@ from capsule_sym._enclosures.numbers.balls import (
     ball,
     floats,
     largest,
-    precision,
     stacked,
 )
 from capsule_sym._enclosures.numbers.fields import Field
@@ -38,14 +37,11 @@ from paper.proofs.parts import Patch
 from paper.proofs.patch_orbits import PatchOrbits
 from paper.proofs.patches import attempt
 from paper.proofs.subdivision import PLANE, begun, prove
+from tests.enclosures.case import precise
 
 REST = (0.0, 0.0, 0.0)
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(64):
-        yield
+bits = precise(64)
 
 
 def patch_at(alpha: float, gamma: float, radii: tuple[float, float], **other: float) -> PatchOrbits:

@@ -29,15 +29,12 @@ from paper.proofs.attraction import tendency
 from paper.proofs.branches import glue, march
 from paper.proofs.case import EXACT
 from paper.proofs.intervals import approximate, prove_intervals, threshold
+from tests.enclosures.case import precise
 
 with precision(256):
     VALUES = {name: ball(text) for name, text in EXACT.items()} | {"gamma": ball("3.3")}
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 def orbit_at(amplitude: float, gamma: float = 3.3) -> Orbit:

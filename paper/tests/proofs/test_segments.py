@@ -27,16 +27,13 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS
 from paper.proofs import segments
 from paper.proofs.case import EXACT
 from paper.proofs.segments import Interval, Passage
+from tests.enclosures.case import precise
 
 VALUES = EXACT | {"gamma": "3.3"}
 
 NAMES = [name for name in PARAMETERS if name != "alpha"]
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(80):
-        yield
+bits = precise(80)
 
 
 def field(index: int) -> Field:

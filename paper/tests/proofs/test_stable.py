@@ -8,17 +8,14 @@ import pytest
 from flint import arb_mat
 
 from capsule_sym import Parameters, solve_orbit
-from capsule_sym._enclosures.numbers.balls import Unproved, ball, precision
+from capsule_sym._enclosures.numbers.balls import Unproved, ball
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
 from capsule_sym._enclosures.passage.guards import Watch
 from paper.proofs import stable as module
 from paper.proofs.case import EXACT
+from tests.enclosures.case import precise
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(128):
-        yield
+bits = precise(128)
 
 
 def orbit_at(alpha: float, gamma: float = 3.3) -> Any:

@@ -11,7 +11,7 @@ import pytest
 from scipy.linalg import expm
 
 from capsule_sym import Parameters, simulate
-from capsule_sym._enclosures.numbers.balls import Matrix, arb, ball, floats, precision, thin
+from capsule_sym._enclosures.numbers.balls import Matrix, arb, ball, floats, thin
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage.segments import Step
 from capsule_sym._map.expansion import Guard
@@ -19,15 +19,12 @@ from paper.proofs import windows
 from paper.proofs.segments import Bundle, Interval, Passage
 from paper.proofs.touches import Soft
 from paper.proofs.windows import Piece, Touch, Window
+from tests.enclosures.case import precise
 
 DEVICE = {"omega": 0.8, "delta": 0.02, "zeta": 0.05, "beta": 1.5, "gamma": 3.3, "f_b": 1.0}
 PLACES = [*product((-1.0, -0.3, 0.4, 1.0), repeat=2)]
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(80):
-        yield
+bits = precise(80)
 
 
 class Case(NamedTuple):

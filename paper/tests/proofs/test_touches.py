@@ -18,7 +18,6 @@ from capsule_sym._enclosures.numbers.balls import (
     ball,
     floats,
     matrix,
-    precision,
     thin,
 )
 from capsule_sym._enclosures.numbers.fields import Field
@@ -32,15 +31,12 @@ from paper.proofs.guesses import steps_of
 from paper.proofs.segments import Bundle, Interval, Passage
 from paper.proofs.touches import Soft
 from paper.proofs.windows import Window
+from tests.enclosures.case import precise
 
 GAMMA, OMEGA, WIDE = 3.3, 0.8, 2e-4
 PLACES = [(x, v) for x, v in product((-1.0, 0.0, 0.7, 1.0), repeat=2)]
 
-
-@pytest.fixture(autouse=True)
-def bits():
-    with precision(80):
-        yield
+bits = precise(80)
 
 
 class Case(NamedTuple):
