@@ -32,7 +32,7 @@ PYTEST := $(BIN)/python -m pytest -q $(STILL)
 test: $(READY)  ## run the tests of the tool, the paper and the benchmarks
 	$(PYTEST) -n 2 --max-worker-restart 2 --dist loadscope --no-loadscope-reorder
 
-test-long: $(READY)  ## run the tests that take more than ten seconds each
+test-long: $(READY)  ## run the tests that take long, and all cases of sampled ones
 	CAPSULE_SYM_ALL=1 $(PYTEST) -n 2 --max-worker-restart 2 --dist worksteal -m "long or sampled"
 
 second-model: $(READY)  ## test that another model is declared, generated and compiled

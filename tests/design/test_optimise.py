@@ -78,6 +78,7 @@ def test_no_cell_of_a_survey_is_better(economical: Optimum) -> None:
     assert 0.65 < best < economical.value
 
 
+@pytest.mark.long
 def test_the_optimum_moves_with_fixed_parameters_as_new_optima_do(economical: Optimum) -> None:
     for name in ("zeta", "beta"):
         step = 1e-3 * getattr(economical.system, name)
@@ -95,6 +96,7 @@ def test_the_optimum_moves_with_fixed_parameters_as_new_optima_do(economical: Op
     assert set(economical.slopes) == {"zeta", "beta", "gamma", "f_b"}
 
 
+@pytest.mark.long
 def test_an_active_limit_costs_its_multiplier() -> None:
     bounds, values = {"alpha": (0.5, 0.9), "omega": (0.7, 0.9)}, []
     for limit in (1.899, 1.9, 1.901):
@@ -149,6 +151,7 @@ def test_a_margin_of_stability_holds() -> None:
     assert held.constraints[0].active
 
 
+@pytest.mark.long
 def test_the_worst_of_the_tolerances_counts() -> None:
     bounds = {"alpha": (0.5, 0.9), "omega": (0.7, 0.9)}
     found = optimise(
@@ -173,12 +176,14 @@ def lightest(samples: int, **how: Any) -> Optimum:
     return optimise("peak_force", over, base, samples=samples, **how)
 
 
+@pytest.mark.long
 def test_places_that_keep_a_limit_are_found_where_the_objective_is_far_less_beyond_it() -> None:
     found = lightest(128)  # nothing drifts over most of the bounds, at a small force
     assert found.status is OptimumStatus.OPTIMAL
     assert found.value == pytest.approx(LIGHTEST, rel=1e-12)
 
 
+@pytest.mark.long
 def test_a_further_round_finds_places_that_keep_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (4,))
     assert lightest(4).status is OptimumStatus.INFEASIBLE
@@ -197,6 +202,7 @@ def test_at_the_time_limit_the_best_of_all_rounds_is_told(monkeypatch: pytest.Mo
         assert found.value == pytest.approx(problem(samples=8).value, rel=1e-9)
 
 
+@pytest.mark.long
 def test_further_rounds_add_to_what_a_search_for_the_limits_finds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -217,6 +223,7 @@ def test_further_rounds_add_to_what_a_search_for_the_limits_finds(
     assert more.value < (1 + 1e-9) * few.value
 
 
+@pytest.mark.long
 def test_a_metric_that_varies_in_a_further_round_is_not_flat(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -26,6 +26,7 @@ def front() -> Front:
     return pareto("speed", "cost_of_transport", BOUNDS, points=8, samples=64)
 
 
+@pytest.mark.long
 def test_every_point_is_an_optimum_and_none_beats_another(front: Front) -> None:
     assert front.success
     assert len(front.points) >= 7
@@ -34,6 +35,7 @@ def test_every_point_is_an_optimum_and_none_beats_another(front: Front) -> None:
     assert np.all(np.diff(front.values) > 0)
 
 
+@pytest.mark.long
 def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: Front) -> None:
     draw = np.random.default_rng(4)
     low, high = np.array(list(BOUNDS.values())).T
@@ -50,6 +52,7 @@ def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: Front) -> None:
     assert near > 5
 
 
+@pytest.mark.long
 def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: Front) -> None:
     slopes = front.columns["slope"][1:-1]
     assert np.all(slopes > 0)
@@ -63,6 +66,7 @@ def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: Front) -> 
     )
 
 
+@pytest.mark.long
 def test_a_front_is_a_table_and_a_record(front: Front) -> None:
     frame = front.to_dataframe()
     assert list(frame.columns)[:4] == ["speed", "cost_of_transport", "alpha", "omega"]
@@ -154,6 +158,7 @@ def test_a_branch_on_which_few_cells_are_good_is_on_the_front() -> None:
         assert max(cheaper, default=0.0) < value + riddled
 
 
+@pytest.mark.long
 def test_one_point_may_be_best_in_both() -> None:
     found = pareto("speed", "peak_force - speed*100", {"alpha": (0.7, 0.9)}, points=5, samples=4)
     assert len(found.points) == 1
@@ -182,6 +187,7 @@ def test_both_metrics_count_in_their_worst_motion() -> None:
     assert [found.points[k].over["alpha"] for k in (0, -1)] == pytest.approx([1.0, 1.1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "changed",
     [
@@ -201,6 +207,7 @@ def test_the_slope_is_that_of_the_front_whatever_else_holds(changed) -> None:
     assert np.all(slopes[1:-1] < chords[:-1])
 
 
+@pytest.mark.long
 def test_the_end_of_least_cost_claims_nothing_of_the_first_metric() -> None:
     found = pareto("speed", "work", {"alpha": (0.5, 0.9)}, points=2, samples=8)
     assert len(found.points) == 2

@@ -15,6 +15,8 @@ from capsule_sym._design.polish import MARGIN, on_piece, polish, with_limit
 from capsule_sym._design.program import Place
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 
+pytestmark = pytest.mark.long
+
 REST = (0.0, 0.0, 0.0)
 FOLD = Parameters(
     alpha=0.88065606, omega=2.5, delta=0.2, zeta=0.0310785, beta=4.2171892, gamma=2.789994
@@ -95,7 +97,6 @@ def test_an_optimum_close_to_a_border_is_one_inside() -> None:
         assert beside.worst > rest.found.place.worst
 
 
-@pytest.mark.long
 def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins() -> None:
     base = Parameters(
         alpha=1.6429116, omega=0.92876304, beta=11.501066, zeta=0.023622016, delta=0.28, gamma=7.7
@@ -113,7 +114,6 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     assert other.u == pytest.approx(one.u, abs=1e-5)
 
 
-@pytest.mark.long
 def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
     """The search of the piece where it begins does not find the best."""
     base = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
@@ -146,7 +146,6 @@ def test_where_two_peaks_of_a_force_are_equal_each_of_them_is_a_constraint() -> 
         assert beside.worst > rest.found.place.worst
 
 
-@pytest.mark.long
 def test_slopes_by_fixed_parameters_hold_at_a_margin() -> None:
     def solved(base):
         program, place = at("velocity/work", {"delta": (0.15, 0.65)}, base, True, 0.05, u=0.1)

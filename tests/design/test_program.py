@@ -42,6 +42,7 @@ def surveyed(limit: float) -> float:
     return max(abs(one["velocity"]) for one in found if one and one["peak_force"] <= limit)
 
 
+@pytest.mark.long
 def test_no_optimum_is_worse_than_a_place_that_is_known_to_be_within_the_limits() -> None:
     found = optimise("speed", BOUNDS, subject_to=["peak_force <= 1.8"])
     best = surveyed(1.8)
@@ -102,6 +103,7 @@ def test_where_a_function_has_no_number_others_are_taken() -> None:
     assert found.over["alpha"] == pytest.approx(1.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("metric", "limits", "shift", "scale"),
     [
@@ -233,6 +235,7 @@ def test_a_metric_without_a_number_where_nothing_drifts_says_why() -> None:
     assert found.message.endswith("the mass does not reach the spring: lower delta or raise alpha")
 
 
+@pytest.mark.long
 def test_the_best_cell_of_a_survey_is_the_best_in_its_worst_scenario() -> None:
     tolerances = dict.fromkeys(("zeta", "beta"), 0.05)
     program = program_of("speed", BOUNDS, None, True, (), None, START, tolerances)
@@ -320,6 +323,7 @@ def test_metrics_know_no_friction_bound_but_those_of_the_model(monkeypatch, boun
             assert cost == math.inf
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("at", "least"), [("survey", 0), ("point 3 of 9", 2), ("point 6 of 9", 5)])
 def test_a_front_that_is_out_of_time_has_the_points_that_were_found(monkeypatch, at, least) -> None:
     clock = Clock(monkeypatch, at)

@@ -51,6 +51,7 @@ def truth_of(*runs):
     return own | {"scale": SCALE, "slip": SLIP} | phases
 
 
+@pytest.mark.long
 def test_device_camera_and_clock_are_found_from_videos_with_outliers() -> None:
     found = fit_rig(rig(), GUESS, loss="cauchy")
     assert found.success

@@ -8,6 +8,8 @@ from capsule_sym._design.optimise import program_of
 from capsule_sym._design.program import Place, Program
 from capsule_sym._design.slide import room, slid
 
+pytestmark = pytest.mark.long
+
 REST = ((0.0, 0.0, 0.0),)
 
 

@@ -19,6 +19,7 @@ def _relative(share: float) -> float:
     return share**2 / 3
 
 
+@pytest.mark.long
 def test_indices_of_a_sum_are_shares_of_the_variance() -> None:
     found = tolerances("10*alpha + beta", _SHARES, BASE, samples=SAMPLES)
     (one,) = found.metrics
@@ -33,6 +34,7 @@ def test_indices_of_a_sum_are_shares_of_the_variance() -> None:
         assert np.all((ends[:, 0] < index) & (index < ends[:, 1]))
 
 
+@pytest.mark.long
 def test_indices_of_a_product_have_an_interaction() -> None:
     shares = {"alpha": 0.1, "beta": 0.8}
     a, b = (_relative(share) for share in shares.values())

@@ -102,6 +102,7 @@ def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
     assert velocity.get_xlabel() == r"excitation frequency $\omega$"
 
 
+@pytest.mark.long
 def test_the_case_study_has_the_printed_bifurcations(branch) -> None:
     velocity = plot_bifurcations(branch).axes[2]
     (marked,) = [line for line in velocity.lines if line.get_marker() == "o"]
@@ -190,6 +191,7 @@ def test_a_motion_beside_longer_ones_is_drawn_over_as_many_periods(settled) -> N
     assert axes.get_ylim() == (0, 2)
 
 
+@pytest.mark.long
 def test_what_is_not_periodic_has_a_meaning_in_the_legend(settled, branch) -> None:
     restless = simulate(Parameters(alpha=1.2, gamma=3.0), periods=3)
     motions = [settled(0.7), restless, settled(1.9)]

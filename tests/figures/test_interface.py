@@ -17,8 +17,10 @@ from capsule_sym._figures.points import points_of
 from capsule_sym._figures.sizes import COLUMN, PAGE
 from capsule_sym._figures.style import styled
 from tests.figures.test_parts import fitted
+from tests.sampling import sampled, some
 
 
+@pytest.mark.long
 def test_matplotlib_is_imported_when_something_is_drawn() -> None:
     code = (
         "import sys\nfrom capsule_sym import Parameters, simulate, plot\n"
@@ -145,7 +147,8 @@ def test_bars_areas_cells_and_lines_in_space_are_written() -> None:
 MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
-@pytest.mark.parametrize("kind", MAGIC)
+@sampled
+@pytest.mark.parametrize("kind", some(MAGIC, 2))
 def test_equal_figures_are_equal_files(tmp_path: Path, kind: str) -> None:
     for name in ("one", "two"):
         figure = new_figure(1, 1)

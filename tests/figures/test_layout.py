@@ -154,6 +154,7 @@ def test_statuses_are_told_in_words() -> None:
     ]
 
 
+@pytest.mark.long
 @sampled
 @pytest.mark.parametrize(
     ("name", "width"), some([(name, width) for name in OTHERS for width in (COLUMN, PAGE)], 2)
@@ -178,6 +179,7 @@ def test_a_name_that_can_be_read_is_none() -> None:
     assert problems(figure) == []
 
 
+@pytest.mark.long
 def test_labels_of_bifurcations_that_are_not_spread_are_found(branch, monkeypatch) -> None:
     monkeypatch.setattr(branches, "spread", lambda places, room: list(places))
     found = looked_at(plot_bifurcations(branch, width=COLUMN))

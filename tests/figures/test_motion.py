@@ -180,6 +180,7 @@ def test_colours_that_do_not_exist_are_refused(settled) -> None:
         plot_motion(settled(1.2), colours="loud")
 
 
+@pytest.mark.long
 def test_a_picture_is_the_one_of_before_unless_the_motion_differs(settled, tmp_path: Path) -> None:
     baseline = Path(__file__).parent / "baselines" / "motion.png"
     for alpha, colours, same in ((1.2, "safe", True), (1.2, "paper", False), (1.3, "safe", False)):

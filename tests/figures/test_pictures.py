@@ -21,6 +21,7 @@ from capsule_sym._figures.style import describe
 from tests.figures.test_command import run_here
 
 
+@pytest.mark.long
 def test_a_picture_tells_its_parameters(tmp_path: Path, settled) -> None:
     run = settled(1.2)
     drawn = plot_motion(run)
@@ -82,6 +83,7 @@ def test_what_no_picture_can_have_is_refused(tmp_path: Path, arguments: str, par
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_an_animation_shows_one_period(tmp_path: Path, settled, monkeypatch) -> None:
     monkeypatch.setattr(device, "_PER_SECOND", 3)
     animate(settled(1.2), tmp_path / "x.gif", width=4.0, dpi=40)

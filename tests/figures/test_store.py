@@ -130,6 +130,7 @@ def test_orbits_come_back_from_the_record(branch) -> None:
     assert begin.x_r[0] == pytest.approx(end.x_r[-1], abs=1e-12)
 
 
+@pytest.mark.long
 def test_a_branch_begins_where_a_run_from_rest_becomes_periodic(counting, monkeypatch) -> None:
     store = counting
     monkeypatch.setattr(kept, "_BRANCH_POINTS", 10)

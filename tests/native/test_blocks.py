@@ -120,7 +120,12 @@ def grazing() -> list[tuple[Orbit, int]]:
     return [(one.orbit, one.segment) for one in branch.bifurcations if one.segment is not None]
 
 
-def cases() -> Iterator[Case]:
+@cache
+def cases() -> tuple[Case, ...]:
+    return tuple(_cases())
+
+
+def _cases() -> Iterator[Case]:
     for orbit, segment in grazing():
         values, z = np.array(orbit.values, float), np.array(orbit.z, float)
         z *= 1 + 1e-9 * np.sin(np.arange(len(z)))
@@ -136,20 +141,18 @@ def cases() -> Iterator[Case]:
         yield Case(np.array(values), itinerary, z, -1 if seed % 2 else 4 + seed % len(itinerary))
 
 
-def worst(probe: Any) -> float:
-    with np.errstate(invalid="ignore"):
-        return max(error(probe, case) for case in cases())
-
-
 def test_a_step_solves_the_dense_equations(objects: Path, tmp_path: Path) -> None:
-    assert worst(library(objects, tmp_path).probe) < 1
+    probe = library(objects, tmp_path).probe
+    assert max(error(probe, case) for case in cases()) < 1
 
 
 @pytest.mark.parametrize("changed", MUTANTS)
 def test_each_change_of_the_elimination_is_noticed(
     objects: Path, tmp_path: Path, changed: str
 ) -> None:
-    assert worst(library(objects, tmp_path, MUTANTS[changed]).probe) > 1e3
+    probe = library(objects, tmp_path, MUTANTS[changed]).probe
+    with np.errstate(invalid="ignore"):
+        assert any(error(probe, case) > 1e3 for case in cases())
 
 
 def repeated(orbit: Orbit, times: int) -> Case:

@@ -40,6 +40,7 @@ def printed_by(library: Path, source: Path) -> str:
     return ran.stdout
 
 
+@pytest.mark.long
 def test_a_users_program_builds_and_runs(tmp_path: Path, library: Path) -> None:
     source = shutil.copy(EXAMPLE, tmp_path)
     check_example(printed_by(library, Path(source)))

@@ -104,6 +104,7 @@ def test_bad_input_is_refused_by_name(field: str, bad: dict[str, Any]) -> None:
         simulate_many(SETS, periods=1)[0:2]  # type: ignore[index]
 
 
+@pytest.mark.long
 def test_tangencies_are_kept() -> None:
     free = Parameters(alpha=0.0, zeta=0.0, delta=0.5)
     alone = simulate(free, (-0.5, 0.0, 0.0), periods=3)

@@ -248,6 +248,7 @@ def close_of_speed() -> list[Segment]:
     return result
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("longer", [1.0, LONGER])
 def test_extrema_are_those_of_dense_samples(
     longer: float, library: Library, sampled: list[Segment]

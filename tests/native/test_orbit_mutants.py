@@ -18,7 +18,10 @@ from capsule_sym._parameters import CAPSULE
 from capsule_sym.generated.interface import OrbitStatus, Quantity
 from tests.native import KERNELS, LIBRARY, changed_library, compile_in, structure
 
-pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here"),
+]
 
 CHANGED = ("sensitivities.c", "orbit.c", "metrics.c", "extrema.c")
 MUTANTS = {
@@ -63,8 +66,6 @@ MUTANTS = {
     ),
     "a force's sign": ("peak->v_r) : peak->gap) < 0.0)", "peak->v_r) : peak->gap) < -1e9)"),
 }
-
-QUICK = ("times of switches that stay", "a period that stays", "8 nodes too far")
 
 # Remainders are small: they are looked at where expansions are tried sixteen times as far.
 FURTHER = ("#define REACH_OF_RATE 3.0", "#define REACH_OF_RATE 48.0")
@@ -245,9 +246,7 @@ def test_unchanged_it_gives_what_python_gives(
     assert off(Library(tmp_path, objects), motions, slowly) < 1e-11
 
 
-@pytest.mark.parametrize(
-    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in MUTANTS]
-)
+@pytest.mark.parametrize("name", MUTANTS)
 def test_a_change_is_noticed(
     name: str, tmp_path: Path, objects: Path, motions: list[Known], slowly: NDArray[np.float64]
 ) -> None:

@@ -106,6 +106,7 @@ void probe(const capsule_parameters *p, const capsule_start *start, int quantity
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 def test_the_remainder_of_the_pull_has_the_drive(tmp_path: Path) -> None:
     assert remainder_holds(tmp_path, ("factor += of_drive;", "factor += of_drive;"))

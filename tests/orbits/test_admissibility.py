@@ -2,22 +2,14 @@
 
 import pytest
 
-from capsule_sym import (
-    Inequality,
-    Orbit,
-    Parameters,
-    is_admissible,
-    simulate,
-    solve_itinerary,
-    tightest,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, inequalities
 from tests.orbits.branches import settled
 
 
-def held(orbit: Orbit) -> list[Inequality]:
+def held(orbit: cs.Orbit) -> list[cs.Inequality]:
     with backend(orbit.backend) as numbers:
         return inequalities(numbers, orbit.itinerary, orbit.system)
 
@@ -38,23 +30,23 @@ def test_the_landing_is_the_distance_to_the_edge_of_stick() -> None:
 def test_the_map_follows_a_word_just_where_its_inequalities_hold(alpha: float) -> None:
     # At 0.9409980 the force in F2 reaches the edge of stick.
     start = settled(alpha=0.9)
-    orbit = solve_itinerary(Parameters(alpha=alpha), start.itinerary, start.z)
+    orbit = cs.solve_itinerary(cs.Parameters(alpha=alpha), start.itinerary, start.z)
     assert orbit.success, orbit.message
-    least = tightest(orbit)
+    least = cs.tightest(orbit)
     assert (least.kind, least.guard) == (MINIMUM, Guard.LOWER)
-    assert (least.value > 0) == (alpha < 0.9409980) == is_admissible(orbit)
+    assert (least.value > 0) == (alpha < 0.9409980) == cs.is_admissible(orbit)
 
 
 def test_legs_and_guards_are_named_from_where_the_paper_begins() -> None:
     orbit = settled(alpha=0.9)
-    turned = solve_itinerary(orbit.parameters, orbit.itinerary.rotated(2), _turned(orbit, 2))
+    turned = cs.solve_itinerary(orbit.parameters, orbit.itinerary.rotated(2), _turned(orbit, 2))
     assert turned.success, turned.message
     names = {one.named(turned.itinerary) for one in held(turned)}
     assert names == {one.named(orbit.itinerary) for one in held(orbit)}
     assert "minimum of lower in segment 4, F2" in names
 
 
-def _turned(orbit: Orbit, segment: int) -> list[float]:
+def _turned(orbit: cs.Orbit, segment: int) -> list[float]:
     flow = orbit.system.flows[segment]
     return [*flow.start, flow.angle, *orbit.z[4 + segment :], *orbit.z[4 : 4 + segment]]
 
@@ -63,5 +55,5 @@ def test_a_run_from_inside_stays_on_the_orbit() -> None:
     orbit = settled(alpha=1.5)
     x_r, v_r, v_c = (float(value) for value in orbit.motion.segments[0].start_state)
     phase = float(orbit.motion.segments[0].start.phase)
-    run = simulate(orbit.parameters, (x_r, v_r, v_c), phase, 3)
+    run = cs.simulate(orbit.parameters, (x_r, v_r, v_c), phase, 3)
     assert tuple(s.field for s in run.segments[:6]) == orbit.itinerary.fields

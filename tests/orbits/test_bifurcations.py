@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from capsule_sym import (
-    Itinerary,
-    ParameterPath,
-    Parameters,
-    continue_orbit,
-    monodromy_matrix,
-    solve_itinerary,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.points import bifurcation, extended, kinds
 from capsule_sym._orbits.continuation.points.bifurcation import refined
@@ -62,13 +55,13 @@ def test_fifty_digits_confirm_the_value_to_twenty(gamma: float, index: int) -> N
         for side in (-1, 1):
             values = list(exact.values)
             values[0] += side * numbers.number(10) ** -20
-            orbit = solve_itinerary(values, other.itinerary, list(other.z), backend="mpmath")
+            orbit = cs.solve_itinerary(values, other.itinerary, list(other.z), backend="mpmath")
             assert orbit.success, orbit.message
             least = min(i.value for i in inequalities(numbers, orbit.itinerary, orbit.system))
             assert (least > 0) == (side == ahead)
 
 
-def _same(itinerary: Itinerary, other: Itinerary) -> bool:
+def _same(itinerary: cs.Itinerary, other: cs.Itinerary) -> bool:
     return itinerary.rotated(itinerary.first) == other.rotated(other.first)
 
 
@@ -170,7 +163,7 @@ def test_newton_that_finds_nothing_says_so() -> None:
     orbit = settled(alpha=1.5)
     with backend("numpy") as numbers:
         # F4 lasts for two units of time: no alpha makes it vanish.
-        free = (ParameterPath("alpha"),)
+        free = (cs.ParameterPath("alpha"),)
         system = ExtendedSystem(numbers, orbit.values, free, orbit.itinerary, (1,))
         assert system.solve(orbit.z) is None
     one = upwards(3.3).bifurcations[0]
@@ -234,10 +227,10 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
         def test(value):
             values = [numbers.number(v) for v in one.orbit.values]
             values[column] = value
-            orbit = solve_itinerary(
+            orbit = cs.solve_itinerary(
                 values, one.orbit.itinerary, list(one.orbit.z), backend="mpmath"
             )
-            m = monodromy_matrix(orbit) + np.eye(3, dtype=int)
+            m = cs.monodromy_matrix(orbit) + np.eye(3, dtype=int)
             return (
                 m[0, 0] * (m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1])
                 - m[0, 1] * (m[1, 0] * m[2, 2] - m[1, 2] * m[2, 0])
@@ -255,15 +248,16 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
 
 def test_parameters_other_than_the_free_one_stay() -> None:
     for one in upwards(3.0).bifurcations:
-        assert one.orbit.parameters == Parameters(alpha=one.value, gamma=3.0)
+        assert one.orbit.parameters == cs.Parameters(alpha=one.value, gamma=3.0)
 
 
+@pytest.mark.long
 def test_multipliers_on_the_unit_circle_all_along_are_no_bifurcation() -> None:
     """At rest on the ground and without damping nothing dissipates: the product of two is 1."""
     damped = settled(alpha=0.0143, zeta=0.001)
-    start = solve_itinerary(Parameters(alpha=0.0143, zeta=0.0), damped.itinerary, damped.z)
+    start = cs.solve_itinerary(cs.Parameters(alpha=0.0143, zeta=0.0), damped.itinerary, damped.z)
     assert start.success
-    branch = continue_orbit(start, "alpha", 0.0074)
+    branch = cs.continue_orbit(start, "alpha", 0.0074)
     for point in branch.points:
         first, second, last = point.multipliers
         assert (abs(first * second), last) == (pytest.approx(1.0, abs=1e-12), 0)

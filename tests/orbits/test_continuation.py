@@ -5,63 +5,40 @@ import math
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Bifurcation,
-    Branch,
-    ContinuationSettings,
-    Ending,
-    InvalidInput,
-    Itinerary,
-    Outcome,
-    Parameters,
-    continue_orbit,
-    is_admissible,
-    simulate,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._orbits.continuation.branches import branch as branch_run
 from capsule_sym._orbits.continuation.families.family import least_between, least_slope_between
-from capsule_sym._orbits.continuation.points.kinds import (
-    ADDING,
-    CORNER,
-    CROSSING,
-    FOLD,
-    GRAZING,
-    GRAZING_SLIDING,
-    PERIOD_DOUBLING,
-    SWITCHING,
-)
+from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards
 
 FIRST_FIVE = [
-    (GRAZING, "L9", "F2", "F5 F2"),
-    (ADDING, "L3^(2)", "F5 F2", "F5 F4 F5 F2"),
-    (CORNER, "L7", "F5 F4 F5 F2", "F5 F4 F1 F2"),
-    (ADDING, "L2^(2)", "F5 F4 F1 F2", "F5 F4 F1 F2 F3 F2"),
-    (CORNER, "L6", "F5 F4 F1 F2 F3 F2", "F5 F4 F1 F2 F3 F6"),
+    (kinds.GRAZING, "L9", "F2", "F5 F2"),
+    (kinds.ADDING, "L3^(2)", "F5 F2", "F5 F4 F5 F2"),
+    (kinds.CORNER, "L7", "F5 F4 F5 F2", "F5 F4 F1 F2"),
+    (kinds.ADDING, "L2^(2)", "F5 F4 F1 F2", "F5 F4 F1 F2 F3 F2"),
+    (kinds.CORNER, "L6", "F5 F4 F1 F2 F3 F2", "F5 F4 F1 F2 F3 F6"),
 ]
 # The itineraries of both cases are those on which the map settles from rest, run by run.
 LAST_THREE = {
     3.3: [
-        (SWITCHING, "L2^(3)", "F5 F4 F1 F2 F3 F6", "F5 F4 F1 F3 F2 F3 F6"),
-        (GRAZING_SLIDING, "L2^(2)", "F5 F4 F1 F3 F2 F3 F6", "F5 F4 F1 F3 F6"),
-        (CROSSING, "L3^(3)", "F5 F4 F1 F3 F6", "F4 F1 F3 F6"),
+        (kinds.SWITCHING, "L2^(3)", "F5 F4 F1 F2 F3 F6", "F5 F4 F1 F3 F2 F3 F6"),
+        (kinds.GRAZING_SLIDING, "L2^(2)", "F5 F4 F1 F3 F2 F3 F6", "F5 F4 F1 F3 F6"),
+        (kinds.CROSSING, "L3^(3)", "F5 F4 F1 F3 F6", "F4 F1 F3 F6"),
     ],
     3.0: [
-        (CROSSING, "L3^(3)", "F5 F4 F1 F2 F3 F6", "F4 F1 F2 F3 F6"),
-        (SWITCHING, "L2^(3)", "F4 F1 F2 F3 F6", "F4 F1 F3 F2 F3 F6"),
-        (GRAZING_SLIDING, "L2^(2)", "F4 F1 F3 F2 F3 F6", "F4 F1 F3 F6"),
+        (kinds.CROSSING, "L3^(3)", "F5 F4 F1 F2 F3 F6", "F4 F1 F2 F3 F6"),
+        (kinds.SWITCHING, "L2^(3)", "F4 F1 F2 F3 F6", "F4 F1 F3 F2 F3 F6"),
+        (kinds.GRAZING_SLIDING, "L2^(2)", "F4 F1 F3 F2 F3 F6", "F4 F1 F3 F6"),
     ],
 }
 
 
-def text(itinerary: Itinerary) -> str:
+def text(itinerary: cs.Itinerary) -> str:
     return str(itinerary.rotated(itinerary.first))
 
 
-def events(branch: Branch) -> list[tuple[str, str, str, str]]:
+def events(branch: cs.Branch) -> list[tuple[str, str, str, str]]:
     return [
         (one.type, one.line, text(one.itinerary_before), text(one.itinerary_after))
         for one in branch.bifurcations
@@ -71,7 +48,7 @@ def events(branch: Branch) -> list[tuple[str, str, str, str]]:
 @pytest.mark.parametrize("gamma", [3.3, 3.0])
 def test_one_continuation_finds_all_eight_events(gamma: float) -> None:
     branch = upwards(gamma)
-    assert (branch.status, branch.points[-1].value) == (Ending.REACHED, HIGH)
+    assert (branch.status, branch.points[-1].value) == (cs.Ending.REACHED, HIGH)
     assert events(branch) == FIRST_FIVE + LAST_THREE[gamma]
     values = [one.value for one in branch.bifurcations]
     assert values == sorted(values)
@@ -80,7 +57,7 @@ def test_one_continuation_finds_all_eight_events(gamma: float) -> None:
 @pytest.mark.parametrize("gamma", [3.3, pytest.param(3.0, marks=pytest.mark.long)])
 def test_the_way_back_finds_the_same_eight(gamma: float) -> None:
     there, back = upwards(gamma), downwards(gamma)
-    assert back.status is Ending.REACHED
+    assert back.status is cs.Ending.REACHED
     assert back.points[-1].value == pytest.approx(LOW, rel=1e-12)
     turned = [(kind, line, b, a) for kind, line, a, b in events(back)[::-1]]
     assert turned == events(there)
@@ -96,11 +73,11 @@ def test_the_map_settles_on_the_words_on_either_side(gamma: float) -> None:
         flow = one.orbit.system.flows[one.orbit.itinerary.first]
         state = [float(value) for value in flow.start]
         for side, itinerary in ((-1e-6, one.itinerary_before), (1e-6, one.itinerary_after)):
-            parameters = Parameters(alpha=one.value + side, gamma=gamma)
+            parameters = cs.Parameters(alpha=one.value + side, gamma=gamma)
             phase = float(flow.angle) / parameters.omega % parameters.period
-            run = simulate(parameters, state, phase, 400)
+            run = cs.simulate(parameters, state, phase, 400)
             if len(itinerary) == 1:
-                assert run.segments[-1].outcome is Outcome.NEVER
+                assert run.segments[-1].outcome is cs.Outcome.NEVER
                 continue
             motion = run.steady(1e-8)
             assert motion is not None
@@ -114,9 +91,9 @@ def test_bisection_on_the_simulated_word_ends_at_the_same_values(gamma: float) -
         low, high = one.value - 1e-3, one.value + 1.3e-3
         while high - low > 1e-9:
             middle = (low + high) / 2
-            run = simulate(Parameters(alpha=middle, gamma=gamma), periods=1500)
-            if one.type == GRAZING:
-                below = run.segments[-1].outcome is Outcome.NEVER
+            run = cs.simulate(cs.Parameters(alpha=middle, gamma=gamma), periods=1500)
+            if one.type == kinds.GRAZING:
+                below = run.segments[-1].outcome is cs.Outcome.NEVER
             else:
                 motion = run.steady(1e-8)
                 assert motion is not None
@@ -132,13 +109,13 @@ def test_every_point_is_a_motion_of_the_map() -> None:
     for point in upwards(3.3).points[::5] + hysteretic().points[::5]:
         assert point.admissibility.value > 0
         assert point.orbit.residual < 1e-12
-        assert is_admissible(point.orbit), point.value
+        assert cs.is_admissible(point.orbit), point.value
 
 
 def test_a_branch_goes_on_through_folds_where_it_is_unstable() -> None:
     branch = hysteretic()
-    assert branch.status is Ending.REACHED
-    folds = [one for one in branch.bifurcations if one.type == FOLD]
+    assert branch.status is cs.Ending.REACHED
+    folds = [one for one in branch.bifurcations if one.type == kinds.FOLD]
     assert len(folds) == 2
     values = np.array([point.value for point in branch.points])
     turns = np.flatnonzero(np.diff(np.sign(np.diff(values))))
@@ -150,35 +127,35 @@ def test_a_branch_goes_on_through_folds_where_it_is_unstable() -> None:
 
 
 def test_nothing_is_found_on_the_other_side_of_a_fold() -> None:
-    fold = next(one for one in hysteretic().bifurcations if one.type == FOLD)
+    fold = next(one for one in hysteretic().bifurcations if one.type == kinds.FOLD)
     same = [p for p in hysteretic().points if p.orbit.itinerary == fold.orbit.itinerary]
     guess = min(same, key=lambda point: abs(point.value - fold.value)).orbit.z
     found = []
     for side in (-1e-7, 1e-7):
         parameters = fold.orbit.parameters.replace(omega=fold.value + side)
-        orbit = solve_itinerary(parameters, fold.orbit.itinerary, guess)
+        orbit = cs.solve_itinerary(parameters, fold.orbit.itinerary, guess)
         found.append(orbit.success and max(abs(orbit.z - fold.orbit.z)) < 0.05)
     assert found == [True, False]
 
 
 def test_a_period_doubling_is_where_the_period_of_the_map_doubles() -> None:
     branch = hysteretic()
-    doublings = [one for one in branch.bifurcations if one.type == PERIOD_DOUBLING]
+    doublings = [one for one in branch.bifurcations if one.type == kinds.PERIOD_DOUBLING]
     assert len(doublings) == 2
     for one, (below, above) in zip(doublings, ((1, 2), (2, 1)), strict=True):
         for side, period_number in ((-2e-3, below), (2e-3, above)):
             parameters = one.orbit.parameters.replace(omega=one.value + side)
             start = [float(v) * (1 + 1e-4) for v in one.orbit.z[:3]]
             phase = float(one.orbit.z[3]) / parameters.omega % parameters.period
-            motion = simulate(parameters, start, phase, 2500).steady(1e-8)
+            motion = cs.simulate(parameters, start, phase, 2500).steady(1e-8)
             assert motion is not None
             assert motion.period_number == period_number
 
 
 def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> None:
     orbit = settled(alpha=0.3, omega=1.6, delta=0.3, zeta=0.01, beta=30.0)
-    branch = continue_orbit(orbit, "omega", 0.7, points=40)
-    assert branch.status is Ending.TURNED_BACK
+    branch = cs.continue_orbit(orbit, "omega", 0.7, points=40)
+    assert branch.status is cs.Ending.TURNED_BACK
     assert branch.points[-1].value == pytest.approx(1.6, rel=1e-12)
     assert text(branch.points[-1].orbit.itinerary) != text(orbit.itinerary)
 
@@ -188,16 +165,16 @@ def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> N
 def test_a_branch_that_passes_close_to_its_begin_has_not_returned(label: str, s: float) -> None:
     """Begun so near to a fold, it comes back on the other side of it: 2 s apart in durations."""
     fold = hysteretic().at(label)
-    assert isinstance(fold, Bifurcation)
+    assert isinstance(fold, cs.Bifurcation)
     assert fold.normal_form is not None
     along = np.linalg.svd(fold.orbit.system.by_z)[2][-1]
     along /= np.linalg.norm(along[4:])
     growth = fold.normal_form.growth
     parameters = fold.orbit.parameters.replace(omega=fold.value + growth * s * s)
-    orbit = solve_itinerary(parameters, fold.orbit.itinerary, list(fold.orbit.z + s * along))
-    branch = continue_orbit(orbit, "omega", fold.value - math.copysign(2e-3, growth), points=2)
-    assert branch.status is Ending.TURNED_BACK
-    assert [one.type for one in branch.bifurcations] == [FOLD]
+    orbit = cs.solve_itinerary(parameters, fold.orbit.itinerary, list(fold.orbit.z + s * along))
+    branch = cs.continue_orbit(orbit, "omega", fold.value - math.copysign(2e-3, growth), points=2)
+    assert branch.status is cs.Ending.TURNED_BACK
+    assert [one.type for one in branch.bifurcations] == [kinds.FOLD]
     apart = np.linalg.norm(branch.points[-1].orbit.durations - orbit.durations)
     # The change of s by 1e-16 of omega.
     assert apart == pytest.approx(2 * s, rel=1e-3 + 1e-16 / abs(growth) / s**2)
@@ -205,10 +182,10 @@ def test_a_branch_that_passes_close_to_its_begin_has_not_returned(label: str, s:
 
 def test_other_parameters_serve_as_well() -> None:
     for name, to in (("gamma", 3.0), ("f_b", 0.9), ("delta", 0.1), ("zeta", 0.1), ("beta", 3.0)):
-        branch = continue_orbit(settled(alpha=1.2), name, to, points=4)
-        assert branch.status is Ending.REACHED, (name, branch.message)
+        branch = cs.continue_orbit(settled(alpha=1.2), name, to, points=4)
+        assert branch.status is cs.Ending.REACHED, (name, branch.message)
         end = branch.points[-1].orbit
-        again = solve_orbit(end.parameters)
+        again = cs.solve_orbit(end.parameters)
         assert again.success, again.message
         assert text(again.itinerary) == text(end.itinerary)
         assert again.progression == pytest.approx(end.progression, abs=1e-10)
@@ -222,36 +199,38 @@ def test_other_parameters_serve_as_well() -> None:
             {"alpha": 1.8355913, "omega": 1.4953428, "zeta": 0.2, "beta": 10.0},
             "gamma",
             2.2,
-            [(CROSSING, "L3^(3)"), (CORNER, "L6")],
+            [(kinds.CROSSING, "L3^(3)"), (kinds.CORNER, "L6")],
         ),
         # Before the reversal fails, the drift after it touches the edge of stick.
         (
             {"alpha": 2.0179817, "omega": 1.4361025, "delta": 0.1},
             "omega",
             0.76,
-            [(GRAZING_SLIDING, "L2^(2)"), (SWITCHING, "L2^(3)")],
+            [(kinds.GRAZING_SLIDING, "L2^(2)"), (kinds.SWITCHING, "L2^(3)")],
         ),
     ],
 )
 def test_of_two_failures_in_a_step_the_first_counts(parameters, name, to, types) -> None:
-    branch = continue_orbit(settled(**parameters), name, to, points=20)
-    assert branch.status is Ending.REACHED
+    branch = cs.continue_orbit(settled(**parameters), name, to, points=20)
+    assert branch.status is cs.Ending.REACHED
     assert [(one.type, one.line) for one in branch.bifurcations] == types
 
 
 def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
     """Its value is that of the branch of half the period, and the map agrees on both sides."""
-    branch = continue_orbit(settled(alpha=0.05, zeta=0.005), "alpha", 0.01, points=20)
+    branch = cs.continue_orbit(settled(alpha=0.05, zeta=0.005), "alpha", 0.01, points=20)
     (end,) = branch.bifurcations
-    assert branch.status is Ending.PERIOD_HALVED
+    assert branch.status is cs.Ending.PERIOD_HALVED
     assert "the two halves of F5 F2 F5 F2 become one at alpha = 0.0429036183971" in branch.message
-    assert (end.type, end.itinerary_after, end.status) == (PERIOD_DOUBLING, None, "converged")
-    assert end.orbit.itinerary == Itinerary.parse("F5 F2")
-    once = continue_orbit(settled(alpha=0.04, zeta=0.005), "alpha", 0.044, points=5)
-    (there,) = (one for one in once.bifurcations if one.type == PERIOD_DOUBLING)
+    assert (end.type, end.itinerary_after, end.status) == (kinds.PERIOD_DOUBLING, None, "converged")
+    assert end.orbit.itinerary == cs.Itinerary.parse("F5 F2")
+    once = cs.continue_orbit(settled(alpha=0.04, zeta=0.005), "alpha", 0.044, points=5)
+    (there,) = (one for one in once.bifurcations if one.type == kinds.PERIOD_DOUBLING)
     assert abs(end.value - there.value) <= end.uncertainty + there.uncertainty < 1e-12
     for side, period_number in ((-3e-4, 1), (3e-4, 2)):
-        motion = simulate(Parameters(alpha=end.value + side, zeta=0.005), periods=4000).steady()
+        motion = cs.simulate(
+            cs.Parameters(alpha=end.value + side, zeta=0.005), periods=4000
+        ).steady()
         assert motion is not None
         assert motion.period_number == period_number
 
@@ -259,8 +238,8 @@ def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
 def test_without_that_end_a_doubled_branch_returns_to_its_own_orbit(monkeypatch) -> None:
     # Begun at the other half, it is the same orbit.
     monkeypatch.setattr(branch_run, "halved", lambda *arguments: None)
-    branch = continue_orbit(settled(alpha=0.045, zeta=0.005), "alpha", 0.01, points=20)
-    assert branch.status is Ending.RETURNED
+    branch = cs.continue_orbit(settled(alpha=0.045, zeta=0.005), "alpha", 0.01, points=20)
+    assert branch.status is cs.Ending.RETURNED
     first, last = (point.orbit for point in (branch.points[0], branch.points[-1]))
     assert last.durations == pytest.approx(np.roll(first.durations, 2), abs=1e-9)
     assert abs(first.durations[0] - first.durations[2]) > 1e-3
@@ -269,8 +248,8 @@ def test_without_that_end_a_doubled_branch_returns_to_its_own_orbit(monkeypatch)
 def test_two_events_that_symmetry_brings_about_at_once_are_passed_in_omega() -> None:
     # Without impact the motion is its own mirror image: both edges of stick are touched at once.
     orbit = settled(alpha=1.64431859264762, omega=1.9051752, delta=1.2, beta=0.5)
-    branch = continue_orbit(orbit, "omega", 1.55, points=20)
-    assert branch.status is Ending.REACHED
+    branch = cs.continue_orbit(orbit, "omega", 1.55, points=20)
+    assert branch.status is cs.Ending.REACHED
     (one,) = branch.bifurcations
     # There the force of the one spring on a capsule at rest reaches its friction.
     damper = 2j * orbit.parameters.zeta * one.value
@@ -281,18 +260,18 @@ def test_two_events_that_symmetry_brings_about_at_once_are_passed_in_omega() -> 
 
 def test_an_orbit_that_its_word_does_not_admit_is_refused() -> None:
     start = settled(alpha=0.9)
-    virtual = solve_itinerary(Parameters(alpha=0.95), start.itinerary, start.z)
+    virtual = cs.solve_itinerary(cs.Parameters(alpha=0.95), start.itinerary, start.z)
     assert virtual.success, virtual.message
-    branch = continue_orbit(virtual, "alpha", 1.0)
-    assert branch.status is Ending.NO_ADMISSIBLE_ORBIT
+    branch = cs.continue_orbit(virtual, "alpha", 1.0)
+    assert branch.status is cs.Ending.NO_ADMISSIBLE_ORBIT
     assert branch.points == ()
     assert "minimum of lower in segment 4, F2 fails at alpha = 0.95" in branch.message
 
 
 def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> None:
     monkeypatch.setattr(branch_run, "is_admissible", lambda orbit: False)
-    branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
-    assert branch.status is Ending.NO_ADMISSIBLE_ORBIT
+    branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0)
+    assert branch.status is cs.Ending.NO_ADMISSIBLE_ORBIT
     assert "the map has another itinerary" in branch.message
     assert branch.bifurcations[-1].itinerary_after is None
 
@@ -301,15 +280,15 @@ def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
     monkeypatch.setattr(
         "capsule_sym._orbits.continuation.families.family.corrected", lambda *arguments: None
     )
-    branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
-    assert branch.status is Ending.NOT_CONVERGED
+    branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0)
+    assert branch.status is cs.Ending.NOT_CONVERGED
     assert "alpha = 0.9" in branch.message
 
 
 def test_too_many_points_end_the_branch() -> None:
-    settings = ContinuationSettings(most_points=5)
-    branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0, settings=settings)
-    assert (branch.status, len(branch.points)) == (Ending.TOO_MANY_POINTS, 5)
+    settings = cs.ContinuationSettings(most_points=5)
+    branch = cs.continue_orbit(settled(alpha=0.9), "alpha", 1.0, settings=settings)
+    assert (branch.status, len(branch.points)) == (cs.Ending.TOO_MANY_POINTS, 5)
 
 
 @pytest.mark.parametrize(
@@ -326,17 +305,17 @@ def test_too_many_points_end_the_branch() -> None:
     ],
 )
 def test_bad_input_is_refused(parameter: str, to: float, points: int, field: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        continue_orbit(settled(alpha=0.9), parameter, to, points=points)
+    with pytest.raises(cs.InvalidInput) as caught:
+        cs.continue_orbit(settled(alpha=0.9), parameter, to, points=points)
     assert caught.value.field == field
 
 
 def test_an_orbit_that_was_not_found_is_refused() -> None:
     there = settled(alpha=1.2)
-    none = solve_itinerary(Parameters(alpha=0.1), there.itinerary, there.z)
+    none = cs.solve_itinerary(cs.Parameters(alpha=0.1), there.itinerary, there.z)
     assert not none.success
-    with pytest.raises(InvalidInput, match="an orbit that was found"):
-        continue_orbit(none, "alpha", 1.0)
+    with pytest.raises(cs.InvalidInput, match="an orbit that was found"):
+        cs.continue_orbit(none, "alpha", 1.0)
 
 
 @pytest.mark.long
@@ -352,7 +331,7 @@ def test_two_hundred_points_take_few_evaluations(
         return evaluated(*arguments)
 
     monkeypatch.setattr(ClosedForms, "evaluated", counted)
-    branch = continue_orbit(start, "alpha", HIGH, points=160)
+    branch = cs.continue_orbit(start, "alpha", HIGH, points=160)
     # Four evaluations a point: Newton's method needs no more from a good guess.
     assert 0 < count < 4 * 250
     assert len(branch.points) >= 200
@@ -369,8 +348,8 @@ def test_two_folds_within_one_step_are_both_found(
     """Beside a cusp two folds are as near to each other as the power 3/2 of the distance."""
     zeta = 0.194951952797834 - away
     start = settled(alpha=begin, omega=1.1, delta=0.1, beta=10.0, gamma=3.0, zeta=zeta)
-    branch = continue_orbit(start, "alpha", end, points=points)
-    first, last = (one.value for one in branch.bifurcations if one.type == FOLD)
+    branch = cs.continue_orbit(start, "alpha", end, points=points)
+    first, last = (one.value for one in branch.bifurcations if one.type == kinds.FOLD)
     # By folds further away, 4e-3 from the cusp, which no step misses: 0.1215.
     assert last - first == pytest.approx(0.1202 * away**1.5, rel=0.02)
 

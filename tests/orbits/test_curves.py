@@ -5,34 +5,15 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Bifurcation,
-    Curve,
-    Ending,
-    InvalidInput,
-    ParameterPath,
-    continue_bifurcation,
-    continue_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.curves.curve import CurveRun
 from capsule_sym._orbits.continuation.families.family import Problem, corrected
 from capsule_sym._orbits.continuation.families.stepping import Continuation
 from capsule_sym._orbits.continuation.parameter_paths import Axis
+from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
 from capsule_sym._orbits.continuation.points.extended import of_matrix
-from capsule_sym._orbits.continuation.points.kinds import (
-    ADDING,
-    CROSSING,
-    CUSP,
-    FOLD,
-    GRAZING,
-    GRAZING_SLIDING,
-    PERIOD_DOUBLING,
-    RESONANCE_1_1,
-    RESONANCE_1_2,
-    SWITCHING,
-)
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
 from tests.orbits.branches import hysteretic, settled, upwards
 
@@ -41,15 +22,17 @@ DEGENERATE = (1.34731122382007, 4.1674541499034)
 
 
 @lru_cache
-def traced(kind: str, points: int = 8) -> Curve:
+def traced(kind: str, points: int = 8) -> cs.Curve:
     one = next(one for one in upwards(3.3).bifurcations if one.type == kind)
-    return continue_bifurcation(one, "gamma", RANGES, points=points)
+    return cs.continue_bifurcation(one, "gamma", RANGES, points=points)
 
 
-@pytest.mark.parametrize("kind", [GRAZING, SWITCHING, GRAZING_SLIDING, CROSSING])
+@pytest.mark.parametrize(
+    "kind", [kinds.GRAZING, kinds.SWITCHING, kinds.GRAZING_SLIDING, kinds.CROSSING]
+)
 def test_a_curve_joins_the_values_of_two_branches(kind: str) -> None:
     curve = traced(kind)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
     for point, gamma in ((curve.points[0], 3.0), (curve.points[-1], 3.3)):
         one = next(one for one in upwards(gamma).bifurcations if one.type == kind)
         assert point.values[1] == pytest.approx(gamma, abs=1e-12)
@@ -63,9 +46,9 @@ def test_a_curve_joins_the_values_of_two_branches(kind: str) -> None:
 
 def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
     """However large its steps are beside the ranges."""
-    one = next(one for one in upwards(3.3).bifurcations if one.type == GRAZING)
+    one = next(one for one in upwards(3.3).bifurcations if one.type == kinds.GRAZING)
     axes = tuple(
-        Axis(ParameterPath(name), *ends)
+        Axis(cs.ParameterPath(name), *ends)
         for name, ends in zip(("alpha", "gamma"), RANGES, strict=True)
     )
     with backend("numpy") as numbers:
@@ -75,7 +58,7 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
         states = [begin]
         for _ in range(2):
             states.append(continuation.advance(states[-1], 0.1, 0.1).state)
-        run = CurveRun(continuation, GRAZING, 2)
+        run = CurveRun(continuation, kinds.GRAZING, 2)
         old, new = states[1:]
         middle = corrected(continuation.evaluate, (old.u + new.u) / 2, new.u - old.u)
         assert middle is not None
@@ -89,9 +72,9 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
 
 
 def test_two_curves_meet_in_one_point() -> None:
-    for kind in (SWITCHING, GRAZING_SLIDING):
-        (here,) = (m for m in traced(kind).codimension_two if CROSSING in m.types)
-        (there,) = (m for m in traced(CROSSING).codimension_two if kind in m.types)
+    for kind in (kinds.SWITCHING, kinds.GRAZING_SLIDING):
+        (here,) = (m for m in traced(kind).codimension_two if kinds.CROSSING in m.types)
+        (there,) = (m for m in traced(kinds.CROSSING).codimension_two if kind in m.types)
         assert here.types == there.types[::-1]
         assert here.lines == there.lines[::-1]
         for k in range(2):
@@ -102,36 +85,40 @@ def test_two_curves_meet_in_one_point() -> None:
 
 
 def test_the_order_of_events_changes_at_the_meeting() -> None:
-    (meeting,) = (m for m in traced(SWITCHING).codimension_two if CROSSING in m.types)
+    (meeting,) = (m for m in traced(kinds.SWITCHING).codimension_two if kinds.CROSSING in m.types)
     alpha, gamma = meeting.values
-    for side, order in ((-1e-4, [CROSSING, SWITCHING]), (1e-4, [SWITCHING, CROSSING])):
+    for side, order in (
+        (-1e-4, [kinds.CROSSING, kinds.SWITCHING]),
+        (1e-4, [kinds.SWITCHING, kinds.CROSSING]),
+    ):
         start = settled(alpha=alpha - 0.01, gamma=gamma + side)
-        branch = continue_orbit(start, "alpha", alpha + 0.005, points=10)
+        branch = cs.continue_orbit(start, "alpha", alpha + 0.005, points=10)
         assert [one.type for one in branch.bifurcations] == order
         values = [one.value for one in branch.bifurcations]
         assert values == pytest.approx([alpha, alpha], abs=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("kind", "multiplier"), [(FOLD, 1), pytest.param(PERIOD_DOUBLING, -1, marks=pytest.mark.long)]
+    ("kind", "multiplier"),
+    [(kinds.FOLD, 1), pytest.param(kinds.PERIOD_DOUBLING, -1, marks=pytest.mark.long)],
 )
 def test_smooth_bifurcations_have_curves_as_well(kind: str, multiplier: int) -> None:
     one = next(one for one in hysteretic().bifurcations if one.type == kind)
-    curve = continue_bifurcation(one, "alpha", ((0.5, 1.2), (1.19, 1.21)), points=4)
+    curve = cs.continue_bifurcation(one, "alpha", ((0.5, 1.2), (1.19, 1.21)), points=4)
     assert len(curve.points) >= 3
     for point in curve.points:
         assert min(abs(value - multiplier) for value in sorted_multipliers(point.orbit)) < 1e-8
         assert point.segment is None
     # A branch at the other end of the curve has the same bifurcation.
     end = max(curve.points, key=lambda point: point.values[1])
-    branch = continue_orbit(settled(alpha=end.values[1], beta=10.0), "omega", 1.2, points=40)
+    branch = cs.continue_orbit(settled(alpha=end.values[1], beta=10.0), "omega", 1.2, points=40)
     values = [other.value for other in branch.bifurcations if other.type == kind]
     assert min(abs(value - end.values[0]) for value in values) < 1e-11
 
 
 def test_a_curve_in_other_parameters() -> None:
-    one = next(one for one in upwards(3.3).bifurcations if one.type == GRAZING)
-    curve = continue_bifurcation(one, "delta", ((0.001, 0.02), (0.001, 0.05)), points=10)
+    one = next(one for one in upwards(3.3).bifurcations if one.type == kinds.GRAZING)
+    curve = cs.continue_bifurcation(one, "delta", ((0.001, 0.02), (0.001, 0.05)), points=10)
     # In the shell at rest the motion is linear: its amplitude is that of the force.
     ratios = np.array([point.values[0] / point.values[1] for point in curve.points])
     assert ratios == pytest.approx(one.value / 0.02, rel=1e-12)
@@ -150,14 +137,14 @@ def test_a_curve_in_other_parameters() -> None:
     ],
 )
 def test_bad_input_is_refused(second: str, ranges, field: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        continue_bifurcation(upwards(3.3).bifurcations[0], second, ranges)
+    with pytest.raises(cs.InvalidInput) as caught:
+        cs.continue_bifurcation(upwards(3.3).bifurcations[0], second, ranges)
     assert caught.value.field == field
 
 
 def test_a_curve_holds_the_multipliers_along_it() -> None:
     # Just before the touch the motion that settles from rest has the same multipliers.
-    curve = traced(GRAZING)
+    curve = traced(kinds.GRAZING)
     for point in (curve.points[0], curve.points[-1]):
         alpha, gamma = point.values
         below = settled(alpha=alpha - 1e-9, gamma=gamma)
@@ -167,14 +154,14 @@ def test_a_curve_holds_the_multipliers_along_it() -> None:
 
 
 def test_every_table_of_meetings_has_their_uncertainties() -> None:
-    curve = traced(SWITCHING)
+    curve = traced(kinds.SWITCHING)
     rows = codimension_two_rows([curve])
     assert len(rows) == len(curve.codimension_two) > 0
     for row, one in zip(rows, curve.codimension_two, strict=True):
         assert (row["uncertainty_alpha"], row["uncertainty_gamma"]) == one.uncertainties
 
 
-@pytest.mark.parametrize("kind", [SWITCHING, CROSSING])
+@pytest.mark.parametrize("kind", [kinds.SWITCHING, kinds.CROSSING])
 def test_multipliers_at_a_sliding_bifurcation_are_those_on_both_sides(kind: str) -> None:
     """The map is smooth to first order there (di Bernardo et al.)."""
     point = traced(kind).points[-1]
@@ -186,7 +173,7 @@ def test_multipliers_at_a_sliding_bifurcation_are_those_on_both_sides(kind: str)
 
 def test_both_multipliers_at_a_grazing_sliding_bifurcation_are_those_of_its_sides() -> None:
     """The map's slope jumps there: each side's motion settles by itself."""
-    curve = traced(GRAZING_SLIDING)
+    curve = traced(kinds.GRAZING_SLIDING)
     for point in (curve.points[0], curve.points[-1]):
         alpha, gamma = point.values
         sides = [settled(alpha=alpha + side, gamma=gamma) for side in (-1e-9, 1e-9)]
@@ -197,14 +184,14 @@ def test_both_multipliers_at_a_grazing_sliding_bifurcation_are_those_of_its_side
         assert abs(point.multipliers[0] - point.multipliers_without[0]) > 1e-3
     written = [complex(*pair) for pair in curve_record(curve)["points"][0]["multipliers_without"]]
     assert tuple(written) == curve.points[0].multipliers_without
-    smooth = traced(SWITCHING).points[0]
+    smooth = traced(kinds.SWITCHING).points[0]
     assert smooth.multipliers_without == pytest.approx(smooth.multipliers, abs=1e-9)
 
 
 def test_a_crossing_sliding_curve_has_a_degenerate_point_once() -> None:
-    branch = continue_orbit(settled(alpha=1.3, gamma=4.4), "alpha", 1.35, points=4)
-    (one,) = (b for b in branch.bifurcations if b.type == CROSSING)
-    curve = continue_bifurcation(one, "gamma", ((1.2, 1.5), (4.1, 4.5)), points=4)
+    branch = cs.continue_orbit(settled(alpha=1.3, gamma=4.4), "alpha", 1.35, points=4)
+    (one,) = (b for b in branch.bifurcations if b.type == kinds.CROSSING)
+    curve = cs.continue_bifurcation(one, "gamma", ((1.2, 1.5), (4.1, 4.5)), points=4)
     near = [p for p in curve.codimension_two if p.values == pytest.approx(DEGENERATE, abs=1e-6)]
     (point,) = near
     assert point.values == pytest.approx(DEGENERATE, abs=1e-12)
@@ -217,28 +204,32 @@ def test_two_folds_end_on_a_border_between_them() -> None:
     For one sign of e each side has its fold, (e b)^2/(4 a) from the border, for the other none has.
     """
 
-    def events(alpha: float) -> list[Bifurcation]:
+    def events(alpha: float) -> list[cs.Bifurcation]:
         start = settled(alpha=alpha, beta=10.0, omega=0.865)
-        found = continue_orbit(start, "omega", 0.867, points=2).bifurcations
-        return [one for one in found if one.type in (FOLD, CROSSING)]
+        found = cs.continue_orbit(start, "omega", 0.867, points=2).bifurcations
+        return [one for one in found if one.type in (kinds.FOLD, kinds.CROSSING)]
 
-    one = next(one for one in events(1.2235) if one.type == FOLD)
-    curve = continue_bifurcation(one, "alpha", ((0.865, 0.867), (1.223, 1.225)), points=2)
-    (point,) = (p for p in curve.codimension_two if p.types[1] == CROSSING)
+    one = next(one for one in events(1.2235) if one.type == kinds.FOLD)
+    curve = cs.continue_bifurcation(one, "alpha", ((0.865, 0.867), (1.223, 1.225)), points=2)
+    (point,) = (p for p in curve.codimension_two if p.types[1] == kinds.CROSSING)
     assert max(point.uncertainties) < 1e-11
     far, near = events(point.values[1] - 2e-4), events(point.values[1] - 1e-4)
-    assert [one.type for one in far] == [one.type for one in near] == [FOLD, CROSSING, FOLD]
+    assert (
+        [one.type for one in far]
+        == [one.type for one in near]
+        == [kinds.FOLD, kinds.CROSSING, kinds.FOLD]
+    )
     for k in (0, 2):
         apart = [abs(found[k].value - found[1].value) for found in (far, near)]
         assert apart[0] / apart[1] == pytest.approx(4, rel=0.1)
-    assert [one.type for one in events(point.values[1] + 1e-4)] == [CROSSING]
+    assert [one.type for one in events(point.values[1] + 1e-4)] == [kinds.CROSSING]
 
 
 def test_a_multiplier_passes_minus_one_on_an_adding_sliding_curve() -> None:
-    branch = continue_orbit(settled(alpha=0.36), "alpha", 0.38, points=4)
-    curve = continue_bifurcation(branch.at("AS1"), "zeta", ((0.1, 0.9), (0.047, 0.05)), points=4)
+    branch = cs.continue_orbit(settled(alpha=0.36), "alpha", 0.38, points=4)
+    curve = cs.continue_bifurcation(branch.at("AS1"), "zeta", ((0.1, 0.9), (0.047, 0.05)), points=4)
     (point,) = curve.codimension_two
-    assert point.types == (ADDING, PERIOD_DOUBLING)
+    assert point.types == (kinds.ADDING, kinds.PERIOD_DOUBLING)
     assert max(point.uncertainties) < 1e-12
     # The end of the period-doubling curve of the branches over alpha.
     assert point.values == pytest.approx((0.368574, 0.048066), abs=1e-6)
@@ -247,27 +238,27 @@ def test_a_multiplier_passes_minus_one_on_an_adding_sliding_curve() -> None:
 
 
 def test_a_curve_in_the_stiffness_does_not_begin_where_events_come_in_pairs() -> None:
-    branch = continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
-    with pytest.raises(InvalidInput, match=r"beta = 0\.0: must be > 0 if it varies"):
-        continue_bifurcation(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))
+    branch = cs.continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
+    with pytest.raises(cs.InvalidInput, match=r"beta = 0\.0: must be > 0 if it varies"):
+        cs.continue_bifurcation(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))
 
 
 @pytest.mark.long
 def test_a_cusp_is_where_two_folds_of_a_branch_become_one() -> None:
     def folds(zeta: float) -> list[float]:
         start = settled(alpha=0.049, omega=1.1, delta=0.1, beta=10.0, gamma=3.0, zeta=zeta)
-        branch = continue_orbit(start, "alpha", 0.046, points=10)
-        return [one for one in branch.bifurcations if one.type == FOLD]
+        branch = cs.continue_orbit(start, "alpha", 0.046, points=10)
+        return [one for one in branch.bifurcations if one.type == kinds.FOLD]
 
     first, last = folds(0.194)
-    curve = continue_bifurcation(first, "zeta", ((0.04, 0.06), (0.193, 0.2)), points=5)
+    curve = cs.continue_bifurcation(first, "zeta", ((0.04, 0.06), (0.193, 0.2)), points=5)
     (cusp,) = curve.codimension_two
-    assert cusp.types == (FOLD, CUSP)
+    assert cusp.types == (kinds.FOLD, kinds.CUSP)
     assert cusp.values == pytest.approx((0.0481, 0.195), abs=1e-4)
     assert max(cusp.uncertainties) < 1e-12
     assert cusp.status == "converged"
     # Curves of both folds have the same one, and no branch beyond it has a fold.
-    (other,) = continue_bifurcation(
+    (other,) = cs.continue_bifurcation(
         last, "zeta", ((0.04, 0.06), (0.193, 0.2)), points=5
     ).codimension_two
     assert other.values == pytest.approx(cusp.values, abs=1e-12)
@@ -281,27 +272,29 @@ def test_a_cusp_is_where_two_folds_of_a_branch_become_one() -> None:
 
 @pytest.mark.long
 def test_a_period_doubling_curve_goes_on_where_a_slip_vanishes() -> None:
-    branch = continue_orbit(settled(alpha=0.36, zeta=0.0478), "alpha", 0.39, points=4)
-    (one,) = (b for b in branch.bifurcations if b.type == PERIOD_DOUBLING)
-    curve = continue_bifurcation(one, "zeta", ((0.3, 0.4), (0.0478, 0.0484)), points=4)
+    branch = cs.continue_orbit(settled(alpha=0.36, zeta=0.0478), "alpha", 0.39, points=4)
+    (one,) = (b for b in branch.bifurcations if b.type == kinds.PERIOD_DOUBLING)
+    curve = cs.continue_bifurcation(one, "zeta", ((0.3, 0.4), (0.0478, 0.0484)), points=4)
     (point,) = curve.codimension_two
-    assert point.types == (PERIOD_DOUBLING, ADDING)
+    assert point.types == (kinds.PERIOD_DOUBLING, kinds.ADDING)
     assert max(point.uncertainties) < 1e-12
-    border = continue_orbit(settled(alpha=0.36), "alpha", 0.38, points=4).at("AS1")
-    other = continue_bifurcation(border, "zeta", ((0.3, 0.4), (0.0478, 0.05)), points=4)
+    border = cs.continue_orbit(settled(alpha=0.36), "alpha", 0.38, points=4).at("AS1")
+    other = cs.continue_bifurcation(border, "zeta", ((0.3, 0.4), (0.0478, 0.05)), points=4)
     (there,) = other.codimension_two
     assert there.values == pytest.approx(point.values, abs=1e-12)
     assert {str(p.orbit.itinerary) for p in curve.points} == {"F5 F4 F5 F2", "F5 F2"}
 
 
 def test_two_sliding_curves_end_in_the_same_degenerate_point() -> None:
-    branch = continue_orbit(settled(alpha=1.34, gamma=4.1), "alpha", 1.37, points=4)
+    branch = cs.continue_orbit(settled(alpha=1.34, gamma=4.1), "alpha", 1.37, points=4)
     found = []
-    for kind in (SWITCHING, GRAZING_SLIDING):
+    for kind in (kinds.SWITCHING, kinds.GRAZING_SLIDING):
         (one,) = (b for b in branch.bifurcations if b.type == kind)
-        curve = continue_bifurcation(one, "gamma", ((1.3, 1.4), (4.1, 4.2)), points=4)
+        curve = cs.continue_bifurcation(one, "gamma", ((1.3, 1.4), (4.1, 4.2)), points=4)
         (point,) = (
-            p for p in curve.codimension_two if set(p.types) == {SWITCHING, GRAZING_SLIDING}
+            p
+            for p in curve.codimension_two
+            if set(p.types) == {kinds.SWITCHING, kinds.GRAZING_SLIDING}
         )
         assert max(point.uncertainties) < 1e-11
         found.append(point)
@@ -309,7 +302,9 @@ def test_two_sliding_curves_end_in_the_same_degenerate_point() -> None:
     assert found[0].values == pytest.approx((1.34731122382007, 4.16745414990345), abs=1e-13)
 
 
-@pytest.mark.parametrize(("value", "name"), [(1.0, RESONANCE_1_1), (-1.0, RESONANCE_1_2)])
+@pytest.mark.parametrize(
+    ("value", "name"), [(1.0, kinds.RESONANCE_1_1), (-1.0, kinds.RESONANCE_1_2)]
+)
 def test_a_resonance_is_where_a_second_multiplier_is_the_same(value: float, name: str) -> None:
     random = np.random.default_rng(3)
     basis = random.normal(size=(3, 3))
@@ -333,10 +328,10 @@ def test_a_curve_goes_on_where_the_mass_grazes_beside_the_segment_whose_inequali
         gamma=2.218772879668801,
         f_b=1.5157150606580156,
     )
-    (corner, *_) = continue_orbit(start, "f_b", 1.55).bifurcations
-    curve = continue_bifurcation(corner, "zeta", ((1.2, 1.9), (0.05, 0.17)), points=10)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
-    assert (GRAZING, GRAZING) in [one.types for one in curve.codimension_two]
+    (corner, *_) = cs.continue_orbit(start, "f_b", 1.55).bifurcations
+    curve = cs.continue_bifurcation(corner, "zeta", ((1.2, 1.9), (0.05, 0.17)), points=10)
+    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert (kinds.GRAZING, kinds.GRAZING) in [one.types for one in curve.codimension_two]
     point = curve.points[-1]
     f_b, zeta = point.values
     beside = [

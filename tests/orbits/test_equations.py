@@ -15,6 +15,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._map.precision import workspace
 from capsule_sym._orbits.shooting import closed
 from capsule_sym._orbits.shooting.equations import PARAMETERS, ShootingSystem, shooting, solve
+from tests.sampling import sampled, some
 
 STEP = mpf("1e-20")
 # Every field and guard, with roots divided out once and twice.
@@ -57,13 +58,15 @@ def shoot_exactly(itinerary: Itinerary, z: list[Any], values: list[Any]) -> Shoo
         )
 
 
-@pytest.mark.parametrize("text", WORDS)
+@sampled
+@pytest.mark.parametrize("text", some(WORDS, 3))
 def test_derivatives_are_the_slopes_of_the_residual(text: str) -> None:
     itinerary = Itinerary.parse(text)
     with mp.workdps(60):
         assert derivative_error(itinerary, unknowns(itinerary)) < mpf("1e-30")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "segment"), [("5452", 1), ("5452", 3), ("541236", 3), ("4136", 2)]
 )

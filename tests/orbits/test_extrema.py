@@ -32,7 +32,7 @@ def by_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_by_core", lambda *_: None)
 
 
-@pytest.fixture(params=["core", "search"])
+@pytest.fixture(params=["core", pytest.param("search", marks=pytest.mark.long)])
 def either(request: pytest.FixtureRequest) -> None:
     """By the C core, and by the reference search."""
     if request.param == "search":
@@ -267,6 +267,7 @@ def test_a_pair_of_extrema_that_sampling_would_miss() -> None:
             assert [turn.kind for turn in every] == kinds, V
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "error"), [("numpy", 1e-5), ("mpmath", 1e-18)])
 def test_flat_extrema_are_found_as_far_as_rounding_lets_them(name: str, error: float) -> None:
     """x_r = (9 cos h - cos 3 h)/8 has the velocity -3/2 sin^3 h."""
@@ -355,6 +356,7 @@ def test_slow_forcing_is_passed_in_few_steps(
     assert len(made) < 3000
 
 
+@pytest.mark.long
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")
 @pytest.mark.parametrize(("zeta", "count"), [(0.05, 71), (1.0, 3)])
 def test_the_core_finds_extrema_of_slow_forcing_itself(zeta: float, count: int) -> None:

@@ -9,16 +9,10 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from capsule_sym import (
-    ContinuationSettings,
-    Ending,
-    Parameters,
-    continue_orbit,
-    is_admissible,
-    simulate,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._orbits.shooting.search import endings
+
+pytestmark = pytest.mark.long
 
 _ROUGH = {"alpha": 1.2, "omega": 0.8, "zeta": 0.05, "beta": 1.5, "gamma": 3.3}
 
@@ -62,12 +56,11 @@ def progression_without_friction(delta: float, steps: int = 2000, periods: int =
     return float((curve.integrate(0, steps) / steps - middle) * math.tau / omega)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("size", "friction"), [(1.0, 1e-9), (1e6, 1e-6)])
 def test_a_motion_that_weak_friction_brakes_is_found(size: float, friction: float) -> None:
     """The run from rest comes nearer by a part of 10^-9 or 10^-6 in an excitation period."""
-    far = Parameters(**_ROUGH | {"alpha": 1.2 * size}, delta=0.02 * size, f_b=friction * size)
-    found = solve_orbit(far)
+    far = cs.Parameters(**_ROUGH | {"alpha": 1.2 * size}, delta=0.02 * size, f_b=friction * size)
+    found = cs.solve_orbit(far)
     assert found.success, found.message
     # The least friction's progression, below; this friction's differs by some part of it, and what
     # double precision has it up to the rounding over the friction.
@@ -77,53 +70,50 @@ def test_a_motion_that_weak_friction_brakes_is_found(size: float, friction: floa
     assert 1 - 3 * friction < abs(found.multipliers[0]) < 1 - friction
 
 
-@pytest.mark.long
 def test_weak_friction_turns_the_capsule_forward_half_of_the_time() -> None:
     assert progression_without_friction(0.02) == pytest.approx(-0.262241, abs=3e-6)
 
 
 def test_what_repeats_in_one_period_is_not_tried_in_several() -> None:
     """Newton's method on 144 segments took seconds, beside milliseconds on 9."""
-    creeping = simulate(Parameters(alpha=1.2242, omega=0.8659, beta=10.0), periods=64)
+    creeping = cs.simulate(cs.Parameters(alpha=1.2242, omega=0.8659, beta=10.0), periods=64)
     assert [one.itinerary.period_number for one in endings(creeping)] == [1]
 
 
 def test_a_motion_under_rapid_forcing_is_closed() -> None:
     """Its shortest segment takes 1e-5: derivatives by durations had no digit at such a rate."""
-    rapid = Parameters(omega=1e3, alpha=1e4)
-    settled = simulate(rapid, periods=60_000, keep="final").final[1]
-    found = solve_orbit(rapid, settled)
+    rapid = cs.Parameters(omega=1e3, alpha=1e4)
+    settled = cs.simulate(rapid, periods=60_000, keep="final").final[1]
+    found = cs.solve_orbit(rapid, settled)
     assert found.success, found.message
-    passed = [one.field for one in simulate(rapid, settled, periods=2).segments]
+    passed = [one.field for one in cs.simulate(rapid, settled, periods=2).segments]
     assert found.itinerary.fields in [tuple(passed[k : k + 4]) for k in range(4)]
 
 
 def test_a_branch_goes_on_to_a_large_force() -> None:
-    branch = continue_orbit(solve_orbit(Parameters(alpha=100.0)), "alpha", 1e4)
-    assert branch.status is Ending.REACHED, branch.message
+    branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=100.0)), "alpha", 1e4)
+    assert branch.status is cs.Ending.REACHED, branch.message
     # Far away the gap and the friction count for nothing: the motion grows with the force.
-    last, scaled = branch.points[-1].orbit, Parameters(alpha=1.0, delta=2e-6, f_b=1e-4)
-    assert last.progression / 1e4 == pytest.approx(solve_orbit(scaled).progression, rel=1e-9)
+    last, scaled = branch.points[-1].orbit, cs.Parameters(alpha=1.0, delta=2e-6, f_b=1e-4)
+    assert last.progression / 1e4 == pytest.approx(cs.solve_orbit(scaled).progression, rel=1e-9)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("parameter", "to"), [("alpha", 1e6), ("omega", 1e-3)])
 def test_a_branch_goes_on_far_away(parameter: str, to: float) -> None:
-    branch = continue_orbit(solve_orbit(Parameters()), parameter, to)
-    assert branch.status is Ending.REACHED, branch.message
+    branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters()), parameter, to)
+    assert branch.status is cs.Ending.REACHED, branch.message
 
 
-@pytest.mark.long
 def test_steps_grow_with_the_period_of_slow_forcing() -> None:
-    start = solve_orbit(Parameters())
-    branch = continue_orbit(start, "omega", 0.01)
-    assert branch.status is Ending.REACHED
+    start = cs.solve_orbit(cs.Parameters())
+    branch = cs.continue_orbit(start, "omega", 0.01)
+    assert branch.status is cs.Ending.REACHED
     # Of 0.2 beside durations of hundreds there would be 560.
     assert sum(point.value < 0.05 for point in branch.points) < 300
-    assert is_admissible(branch.points[-1].orbit)
+    assert cs.is_admissible(branch.points[-1].orbit)
     # Larger steps pass the same events.
-    coarse = ContinuationSettings(largest_share=0.05)
-    again = continue_orbit(start, "omega", 0.01, settings=coarse)
+    coarse = cs.ContinuationSettings(largest_share=0.05)
+    again = cs.continue_orbit(start, "omega", 0.01, settings=coarse)
     assert len(again.points) < len(branch.points)
     events = [[(one.type, round(one.value, 9)) for one in b.bifurcations] for b in (branch, again)]
     assert events[0] == events[1]

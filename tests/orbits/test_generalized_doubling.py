@@ -7,25 +7,13 @@ from functools import lru_cache
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import (
-    Bifurcation,
-    Branch,
-    Curve,
-    Ending,
-    OrbitStatus,
-    continue_bifurcation,
-    continue_from,
-    continue_orbit,
-    curves_from,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import MpmathBackend
 from capsule_sym._map.reference import Run
-from capsule_sym._orbits.continuation.points.kinds import (
-    FOLD,
-    GENERALIZED_DOUBLING,
-    PERIOD_DOUBLING,
-)
+from capsule_sym._orbits.continuation.points import kinds
 from tests.orbits.branches import settled
+
+pytestmark = pytest.mark.long
 
 MOTION = {
     "alpha": 1.6538244045219441,
@@ -35,9 +23,11 @@ MOTION = {
 }
 
 
-def doubling(delta: float) -> tuple[Branch, Bifurcation]:
-    branch = continue_orbit(settled(omega=0.625, delta=delta, **MOTION), "omega", 0.635, points=3)
-    return branch, next(one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
+def doubling(delta: float) -> tuple[cs.Branch, cs.Bifurcation]:
+    branch = cs.continue_orbit(
+        settled(omega=0.625, delta=delta, **MOTION), "omega", 0.635, points=3
+    )
+    return branch, next(one for one in branch.bifurcations if one.type == kinds.PERIOD_DOUBLING)
 
 
 def side_of_doubled_orbits(delta: float) -> int:
@@ -45,7 +35,7 @@ def side_of_doubled_orbits(delta: float) -> int:
     branch, one = doubling(delta)
     for side in (1, -1):
         to = one.value + side * 1e-5
-        for new in continue_from(branch, one.label, to, points=2):
+        for new in cs.continue_from(branch, one.label, to, points=2):
             if len(new.points[0].orbit.itinerary) == 2 * len(one.orbit.itinerary):
                 return side
     raise AssertionError("no doubled orbit")
@@ -56,14 +46,14 @@ POINT = (0.6321612304996292, 0.9810967197171732)
 
 
 @lru_cache
-def doublings() -> Curve:
+def doublings() -> cs.Curve:
     _, one = doubling(0.978)
-    return continue_bifurcation(one, "delta", ((0.62, 0.64), (0.978, 0.984)), points=6)
+    return cs.continue_bifurcation(one, "delta", ((0.62, 0.64), (0.978, 0.984)), points=6)
 
 
 def test_a_generalized_period_doubling_is_found_on_its_curve() -> None:
     curve = doublings()
-    (point,) = (p for p in curve.codimension_two if p.types[1] == GENERALIZED_DOUBLING)
+    (point,) = (p for p in curve.codimension_two if p.types[1] == kinds.GENERALIZED_DOUBLING)
     assert point.status == "converged"
     assert max(point.uncertainties) < 1e-11
     assert point.values == pytest.approx(POINT, abs=1e-10)
@@ -75,43 +65,42 @@ def test_doubled_orbits_change_sides_there() -> None:
     assert below == -above
 
 
-def folds_of_doubled_orbits(away: float) -> Curve:
+def folds_of_doubled_orbits(away: float) -> cs.Curve:
     """The curve of folds that leaves the point, to so far below it in delta."""
     ranges = ((0.62, 0.64), (POINT[1] - away, 0.984))
-    (curve,) = curves_from(doublings(), ranges, points=2)
+    (curve,) = cs.curves_from(doublings(), ranges, points=2)
     return curve
 
 
 def test_folds_of_doubled_orbits_leave_there() -> None:
     """The end of their curve is the fold that the branch of doubled orbits has at that delta."""
     curve = folds_of_doubled_orbits(4e-4)
-    assert (curve.type, curve.endings[0][0]) == (FOLD, Ending.REACHED)
-    assert curve.endings[1] == (Ending.CODIMENSION_TWO, "the point at which the curve starts")
+    assert (curve.type, curve.endings[0][0]) == (kinds.FOLD, cs.Ending.REACHED)
+    assert curve.endings[1] == (cs.Ending.CODIMENSION_TWO, "the point at which the curve starts")
     assert curve.codimension_two[0].values == doublings().codimension_two[0].values
     omega, delta = curve.points[0].values
     branch, one = doubling(delta)
     found = [
         bifurcation.value
         for to in (one.value - 1e-3, one.value + 1e-3)
-        for new in continue_from(branch, one.label, to, points=10)
+        for new in cs.continue_from(branch, one.label, to, points=10)
         for bifurcation in new.bifurcations
-        if bifurcation.type == FOLD and new.points[0].orbit.itinerary.period_number == 2
+        if bifurcation.type == kinds.FOLD and new.points[0].orbit.itinerary.period_number == 2
     ]
     assert found == pytest.approx([omega], abs=1e-12)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("away", [1e-4, 2e-4, 3e-4, 4e-4])
 def test_their_folds_are_solved_where_rounding_moves_the_orbits(away: float) -> None:
     """Near the doubling a fold's equations are nearly dependent: steps end at some 1e-9."""
     branch, one = doubling(POINT[1] - away)
     found = [
         bifurcation.status
-        for new in continue_from(branch, one.label, one.value + 1e-3, points=10)
+        for new in cs.continue_from(branch, one.label, one.value + 1e-3, points=10)
         for bifurcation in new.bifurcations
-        if bifurcation.type == FOLD
+        if bifurcation.type == kinds.FOLD
     ]
-    assert found == [OrbitStatus.CONVERGED]
+    assert found == [cs.OrbitStatus.CONVERGED]
 
 
 def test_they_are_tangent_to_the_doublings() -> None:
@@ -123,7 +112,7 @@ def test_they_are_tangent_to_the_doublings() -> None:
     assert apart[0] / apart[1] == pytest.approx(4, rel=0.02)
 
 
-def third_order(one: Bifurcation) -> mpf:
+def third_order(one: cs.Bifurcation) -> mpf:
     """Coefficient c of the map u -> -u + c u^3 at a period doubling, by 50-digit differences.
 
     Of the map from (x_r, v_r) at phase 0, where the capsule sticks, to those a period later.
@@ -163,7 +152,6 @@ def third_order(one: Bifurcation) -> mpf:
     return (left * (cubed / 6 + mixed / 2))[0]
 
 
-@pytest.mark.long
 def test_the_third_order_coefficient_of_the_map_vanishes_there() -> None:
     """Kuznetsov, Elements of Applied Bifurcation Theory, section 5.4: by the map, at doublings."""
     with mp.workdps(60):

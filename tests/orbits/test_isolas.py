@@ -9,39 +9,27 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capsule_sym import (
-    Branch,
-    BranchPoint,
-    Ending,
-    InvalidInput,
-    Orbit,
-    Parameters,
-    continue_both_ways,
-    floquet_multipliers,
-    search_orbits,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._orbits.continuation.points.kinds import FOLD
 from capsule_sym._orbits.shooting.symmetry import same
 from tests.finals import final_states, parameter_rows
 
-BESIDE_THREE = Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)
-REST = Parameters(alpha=1.2, omega=1.5, delta=2.0, beta=50.0, gamma=5.0)
+BESIDE_THREE = cs.Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)
+REST = cs.Parameters(alpha=1.2, omega=1.5, delta=2.0, beta=50.0, gamma=5.0)
 REACH = 3.0
 
 
 @lru_cache
-def isola() -> tuple[Orbit, Orbit, Branch]:
+def isola() -> tuple[cs.Orbit, cs.Orbit, cs.Branch]:
     """Two orbits of three periods, and the closed branch through the first."""
-    orbits = search_orbits(BESIDE_THREE, 8, period_numbers=(3,), box=(REACH, REACH, 0))
+    orbits = cs.search_orbits(BESIDE_THREE, 8, period_numbers=(3,), box=(REACH, REACH, 0))
     _, first, second = orbits
     assert [one.itinerary.period_number for one in orbits] == [1, 3, 3]
-    (closed,) = continue_both_ways(first, "delta", (0.3, 0.7), points=5)
+    (closed,) = cs.continue_both_ways(first, "delta", (0.3, 0.7), points=5)
     return first, second, closed
 
 
-def of_period_three(parameters: Parameters) -> int:
+def of_period_three(parameters: cs.Parameters) -> int:
     """Number of starts of a grid that reach a motion of three periods, by the map alone."""
     line = np.linspace(-REACH, REACH, 16)
     x_r, v_r = (values.ravel() for values in np.meshgrid(line, line))
@@ -55,7 +43,7 @@ def of_period_three(parameters: Parameters) -> int:
 
 def test_motions_of_three_periods_lie_on_an_isola() -> None:
     begin, _, closed = isola()
-    assert (closed.status, closed.success) == (Ending.RETURNED, False)
+    assert (closed.status, closed.success) == (cs.Ending.RETURNED, False)
     assert same(closed.points[0].orbit, begin)
     folds = sorted(one.value for one in closed.bifurcations if one.type == FOLD)
     values = [point.value for point in closed.points]
@@ -67,7 +55,7 @@ def test_motions_of_three_periods_lie_on_an_isola() -> None:
     assert of_period_three(BESIDE_THREE.replace(delta=folds[0] - 2e-3)) == 0
 
 
-def by_the_map(orbit: Orbit) -> NDArray[np.complex128]:
+def by_the_map(orbit: cs.Orbit) -> NDArray[np.complex128]:
     """Multipliers of an orbit, the largest modulus first, by differences of runs."""
     number, parameters = orbit.itinerary.period_number, orbit.parameters
     state = orbit.trajectory()(parameters.period * number)
@@ -81,9 +69,9 @@ def by_the_map(orbit: Orbit) -> NDArray[np.complex128]:
 def test_an_isola_comes_back_to_the_orbit_it_began_at() -> None:
     begin, other, closed = isola()
 
-    def near(point: BranchPoint) -> Orbit:
+    def near(point: cs.BranchPoint) -> cs.Orbit:
         """The orbit at the value of the begin that Newton's method finds from a point."""
-        orbit = solve_itinerary(begin.parameters, point.orbit.itinerary, list(point.orbit.z))
+        orbit = cs.solve_itinerary(begin.parameters, point.orbit.itinerary, list(point.orbit.z))
         assert orbit.success
         assert max(abs(orbit.z - point.orbit.z)) > 1e-4
         return orbit
@@ -96,16 +84,16 @@ def test_an_isola_comes_back_to_the_orbit_it_began_at() -> None:
     assert same(passed, other)
     assert not same(again, other)
     for one, known in ((begin, again), (other, passed)):
-        multipliers = floquet_multipliers(known)
-        assert multipliers == pytest.approx(floquet_multipliers(one), abs=1e-9)
+        multipliers = cs.floquet_multipliers(known)
+        assert multipliers == pytest.approx(cs.floquet_multipliers(one), abs=1e-9)
         assert multipliers == pytest.approx(by_the_map(one), abs=1e-4)
-    largest = [abs(floquet_multipliers(one)[0]) for one in (begin, other)]
+    largest = [abs(cs.floquet_multipliers(one)[0]) for one in (begin, other)]
     assert largest[0] < 1 < largest[1]
 
 
 def test_a_branch_that_is_not_closed_is_followed_to_both_ends() -> None:
-    orbit = solve_orbit(REST)
-    ahead, back = continue_both_ways(orbit, "alpha", (1.1, 1.3), points=4)
+    orbit = cs.solve_orbit(REST)
+    ahead, back = cs.continue_both_ways(orbit, "alpha", (1.1, 1.3), points=4)
     assert [one.points[-1].value for one in (ahead, back)] == pytest.approx([1.3, 1.1], rel=1e-12)
     assert ahead.success
     assert back.success
@@ -123,6 +111,6 @@ def test_a_branch_that_is_not_closed_is_followed_to_both_ends() -> None:
     ],
 )
 def test_bad_input_is_refused(parameter: str, ends: Any, field: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        continue_both_ways(solve_orbit(REST), parameter, ends)
+    with pytest.raises(cs.InvalidInput) as caught:
+        cs.continue_both_ways(cs.solve_orbit(REST), parameter, ends)
     assert caught.value.field == field

@@ -12,28 +12,11 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import (
-    Branch,
-    Curve,
-    Ending,
-    InvalidInput,
-    Orbit,
-    Parameters,
-    continue_bifurcation,
-    continue_both_ways,
-    continue_from,
-    continue_orbit,
-    curves_from,
-    period_doubling_cascade,
-    search_orbits,
-    solve_admissible,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._cli import main
 from capsule_sym._native import Watch, check_time, core, present, watch
 
-DOUBLED = Parameters(alpha=0.04, zeta=0.005)
+DOUBLED = cs.Parameters(alpha=0.04, zeta=0.005)
 PLANE = (0.1, 2.0), (3.0, 3.4)
 
 
@@ -45,48 +28,48 @@ def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @lru_cache
-def orbit() -> Orbit:
-    return solve_orbit(Parameters())
+def orbit() -> cs.Orbit:
+    return cs.solve_orbit(cs.Parameters())
 
 
 @lru_cache
-def branch() -> Branch:
-    return continue_orbit(orbit(), "alpha", 0.3, points=10)
+def branch() -> cs.Branch:
+    return cs.continue_orbit(orbit(), "alpha", 0.3, points=10)
 
 
 @lru_cache
-def doubling() -> Branch:
-    return continue_orbit(solve_orbit(DOUBLED), "alpha", 0.046, points=6)
+def doubling() -> cs.Branch:
+    return cs.continue_orbit(cs.solve_orbit(DOUBLED), "alpha", 0.046, points=6)
 
 
 @lru_cache
-def curve() -> Curve:
-    high = continue_orbit(solve_orbit(Parameters(alpha=1.5)), "alpha", 1.55, points=5)
-    return continue_bifurcation(high.bifurcations[0], "gamma", PLANE, points=5)
+def curve() -> cs.Curve:
+    high = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=1.5)), "alpha", 1.55, points=5)
+    return cs.continue_bifurcation(high.bifurcations[0], "gamma", PLANE, points=5)
 
 
 Call = Callable[..., Any]
 CALLS: dict[str, Call] = {
-    "solve_itinerary": lambda **k: solve_itinerary(
-        Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
+    "solve_itinerary": lambda **k: cs.solve_itinerary(
+        cs.Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
     ),
-    "solve_itinerary in 50 digits": lambda **k: solve_itinerary(
-        Parameters(), orbit().itinerary, list(orbit().z), backend="mpmath", **k
+    "solve_itinerary in 50 digits": lambda **k: cs.solve_itinerary(
+        cs.Parameters(), orbit().itinerary, list(orbit().z), backend="mpmath", **k
     ),
     "refined": lambda **k: orbit().refined(**k),
-    "solve_admissible": lambda **k: solve_admissible(
-        Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
+    "solve_admissible": lambda **k: cs.solve_admissible(
+        cs.Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
     ),
-    "solve_orbit": lambda **k: solve_orbit(Parameters(), **k),
-    "search_orbits": lambda **k: search_orbits(Parameters(), 3, **k),
-    "continue_orbit": lambda **k: continue_orbit(orbit(), "alpha", 0.3, points=10, **k),
-    "continue_both_ways": lambda **k: continue_both_ways(orbit(), "alpha", (0.6, 0.8), **k),
-    "continue_from": lambda **k: continue_from(branch(), "EP2", 0.2, **k),
-    "period_doubling_cascade": lambda **k: period_doubling_cascade(doubling(), 1, points=6, **k),
-    "continue_bifurcation": lambda **k: continue_bifurcation(
+    "solve_orbit": lambda **k: cs.solve_orbit(cs.Parameters(), **k),
+    "search_orbits": lambda **k: cs.search_orbits(cs.Parameters(), 3, **k),
+    "continue_orbit": lambda **k: cs.continue_orbit(orbit(), "alpha", 0.3, points=10, **k),
+    "continue_both_ways": lambda **k: cs.continue_both_ways(orbit(), "alpha", (0.6, 0.8), **k),
+    "continue_from": lambda **k: cs.continue_from(branch(), "EP2", 0.2, **k),
+    "period_doubling_cascade": lambda **k: cs.period_doubling_cascade(doubling(), 1, points=6, **k),
+    "continue_bifurcation": lambda **k: cs.continue_bifurcation(
         branch().bifurcations[0], "gamma", PLANE, points=5, **k
     ),
-    "curves_from": lambda **k: curves_from(curve(), PLANE, points=5, **k),
+    "curves_from": lambda **k: cs.curves_from(curve(), PLANE, points=5, **k),
 }
 
 
@@ -114,27 +97,29 @@ def test_work_ends_at_its_limit_with_what_was_found(name: str, seconds: int, tic
 @pytest.mark.parametrize("name", CALLS)
 def test_a_limit_that_is_no_time_is_refused(name: str) -> None:
     for seconds in (0, -1.0, math.nan, "1", None):
-        with pytest.raises(InvalidInput, match=r"max_seconds = .* a number > 0"):
+        with pytest.raises(cs.InvalidInput, match=r"max_seconds = .* a number > 0"):
             CALLS[name](max_seconds=seconds)
 
 
 def test_a_branch_keeps_the_points_before_its_limit(ticks: None) -> None:
-    whole = continue_orbit(orbit(), "alpha", 0.3, points=10)
-    part = continue_orbit(orbit(), "alpha", 0.3, points=10, max_seconds=60)
-    assert whole.status is Ending.REACHED
-    assert part.status is Ending.TIME_LIMIT
+    whole = cs.continue_orbit(orbit(), "alpha", 0.3, points=10)
+    part = cs.continue_orbit(orbit(), "alpha", 0.3, points=10, max_seconds=60)
+    assert whole.status is cs.Ending.REACHED
+    assert part.status is cs.Ending.TIME_LIMIT
     count = len(part.points)
     assert 1 < count < len(whole.points)
     assert [one.value for one in part.points] == [one.value for one in whole.points[:count]]
 
 
 def test_a_search_keeps_the_orbits_before_its_limit(ticks: None) -> None:
-    whole = search_orbits(Parameters(), 3)
+    whole = cs.search_orbits(cs.Parameters(), 3)
     assert (whole.status, whole.searched, whole.starts) == ("finished", 3, 3)
     copy = pickle.loads(pickle.dumps(whole))
     assert (len(copy), copy.status, copy.message) == (len(whole), whole.status, whole.message)
     # However often the clock is looked at: the first limit after which a state was searched.
-    parts = (search_orbits(Parameters(), 3, max_seconds=limit) for limit in range(50, 1000, 50))
+    parts = (
+        cs.search_orbits(cs.Parameters(), 3, max_seconds=limit) for limit in range(50, 1000, 50)
+    )
     part = next(one for one in parts if one.searched)
     assert part.status == "time-limit"
     assert 0 < part.searched < 3
@@ -154,19 +139,19 @@ def test_the_tighter_of_two_limits_ends_what_is_within_both() -> None:
 
 
 BAD: list[tuple[Call, dict[str, Any], str]] = [
-    (search_orbits, {"starts": -1}, "starts"),
-    (search_orbits, {"starts": 10**12}, "starts"),
-    (search_orbits, {"starts": 2.5}, "starts"),
-    (search_orbits, {"starts": 1, "box": (-1, 1, 1)}, "box"),
-    (search_orbits, {"starts": 1, "box": (1, math.nan, 1)}, "box"),
-    (search_orbits, {"starts": 1, "box": (1, 1)}, "box"),
-    (search_orbits, {"starts": 1, "period_numbers": (0,)}, "period_numbers"),
-    (search_orbits, {"starts": 1, "period_numbers": (10**9,)}, "period_numbers"),
-    (search_orbits, {"starts": 1, "period_numbers": 3}, "period_numbers"),
-    (search_orbits, {"starts": 1, "transient": 0}, "transient"),
-    (search_orbits, {"starts": 1, "seed": -1}, "seed"),
-    (solve_orbit, {"periods": 0}, "periods"),
-    (solve_orbit, {"periods": 1.5}, "periods"),
+    (cs.search_orbits, {"starts": -1}, "starts"),
+    (cs.search_orbits, {"starts": 10**12}, "starts"),
+    (cs.search_orbits, {"starts": 2.5}, "starts"),
+    (cs.search_orbits, {"starts": 1, "box": (-1, 1, 1)}, "box"),
+    (cs.search_orbits, {"starts": 1, "box": (1, math.nan, 1)}, "box"),
+    (cs.search_orbits, {"starts": 1, "box": (1, 1)}, "box"),
+    (cs.search_orbits, {"starts": 1, "period_numbers": (0,)}, "period_numbers"),
+    (cs.search_orbits, {"starts": 1, "period_numbers": (10**9,)}, "period_numbers"),
+    (cs.search_orbits, {"starts": 1, "period_numbers": 3}, "period_numbers"),
+    (cs.search_orbits, {"starts": 1, "transient": 0}, "transient"),
+    (cs.search_orbits, {"starts": 1, "seed": -1}, "seed"),
+    (cs.solve_orbit, {"periods": 0}, "periods"),
+    (cs.solve_orbit, {"periods": 1.5}, "periods"),
 ]
 
 
@@ -174,15 +159,15 @@ BAD: list[tuple[Call, dict[str, Any], str]] = [
 def test_counts_and_boxes_without_sense_are_refused(
     call: Call, given: dict[str, Any], field: str
 ) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        call(Parameters(), **given)
+    with pytest.raises(cs.InvalidInput) as caught:
+        call(cs.Parameters(), **given)
     assert caught.value.field == field
 
 
 @pytest.mark.parametrize("depth", [-1, 17, 1.0, True])
 def test_a_depth_without_sense_is_refused(depth: Any) -> None:
-    with pytest.raises(InvalidInput, match=r"depth = .* from 0 to 16"):
-        period_doubling_cascade(doubling(), depth)
+    with pytest.raises(cs.InvalidInput, match=r"depth = .* from 0 to 16"):
+        cs.period_doubling_cascade(doubling(), depth)
 
 
 @pytest.mark.parametrize(

@@ -10,19 +10,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import (
-    InvalidInput,
-    Orbit,
-    Parameters,
-    Performance,
-    Performances,
-    floquet_multipliers,
-    performance,
-    performance_many,
-    simulate,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._native import Watch, core
 from capsule_sym._orbits.metrics.many import METRICS
 
@@ -68,27 +56,27 @@ BIFURCATIONS = {
 
 
 @lru_cache
-def known(name: str) -> tuple[Orbit, Performances]:
+def known(name: str) -> tuple[cs.Orbit, cs.Performances]:
     """The orbit that Python solves for, and what the core makes of the end of the same run."""
-    p = Parameters(**MOTIONS[name])
-    run = simulate(p, periods=400)
+    p = cs.Parameters(**MOTIONS[name])
+    run = cs.simulate(p, periods=400)
     motion = run.steady()
     assert motion is not None
-    orbit = solve_orbit(p, run.final[1], 0.0, 2 * motion.period_number + 1)
+    orbit = cs.solve_orbit(p, run.final[1], 0.0, 2 * motion.period_number + 1)
     assert orbit.success, orbit.message
     found = closed(p, run.final[1], motion.period_number)
     assert found.itinerary(0) == motion.itinerary
     return orbit, found
 
 
-def closed(p: Parameters, state: Any, period_number: int = 1) -> Performances:
+def closed(p: cs.Parameters, state: Any, period_number: int = 1) -> cs.Performances:
     """All results of the core for a motion near a state."""
-    found = performance_many(row(p), state, period_number, gradients=True)
+    found = cs.performance_many(row(p), state, period_number, gradients=True)
     assert found.status.tolist() == ["closed"]
     return found
 
 
-def row(p: Parameters) -> list[float]:
+def row(p: cs.Parameters) -> list[float]:
     return [*p.to_dict().values()]
 
 
@@ -96,11 +84,13 @@ ROUNDINGS = 64
 """Of a metric in double precision, in units of what the rounding of its numbers does to it."""
 
 
-def check_values(found: Performances, expected: Performance, orbit: Orbit, most: int) -> None:
+def check_values(
+    found: cs.Performances, expected: cs.Performance, orbit: cs.Orbit, most: int
+) -> None:
     """The metrics are off by no more than so many roundings of what they are made from."""
     # Ways forward and back make up the progression, and cancel where a motion is its own image.
     ways = expected.friction_loss.value / orbit.values[-1]
-    sums = {"progression": ways, "velocity": ways / Parameters(*map(float, orbit.values)).period}
+    sums = {"progression": ways, "velocity": ways / cs.Parameters(*map(float, orbit.values)).period}
     for value, name in zip(found.values[0], METRICS, strict=True):
         metric = getattr(expected, name)
         moved = zip(metric.gradient.values(), orbit.values, strict=True)
@@ -109,7 +99,7 @@ def check_values(found: Performances, expected: Performance, orbit: Orbit, most:
         assert abs(value - metric.value) <= most * 2.0**-53 * condition, name
 
 
-def off(found: Performances, expected: Performance, orbit: Orbit) -> float:
+def off(found: cs.Performances, expected: cs.Performance, orbit: cs.Orbit) -> float:
     """Largest difference of gradients, beside the largest number of each."""
     most = 0.0
     for gradient, name in zip(found.gradients[0], METRICS, strict=True):
@@ -128,10 +118,10 @@ def off(found: Performances, expected: Performance, orbit: Orbit) -> float:
 @pytest.mark.parametrize("name", MOTIONS)
 def test_metrics_gradients_and_multipliers_are_those_of_the_orbit(name: str) -> None:
     orbit, found = known(name)
-    expected = performance(orbit)  # in double precision too
+    expected = cs.performance(orbit)  # in double precision too
     check_values(found, expected, orbit, 2 * ROUNDINGS)
     assert off(found, expected, orbit) < 1e-10
-    multipliers = floquet_multipliers(orbit)
+    multipliers = cs.floquet_multipliers(orbit)
     # Those of a pair may be in either order, as may values of equal absolute value.
     np.testing.assert_allclose(
         np.sort_complex(found.multipliers[0]), np.sort_complex(multipliers), rtol=0, atol=1e-12
@@ -152,16 +142,16 @@ def test_they_are_those_of_the_orbit_in_50_digits(name: str) -> None:
     orbit, found = known(name)
     exact = orbit.refined()
     assert exact.success, exact.message
-    expected = performance(exact)
+    expected = cs.performance(exact)
     check_values(found, expected, orbit, ROUNDINGS)
     assert off(found, expected, orbit) < 1e-11
 
 
-def beside(kind: str, distance: float) -> tuple[Orbit, Performances]:
+def beside(kind: str, distance: float) -> tuple[cs.Orbit, cs.Performances]:
     """Python's orbit and the core's, at a distance in amplitude from a bifurcation."""
-    p = Parameters(alpha=BIFURCATIONS[kind] + distance)
-    state = simulate(p, periods=1500, keep="final").final[1]
-    orbit = solve_orbit(p, state, 0.0, 3)
+    p = cs.Parameters(alpha=BIFURCATIONS[kind] + distance)
+    state = cs.simulate(p, periods=1500, keep="final").final[1]
+    orbit = cs.solve_orbit(p, state, 0.0, 3)
     assert orbit.success, orbit.message
     return orbit, closed(p, state)
 
@@ -170,20 +160,20 @@ def beside(kind: str, distance: float) -> tuple[Orbit, Performances]:
 @pytest.mark.parametrize("kind", BIFURCATIONS)
 def test_they_hold_beside_bifurcations(kind: str, distance: float) -> None:
     orbit, found = beside(kind, distance)
-    expected = performance(orbit)
+    expected = cs.performance(orbit)
     check_values(found, expected, orbit, 2 * ROUNDINGS)
     # A duration that vanishes like the root of the distance is divided by.
     assert off(found, expected, orbit) < 1e-13 / abs(distance) ** 0.5
 
 
-def difference(orbit: Orbit, along: Any, step: Any, digits: str) -> np.ndarray:
+def difference(orbit: cs.Orbit, along: Any, step: Any, digits: str) -> np.ndarray:
     """Central differences of the metrics along a direction of the parameters."""
     ends = []
     for side in (1, -1):
         values = [v + side * step * d for v, d in zip(orbit.values, along, strict=True)]
-        moved = solve_itinerary(values, orbit.itinerary, list(orbit.z), backend=digits)
+        moved = cs.solve_itinerary(values, orbit.itinerary, list(orbit.z), backend=digits)
         assert moved.success, moved.message
-        found = performance(moved)
+        found = cs.performance(moved)
         ends.append(np.array([getattr(found, name).value for name in METRICS]))
     return (ends[0] - ends[1]) / (2 * step)
 
@@ -208,7 +198,7 @@ def test_the_state_moves_as_its_derivatives_say() -> None:
         values, periods = np.array(orbit.values), orbit.itinerary.period_number
         for k in range(7):
             step = 1e-5 * np.eye(7)[k]
-            ends = performance_many([values + step, values - step], found.states[0], periods)
+            ends = cs.performance_many([values + step, values - step], found.states[0], periods)
             slope = (ends.states[0] - ends.states[1]) / 2e-5
             np.testing.assert_allclose(slope, found.by_parameter[0, :, k], rtol=1e-6, atol=1e-6)
 
@@ -216,12 +206,12 @@ def test_the_state_moves_as_its_derivatives_say() -> None:
 def test_what_was_not_asked_for_is_not_computed() -> None:
     p = MOTIONS["of the paper"]
     state = known("of the paper")[1].states[0]
-    rows = row(Parameters(**p))
-    bare = performance_many(rows, state, energies=False, forces=False)
+    rows = row(cs.Parameters(**p))
+    bare = cs.performance_many(rows, state, energies=False, forces=False)
     assert np.isfinite([bare["velocity"], bare["progression"]]).all()
     assert np.isnan(bare.values[0, 2:]).all()
     assert np.isnan(bare.gradients).all()
-    forces = performance_many(rows, state, energies=False, gradients=True)
+    forces = cs.performance_many(rows, state, energies=False, gradients=True)
     assert np.isnan(forces.gradients[0, 2:5]).all()
     rest = ["velocity", "progression", "peak_force", "peak_contact"]
     assert np.isfinite(forces.gradients[0, [METRICS.index(name) for name in rest]]).all()
@@ -230,7 +220,7 @@ def test_what_was_not_asked_for_is_not_computed() -> None:
 def test_many_rows_are_as_one_by_one() -> None:
     names = [name for name in MOTIONS if name != "three periods"]
     parts = [known(name) for name in names]
-    found = performance_many(
+    found = cs.performance_many(
         [orbit.values for orbit, _ in parts],
         np.concatenate([one.states for _, one in parts]),
         [orbit.itinerary.period_number for orbit, _ in parts],
@@ -245,7 +235,7 @@ def test_many_rows_are_as_one_by_one() -> None:
 
 def test_a_state_far_away_is_closed_and_said_to_switch_otherwise() -> None:
     orbit, found = known("of the paper")
-    far = performance_many(orbit.values, (1.3358, 0.3703, -0.0298))
+    far = cs.performance_many(orbit.values, (1.3358, 0.3703, -0.0298))
     assert far.status.tolist() == ["changed"]
     np.testing.assert_allclose(far.values, found.values, rtol=1e-13)
     assert not far.closed.any()
@@ -253,21 +243,21 @@ def test_a_state_far_away_is_closed_and_said_to_switch_otherwise() -> None:
 
 def test_a_period_number_too_large_is_noticed_and_one_too_small_leads_elsewhere() -> None:
     orbit, found = known("two periods")
-    assert performance_many(orbit.values, found.states, 4).status.tolist() == ["changed"]
-    assert performance_many(orbit.values, found.states, 6).status.tolist() == ["changed"]
+    assert cs.performance_many(orbit.values, found.states, 4).status.tolist() == ["changed"]
+    assert cs.performance_many(orbit.values, found.states, 6).status.tolist() == ["changed"]
     # The unstable orbit that the motion of two periods left.
-    assert performance_many(orbit.values, found.states, 1).status.tolist() == ["changed"]
+    assert cs.performance_many(orbit.values, found.states, 1).status.tolist() == ["changed"]
 
 
 def test_a_motion_that_is_not_periodic_is_not_closed() -> None:
     # Undamped rest: x_r = 0.1 cos h beside a period of 2 pi/0.77 is closed by no state but 0.
-    p = Parameters(alpha=0.0, omega=0.77, delta=0.5, zeta=0.0)
-    found = performance_many(row(p), (0.1, 0.0, 0.0))
+    p = cs.Parameters(alpha=0.0, omega=0.77, delta=0.5, zeta=0.0)
+    found = cs.performance_many(row(p), (0.1, 0.0, 0.0))
     assert found.closed.tolist() == [True]
     np.testing.assert_allclose(found.states, 0, atol=1e-15)
     # At resonance with the excitation nothing brings a deviation back: a fold.
-    p = Parameters(alpha=0.0, omega=1.0, delta=0.5, zeta=0.0)
-    found = performance_many(row(p), (0.1, 0.0, 0.0), gradients=True)
+    p = cs.Parameters(alpha=0.0, omega=1.0, delta=0.5, zeta=0.0)
+    found = cs.performance_many(row(p), (0.1, 0.0, 0.0), gradients=True)
     assert not found.closed.any()
 
 
@@ -276,16 +266,16 @@ def test_a_watch_stops_it() -> None:
     watch.stop()
     orbit, found = known("of the paper")
     rows = np.tile(orbit.values, (2000, 1))
-    stopped = performance_many(rows, found.states[0], watch=watch)
+    stopped = cs.performance_many(rows, found.states[0], watch=watch)
     assert stopped.status[-1] == "stopped"
     assert np.isnan(stopped["work"][-1]) or stopped["work"][-1] == 0
     assert not stopped.closed[-1]
 
 
 def test_a_watch_stops_one_orbit_of_many_panels() -> None:
-    p = Parameters(alpha=0.01, omega=1e-6, delta=1.0, zeta=0.05)
+    p = cs.Parameters(alpha=0.01, omega=1e-6, delta=1.0, zeta=0.05)
     began = perf_counter()
-    found = performance_many(row(p), (0.01, 0.0, 0.0), watch=Watch(0.05))
+    found = cs.performance_many(row(p), (0.01, 0.0, 0.0), watch=Watch(0.05))
     assert perf_counter() - began < 10
     assert found.status.tolist() == ["stopped"]
     assert not found.closed.any()
@@ -294,9 +284,9 @@ def test_a_watch_stops_one_orbit_of_many_panels() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("asked", ["energies", "forces"])
 def test_an_orbit_that_would_take_days_stays_open(asked: str) -> None:
-    p = Parameters(alpha=0.01, omega=1e-6, delta=1.0, zeta=1e4)
+    p = cs.Parameters(alpha=0.01, omega=1e-6, delta=1.0, zeta=1e4)
     wish = {"energies": False, "forces": False, asked: True}
-    found = performance_many(row(p), (0.01, 0.0, 0.0), **wish)
+    found = cs.performance_many(row(p), (0.01, 0.0, 0.0), **wish)
     assert found.status.tolist() == ["open"]
     assert not found.closed.any()
 
@@ -312,8 +302,8 @@ def test_an_orbit_that_would_take_days_stays_open(asked: str) -> None:
     ],
 )
 def test_bad_input_names_the_field(given: dict[str, Any], field: str) -> None:
-    fine = {"parameters": row(Parameters()), "states": (0.0, 0.0, 0.0)}
-    with pytest.raises(InvalidInput, match=field):
-        performance_many(**{**fine, **given})
-    with pytest.raises(InvalidInput, match="metric"):
-        performance_many(**fine)["speed"]
+    fine = {"parameters": row(cs.Parameters()), "states": (0.0, 0.0, 0.0)}
+    with pytest.raises(cs.InvalidInput, match=field):
+        cs.performance_many(**{**fine, **given})
+    with pytest.raises(cs.InvalidInput, match="metric"):
+        cs.performance_many(**fine)["speed"]

@@ -20,6 +20,8 @@ from capsule_sym._orbits.continuation.points.kinds import (
 from tests.orbits.branches import settled
 from tests.sampling import sampled, some
 
+pytestmark = pytest.mark.long
+
 
 def both_ways(parameter: str, ends: Sequence[float], **fixed: float) -> list[Bifurcation]:
     """The bifurcations between two values, which are the same on the way back."""
@@ -36,7 +38,6 @@ def both_ways(parameter: str, ends: Sequence[float], **fixed: float) -> list[Bif
     return list(there)
 
 
-@pytest.mark.long
 def test_folds_nearer_to_a_border_than_a_first_point_beside_it() -> None:
     """(omega, alpha) where folds on both sides of a border meet it; see `test_curves`.
 
@@ -91,7 +92,6 @@ TOGETHER = {
 }
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("side", [1, -1])
 @sampled
 @pytest.mark.parametrize("kinds", some(TOGETHER, 2))

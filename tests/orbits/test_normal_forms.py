@@ -7,14 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import (
-    Bifurcation,
-    ParameterPath,
-    Parameters,
-    continue_from,
-    floquet_multipliers,
-    solve_itinerary,
-)
+import capsule_sym as cs
 from capsule_sym._enclosures.numbers.balls import precision
 from capsule_sym._enclosures.orbits.events import prove_event
 from capsule_sym._map.backend import backend
@@ -32,9 +25,11 @@ from tests.judges import CONTACT, DRIFT
 from tests.judges.taylor import system as linear_system
 from tests.orbits.branches import hysteretic, upwards
 
+pytestmark = pytest.mark.long
+
 
 @lru_cache
-def _collisions() -> dict[str, Bifurcation]:
+def _collisions() -> dict[str, cs.Bifurcation]:
     found = {f"alpha {one.label}": one for one in upwards(3.3).bifurcations}
     found |= {f"omega {one.label}": one for one in hysteretic().bifurcations}
     return {name: one for name, one in found.items() if one.segment is not None}
@@ -74,7 +69,7 @@ def test_the_leading_discontinuous_term_is_that_of_motions_in_fifty_digits(name:
     assert form.scenario == PERSISTENCE
 
 
-def _difference(one: Bifurcation, power: int, h: mpf) -> list[float]:
+def _difference(one: cs.Bifurcation, power: int, h: mpf) -> list[float]:
     """Change by a segment of duration h, over h^power, from the equations of motion alone."""
     orbit, segment = one.orbit, one.segment
     itinerary, p = orbit.itinerary, orbit.parameters
@@ -109,7 +104,7 @@ def _difference(one: Bifurcation, power: int, h: mpf) -> list[float]:
     return [float((long[k] - short[k]) / h**power) for k in range(3)]
 
 
-def _row(guard: Guard, p: Parameters, field: int) -> mp.matrix:
+def _row(guard: Guard, p: cs.Parameters, field: int) -> mp.matrix:
     """A guard as a linear function of (x_r, v_r, v_c, x_c, cos, sin, 1)."""
     if guard is Guard.DRIFT:
         return mp.matrix([[0, 0, 1, 0, 0, 0, 0]])
@@ -164,23 +159,23 @@ def test_two_orbits_lie_beside_a_fold_where_its_normal_form_says(label: str) -> 
     assert not any(o.success for o in _both_sides(one, one.value - form.growth * s * s, s))
 
 
-def _both_sides(one: Bifurcation, value: float, s: float) -> list:
+def _both_sides(one: cs.Bifurcation, value: float, s: float) -> list:
     """The orbits at a value of omega that Newton's method finds from both sides of a fold."""
     values = list(one.orbit.values)
     values[PARAMETERS.index("omega")] = value
     along = np.linalg.svd(one.orbit.system.by_z)[2][-1]
     along /= np.linalg.norm(along[4:])
     return [
-        solve_itinerary(values, one.orbit.itinerary, list(one.orbit.z + side * s * along))
+        cs.solve_itinerary(values, one.orbit.itinerary, list(one.orbit.z + side * s * along))
         for side in (-1, 1)
     ]
 
 
 def _nearest(orbit, value: float) -> float:
-    return float(min(floquet_multipliers(orbit).real, key=lambda one: abs(one - value)))
+    return float(min(cs.floquet_multipliers(orbit).real, key=lambda one: abs(one - value)))
 
 
-class _Still(ParameterPath):
+class _Still(cs.ParameterPath):
     """A parameter that has no effect."""
 
     def along(self, by_p: np.ndarray, value: float) -> np.ndarray:
@@ -201,7 +196,7 @@ def test_a_doubled_orbit_lies_where_the_normal_form_says(label: str) -> None:
     one = branch.at(label)
     form = one.normal_form
     assert (form.exponent, form.scenario) == (3, SUPERCRITICAL)
-    found = continue_from(branch, label, one.value + np.sign(form.growth) * 1e-4, points=10)
+    found = cs.continue_from(branch, label, one.value + np.sign(form.growth) * 1e-4, points=10)
     doubled = next(b for b in found if b.points[0].orbit.itinerary.period_number == 2)
     point = doubled.points[0]
     n = len(point.orbit.itinerary) // 2

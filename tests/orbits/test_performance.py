@@ -11,14 +11,7 @@ import sympy as sp
 from mpmath import mp, mpf
 from scipy.integrate import quad
 
-from capsule_sym import (
-    Itinerary,
-    Parameters,
-    Performance,
-    performance,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._orbits.metrics import performance as module
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._parameters import scene
@@ -34,7 +27,7 @@ SLOPED = {
     },
 }
 ALPHAS = (0.005, 0.3, 0.45, 0.7, 1.2, 1.5, 1.9)
-METRICS = tuple(name for name in Performance.__dataclass_fields__ if name != "imbalance")
+METRICS = tuple(name for name in cs.Performance.__dataclass_fields__ if name != "imbalance")
 
 
 @pytest.mark.parametrize("index", range(1, 7))
@@ -53,7 +46,7 @@ def test_energy_changes_by_work_less_losses_in_every_segment(index: int) -> None
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_energy_balance_closes_to_rounding(alpha: float) -> None:
-    found = performance(settled(alpha=alpha))
+    found = cs.performance(settled(alpha=alpha))
     # The springs' energy is rounded too, which matters most if the work is small beside it.
     stored = found.peak_force.value**2 / 2
     assert abs(found.imbalance) < 8 * 2.0**-53 * (found.work.value + stored)
@@ -61,14 +54,14 @@ def test_energy_balance_closes_to_rounding(alpha: float) -> None:
 
 def test_balance_shows_a_quadrature_that_is_too_coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_nodes", lambda: np.polynomial.legendre.leggauss(5))
-    assert abs(performance(settled(alpha=0.7)).imbalance) > 1e-9
+    assert abs(cs.performance(settled(alpha=0.7)).imbalance) > 1e-9
 
 
 def test_the_balance_has_the_work_of_a_constant_load(monkeypatch: pytest.MonkeyPatch) -> None:
     orbit = settled(alpha=0.7)
     constants = type(orbit.system.flows[0].c)
     monkeypatch.setattr(constants, "lift_force", lambda _: -0.25)
-    found = performance(orbit)
+    found = cs.performance(orbit)
     assert found.imbalance == pytest.approx(0.25 * found.progression.value, rel=1e-12)
 
 
@@ -80,8 +73,8 @@ def test_on_a_slope_friction_and_lift_are_those_of_coulomb_and_of_gravity(
     """By weight, ways and slope in SI units, and the balance, gradients as well."""
     given = _DEVICE | SLOPED[name] | {"mu_back": 0.12, "slope": slope}
     device = scene(name).PhysicalParameters(**given)
-    orbit = solve_orbit(device.dimensionless())
-    found = performance(orbit)
+    orbit = cs.solve_orbit(device.dimensionless())
+    found = cs.performance(orbit)
     advances = [device.displacement(one.advance) for one in orbit.motion.segments]
     weight = (device.M_m + device.M_c) * device.g / math.hypot(1, slope)
     loss = sum(weight * (device.mu if a > 0 else device.mu_back) * abs(a) for a in advances)
@@ -97,31 +90,33 @@ def test_on_a_slope_friction_and_lift_are_those_of_coulomb_and_of_gravity(
 
 
 def test_balance_holds_over_several_periods_of_excitation() -> None:
-    parameters = Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)
-    orbits = [solve_orbit(parameters, (x, 0.0, 0.0)) for x in (-1.0, 0.0, 1.0, 2.0)]
+    parameters = cs.Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)
+    orbits = [cs.solve_orbit(parameters, (x, 0.0, 0.0)) for x in (-1.0, 0.0, 1.0, 2.0)]
     found = next(o for o in orbits if o.success and o.itinerary.period_number == 3)
-    assert abs(performance(found).imbalance) < 1e-14 * performance(found).work.value
+    assert abs(cs.performance(found).imbalance) < 1e-14 * cs.performance(found).work.value
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("zeta", [3.0, 100.0, 9e3])
 def test_strong_damping_takes_few_nodes(zeta: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its fast mode decays: the panels are short at a segment's start alone."""
-    p, calls = Parameters(alpha=5.0, zeta=zeta), []
+    p, calls = cs.Parameters(alpha=5.0, zeta=zeta), []
     run = ClosedForms.run
     monkeypatch.setattr(ClosedForms, "run", lambda *given: calls.append(0) or run(*given))
-    found = performance(solve_orbit(p))
+    found = cs.performance(cs.solve_orbit(p))
     assert abs(found.imbalance) < 1e-14 * found.work.value
     assert len(calls) < 2000  # panels of one length would be 34,000, of 16 nodes each
-    ends = [performance(solve_orbit(p.replace(zeta=zeta * by))) for by in (1 - 1e-5, 1 + 1e-5)]
+    ends = [
+        cs.performance(cs.solve_orbit(p.replace(zeta=zeta * by))) for by in (1 - 1e-5, 1 + 1e-5)
+    ]
     slope = (ends[1].damper_loss.value - ends[0].damper_loss.value) / (2e-5 * zeta)
     assert found.damper_loss.gradient["zeta"] == pytest.approx(slope, rel=1e-7)
 
 
 @pytest.mark.long
 def test_strong_damping_is_exact_in_50_digits() -> None:
-    p = Parameters(alpha=0.001, zeta=3.0)
-    found = performance(solve_itinerary(p, Itinerary.parse("2"), backend="mpmath"))
+    p = cs.Parameters(alpha=0.001, zeta=3.0)
+    found = cs.performance(cs.solve_itinerary(p, cs.Itinerary.parse("2"), backend="mpmath"))
     with mp.workdps(60):
         omega, zeta = mpf(p.omega), mpf(p.zeta)
         amplitude = mpf(p.alpha) / mp.sqrt((1 - omega**2) ** 2 + (2 * zeta * omega) ** 2)
@@ -149,7 +144,7 @@ def test_terms_are_the_integrals_that_adaptive_quadrature_gives(alpha: float) ->
             )[0]
         return result
 
-    found = performance(orbit)
+    found = cs.performance(orbit)
     drive = total(lambda t, x: parameters.alpha * math.cos(parameters.omega * t) * (x[1] + x[2]))
     assert found.work.value == pytest.approx(drive, abs=1e-9)
     damper = total(lambda t, x: 2 * parameters.zeta * x[1] ** 2)
@@ -167,7 +162,7 @@ def test_peaks_are_those_of_dense_samples(alpha: float) -> None:
     start = trajectory.segments[0].start.phase
     x_r, v_r, _ = trajectory(np.linspace(start, start + 0.9999 * p.period, 40_000)).T
     spring = p.beta * np.maximum(x_r - p.delta, 0)
-    found = performance(orbit)
+    found = cs.performance(orbit)
     # A parabola's top is missed by the step squared, times half its curvature.
     missed = 1e-6
     largest = np.max(abs(x_r + 2 * p.zeta * v_r + spring))
@@ -178,10 +173,10 @@ def test_peaks_are_those_of_dense_samples(alpha: float) -> None:
 @pytest.mark.parametrize("omega", [0.8, 1.0, 1.0 + 1e-9])
 def test_figures_of_stick_are_those_of_the_oscillator(omega: float) -> None:
     """At resonance too: v_r = omega A sin, P = A (cos, 2 zeta omega sin)."""
-    p = Parameters(alpha=0.001, omega=omega)
-    orbit = solve_itinerary(p, Itinerary.parse("2"))
+    p = cs.Parameters(alpha=0.001, omega=omega)
+    orbit = cs.solve_itinerary(p, cs.Itinerary.parse("2"))
     assert orbit.success, orbit.message
-    found, amplitude = performance(orbit), p.alpha / math.hypot(1 - omega**2, 2 * p.zeta * omega)
+    found, amplitude = cs.performance(orbit), p.alpha / math.hypot(1 - omega**2, 2 * p.zeta * omega)
     loss = p.zeta * (omega * amplitude) ** 2 * p.period
     assert found.damper_loss.value == pytest.approx(loss, rel=1e-13)
     assert found.work.value == pytest.approx(loss, rel=1e-13)
@@ -197,15 +192,15 @@ def test_figures_of_stick_are_those_of_the_oscillator(omega: float) -> None:
 def test_gradients_are_the_slopes_along_the_branch(alpha: float) -> None:
     """Against orbits in 50 digits, along a direction with a part in every parameter."""
     orbit = settled(alpha=alpha)
-    found = performance(orbit)
+    found = cs.performance(orbit)
     with mp.workdps(60):
         along = np.array([mpf(i) / 5 - 1 for i in (1, 2, 3, 4, 6, 7, 8)])
         step, ends = mpf("1e-15"), []
         for side in (1, -1):
             values = [mpf(v) + side * step * d for v, d in zip(orbit.values, along, strict=True)]
-            moved = solve_itinerary(values, orbit.itinerary, list(orbit.z), backend="mpmath")
+            moved = cs.solve_itinerary(values, orbit.itinerary, list(orbit.z), backend="mpmath")
             assert moved.success, moved.message
-            ends.append(performance(moved))
+            ends.append(cs.performance(moved))
         assert all(abs(end.imbalance) < mpf("1e-55") for end in ends)
         for name in METRICS:
             one, two = (getattr(end, name).value for end in ends)

@@ -12,18 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Bifurcation,
-    Branch,
-    ContinuationSettings,
-    InvalidInput,
-    Orbit,
-    continue_bifurcation,
-    continue_orbit,
-    labelled_point,
-    orbit_from_record,
-    solve_itinerary,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
@@ -71,17 +60,17 @@ def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
 @pytest.mark.parametrize("name", ["state", "phase", "itinerary", "parameters"])
 def test_a_record_of_no_orbit_is_refused_by_the_name_that_it_lacks(name: str) -> None:
     whole = orbit_record(settled(alpha=1.2))
-    assert orbit_from_record(whole).success
-    with pytest.raises(InvalidInput, match=f"must be of an orbit, with {name}$"):
-        orbit_from_record({key: value for key, value in whole.items() if key != name})
+    assert cs.orbit_from_record(whole).success
+    with pytest.raises(cs.InvalidInput, match=f"must be of an orbit, with {name}$"):
+        cs.orbit_from_record({key: value for key, value in whole.items() if key != name})
     without = {**whole, "parameters": {"alpha": 1.2}}
-    with pytest.raises(InvalidInput, match=r"with parameters\.omega, "):
-        orbit_from_record(without)
+    with pytest.raises(cs.InvalidInput, match=r"with parameters\.omega, "):
+        cs.orbit_from_record(without)
 
 
 def test_no_orbit_tells_where_newtons_method_ended() -> None:
     orbit = settled(alpha=1.2)
-    found = solve_itinerary((0.1, *orbit.values[1:]), orbit.itinerary, list(orbit.z))
+    found = cs.solve_itinerary((0.1, *orbit.values[1:]), orbit.itinerary, list(orbit.z))
     assert not found.success
     record = failure_record(found)
     assert not solved(record)
@@ -91,13 +80,13 @@ def test_no_orbit_tells_where_newtons_method_ended() -> None:
 
 
 @lru_cache
-def doubled(settings: ContinuationSettings = DEFAULT) -> Branch:
+def doubled(settings: cs.ContinuationSettings = DEFAULT) -> cs.Branch:
     """A short branch with a period doubling."""
     start = settled(alpha=1.2, beta=10.0, omega=0.965)
-    return continue_orbit(start, "omega", 0.98, points=4, settings=settings)
+    return cs.continue_orbit(start, "omega", 0.98, points=4, settings=settings)
 
 
-def first_doubling(branch: Branch) -> Bifurcation:
+def first_doubling(branch: cs.Branch) -> cs.Bifurcation:
     return next(one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
 
 
@@ -105,7 +94,7 @@ def answer(monkeypatch: pytest.MonkeyPatch, answers: Iterable[EventSolution | No
     """Answers in place of those of Newton's method for a period doubling, as long as there are."""
     given, solve = iter(answers), Family.solved
 
-    def solved(self: Family, orbit: Orbit, names: tuple[str, ...], *rest: Any) -> Any:
+    def solved(self: Family, orbit: cs.Orbit, names: tuple[str, ...], *rest: Any) -> Any:
         own = solve(self, orbit, names, *rest)
         return next(given, own) if PERIOD_DOUBLING in names else own
 
@@ -140,7 +129,7 @@ def test_a_bifurcation_that_does_not_converge_at_first_is_found_from_nearer(monk
     assert one.value == pytest.approx(whole.value, abs=1e-12)
     # As many halvings as requested.
     answer(monkeypatch, [None, None])
-    few = ContinuationSettings(zero_halvings=2)
+    few = cs.ContinuationSettings(zero_halvings=2)
     assert not first_doubling(doubled.__wrapped__(few)).success
 
 
@@ -154,10 +143,10 @@ def test_branches_and_curves_tell_of_every_point() -> None:
     assert all(record["iterations"] > 1 for record in records["bifurcations"])
     sliding = upwards(3.3).bifurcations[-3]
     curves = [
-        continue_bifurcation(
+        cs.continue_bifurcation(
             first_doubling(branch), "alpha", ((0.97, 0.98), (1.199, 1.201)), points=2
         ),
-        continue_bifurcation(sliding, "gamma", ((0.001, 2.0), (3.0, 3.3)), points=8),
+        cs.continue_bifurcation(sliding, "gamma", ((0.001, 2.0), (3.0, 3.3)), points=8),
     ]
     for curve in curves:
         record = curve_record(curve)
@@ -172,7 +161,7 @@ def test_a_record_has_the_multipliers_of_both_sides_of_a_border(label: str, tmp_
     """The limits of motions that settle on each side; their own jump only at grazing-sliding."""
     branch = upwards(3.3)
     one = branch.at(label)
-    assert isinstance(one, Bifurcation)
+    assert isinstance(one, cs.Bifurcation)
     sides = [settled(alpha=one.value + side) for side in (-1e-9, 1e-9)]
     longer, shorter = sorted(sides, key=lambda orbit: -len(orbit.itinerary))
     record = bifurcation_record(one)
@@ -184,7 +173,7 @@ def test_a_record_has_the_multipliers_of_both_sides_of_a_border(label: str, tmp_
     # A file holds no more digits of the orbit than are needed to have them again.
     file = tmp_path / "branch.json"
     file.write_text(dumps(branch_record(branch)))
-    _, again = labelled_point(file, label)
-    assert isinstance(again, Bifurcation)
+    _, again = cs.labelled_point(file, label)
+    assert isinstance(again, cs.Bifurcation)
     assert again.multipliers == pytest.approx(one.multipliers, abs=1e-12)
     assert again.multipliers_without == pytest.approx(one.multipliers_without, abs=1e-12)

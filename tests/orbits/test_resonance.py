@@ -8,47 +8,40 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capsule_sym import (
-    CodimensionTwoPoint,
-    Curve,
-    Ending,
-    continue_bifurcation,
-    continue_orbit,
-    curves_from,
-    simulate,
-)
-from capsule_sym._orbits.continuation.points.kinds import (
-    NEIMARK_SACKER,
-    PERIOD_DOUBLING,
-    RESONANCE_1_2,
-)
+import capsule_sym as cs
+from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.shooting.admissibility import rerun
 from tests.orbits.branches import settled
+
+pytestmark = pytest.mark.long
 
 MOTION = {"alpha": 5.8, "zeta": 0.0033, "beta": 81.0, "gamma": 0.135}
 RANGES = ((0.1, 0.7), (2.1, 3.0))
 
 
 @lru_cache
-def rotations() -> Curve:
+def rotations() -> cs.Curve:
     """The curve of Neimark-Sacker bifurcations in delta and omega."""
-    branch = continue_orbit(settled(omega=2.7, delta=0.4, **MOTION), "delta", 0.3, points=4)
-    (one,) = (one for one in branch.bifurcations if one.type == NEIMARK_SACKER)
-    return continue_bifurcation(one, "omega", RANGES, points=8)
+    branch = cs.continue_orbit(settled(omega=2.7, delta=0.4, **MOTION), "delta", 0.3, points=4)
+    (one,) = (one for one in branch.bifurcations if one.type == kinds.NEIMARK_SACKER)
+    return cs.continue_bifurcation(one, "omega", RANGES, points=8)
 
 
-def resonance(curve: Curve) -> CodimensionTwoPoint:
-    (point,) = (one for one in curve.codimension_two if RESONANCE_1_2 in one.types)
+def resonance(curve: cs.Curve) -> cs.CodimensionTwoPoint:
+    (point,) = (one for one in curve.codimension_two if kinds.RESONANCE_1_2 in one.types)
     return point
 
 
 def test_rotations_end_in_a_resonance() -> None:
     curve = rotations()
     point = resonance(curve)
-    assert point.types == (NEIMARK_SACKER, RESONANCE_1_2)
+    assert point.types == (kinds.NEIMARK_SACKER, kinds.RESONANCE_1_2)
     assert point.status == "converged"
     assert max(point.uncertainties) < 1e-12
-    assert sorted(ending for ending, _ in curve.endings) == [Ending.CODIMENSION_TWO, Ending.REACHED]
+    assert sorted(ending for ending, _ in curve.endings) == [
+        cs.Ending.CODIMENSION_TWO,
+        cs.Ending.REACHED,
+    ]
     for one in curve.points:
         first, second, _ = one.multipliers
         assert first == pytest.approx(second.conjugate(), abs=1e-12)
@@ -62,7 +55,9 @@ def test_two_multipliers_of_the_map_are_minus_one_there() -> None:
     parameters, start = orbit.parameters, np.array(rerun(orbit).stroboscopic[1], dtype=float)
 
     def after(state: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.array(simulate(parameters, state.tolist(), 0.0, 1).stroboscopic[-1], dtype=float)
+        return np.array(
+            cs.simulate(parameters, state.tolist(), 0.0, 1).stroboscopic[-1], dtype=float
+        )
 
     assert after(start) == pytest.approx(start, abs=1e-9)
     sides = [[after(start + side * row) for row in 1e-6 * np.eye(3)] for side in (1, -1)]
@@ -71,15 +66,14 @@ def test_two_multipliers_of_the_map_are_minus_one_there() -> None:
     assert np.poly(matrix) == pytest.approx([1, 2, 1, 0], abs=1e-5)
 
 
-@pytest.mark.long
 def test_period_doublings_pass_the_resonance() -> None:
     """Their curve meets it where a second multiplier is -1, which are other equations."""
     ranges = ((0.16, 0.3), (2.2, 2.27))
-    branch = continue_orbit(settled(omega=2.2, delta=0.3, **MOTION), "delta", 0.19, points=4)
-    (one,) = (one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
-    curve = continue_bifurcation(one, "omega", ranges, points=4)
+    branch = cs.continue_orbit(settled(omega=2.2, delta=0.3, **MOTION), "delta", 0.19, points=4)
+    (one,) = (one for one in branch.bifurcations if one.type == kinds.PERIOD_DOUBLING)
+    curve = cs.continue_bifurcation(one, "omega", ranges, points=4)
     point, there = resonance(curve), resonance(rotations())
-    assert point.types == (PERIOD_DOUBLING, RESONANCE_1_2)
+    assert point.types == (kinds.PERIOD_DOUBLING, kinds.RESONANCE_1_2)
     errors = np.add(point.uncertainties, there.uncertainties)
     assert np.all(abs(np.subtract(point.values, there.values)) <= errors)
     # Of the two multipliers, one -1, the other is beyond -1 on one side.
@@ -87,6 +81,6 @@ def test_period_doublings_pass_the_resonance() -> None:
         inside = abs(there.multipliers[0] * there.multipliers[1]) < 1
         assert inside == (there.values[1] < point.values[1])
     # Only rotations leave it, on one side.
-    (leaving,) = curves_from(curve, ranges, points=4)
-    assert leaving.type == NEIMARK_SACKER
-    assert Ending.CODIMENSION_TWO in [ending for ending, _ in leaving.endings]
+    (leaving,) = cs.curves_from(curve, ranges, points=4)
+    assert leaving.type == kinds.NEIMARK_SACKER
+    assert cs.Ending.CODIMENSION_TWO in [ending for ending, _ in leaving.endings]

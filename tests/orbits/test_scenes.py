@@ -11,26 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Branch,
-    Ending,
-    InvalidInput,
-    Itinerary,
-    Orbit,
-    SceneParameters,
-    continue_bifurcation,
-    continue_from,
-    continue_orbit,
-    half_orbit,
-    jacobian,
-    performance,
-    performance_many,
-    scenes,
-    search_orbits,
-    solve_itinerary,
-    solve_orbit,
-    whole_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._map.drift import dragged
 from capsule_sym._map.expansion import Guard
@@ -43,11 +24,12 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import _by_kernels, of_core, shooting
 from capsule_sym._orbits.shooting.symmetry import symmetric
 from capsule_sym.scenes import Scene
-from tests.scenes import SCENES, Integrator, Start, integrator
+from tests.sampling import sampled, some
+from tests.scenes import SCENES, Integrator, Start
 
 STEP = 1e-7
 pytestmark = pytest.mark.skipif(
-    core_of(scenes.slope) is None or shutil.which("cc") is None, reason="no C compiler here"
+    core_of(cs.scenes.slope) is None or shutil.which("cc") is None, reason="no C compiler here"
 )
 MOTIONS = {
     "slope": {"alpha": 0.9, "s": 0.1},
@@ -56,25 +38,20 @@ MOTIONS = {
 }
 
 
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory: pytest.TempPathFactory) -> Integrator:
-    return integrator(tmp_path_factory.mktemp("integrator"))
-
-
-def parameters(name: str, **changes: float) -> SceneParameters:
-    scene: Scene = getattr(scenes, name)
+def parameters(name: str, **changes: float) -> cs.SceneParameters:
+    scene: Scene = getattr(cs.scenes, name)
     return scene.Parameters(**MOTIONS[name] | changes)
 
 
 @lru_cache
-def settled(name: str, **changes: float) -> Orbit:
-    orbit = solve_orbit(parameters(name, **changes))
+def settled(name: str, **changes: float) -> cs.Orbit:
+    orbit = cs.solve_orbit(parameters(name, **changes))
     assert orbit.success, orbit.message
     return orbit
 
 
 def states(
-    judge: Integrator, name: str, starts: list[np.ndarray], p: SceneParameters
+    judge: Integrator, name: str, starts: list[np.ndarray], p: cs.SceneParameters
 ) -> np.ndarray:
     """Final states of the integrator's runs over a period from phase 0, and x_c's advance."""
     given = [Start(p.to_dict(), tuple(map(float, one)), 0.0) for one in starts]
@@ -104,16 +81,11 @@ def test_an_orbit_closes_and_its_multipliers_are_those_of_differences(
     assert np.sort_complex(orbit.multipliers) == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[] if name == "reaction" else [pytest.mark.long])
-        for name in MOTIONS
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", MOTIONS)
 def test_gradients_are_differences_of_fifty_digits(name: str) -> None:
     orbit = settled(name)
-    found, step = performance(orbit), 1e-12
+    found, step = cs.performance(orbit), 1e-12
     assert abs(found.imbalance) < 1e-13
     exact = orbit.refined()
     assert exact.success
@@ -123,7 +95,7 @@ def test_gradients_are_differences_of_fifty_digits(name: str) -> None:
         for sign in (1, -1):
             values = list(exact.values)
             values[k] += sign * step
-            moved = solve_itinerary(values, exact.itinerary, list(exact.z), backend="mpmath")
+            moved = cs.solve_itinerary(values, exact.itinerary, list(exact.z), backend="mpmath")
             assert moved.success
             ends.append(moved.average_velocity)
         slope = float((ends[0] - ends[1]) / (2 * step))
@@ -134,8 +106,8 @@ def test_many_performances_are_those_of_one_by_one() -> None:
     orbit = settled("slope")
     begin = orbit.trajectory()(orbit.parameters.period)
     rows = [list(orbit.parameters.to_dict().values())]
-    many = performance_many(rows, [begin], gradients=True, scene=scenes.slope)
-    one = performance(orbit)
+    many = cs.performance_many(rows, [begin], gradients=True, scene=cs.scenes.slope)
+    one = cs.performance(orbit)
     assert many.closed.all()
     assert many.itinerary(0) == orbit.motion.itinerary
     assert many["work"][0] == pytest.approx(one.work.value, rel=1e-12)
@@ -145,13 +117,13 @@ def test_many_performances_are_those_of_one_by_one() -> None:
 
 def test_the_orbits_of_random_starts_hold_the_stable_one() -> None:
     orbit = settled("slope")
-    found = search_orbits(orbit.parameters, 5, period_numbers=(1,), transient=20)
+    found = cs.search_orbits(orbit.parameters, 5, period_numbers=(1,), transient=20)
     assert [one.itinerary for one in found].count(orbit.itinerary.cyclic) == 1
 
 
 @lru_cache
-def branch(name: str, parameter: str, to: float) -> Branch:
-    return continue_orbit(settled(name), parameter, to, points=20)
+def branch(name: str, parameter: str, to: float) -> cs.Branch:
+    return cs.continue_orbit(settled(name), parameter, to, points=20)
 
 
 BRANCHES = [
@@ -164,7 +136,8 @@ BRANCHES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "parameter", "to"), BRANCHES)
+@sampled
+@pytest.mark.parametrize(("name", "parameter", "to"), some(BRANCHES, 2))
 def test_on_both_sides_of_a_bifurcation_runs_have_its_itineraries(
     name: str, parameter: str, to: float
 ) -> None:
@@ -178,7 +151,7 @@ def test_on_both_sides_of_a_bifurcation_runs_have_its_itineraries(
         apart = 1e-4 * math.copysign(1, to - one.interval[0])
         for side, itinerary in ((-1, one.itinerary_before), (1, one.itinerary_after)):
             at = {parameter: one.value + side * apart}
-            orbit = solve_orbit(parameters(name, **at))
+            orbit = cs.solve_orbit(parameters(name, **at))
             assert orbit.success, (one, orbit.message)
             assert orbit.itinerary.cyclic == itinerary.cyclic, one
             judged += 1
@@ -190,24 +163,24 @@ def test_a_switch_that_meets_an_edge_is_followed_in_two_parameters() -> None:
     found = branch("reaction_pulse", "alpha", 0.5)
     event = next(one for one in found.bifurcations if one.type == "edge")
     ranges = ((event.value - 0.1, event.value + 0.1), (0.38, 0.42))
-    curve = continue_bifurcation(event, "D", ranges, points=5)
+    curve = cs.continue_bifurcation(event, "D", ranges, points=5)
     alpha, share = curve.points[-1].values
     assert share != pytest.approx(0.4, abs=1e-3)
-    other = solve_orbit(parameters("reaction_pulse", alpha=alpha + 0.02, D=share))
+    other = cs.solve_orbit(parameters("reaction_pulse", alpha=alpha + 0.02, D=share))
     assert other.success
-    again = continue_orbit(other, "alpha", alpha - 0.02, points=5)
+    again = cs.continue_orbit(other, "alpha", alpha - 0.02, points=5)
     nearest = min((one for one in again.bifurcations), key=lambda one: abs(one.value - alpha))
     assert nearest.type == "edge"
     assert nearest.value == pytest.approx(alpha, abs=1e-10)
 
 
-def bisected(p: SceneParameters, name: str, ends: tuple[float, float]) -> float:
+def bisected(p: cs.SceneParameters, name: str, ends: tuple[float, float]) -> float:
     """The value between two at which the itinerary of settled runs changes, by bisection."""
     first, other = ends
-    before = solve_orbit(p.replace(**{name: first})).itinerary.cyclic
+    before = cs.solve_orbit(p.replace(**{name: first})).itinerary.cyclic
     for _ in range(30):
         middle = (first + other) / 2
-        same = solve_orbit(p.replace(**{name: middle})).itinerary.cyclic == before
+        same = cs.solve_orbit(p.replace(**{name: middle})).itinerary.cyclic == before
         first, other = (middle, other) if same else (first, middle)
     return (first + other) / 2
 
@@ -219,11 +192,13 @@ KINKED |= {"beta_1": 2.3, "beta_2": 1.5, "gamma": 2.9, "s": -0.06, "f_plus": 1.0
 @pytest.mark.long
 def test_a_slip_about_an_edge_begins_where_the_pull_on_the_capsule_is_greatest_there() -> None:
     """The pull has a kink at an edge, and its extremum at rest may be that."""
-    p = scenes.prototype.Parameters(**KINKED)
+    p = cs.scenes.prototype.Parameters(**KINKED)
     expected = bisected(p, "f_plus", (0.7, 0.69))
     itineraries = ["F2 F11", "F2 F1 F10 F11"]
     for ends in ((1.0, 0.67), (0.67, 1.0)):
-        found = continue_orbit(solve_orbit(p.replace(f_plus=ends[0])), "f_plus", ends[1], points=10)
+        found = cs.continue_orbit(
+            cs.solve_orbit(p.replace(f_plus=ends[0])), "f_plus", ends[1], points=10
+        )
         assert found.success, found.message
         (event,) = found.bifurcations
         assert (event.type, event.line) == ("edge", "at friction bound forward")
@@ -234,7 +209,7 @@ def test_a_slip_about_an_edge_begins_where_the_pull_on_the_capsule_is_greatest_t
         assert event.multipliers == pytest.approx(event.multipliers_without, abs=1e-12)
         exact = refined(event).orbit.values[p.scene.facts.PARAMETERS.index("f_plus")]
         assert float(exact) == pytest.approx(event.value, abs=4 * event.uncertainty)
-    curve = continue_bifurcation(event, "alpha", ((0.5, 1.0), (0.5, 0.9)), points=5)
+    curve = cs.continue_bifurcation(event, "alpha", ((0.5, 1.0), (0.5, 0.9)), points=5)
     bound, alpha = curve.points[-1].values
     again = bisected(p.replace(alpha=alpha), "f_plus", (bound + 1e-3, bound - 1e-3))
     assert bound == pytest.approx(again, abs=1e-10)
@@ -260,11 +235,11 @@ TOGETHER = [
 def test_events_that_happen_together_are_crossed_as_one(
     values: dict[str, float], parameter: str, to: float
 ) -> None:
-    p = scenes.reaction_pulse.Parameters(**values)
-    ends = solve_orbit(p), solve_orbit(p.replace(**{parameter: to}))
+    p = cs.scenes.reaction_pulse.Parameters(**values)
+    ends = cs.solve_orbit(p), cs.solve_orbit(p.replace(**{parameter: to}))
     expected = bisected(p, parameter, (values[parameter], to))
     for begin, end in (ends, ends[::-1]):
-        found = continue_orbit(begin, parameter, end.value(parameter), points=5)
+        found = cs.continue_orbit(begin, parameter, end.value(parameter), points=5)
         assert found.success, found.message
         (event,) = found.bifurcations
         assert event.itinerary_after is not None
@@ -285,11 +260,11 @@ def test_a_half_begun_anywhere_has_the_inequalities_of_the_whole_motion(
     values: dict[str, float], at_end: set[tuple[str, Guard]]
 ) -> None:
     """Those of the gap aside, each comes twice in the whole motion, also where the half ends."""
-    orbit = solve_orbit(scenes.reaction_pulse.Parameters(**values))
+    orbit = cs.solve_orbit(cs.scenes.reaction_pulse.Parameters(**values))
     n, met = len(orbit.itinerary) // 2, set[tuple[str, Guard | None]]()
     with backend("numpy", orbit.scene) as numbers:
 
-        def of(itinerary: Itinerary, z: Any) -> list[float]:
+        def of(itinerary: cs.Itinerary, z: Any) -> list[float]:
             system = shooting(numbers, orbit.values, itinerary, z)
             found = inequalities(numbers, itinerary, system)
             met.update((one.kind, one.guard) for one in found if one.segment == n - 1)
@@ -324,7 +299,7 @@ def test_at_an_edge_each_side_has_derivatives_of_its_own() -> None:
         )
         now = float(orbit.average_velocity)
         slope = (4 * first - second - 3 * now) / (2 * step)
-        assert performance(orbit).velocity.gradient["alpha"] == pytest.approx(slope, rel=1e-5)
+        assert cs.performance(orbit).velocity.gradient["alpha"] == pytest.approx(slope, rel=1e-5)
 
 
 ALIKE = {"delta_1": 0.5, "delta_2": 0.5, "beta_1": 3, "beta_2": 3, "gamma": 2, "omega": 0.9}
@@ -333,34 +308,36 @@ MIRRORED = {**ALIKE, "zeta": 0.05, "D": 0.5, "s": 0, "f_plus": 1, "f_minus": 1}
 
 def test_motions_between_stops_alike_are_followed_by_their_halves() -> None:
     """A multiplier -1 of the half's map is 1 for the whole motion: its symmetry breaks."""
-    p = scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
-    orbit = solve_orbit(p)
-    half = half_orbit(orbit)
+    p = cs.scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
+    orbit = cs.solve_orbit(p)
+    half = cs.half_orbit(orbit)
     assert half is not None
     assert half.itinerary.whole.cyclic == orbit.itinerary.cyclic
     assert half.multipliers == pytest.approx(orbit.multipliers, abs=1e-9)
-    found = continue_orbit(orbit, "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10)
+    found = cs.continue_orbit(orbit, "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10)
     assert [one.type for one in found.bifurcations] == ["symmetry breaking"]
     assert found.bifurcations[0].multipliers[0] == pytest.approx(1, abs=1e-7)
     # With the high level alone no motion has an image, and the branch is of whole motions.
-    other = continue_orbit(orbit, "alpha", 0.95, points=10)
+    other = cs.continue_orbit(orbit, "alpha", 0.95, points=10)
     assert {one.symmetry for one in other.bifurcations} <= {""}
     assert not any(one.orbit.itinerary.mirrored for one in other.points)
 
 
 @lru_cache
-def broken() -> Branch:
-    p = scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
-    return continue_orbit(solve_orbit(p), "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10)
+def broken() -> cs.Branch:
+    p = cs.scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9)
+    return cs.continue_orbit(
+        cs.solve_orbit(p), "alpha", 1.1, ties={"alpha_low": "-1*alpha"}, points=10
+    )
 
 
 @pytest.mark.long
 def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Integrator) -> None:
     (breaking,) = broken().bifurcations
-    itself, one, other = continue_from(broken(), "SB1", 1.1, points=10)
+    itself, one, other = cs.continue_from(broken(), "SB1", 1.1, points=10)
     assert [b.origin for b in (itself, one, other)] == ["SB1.1", "SB1.2", "SB1.3"]
-    assert half_orbit(itself.points[-1].orbit) is not None
-    assert [b.status for b in (one, other)] == [Ending.REACHED, Ending.REACHED]
+    assert cs.half_orbit(itself.points[-1].orbit) is not None
+    assert [b.status for b in (one, other)] == [cs.Ending.REACHED, cs.Ending.REACHED]
     ends = [branch.points[-1].orbit for branch in (one, other)]
     assert ends[0].average_velocity == pytest.approx(-ends[1].average_velocity, abs=1e-12)
     assert abs(ends[0].average_velocity) > 0.01
@@ -380,21 +357,21 @@ def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Inte
 
 
 def test_a_branch_ends_where_its_orbits_become_their_own_mirror_images() -> None:
-    (_, one, _) = continue_from(broken(), "SB1", 0.98, points=10)
-    (back,) = continue_from(one, "EP2", 0.93, points=10)
+    (_, one, _) = cs.continue_from(broken(), "SB1", 0.98, points=10)
+    (back,) = cs.continue_from(one, "EP2", 0.93, points=10)
     (breaking,) = broken().bifurcations
-    assert back.status is Ending.SYMMETRIC
+    assert back.status is cs.Ending.SYMMETRIC
     assert back.bifurcations[-1].type == "symmetry breaking"
     assert back.bifurcations[-1].value == pytest.approx(breaking.value, abs=1e-11)
 
 
 def test_both_stops_and_edges_are_in_an_orbit_between_two_stops(judge: Integrator) -> None:
     changes = {"beta_1": 9, "delta_2": 0.3, "s": 0.1, "alpha": 2.2, "alpha_low": -1.2, "D": 0.45}
-    orbit = solve_orbit(scenes.prototype.Parameters(**MIRRORED | changes))
+    orbit = cs.solve_orbit(cs.scenes.prototype.Parameters(**MIRRORED | changes))
     assert orbit.success
     guards = {segment.guard for segment in orbit.itinerary.segments}
     assert guards == set(Guard) - {Guard.LOWER}
-    found = performance(orbit)
+    found = cs.performance(orbit)
     assert abs(found.imbalance) < 1e-12
     begin = np.array(orbit.trajectory()(2 * orbit.parameters.period), dtype=float)
     start = Start(orbit.parameters.to_dict(), tuple(begin.tolist()), 0.0)
@@ -404,24 +381,24 @@ def test_both_stops_and_edges_are_in_an_orbit_between_two_stops(judge: Integrato
 
 
 def test_motions_have_images_by_the_values_of_parameters() -> None:
-    slope = scenes.slope.Parameters
+    slope = cs.scenes.slope.Parameters
     assert symmetric(slope(s=0, f_plus=1, f_minus=1))
     assert not symmetric(slope(s=0.1, f_plus=1, f_minus=1))
     assert not symmetric(slope(s=0, f_plus=1.1, f_minus=1))
-    pulses = scenes.reaction_pulse.Parameters
+    pulses = cs.scenes.reaction_pulse.Parameters
     assert symmetric(pulses(alpha=1, alpha_low=-1, D=0.5))
     assert not symmetric(pulses(alpha=1, alpha_low=-1, D=0.4))
     assert not symmetric(pulses(alpha=1, alpha_low=0, D=0.5))
 
 
 def test_an_itinerary_is_of_the_fields_of_its_scene() -> None:
-    pulses = Itinerary.parse("F5 F11 F8 F2", scene=scenes.reaction_pulse)
+    pulses = cs.Itinerary.parse("F5 F11 F8 F2", scene=cs.scenes.reaction_pulse)
     assert pulses.fields == (5, 11, 8, 2)
     assert str(pulses) == "F5 F11 F8 F2"
-    with pytest.raises(InvalidInput, match="fields from 1 to 6"):
-        Itinerary.of((5, 11))
-    with pytest.raises(InvalidInput, match="one of the fields of slope"):
-        solve_itinerary(scenes.slope.Parameters(), pulses, [0.0] * 8)
+    with pytest.raises(cs.InvalidInput, match="fields from 1 to 6"):
+        cs.Itinerary.of((5, 11))
+    with pytest.raises(cs.InvalidInput, match="one of the fields of slope"):
+        cs.solve_itinerary(cs.scenes.slope.Parameters(), pulses, [0.0] * 8)
 
 
 def test_the_jacobian_of_a_run_is_that_of_differences(judge: Integrator) -> None:
@@ -429,7 +406,7 @@ def test_the_jacobian_of_a_run_is_that_of_differences(judge: Integrator) -> None
 
     for name in MOTIONS:
         p, x = parameters(name), np.array([0.31, -0.2, 0.4])
-        found = jacobian(simulate(p, tuple(x), periods=1))
+        found = cs.jacobian(simulate(p, tuple(x), periods=1))
         moved = [x + sign * STEP * unit for unit in np.eye(3) for sign in (1, -1)]
         ends = states(judge, name, moved, p)[:, :3]
         slopes = (ends[0::2] - ends[1::2]).T / (2 * STEP)
@@ -438,21 +415,24 @@ def test_the_jacobian_of_a_run_is_that_of_differences(judge: Integrator) -> None
 
 TWO_STOPS = {"beta_1": 9, "delta_2": 0.3, "s": 0.1, "alpha": 2.2, "alpha_low": -1.2, "D": 0.45}
 PULSED = {
-    "two stops": scenes.prototype.Parameters(**MIRRORED | TWO_STOPS),
-    "half": scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9),
-    "half at rest": scenes.prototype.Parameters(**MIRRORED, alpha=0.1, alpha_low=-0.1),
-    "rest that an edge breaks": scenes.reaction_pulse.Parameters(alpha=0.8, alpha_low=-0.72, D=0.4),
+    "two stops": cs.scenes.prototype.Parameters(**MIRRORED | TWO_STOPS),
+    "half": cs.scenes.prototype.Parameters(**MIRRORED, alpha=0.9, alpha_low=-0.9),
+    "half at rest": cs.scenes.prototype.Parameters(**MIRRORED, alpha=0.1, alpha_low=-0.1),
+    "rest that an edge breaks": cs.scenes.reaction_pulse.Parameters(
+        alpha=0.8, alpha_low=-0.72, D=0.4
+    ),
 }
 
 
 @lru_cache
-def pulsed(name: str) -> Orbit:
-    orbit = solve_orbit(PULSED[name])
+def pulsed(name: str) -> cs.Orbit:
+    orbit = cs.solve_orbit(PULSED[name])
     assert orbit.success, orbit.message
-    return (half_orbit(orbit) or orbit) if name.startswith("half") else orbit
+    return (cs.half_orbit(orbit) or orbit) if name.startswith("half") else orbit
 
 
-@pytest.mark.parametrize("name", PULSED)
+@sampled
+@pytest.mark.parametrize("name", some(PULSED, 2))
 def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit(name: str) -> None:
     """Also of halves, whose images are at the other level, and begun at each of their segments."""
     orbit = pulsed(name)
@@ -473,17 +453,18 @@ def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit(name: str) -
                 assert one == pytest.approx(other, abs=1e-14 * (1 + abs(other).max())), kind
 
 
-@pytest.mark.parametrize("name", PULSED)
+@sampled
+@pytest.mark.parametrize("name", some(PULSED, 2))
 def test_the_core_solves_a_pulsed_orbit_as_fifty_digits_do_and_the_integrator_closes_it(
     name: str, judge: Integrator
 ) -> None:
     z = pulsed(name).z + 1e-4 * np.random.default_rng(1).normal(size=len(pulsed(name).z))
-    found = solve_itinerary(pulsed(name).parameters, pulsed(name).itinerary, list(z))
+    found = cs.solve_itinerary(pulsed(name).parameters, pulsed(name).itinerary, list(z))
     assert found.success
     exact = found.refined()
     assert exact.success
     assert found.z == pytest.approx(exact.z.astype(float), abs=1e-12)
-    whole = whole_orbit(found)
+    whole = cs.whole_orbit(found)
     run, p = whole.trajectory(), whole.parameters
     x = np.array(run(p.period if run.origin[0].phase else 0.0), dtype=float)
     start, periods = Start(p.to_dict(), tuple(x.tolist()), 0.0), whole.itinerary.period_number
@@ -499,8 +480,8 @@ def test_a_slip_after_rest_that_an_edge_breaks_has_one_zero_at_its_start() -> No
 
 
 def test_an_itinerary_has_two_edges_a_period() -> None:
-    with pytest.raises(InvalidInput, match="half the number of edges of the drive, here 2"):
-        Itinerary.parse("F1 F7", 2, scenes.reaction_pulse)
+    with pytest.raises(cs.InvalidInput, match="half the number of edges of the drive, here 2"):
+        cs.Itinerary.parse("F1 F7", 2, cs.scenes.reaction_pulse)
 
 
 PEAKS = {"reaction": {}, "reaction_pulse": {"alpha": 1.8, "alpha_low": -0.1, "omega": 0.6}}
@@ -512,10 +493,10 @@ def test_peaks_of_a_drive_that_reacts_are_those_of_fifty_digits_and_of_samples(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By the core, and by the expansions of the reference map, which has none of its extrema."""
-    orbit = solve_orbit(getattr(scenes, name).Parameters(**PEAKS[name]))
-    found, exact = performance(orbit), performance(orbit.refined())
+    orbit = cs.solve_orbit(getattr(cs.scenes, name).Parameters(**PEAKS[name]))
+    found, exact = cs.performance(orbit), cs.performance(orbit.refined())
     monkeypatch.setattr(extrema, "_by_core", lambda *_: None)
-    without = performance(orbit)
+    without = cs.performance(orbit)
     run, p = orbit.trajectory(), orbit.parameters.to_dict()
     begin = float(run.origin[0].phase)
     x = run(begin + orbit.parameters.period * np.linspace(0, 1, 20_001))
@@ -531,13 +512,13 @@ def test_peaks_of_a_drive_that_reacts_are_those_of_fifty_digits_and_of_samples(
 
 def test_an_orbit_that_begins_at_the_stop_behind_does_not_depend_on_the_one_in_front() -> None:
     """Its start is held to the surface of the stop that it begins at."""
-    p = scenes.prototype.Parameters(
+    p = cs.scenes.prototype.Parameters(
         alpha=0.6557658209124334, D=0.5, omega=0.3189276737630118, delta_1=2.68, delta_2=0.02,
         zeta=0.05, beta_1=30, beta_2=1.5, gamma=2.2539, s=0.011889, f_plus=0.8943, f_minus=1.4997,
     )  # fmt: skip
-    orbit = solve_orbit(p)
+    orbit = cs.solve_orbit(p)
     assert orbit.itinerary.fields[0] == 17
-    found, far = performance(orbit), performance(solve_orbit(p.replace(delta_1=2.5)))
+    found, far = cs.performance(orbit), cs.performance(cs.solve_orbit(p.replace(delta_1=2.5)))
     assert found.work.gradient["delta_1"] == 0
     assert found.work.value == pytest.approx(far.work.value, rel=1e-12)
 
@@ -550,20 +531,21 @@ DRAGGED = [
 ]
 
 
-@pytest.mark.parametrize(("name", "changes", "parameter", "limit", "way"), DRAGGED)
+@sampled
+@pytest.mark.parametrize(("name", "changes", "parameter", "limit", "way"), some(DRAGGED, 1))
 def test_where_the_mean_force_exceeds_friction_the_device_is_dragged(
     name: str, changes: dict[str, float], parameter: str, limit: float, way: int, judge: Integrator
 ) -> None:
     """The integrator's momentum grows by the excess times the time, and branches end before."""
-    scene: Scene = getattr(scenes, name)
+    scene: Scene = getattr(cs.scenes, name)
     begin, beyond = scene.Parameters(**changes), limit * 1.5
-    found = continue_orbit(solve_orbit(begin), parameter, beyond, points=10)
-    assert (found.status, found.success) == (Ending.DRAGGED, False)
+    found = cs.continue_orbit(cs.solve_orbit(begin), parameter, beyond, points=10)
+    assert (found.status, found.success) == (cs.Ending.DRAGGED, False)
     assert "reaches friction" in found.message
     assert found.bifurcations[-1].value == pytest.approx(limit, rel=1e-12)
     assert len(found.points) < 200
     past = begin.replace(**{parameter: beyond})
-    none = solve_orbit(past)
+    none = cs.solve_orbit(past)
     assert none.status == "not-periodic"
     assert f"drags the device {'forward' if way > 0 else 'backward'}" in none.message
     start = Start(past.to_dict(), (0.0, 0.0, 0.0), 0.0)
@@ -578,7 +560,7 @@ def test_where_the_mean_force_exceeds_friction_the_device_is_dragged(
 
 def test_a_mean_force_at_the_bound_drags_nothing_however_large_its_terms() -> None:
     """.76 x 33.1 - .24 x 104.775 + .14 is .15, but for the roundings of what cancels."""
-    p = scenes.prototype.Parameters(
+    p = cs.scenes.prototype.Parameters(
         D=0.76, alpha=33.1, alpha_low=-104.775, s=-0.14, f_plus=0.15, f_minus=1
     )
     assert dragged(p) == ""
@@ -587,5 +569,5 @@ def test_a_mean_force_at_the_bound_drags_nothing_however_large_its_terms() -> No
 
 def test_a_drive_that_reacts_drags_nothing() -> None:
     """Its force on both bodies together is 0, whatever its mean."""
-    assert dragged(scenes.reaction_pulse.Parameters(alpha=9, alpha_low=8, D=0.9)) == ""
-    assert solve_orbit(parameters("reaction_pulse", alpha=3, alpha_low=2.5)).success
+    assert dragged(cs.scenes.reaction_pulse.Parameters(alpha=9, alpha_low=8, D=0.9)) == ""
+    assert cs.solve_orbit(parameters("reaction_pulse", alpha=3, alpha_low=2.5)).success

@@ -6,16 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capsule_sym import (
-    OrbitStatus,
-    Parameters,
-    SteadyMotion,
-    Trajectory,
-    floquet_multipliers,
-    is_admissible,
-    simulate,
-    solve_orbit,
-)
+import capsule_sym as cs
 
 PERIODS = 2000
 STEP = 1e-7  # of the differences
@@ -25,9 +16,9 @@ LOW, HIGH = (0.02, 0.3, 0.0, 0.005, 0.0, 0.3), (5.0, 3.0, 1.5, 0.2, 30.0, 10.0)
 # Motions with a flight longer than an excitation period, and one with a period multiplier of -0.95,
 # of which twice the turn repeats sooner.
 FLIGHTS = {
-    "two periods": Parameters(0.1, 2.8, 0.0, 0.025, 3.0, 3.0),
-    "two hits in two periods": Parameters(0.76, 0.8, 1.26, 0.01, 29.0, 3.3, 1e6),
-    "slides between flights": Parameters(
+    "two periods": cs.Parameters(0.1, 2.8, 0.0, 0.025, 3.0, 3.0),
+    "two hits in two periods": cs.Parameters(0.76, 0.8, 1.26, 0.01, 29.0, 3.3, 1e6),
+    "slides between flights": cs.Parameters(
         4.1455232343479365,
         2.803550197212714,
         0.4949617471725918,
@@ -35,7 +26,7 @@ FLIGHTS = {
         4.850904031497997,
         3.1688536259328246,
     ),
-    "alternating": Parameters(
+    "alternating": cs.Parameters(
         4.274164338571364,
         2.666222277925314,
         0.8319970666697113,
@@ -46,17 +37,17 @@ FLIGHTS = {
 }
 
 
-def random_capsules(count: int, seed: int) -> list[Parameters]:
+def random_capsules(count: int, seed: int) -> list[cs.Parameters]:
     """Capsules over the ranges of the battery; alpha and zeta by their logarithms."""
     low, high = np.array(LOW), np.array(HIGH)
     shares = np.random.default_rng(seed).random((count, 6))
     rows = low + shares * (high - low)
     for column in (0, 3):
         rows[:, column] = low[column] * (high[column] / low[column]) ** shares[:, column]
-    return [Parameters(*row) for row in rows.tolist()]
+    return [cs.Parameters(*row) for row in rows.tolist()]
 
 
-def differences(run: Trajectory, motion: SteadyMotion) -> NDArray[np.float64]:
+def differences(run: cs.Trajectory, motion: cs.SteadyMotion) -> NDArray[np.float64]:
     """The derivative of the map over the motion's periods, by central differences of runs.
 
     Where the capsule sticks at phase 0, that of (x_r, v_r): a deviation in v_c dies at once.
@@ -69,25 +60,25 @@ def differences(run: Trajectory, motion: SteadyMotion) -> NDArray[np.float64]:
         for side in (1, -1):
             state = end.copy()
             state[i] += side * STEP
-            later = simulate(run.parameters, state.tolist(), periods=motion.period_number)
+            later = cs.simulate(run.parameters, state.tolist(), periods=motion.period_number)
             ends.append(np.array(later.final[1], dtype=float))
         columns.append((ends[0] - ends[1])[:size] / (2 * STEP))
     return np.array(columns).T
 
 
-def check(parameters: Parameters) -> bool:
+def check(parameters: cs.Parameters) -> bool:
     """True if a run settles; its motion then has to be the orbit found."""
-    run = simulate(parameters, periods=PERIODS)
+    run = cs.simulate(parameters, periods=PERIODS)
     motion = run.steady()
     if motion is None:
         return False
-    orbit = solve_orbit(parameters, periods=PERIODS)
+    orbit = cs.solve_orbit(parameters, periods=PERIODS)
     assert orbit.success, orbit.message
-    assert is_admissible(orbit)
+    assert cs.is_admissible(orbit)
     assert orbit.itinerary.rotated(orbit.itinerary.first).names == motion.itinerary, parameters
     assert orbit.itinerary.period_number == motion.period_number, parameters
     assert float(orbit.progression) == pytest.approx(motion.progression, abs=1e-7), parameters
-    matrix, values = differences(run, motion), floquet_multipliers(orbit)
+    matrix, values = differences(run, motion), cs.floquet_multipliers(orbit)
     # Sum and product, and not the multipliers themselves, which may be double.
     assert np.trace(matrix) == pytest.approx(values.sum().real, abs=1e-5), parameters
     if len(matrix) == 2:
@@ -100,7 +91,7 @@ def check(parameters: Parameters) -> bool:
 @pytest.mark.parametrize("name", FLIGHTS)
 def test_a_motion_with_long_flights_is_found(name: str) -> None:
     assert check(FLIGHTS[name])
-    orbit = solve_orbit(FLIGHTS[name])
+    orbit = cs.solve_orbit(FLIGHTS[name])
     flight = max(float(h) for h in orbit.durations) / orbit.parameters.period
     assert flight > 1 or name == "alternating"
 
@@ -116,16 +107,16 @@ def test_whatever_random_runs_settle_on_is_found() -> None:
 
 def test_not_found_names_what_was_tried() -> None:
     # Undamped and without contact the response keeps its beat for ever.
-    parameters = Parameters(alpha=0.3, omega=0.8, delta=5.0, zeta=0.0, f_b=10.0)
-    found = solve_orbit(parameters, periods=100)
+    parameters = cs.Parameters(alpha=0.3, omega=0.8, delta=5.0, zeta=0.0, f_b=10.0)
+    found = cs.solve_orbit(parameters, periods=100)
     assert not found.success
-    assert found.status is OrbitStatus.NOT_PERIODIC
+    assert found.status is cs.OrbitStatus.NOT_PERIODIC
     assert "the run from (0.0, 0.0, 0.0) at phase 0.0 has not settled within 100" in found.message
     assert "on a motion of at most 16; tried F2 over 1" in found.message
     assert "\n" not in found.message
 
 
 def test_a_run_too_short_for_a_switch_is_typed() -> None:
-    found = solve_orbit(Parameters(alpha=0.01, delta=1.0), periods=1)
+    found = cs.solve_orbit(cs.Parameters(alpha=0.01, delta=1.0), periods=1)
     assert not found.success
     assert "repeats no itinerary" in found.message

@@ -12,17 +12,7 @@ import pytest
 from mpmath import mp
 from numpy.typing import NDArray
 
-from capsule_sym import (
-    InvalidInput,
-    Orbit,
-    Parameters,
-    Status,
-    floquet_multipliers,
-    jacobian,
-    lyapunov_exponents,
-    monodromy_matrix,
-    simulate,
-)
+import capsule_sym as cs
 from capsule_sym._native import watch
 from capsule_sym._orbits.shooting import stability
 from capsule_sym._orbits.shooting.stability import field
@@ -33,11 +23,11 @@ ALPHAS = (1.9, 1.5, 1.2, 0.7, 0.45)
 MOST_LONG = [*ALPHAS[:2], *(pytest.param(a, marks=pytest.mark.long) for a in ALPHAS[2:])]
 
 
-def at_phase_0(orbit: Orbit) -> tuple[list[float], int]:
+def at_phase_0(orbit: cs.Orbit) -> tuple[list[float], int]:
     """State of the orbit at phase 0, and how many directions it can be moved in: 2 in stick."""
-    run = simulate(orbit.parameters, list(orbit.z[:3]), orbit.z[3] / orbit.parameters.omega, 1)
+    run = cs.simulate(orbit.parameters, list(orbit.z[:3]), orbit.z[3] / orbit.parameters.omega, 1)
     state = [float(value) for value in run.final[1]]
-    assert simulate(orbit.parameters, state, 0.0, 1).final[1] == pytest.approx(state, abs=1e-13)
+    assert cs.simulate(orbit.parameters, state, 0.0, 1).final[1] == pytest.approx(state, abs=1e-13)
     return state, 2 if state[2] == 0.0 else 3
 
 
@@ -63,16 +53,16 @@ def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
     state, size = at_phase_0(orbit)
 
     def final(start: list[float]) -> list[Any]:
-        return list(simulate(orbit.parameters, start, periods=1, backend="mpmath").final[1])
+        return list(cs.simulate(orbit.parameters, start, periods=1, backend="mpmath").final[1])
 
     # The starts are doubles, used exactly; a central difference is off by the step squared.
     with mp.workdps(60):
         slopes = differences(final, state, size, 2.0**-24).astype(float)
-    exact = jacobian(simulate(orbit.parameters, state, periods=1))
+    exact = cs.jacobian(cs.simulate(orbit.parameters, state, periods=1))
     assert np.max(abs(slopes - exact[:, :size])) < 1e-12 * np.max(abs(exact))
     found = np.linalg.eigvals(exact[:size, :size])
     found = found[np.argsort(-abs(found), kind="stable")]
-    assert np.sort_complex(floquet_multipliers(orbit)[:size]) == pytest.approx(
+    assert np.sort_complex(cs.floquet_multipliers(orbit)[:size]) == pytest.approx(
         np.sort_complex(found), abs=1e-13
     )
 
@@ -91,12 +81,12 @@ def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
     first = system.flows[0]
     speed = field(first.c, first.start, math.cos(first.angle))
     expected = end - np.outer(speed, h_by.sum(axis=0))
-    assert np.max(abs(monodromy_matrix(orbit) - expected)) < 1e-11 * np.max(abs(expected))
+    assert np.max(abs(cs.monodromy_matrix(orbit) - expected)) < 1e-11 * np.max(abs(expected))
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_stick_takes_one_multiplier_away(alpha: float) -> None:
-    values = floquet_multipliers(settled(alpha=alpha))
+    values = cs.floquet_multipliers(settled(alpha=alpha))
     assert (values[2] == 0) == (alpha < 1.7)
     assert abs(values[0]) < 1
 
@@ -110,39 +100,39 @@ def test_multipliers_of_stick_are_those_of_the_oscillator() -> None:
         cmath.exp(root * parameters.period),
         cmath.exp(root.conjugate() * parameters.period),
     ]
-    assert np.sort_complex(floquet_multipliers(orbit)[:2]) == pytest.approx(
+    assert np.sort_complex(cs.floquet_multipliers(orbit)[:2]) == pytest.approx(
         np.sort_complex(expected)
     )
-    assert floquet_multipliers(orbit)[2] == 0
+    assert cs.floquet_multipliers(orbit)[2] == 0
 
 
 @pytest.mark.parametrize("alpha", MOST_LONG)
 def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> None:
     orbit = settled(alpha=alpha)
     state, _ = at_phase_0(orbit)
-    run = simulate(orbit.parameters, state, periods=400)
+    run = cs.simulate(orbit.parameters, state, periods=400)
     with np.errstate(divide="ignore"):
-        expected = np.log(abs(floquet_multipliers(orbit))) / orbit.parameters.period
+        expected = np.log(abs(cs.floquet_multipliers(orbit))) / orbit.parameters.period
     # The contribution of the first periods decays as one over the run's length.
-    assert lyapunov_exponents(run).values == pytest.approx(expected, abs=2e-3)
-    assert lyapunov_exponents(run, transient=100).values == pytest.approx(expected, abs=2e-3)
+    assert cs.lyapunov_exponents(run).values == pytest.approx(expected, abs=2e-3)
+    assert cs.lyapunov_exponents(run, transient=100).values == pytest.approx(expected, abs=2e-3)
 
 
 def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> None:
-    parameters = Parameters(alpha=2.5, omega=3.0, delta=0.2, zeta=0.01, beta=50.0, gamma=3.0)
-    state = np.array(simulate(parameters, periods=100).final[1])
+    parameters = cs.Parameters(alpha=2.5, omega=3.0, delta=0.2, zeta=0.01, beta=50.0, gamma=3.0)
+    state = np.array(cs.simulate(parameters, periods=100).final[1])
     periods, distance, parted = 150, 1e-8, 0.0
-    run = simulate(parameters, state.tolist(), periods=periods)
+    run = cs.simulate(parameters, state.tolist(), periods=periods)
     along = np.array([1.0, 0.0, 0.0])
     for mark in run.stroboscopic[1:]:
         ends = [
-            np.array(simulate(parameters, (state + side * along).tolist(), periods=1).final[1])
+            np.array(cs.simulate(parameters, (state + side * along).tolist(), periods=1).final[1])
             for side in (distance / 2, -distance / 2)
         ]
         apart = ends[0] - ends[1]
         parted += math.log(np.linalg.norm(apart) / distance)
         state, along = np.array(mark), apart / np.linalg.norm(apart)
-    largest = lyapunov_exponents(run).values[0] * periods * parameters.period
+    largest = cs.lyapunov_exponents(run).values[0] * periods * parameters.period
     assert largest > 10
     # The first vector of a frame that starts with the same direction grows alike.
     assert largest == pytest.approx(parted, abs=0.01)
@@ -152,31 +142,33 @@ def test_exponents_at_a_time_limit_are_those_of_what_was_passed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """By a clock that every look at it puts forward by a second, and one look a matrix or more."""
-    run = simulate(Parameters(alpha=0.005), periods=10**9)  # at rest for ever, but for its start
+    run = cs.simulate(
+        cs.Parameters(alpha=0.005), periods=10**9
+    )  # at rest for ever, but for its start
     clock = iter(range(10**6))
     monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
-    found = lyapunov_exponents(run, max_seconds=2000)
-    assert (found.status, found.success) == (Status.TIME_LIMIT, False)
+    found = cs.lyapunov_exponents(run, max_seconds=2000)
+    assert (found.status, found.success) == (cs.Status.TIME_LIMIT, False)
     assert found.message == "the exponents are of the part within the time limit"
     assert 500 < found.time / run.parameters.period < 2000
     assert found.values[:2] == pytest.approx([-0.05, -0.05], abs=1e-4)
-    none = lyapunov_exponents(run, max_seconds=0.5)
-    assert (none.status, none.time) == (Status.TIME_LIMIT, 0.0)
+    none = cs.lyapunov_exponents(run, max_seconds=0.5)
+    assert (none.status, none.time) == (cs.Status.TIME_LIMIT, 0.0)
     assert np.isnan(none.values).all()
 
 
 def test_a_derivative_is_not_given_where_there_is_no_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = simulate(Parameters(alpha=0.005), periods=10**9)
+    run = cs.simulate(cs.Parameters(alpha=0.005), periods=10**9)
     clock = iter(range(10**6))
     monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
-    assert np.isnan(jacobian(run, max_seconds=2000)).all()
-    short = simulate(Parameters(), periods=2)
-    assert np.array_equal(jacobian(short, max_seconds=2000), jacobian(short))
+    assert np.isnan(cs.jacobian(run, max_seconds=2000)).all()
+    short = cs.simulate(cs.Parameters(), periods=2)
+    assert np.array_equal(cs.jacobian(short, max_seconds=2000), cs.jacobian(short))
 
 
 def test_exponents_of_a_long_rest_do_not_underflow() -> None:
-    run = simulate(Parameters(alpha=0.005), periods=3000)
-    assert lyapunov_exponents(run).values[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
+    run = cs.simulate(cs.Parameters(alpha=0.005), periods=3000)
+    assert cs.lyapunov_exponents(run).values[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
 
 
 def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
@@ -190,16 +182,16 @@ def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
             cosine = math.cos(flow.angle + flow.c.omega * flow.h)
             before = field(flow.c, flow.end, cosine)[2]
             contraction *= field(following.c, flow.end, cosine)[2] / before
-    assert np.linalg.det(monodromy_matrix(orbit)) == pytest.approx(contraction, rel=1e-12)
+    assert np.linalg.det(cs.monodromy_matrix(orbit)) == pytest.approx(contraction, rel=1e-12)
 
 
 def test_without_saltation_the_monodromy_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     orbit = settled(alpha=1.9).refined()
-    right = monodromy_matrix(orbit)
+    right = cs.monodromy_matrix(orbit)
     monkeypatch.setattr(stability, "saltation_matrix", lambda *_: np.eye(3))
-    assert np.max(abs(monodromy_matrix(orbit) - right)) > 0.01
+    assert np.max(abs(cs.monodromy_matrix(orbit) - right)) > 0.01
 
 
 def test_transient_longer_than_the_run_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="transient"):
-        lyapunov_exponents(simulate(Parameters(), periods=3), transient=10)
+    with pytest.raises(cs.InvalidInput, match="transient"):
+        cs.lyapunov_exponents(cs.simulate(cs.Parameters(), periods=3), transient=10)

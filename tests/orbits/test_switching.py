@@ -10,15 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Branch,
-    Ending,
-    InvalidInput,
-    Orbit,
-    continue_from,
-    continue_orbit,
-    period_doubling_cascade,
-)
+import capsule_sym as cs
 from capsule_sym._orbits.continuation.branches import continuing
 from capsule_sym._orbits.continuation.points.kinds import FOLD, PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.records import branch_record
@@ -28,22 +20,23 @@ from tests.orbits.branches import hysteretic, settled, upwards
 
 
 @lru_cache
-def light() -> Branch:
+def light() -> cs.Branch:
     """A lightly damped branch with one period doubling."""
-    return continue_orbit(settled(alpha=0.03, zeta=0.005), "alpha", 0.3, points=20)
+    return cs.continue_orbit(settled(alpha=0.03, zeta=0.005), "alpha", 0.3, points=20)
 
 
-def difference(orbit: Orbit) -> float:
+def difference(orbit: cs.Orbit) -> float:
     """Distance of the states at the start of two excitation periods."""
     run, period = orbit.trajectory(), orbit.parameters.period
     begin = float(run.origin[0].phase)
     return float(np.linalg.norm(run(begin) - run(begin + period)))
 
 
+@pytest.mark.long
 def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
     doubling = light().at("PD1")
     assert doubling.value == pytest.approx(0.04290361839719182, abs=1e-13)
-    kept, doubled = continue_from(light(), "PD1", 0.045, points=10)
+    kept, doubled = cs.continue_from(light(), "PD1", 0.045, points=10)
     assert (kept.origin, doubled.origin) == ("PD1.1", "PD1.2")
     assert kept.points[-1].orbit.itinerary.period_number == 1
     assert abs(kept.points[-1].multipliers[0]) > 1
@@ -56,15 +49,16 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
     assert max(ratios) < 1.05 * min(ratios)
     # On the side without stable doubled orbits only the branch itself continues.
     assert [
-        one.points[-1].orbit.itinerary.period_number for one in continue_from(light(), "PD1", 0.04)
+        one.points[-1].orbit.itinerary.period_number
+        for one in cs.continue_from(light(), "PD1", 0.04)
     ] == [1]
 
 
 @pytest.mark.long
 def test_a_doubled_branch_says_where_it_arrives() -> None:
     first = hysteretic()
-    (one,) = period_doubling_cascade(first, 1, points=20)
-    assert (one.origin, one.status) == ("PD1", Ending.PERIOD_HALVED)
+    (one,) = cs.period_doubling_cascade(first, 1, points=20)
+    assert (one.origin, one.status) == ("PD1", cs.Ending.PERIOD_HALVED)
     assert one.message.endswith("PD2 of the first branch")
     end, known = one.bifurcations[-1], first.at("PD2")
     assert end.type == PERIOD_DOUBLING
@@ -73,36 +67,37 @@ def test_a_doubled_branch_says_where_it_arrives() -> None:
     omega = (first.at("PD1").value + known.value) / 2
     orbit = settled(alpha=1.2, beta=10.0, omega=omega)
     assert orbit.itinerary.period_number == 2
-    (_, there) = continue_from(first, "PD1", omega, points=10)
+    (_, there) = cs.continue_from(first, "PD1", omega, points=10)
     assert same(there.points[-1].orbit, orbit)
 
 
 def test_a_fold_is_left_on_both_sides_of_it() -> None:
     fold = hysteretic().at("FO1")
-    found = continue_from(hysteretic(), "FO1", 0.86522, points=4)
+    found = cs.continue_from(hysteretic(), "FO1", 0.86522, points=4)
     assert len(found) == 2
     norms = sorted(abs(one.points[0].multipliers[0]) for one in found)
     assert norms[0] < 1 < norms[1]
-    with pytest.raises(InvalidInput, match="no branch starts at FO1 that way"):
-        continue_from(hysteretic(), "FO1", fold.value + 0.01)
+    with pytest.raises(cs.InvalidInput, match="no branch starts at FO1 that way"):
+        cs.continue_from(hysteretic(), "FO1", fold.value + 0.01)
 
 
+@pytest.mark.long
 def test_every_border_collision_is_left_to_the_words_on_its_sides() -> None:
     branch = upwards(3.3)
     for one in branch.bifurcations:
         for side, itinerary in ((-1e-3, one.itinerary_before), (1e-3, one.itinerary_after)):
-            (found,) = continue_from(branch, one.label, one.value + side, points=1)
-            assert found.status is Ending.REACHED
+            (found,) = cs.continue_from(branch, one.label, one.value + side, points=1)
+            assert found.status is cs.Ending.REACHED
             assert str(found.points[0].orbit.itinerary) == str(itinerary), (one.label, side)
 
 
 def test_a_symmetric_motion_is_gone_on_from_in_pairs() -> None:
-    branch = continue_orbit(settled(alpha=0.3, delta=1.2), "alpha", 0.5, points=5)
+    branch = cs.continue_orbit(settled(alpha=0.3, delta=1.2), "alpha", 0.5, points=5)
     for label, side, itinerary in (("AS1", 0.01, "F2 F1 F2 F3"), ("AS1", -0.01, "F2")):
         to = branch.at(label).value + side
-        (found,) = continue_from(branch, label, to, points=1)
+        (found,) = cs.continue_from(branch, label, to, points=1)
         assert str(found.points[-1].orbit.itinerary) == itinerary
-    (found,) = continue_from(branch, "GR1", 0.3, points=2)
+    (found,) = cs.continue_from(branch, "GR1", 0.3, points=2)
     assert [one.label for one in found.bifurcations] == ["AS1"]
     known = branch.at("AS1")
     assert abs(found.at("AS1").value - known.value) <= 2 * known.uncertainty + 1e-14
@@ -116,7 +111,7 @@ def test_labels_count_each_type_and_name_the_ends() -> None:
     assert branch.at("FO2").type == FOLD
     assert branch.at("EP1") is branch.points[0]
     assert branch.at("EP2") is branch.points[-1]
-    with pytest.raises(InvalidInput, match=r"label = 'PD9': must be one of GS1, BI1,"):
+    with pytest.raises(cs.InvalidInput, match=r"label = 'PD9': must be one of GS1, BI1,"):
         branch.at("PD9")
 
 
@@ -129,8 +124,8 @@ def file(tmp_path_factory) -> Path:
 
 @pytest.mark.parametrize("label", ["PD1", "EP2"])
 def test_a_file_goes_on_as_its_branch_does(file: Path, label: str) -> None:
-    from_file = continue_from(file, label, 0.035, points=2)
-    from_branch = continue_from(light(), label, 0.035, points=2)
+    from_file = cs.continue_from(file, label, 0.035, points=2)
+    from_branch = cs.continue_from(light(), label, 0.035, points=2)
     for one, other in zip(from_file, from_branch, strict=True):
         assert one.origin == other.origin
         assert one.origin.split(".")[0] == label
@@ -138,62 +133,62 @@ def test_a_file_goes_on_as_its_branch_does(file: Path, label: str) -> None:
 
 
 def test_another_parameter_can_be_gone_on_in(file: Path) -> None:
-    for one in continue_from(file, "PD1", 0.02, parameter="zeta", points=2):
+    for one in cs.continue_from(file, "PD1", 0.02, parameter="zeta", points=2):
         assert one.parameter == "zeta"
         assert one.points[-1].orbit.parameters.alpha == light().at("PD1").value
         assert one.points[-1].value == pytest.approx(0.02)
 
 
 def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> None:
-    (doubled,) = period_doubling_cascade(light(), 1, points=20)
+    (doubled,) = cs.period_doubling_cascade(light(), 1, points=20)
     path = tmp_path / "branch.json"
     path.write_text(dumps(branch_record(light(), [doubled])))
     known = doubled.bifurcations[0]
     to = known.value - 1e-3
     for one, other in zip(
-        continue_from(path, f"PD1/{known.label}", to, points=2),
-        continue_from(doubled, known.label, to, points=2),
+        cs.continue_from(path, f"PD1/{known.label}", to, points=2),
+        cs.continue_from(doubled, known.label, to, points=2),
         strict=True,
     ):
         assert one.points[-1].orbit.itinerary.period_number == 2
         assert one.points[-1].orbit.z == pytest.approx(other.points[-1].orbit.z, abs=1e-10)
-    with pytest.raises(InvalidInput, match=r"PD1/EP2"):
-        continue_from(path, "PD7", to)
+    with pytest.raises(cs.InvalidInput, match=r"PD1/EP2"):
+        cs.continue_from(path, "PD7", to)
 
 
 def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(continuing, "_doubled", lambda *_: None)
-    (lost,) = period_doubling_cascade(light(), 1)
-    assert (lost.origin, lost.status, lost.points) == ("PD1", Ending.NOT_CONVERGED, ())
+    (lost,) = cs.period_doubling_cascade(light(), 1)
+    assert (lost.origin, lost.status, lost.points) == ("PD1", cs.Ending.NOT_CONVERGED, ())
     assert lost.message == "no doubled orbit is found beside PD1"
     assert json.loads(dumps(branch_record(light(), [lost])))["switched"][0]["points"] == []
 
 
 def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
-    without = continue_orbit(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
-    (found,) = continue_from(without, "EP2", 0.5, parameter="beta", points=4)
-    assert found.status is Ending.REACHED
+    without = cs.continue_orbit(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
+    (found,) = cs.continue_from(without, "EP2", 0.5, parameter="beta", points=4)
+    assert found.status is cs.Ending.REACHED
     assert same(found.points[-1].orbit, settled(alpha=0.6, beta=0.5))
-    slipping = continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
-    with pytest.raises(InvalidInput, match="label = 'AS1': must be EP1 or EP2 if beta varies"):
-        continue_from(slipping, "AS1", 0.5, parameter="beta")
+    slipping = cs.continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
+    with pytest.raises(cs.InvalidInput, match="label = 'AS1': must be EP1 or EP2 if beta varies"):
+        cs.continue_from(slipping, "AS1", 0.5, parameter="beta")
 
 
 def test_what_does_not_change_with_the_parameter_is_told() -> None:
     # Without contact the stiffness of the second spring is all the same.
-    branch = continue_orbit(settled(alpha=0.3, delta=1.2), "alpha", 0.4, points=4)
-    with pytest.raises(InvalidInput, match="a point from which a branch in"):
-        continue_from(branch, "AS1", 2.0, parameter="beta")
+    branch = cs.continue_orbit(settled(alpha=0.3, delta=1.2), "alpha", 0.4, points=4)
+    with pytest.raises(cs.InvalidInput, match="a point from which a branch in"):
+        cs.continue_from(branch, "AS1", 2.0, parameter="beta")
 
 
 def test_functions_that_no_file_holds_are_asked_for_again(tmp_path: Path) -> None:
     ties = {"alpha": lambda omega: 1.25 * omega}
-    branch = continue_orbit(settled(alpha=0.625, omega=0.5), "omega", 0.52, points=2, ties=ties)
+    branch = cs.continue_orbit(settled(alpha=0.625, omega=0.5), "omega", 0.52, points=2, ties=ties)
     path = tmp_path / "branch.json"
     path.write_text(dumps(branch_record(branch)))
-    with pytest.raises(InvalidInput, match=r"ties = \['alpha'\]: must be given again"):
-        continue_from(path, "EP2", 0.54)
-    (found,) = continue_from(path, "EP2", 0.54, ties=ties, points=2)
+    with pytest.raises(cs.InvalidInput, match=r"ties = \['alpha'\]: must be given again"):
+        cs.continue_from(path, "EP2", 0.54)
+    (found,) = cs.continue_from(path, "EP2", 0.54, ties=ties, points=2)
     assert found.points[-1].orbit.parameters.alpha == pytest.approx(1.25 * 0.54)
 
 
@@ -226,11 +221,11 @@ def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp
         ),
     ):
         other.write_text(text)
-        with pytest.raises(InvalidInput, match=itineraries):
-            continue_from(other, "PD1", 0.1)
-    with pytest.raises(InvalidInput, match="readable"):
-        continue_from(tmp_path / "none.json", "PD1", 0.1)
-    with pytest.raises(InvalidInput, match=r"alpha = -1\.0: must be finite and >= 0"):
-        continue_from(file, "PD1", -1.0)
-    with pytest.raises(InvalidInput, match="one of PD1, EP1, EP2"):
-        continue_from(file, "GR1", 0.1)
+        with pytest.raises(cs.InvalidInput, match=itineraries):
+            cs.continue_from(other, "PD1", 0.1)
+    with pytest.raises(cs.InvalidInput, match="readable"):
+        cs.continue_from(tmp_path / "none.json", "PD1", 0.1)
+    with pytest.raises(cs.InvalidInput, match=r"alpha = -1\.0: must be finite and >= 0"):
+        cs.continue_from(file, "PD1", -1.0)
+    with pytest.raises(cs.InvalidInput, match="one of PD1, EP1, EP2"):
+        cs.continue_from(file, "GR1", 0.1)

@@ -12,42 +12,23 @@ import pytest
 from scipy.linalg import sqrtm
 from scipy.optimize import fsolve
 
-from capsule_sym import (
-    Branch,
-    Ending,
-    Itinerary,
-    Orbit,
-    Parameters,
-    continue_bifurcation,
-    continue_orbit,
-    floquet_multipliers,
-    half_orbit,
-    mirror_image,
-    monodromy_matrix,
-    simulate,
-    whole_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.families.family import Family
-from capsule_sym._orbits.continuation.points import extended
+from capsule_sym._orbits.continuation.points import extended, kinds
 from capsule_sym._orbits.continuation.points.extended import EventSolution, ExtendedSystem
-from capsule_sym._orbits.continuation.points.kinds import (
-    ADDING,
-    CORNER,
-    CROSSING,
-    DURATIONS,
-    GRAZING,
-)
 from capsule_sym._orbits.shooting.equations import ShootingSystem, shooting
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice
 
-SCENARIO = [ADDING, GRAZING, CROSSING, CROSSING, CORNER]
+pytestmark = pytest.mark.long
+
+SCENARIO = [kinds.ADDING, kinds.GRAZING, kinds.CROSSING, kinds.CROSSING, kinds.CORNER]
 
 
 @lru_cache
-def over_alpha(begin: float, end: float, **parameters: float) -> Branch:
-    return continue_orbit(settled(alpha=begin, **parameters), "alpha", end)
+def over_alpha(begin: float, end: float, **parameters: float) -> cs.Branch:
+    return cs.continue_orbit(settled(alpha=begin, **parameters), "alpha", end)
 
 
 def first_slip(omega: float, zeta: float, f_b: float = 1.0) -> float:
@@ -66,12 +47,12 @@ def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
     stick, sliding = (settled(alpha=alpha, delta=5.0) for alpha in (0.3, 0.6))
     assert len(stick.itinerary) == 1
     assert sliding.itinerary.cyclic.fields == (2, 1, 2, 3)
-    assert mirror_image(stick)
-    assert mirror_image(sliding)
+    assert cs.mirror_image(stick)
+    assert cs.mirror_image(sliding)
     # The second spring is on one side only; without stiffness it is on none.
-    assert not mirror_image(settled(alpha=0.6))
-    assert mirror_image(settled(alpha=0.6, beta=0.0))
-    assert not mirror_image(twice(sliding))
+    assert not cs.mirror_image(settled(alpha=0.6))
+    assert cs.mirror_image(settled(alpha=0.6, beta=0.0))
+    assert not cs.mirror_image(twice(sliding))
 
 
 @pytest.mark.parametrize(
@@ -79,7 +60,7 @@ def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
 )
 def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: float) -> None:
     branch = over_alpha(begin, end, delta=1.2)
-    assert branch.status is Ending.REACHED
+    assert branch.status is cs.Ending.REACHED
     found = sorted(branch.bifurcations, key=lambda one: one.value)
     assert [one.type for one in found] == SCENARIO
     assert [one.symmetry for one in found] == ["kept", "broken", "", "", ""]
@@ -90,9 +71,9 @@ def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: 
         itineraries = [one.itinerary_before, one.itinerary_after][:: 1 if end > begin else -1]
         flow = one.orbit.system.flows[0]
         for side, itinerary in zip((-1e-6, 1e-6), itineraries, strict=True):
-            parameters = Parameters(alpha=one.value + side, delta=1.2)
+            parameters = cs.Parameters(alpha=one.value + side, delta=1.2)
             phase = float(flow.angle) / parameters.omega % parameters.period
-            run = simulate(parameters, [float(v) for v in flow.start], phase, 200)
+            run = cs.simulate(parameters, [float(v) for v in flow.start], phase, 200)
             motion = run.steady(1e-9)
             assert motion is not None
             assert motion.itinerary == itinerary.cyclic.names, (one.type, side)
@@ -101,8 +82,8 @@ def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: 
 def test_what_never_sticks_is_reached_and_left() -> None:
     up, down = over_alpha(0.5, 1.5, delta=5.0), over_alpha(1.5, 0.5, delta=5.0)
     for branch in (up, down):
-        assert branch.status is Ending.REACHED
-        assert [one.type for one in branch.bifurcations] == [CROSSING]
+        assert branch.status is cs.Ending.REACHED
+        assert [one.type for one in branch.bifurcations] == [kinds.CROSSING]
     one, other = up.bifurcations[0], down.bifurcations[0]
     assert (str(one.itinerary_before), str(one.itinerary_after)) == ("F2 F1 F2 F3", "F1 F3")
     assert (str(other.itinerary_before), str(other.itinerary_after)) == ("F1 F3", "F2 F1 F2 F3")
@@ -116,7 +97,7 @@ def never_sticking() -> float:
     Half a period of drift is a linear system: its end is the reversed start. At the least amplitude
     the force of the spring is f_b where the drift begins.
     """
-    parameters = Parameters(delta=5.0)
+    parameters = cs.Parameters(delta=5.0)
     omega, zeta, gamma = parameters.omega, parameters.zeta, parameters.gamma
     half = np.pi / omega
     # x_r'' + (1 + 1/gamma)(x_r + 2 zeta v_r) = alpha cos(omega tau) + s f_b / gamma, s = sign v_c
@@ -148,8 +129,8 @@ def never_sticking() -> float:
 
 def test_a_spring_without_stiffness_does_not_matter() -> None:
     branch, far = over_alpha(0.1, 1.5, beta=0.0), over_alpha(0.1, 1.5, delta=50.0)
-    assert branch.status is far.status is Ending.REACHED
-    assert [one.type for one in branch.bifurcations] == [ADDING, CROSSING]
+    assert branch.status is far.status is cs.Ending.REACHED
+    assert [one.type for one in branch.bifurcations] == [kinds.ADDING, kinds.CROSSING]
     for one, other in zip(branch.bifurcations, far.bifurcations, strict=True):
         assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
     for point in branch.points[::10]:
@@ -161,8 +142,8 @@ def test_a_spring_without_stiffness_does_not_matter() -> None:
 def test_a_curve_of_pairs_is_the_closed_form() -> None:
     one = over_alpha(0.1, 2.0, delta=1.2).bifurcations[0]
     for second, ends in (("gamma", (1.0, 5.0)), ("zeta", (0.01, 0.3)), ("omega", (0.5, 1.5))):
-        curve = continue_bifurcation(one, second, ((0.05, 2.0), ends), points=8)
-        assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+        curve = cs.continue_bifurcation(one, second, ((0.05, 2.0), ends), points=8)
+        assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
         for point in curve.points:
             values = dict(zip(curve.parameters, point.values, strict=True))
             base = {"omega": one.orbit.parameters.omega, "zeta": one.orbit.parameters.zeta}
@@ -172,10 +153,10 @@ def test_a_curve_of_pairs_is_the_closed_form() -> None:
 
 def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> None:
     branch = over_alpha(0.1, 2.0, delta=1.2)
-    one = next(one for one in branch.bifurcations if one.type == CROSSING)
-    curve = continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
-    assert [m.types for m in curve.codimension_two] == [(CROSSING, GRAZING)]
+    one = next(one for one in branch.bifurcations if one.type == kinds.CROSSING)
+    curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
+    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert [m.types for m in curve.codimension_two] == [(kinds.CROSSING, kinds.GRAZING)]
     alpha, delta = curve.codimension_two[0].values
     assert alpha == pytest.approx(never_sticking(), abs=1e-12)
     orbit = settled(alpha=alpha - 1e-9, delta=50.0)
@@ -198,10 +179,10 @@ def test_it_does_so_however_durations_are_rounded(
         return replace(system, residual=residual, by_z=system.by_z * (1 + 2 * noise))
 
     branch = over_alpha(0.1, 2.0, delta=1.2)
-    one = next(one for one in branch.bifurcations if one.type == CROSSING)
+    one = next(one for one in branch.bifurcations if one.type == kinds.CROSSING)
     monkeypatch.setattr(extended, "shooting", rounded)
-    curve = continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
+    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
 
 
 def test_a_zero_of_rounding_beside_a_point_is_no_other_point(
@@ -215,11 +196,11 @@ def test_a_zero_of_rounding_beside_a_point_is_no_other_point(
     found: list[EventSolution | None] = []
 
     def ended(
-        family: Family, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
+        family: Family, orbit: cs.Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
     ) -> EventSolution | None:
         if orbit.itinerary.fields != (1, 4, 1, 2, 3, 2) or segments != (3, 5):
             return solved(family, orbit, names, segments)
-        beside = family.corrected_at(family.unknowns(orbit), DURATIONS + 1, 1.5e-5)
+        beside = family.corrected_at(family.unknowns(orbit), kinds.DURATIONS + 1, 1.5e-5)
         assert beside is not None
         at, free = beside.at.orbit, tuple(axis.path for axis in family.axes)
         system = ExtendedSystem(family.numbers, at.values, free, at.itinerary, segments)
@@ -228,24 +209,24 @@ def test_a_zero_of_rounding_beside_a_point_is_no_other_point(
         return found[-1]
 
     branch = over_alpha(0.1, 2.0, delta=1.2)
-    one = next(one for one in branch.bifurcations if one.type == CROSSING)
+    one = next(one for one in branch.bifurcations if one.type == kinds.CROSSING)
     monkeypatch.setattr(Family, "solved", ended)
-    curve = continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
+    curve = cs.continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
     assert found[0] is not None
-    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
-    assert [m.types for m in curve.codimension_two] == [(CROSSING, GRAZING)]
+    assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
+    assert [m.types for m in curve.codimension_two] == [(kinds.CROSSING, kinds.GRAZING)]
 
 
 def test_half_a_motion_has_the_equations_of_the_whole() -> None:
     for orbit in (settled(alpha=a, delta=5.0) for a in (0.3, 0.6, 1.5)):
-        half = half_orbit(orbit)
+        half = cs.half_orbit(orbit)
         assert half is not None
-        again = whole_orbit(half)
+        again = cs.whole_orbit(half)
         assert str(half.itinerary) == str(again.itinerary) == str(orbit.itinerary)
         assert again.residual < 1e-13
         assert again.z == pytest.approx(orbit.z, abs=1e-12)
-        assert np.sort(abs(floquet_multipliers(half))) == pytest.approx(
-            np.sort(abs(floquet_multipliers(orbit)))
+        assert np.sort(abs(cs.floquet_multipliers(half))) == pytest.approx(
+            np.sort(abs(cs.floquet_multipliers(orbit)))
         )
         # Its derivatives are those of finite differences.
         with backend("numpy") as numbers:
@@ -258,16 +239,16 @@ def test_half_a_motion_has_the_equations_of_the_whole() -> None:
                 ]
                 slope = (ends[0].residual - ends[1].residual) / 2e-6
                 assert half.system.by_z[:, k] == pytest.approx(slope, abs=1e-7)
-    assert half_orbit(settled(alpha=0.6)) is None
+    assert cs.half_orbit(settled(alpha=0.6)) is None
 
 
 def test_a_half_word_ends_in_the_image_of_its_first_field() -> None:
-    itinerary = Itinerary.of((1, 2), mirrored=True)
-    assert itinerary.whole == Itinerary.of((1, 2, 3, 2))
-    assert itinerary.rotated(1).whole == Itinerary.of((2, 3, 2, 1))
+    itinerary = cs.Itinerary.of((1, 2), mirrored=True)
+    assert itinerary.whole == cs.Itinerary.of((1, 2, 3, 2))
+    assert itinerary.rotated(1).whole == cs.Itinerary.of((2, 3, 2, 1))
     assert [itinerary.neighbour(i) for i in (-1, 0, 1, 2)] == [2, 1, 2, 3]
-    assert Itinerary.of((1,), mirrored=True).whole == Itinerary.of((1, 3))
-    assert Itinerary.of((2,), mirrored=True).whole == Itinerary.of((2,))
+    assert cs.Itinerary.of((1,), mirrored=True).whole == cs.Itinerary.of((1, 3))
+    assert cs.Itinerary.of((2,), mirrored=True).whole == cs.Itinerary.of((2,))
 
 
 def test_no_multiplier_of_a_motion_without_contact_exceeds_one() -> None:
@@ -278,5 +259,5 @@ def test_no_multiplier_of_a_motion_without_contact_exceeds_one() -> None:
         orbit = settled(alpha=alpha, omega=omega, zeta=zeta, gamma=gamma, delta=50.0)
         energy = np.array([[1, 0, 0], [0, 1, 1], [0, 1, 1 + gamma]])
         root = sqrtm(energy)
-        carried = root @ monodromy_matrix(orbit) @ np.linalg.inv(root)
+        carried = root @ cs.monodromy_matrix(orbit) @ np.linalg.inv(root)
         assert np.linalg.norm(carried, 2) <= 1 + 1e-12

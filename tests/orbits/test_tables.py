@@ -8,35 +8,24 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Branch,
-    Curve,
-    Orbit,
-    Parameters,
-    PhysicalParameters,
-    continue_bifurcation,
-    continue_orbit,
-    floquet_multipliers,
-    simulate,
-    solve_orbit,
-)
+import capsule_sym as cs
 
 pytest.importorskip("xarray")
 
 
 @pytest.fixture(scope="module")
-def orbit() -> Orbit:
-    found = solve_orbit(Parameters(alpha=0.93))
+def orbit() -> cs.Orbit:
+    found = cs.solve_orbit(cs.Parameters(alpha=0.93))
     assert found.success, found.message
     return found
 
 
 @pytest.fixture(scope="module")
-def branch(orbit: Orbit) -> Branch:
-    return continue_orbit(orbit, "alpha", 0.945, points=4)
+def branch(orbit: cs.Orbit) -> cs.Branch:
+    return cs.continue_orbit(orbit, "alpha", 0.945, points=4)
 
 
-def test_an_orbit_is_a_row_a_segment(orbit: Orbit) -> None:
+def test_an_orbit_is_a_row_a_segment(orbit: cs.Orbit) -> None:
     frame, dataset = orbit.to_dataframe(), orbit.to_xarray()
     assert tuple(frame["field"]) == orbit.motion.itinerary
     np.testing.assert_array_equal(frame["duration"], [float(h) for h in orbit.durations])
@@ -44,23 +33,23 @@ def test_an_orbit_is_a_row_a_segment(orbit: Orbit) -> None:
     assert dataset.attrs["status"] == "converged"
 
 
-def test_a_branch_is_a_row_a_point(branch: Branch) -> None:
+def test_a_branch_is_a_row_a_point(branch: cs.Branch) -> None:
     frame, dataset = branch.to_dataframe(), branch.to_xarray()
     assert len(frame) == dataset.sizes["point"] == len(branch.points) > 1
     for (_, row), point in zip(frame.iterrows(), branch.points, strict=True):
         assert row["alpha"] == point.value == point.orbit.parameters.alpha
         assert row["itinerary"] == str(point.orbit.itinerary)
         assert (row["x_r"], row["v_r"], row["v_c"]) == tuple(map(float, point.orbit.z[:3]))
-        largest = float(np.abs(floquet_multipliers(point.orbit)).max())
+        largest = float(np.abs(cs.floquet_multipliers(point.orbit)).max())
         assert row["largest_multiplier"] == pytest.approx(largest, rel=1e-6)
     assert dataset["alpha"].attrs == {"long_name": "excitation amplitude", "units": "dimensionless"}
     assert dataset.attrs["status"] == branch.status
 
 
-def test_a_curve_is_a_row_a_point(branch: Branch) -> None:
+def test_a_curve_is_a_row_a_point(branch: cs.Branch) -> None:
     first = branch.bifurcations[0]
-    curve = continue_bifurcation(first, "gamma", ((0.9, 0.96), (3.29, 3.31)), points=2)
-    assert isinstance(curve, Curve)
+    curve = cs.continue_bifurcation(first, "gamma", ((0.9, 0.96), (3.29, 3.31)), points=2)
+    assert isinstance(curve, cs.Curve)
     frame, dataset = curve.to_dataframe(), curve.to_xarray()
     assert len(frame) == dataset.sizes["point"] == len(curve.points) > 1
     for (_, row), point in zip(frame.iterrows(), curve.points, strict=True):
@@ -69,9 +58,9 @@ def test_a_curve_is_a_row_a_point(branch: Branch) -> None:
     assert dataset.attrs["type"] == curve.type
 
 
-def test_a_notebook_shows_the_first_rows(orbit: Orbit, branch: Branch) -> None:
-    run = simulate(orbit.parameters, periods=20)
-    curve = continue_bifurcation(branch.bifurcations[0], "gamma", ((0.9, 1.0), (3.29, 3.3)))
+def test_a_notebook_shows_the_first_rows(orbit: cs.Orbit, branch: cs.Branch) -> None:
+    run = cs.simulate(orbit.parameters, periods=20)
+    curve = cs.continue_bifurcation(branch.bifurcations[0], "gamma", ((0.9, 1.0), (3.29, 3.3)))
     for result in (orbit, branch, run, curve):
         shown = result._repr_html_()
         page = ElementTree.fromstring(f"<div>{shown}</div>")
@@ -90,20 +79,20 @@ def test_a_notebook_shows_the_first_rows(orbit: Orbit, branch: Branch) -> None:
 
 
 def test_a_notebook_says_why_there_is_no_orbit() -> None:
-    none = solve_orbit(Parameters(alpha=1.9), periods=1)
+    none = cs.solve_orbit(cs.Parameters(alpha=1.9), periods=1)
     assert not none.success
     assert none._repr_html_() == f"<p>{escape(repr(none))}</p>"
 
 
-def test_a_branch_without_points_is_an_empty_table(branch: Branch) -> None:
-    empty = Branch(branch.axis, (), (), branch.status, "")
+def test_a_branch_without_points_is_an_empty_table(branch: cs.Branch) -> None:
+    empty = cs.Branch(branch.axis, (), (), branch.status, "")
     assert len(empty.to_dataframe()) == empty.to_xarray().sizes["point"] == 0
 
 
 def test_tables_of_a_device_are_in_si_units(branch) -> None:
     names = ("M_m", "M_c", "k1", "k2", "c", "G", "P_d", "Omega", "mu")
     values = (0.5, 1.65, 50.0, 75.0, 0.5, 0.0017, 3.0, 8.0, 0.2)
-    device = PhysicalParameters(**dict(zip(names, values, strict=True)))
+    device = cs.PhysicalParameters(**dict(zip(names, values, strict=True)))
     length = 0.2 * 2.15 * 9.81 / 50.0  # m; times are in units of 1/10 s
     plain, si = branch.to_xarray(), branch.to_xarray(device)
     for name, unit, scale in (

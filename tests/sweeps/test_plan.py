@@ -225,7 +225,7 @@ def taken(read: Callable[[], Sweep]) -> tuple[Sweep | None, str]:
 
 
 @sampled
-@settings(max_examples=many(40, 20), deadline=None, derandomize=True, database=None)
+@settings(max_examples=many(40, 10), deadline=None, derandomize=True, database=None)
 @given(plans)
 def test_any_plan_is_a_sweep_or_refused_in_one_line(plan: dict[str, Any]) -> None:
     sweep, message = taken(lambda: read_plan(plan))
@@ -235,7 +235,7 @@ def test_any_plan_is_a_sweep_or_refused_in_one_line(plan: dict[str, Any]) -> Non
         assert all(np.isfinite(axis.values).all() for axis in sweep.axes)
 
 
-@settings(max_examples=30, deadline=None, derandomize=True, database=None)
+@settings(max_examples=many(30, 10), deadline=None, derandomize=True, database=None)
 @given(st.text("[]{}=,.\"'\n alph12e-+_true", max_size=60))
 def test_any_text_is_a_sweep_or_refused_in_one_line(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:

@@ -32,6 +32,7 @@ def disk(part: Sweep, *_: object) -> Block:
     return Block(columns, itineraries, {}, part.parameters.scene.digest, live())
 
 
+@pytest.mark.long
 def test_a_smooth_boundary_costs_its_length_not_the_area(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -87,6 +88,7 @@ def test_a_chart_along_one_axis_is_refined_too(
         assert results["computed"].values.mean() < 0.5
 
 
+@pytest.mark.long
 @sampled
 @pytest.mark.parametrize("interrupted", some([True, False], 1))
 def test_a_refinement_that_is_interrupted_or_whose_time_is_over_goes_on(
