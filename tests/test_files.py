@@ -9,21 +9,19 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
 import pytest
 from matplotlib.figure import Figure
 
-from benchmarks.hardcases import adversarial
 from capsule_sym import InvalidInput, Parameters, save_figure, simulate
 from capsule_sym._cli import _status, group
 from capsule_sym._commands.values import WritablePath
 from capsule_sym._explorer import page
 from capsule_sym._figures import device
 from capsule_sym._files import growing, read_json, whole, write_whole
-from paper.proofs import subdivision as regions
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")
 
@@ -173,30 +171,14 @@ def test_a_log_keeps_its_lines_on_a_full_disk_and_without_a_torn_one(tmp_path: P
     assert log.read_text(encoding="utf-8") == "begin\none\ntwo\n"
 
 
-@posix
-def test_a_proof_that_goes_on_keeps_what_was_proved_on_a_full_disk(tmp_path: Path) -> None:
-    path = tmp_path / "plane.jsonl"
-    line = '{"part": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}\n'
-    path.write_text(regions._begin(regions.PLANE) + line, encoding="utf-8")
-    before = path.read_bytes()
-    with full_disk(), suppress(OSError):
-        regions.prove(path, 1e-9)
-    assert path.read_bytes() == before
-
-
 @pytest.mark.parametrize(
     "text", ["{", "\udcff", 100_000 * "[" + 100_000 * "]"], ids=["cut", "bytes", "deep"]
 )
 def test_json_that_is_none_is_refused(text: str, tmp_path: Path) -> None:
-    path = tmp_path / "seed-1.jsonl"
+    path = tmp_path / "a.json"
     path.write_text(text, encoding="utf-8", errors="surrogateescape")
     with pytest.raises(InvalidInput, match=r"must be JSON$"):
         read_json(path, "JSON")
-    path.write_bytes(path.read_bytes() + b"\n")
-    with pytest.raises(InvalidInput):
-        next(adversarial.run(1, 1, path))
-    with pytest.raises(InvalidInput):
-        regions.begun(path)
     for line in ("figure FILE --out a.svg", "figure s --curve FILE --out a.svg"):
         assert _status(line.replace("FILE", str(path)).split()) == 2
 

@@ -11,7 +11,6 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
@@ -23,15 +22,13 @@ import pytest
 from hypothesis import strategies as st
 
 import capsule_sym
-from benchmarks.__main__ import group as developers
-from benchmarks.hardcases import adversarial, table
 from capsule_sym._cli import _ended, _status, group
 from capsule_sym._commands.values import Named, Range
 
 NOT_PROVED, INTERRUPTED = 4, 130
 ENDS = {0, 2, 3}
 _LOST_IN = {"gc_callback", "remove", "_remove", "__del__"}  # whose exceptions nobody gets
-_APART = ("capsule_sym.__main__", "capsule_sym.codegen", "benchmarks.speed.peers")
+_APART = ("capsule_sym.__main__", "capsule_sym.codegen")
 # Lines on stderr beside the one with the reason for a failure.
 _BESIDE = ("wrote ", "drawing ", "proved ")
 
@@ -63,13 +60,10 @@ _integers = _counts | _counts | st.integers().map(str) | st.sampled_from([*_HOST
 
 
 def commands() -> dict[str, click.Command]:
-    """The commands by name, users' and developers', each imported; of one name the users'."""
-    return {
-        name: command
-        for one in (developers, group)
-        for name in one.commands
-        if (command := one.resolve_command(click.Context(one), [name])[1])
-    }
+    """The commands by name, each imported."""
+    context = click.Context(group)
+    found = {name: group.resolve_command(context, [name])[1] for name in group.commands}
+    return {name: command for name, command in found.items() if command}
 
 
 def _value(kind: click.ParamType) -> st.SearchStrategy[list[str]]:
@@ -148,18 +142,6 @@ def _beside(line: str) -> bool:
     return line.lower().startswith(_BESIDE) or " is skipped: " in line
 
 
-class _Here(Executor):
-    """Runs at once, in this process, what the pool of processes that it stands for would run."""
-
-    def __init__(self, *_: object) -> None:
-        pass
-
-    def submit(self, call: Any, /, *arguments: Any, **named: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        future.set_result(call(*arguments, **named))
-        return future
-
-
 def prepare(folder: Path, patch: pytest.MonkeyPatch) -> None:
     """Fill a folder with what command lines name, and import all that they may need."""
     for module in pkgutil.walk_packages(capsule_sym.__path__, "capsule_sym."):
@@ -169,10 +151,6 @@ def prepare(folder: Path, patch: pytest.MonkeyPatch) -> None:
     for name, text in _FILES.items():
         (folder / name).write_text(text)
     (folder / "folder").mkdir()
-    for module in (adversarial, table):
-        patch.setattr(module, "spawning", _Here)
-        patch.setattr(module, "undisturbed", contextlib.nullcontext)
-        patch.setattr(module, "end", _Here.shutdown)
     with _inside(folder):
         assert run(["sweep", "sweep.toml", "--out", "store"], seconds=60).status == 0
 
@@ -239,7 +217,7 @@ def run(arguments: list[str], seconds: float) -> Ended:
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = _status(arguments, group if arguments[0] in group.commands else developers)
+            status = _status(arguments)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)

@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, Phase, find, given, settings
 
-from benchmarks.__main__ import group as developers
 from capsule_sym._cli import group
 from tests.cli import fuzz
 from tests.cli.fuzz import command_lines, commands, prepare, run_in_copy, words_of
@@ -59,7 +58,7 @@ def test_the_page_of_the_command_line_names_every_status() -> None:
 
 @pytest.mark.long
 def test_every_option_of_every_command_is_tried() -> None:
-    assert set(commands()) == {*group.commands, *developers.commands}
+    assert set(commands()) == {*group.commands}
     assert all(command.params for command in commands().values())
     for command in commands().values():
         for parameter in command.params:

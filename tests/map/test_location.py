@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from benchmarks.hardcases.cases import guard_at
 from capsule_sym import Outcome, Parameters
 from capsule_sym._map.backend import MpmathBackend, NumpyBackend
 from capsule_sym._map.expansion import Guard
@@ -103,6 +102,15 @@ def guard_values(parameters: Parameters, start: SegmentStart, times: Any) -> dic
         return found | {Guard.DRIFT: c.drift * (s.v_c + values[2])}
     push = s.x_r + values[0] + c.kappa * gap + 2 * c.zeta * values[1]
     return found | {Guard.UPPER: c.f_b - push, Guard.LOWER: c.f_b + push}
+
+
+def guard_at(flow: Flow, guard: Guard, point: Any) -> Any:
+    """Value of a guard at a point."""
+    if guard is Guard.GAP:
+        return (1 if flow.c.contact else -1) * point.gap
+    if guard is Guard.DRIFT:
+        return flow.c.drift * point.v_c
+    return flow.c.friction_guard(-1 if guard is Guard.UPPER else 1, point.margin)
 
 
 def root_near(flow: Flow, guard: Guard, guess: Any, width: Any) -> Any:
