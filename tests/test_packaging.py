@@ -389,7 +389,7 @@ def test_a_source_distribution_holds_what_is_generated_once(
     package = source / "capsule_sym" / "generated"
     assert package.is_symlink()
     assert {path.name for path in source.iterdir() if path.is_dir()} == {
-        *("capsule_sym", "codegen", "generated"),
+        *("capsule_sym", "codegen", "generated")
     }
     # Output of `make generate` reaches the package, and a wheel that is built from here.
     written = source / "generated" / "capsule" / "__init__.py"

@@ -24,13 +24,7 @@ PARTS = (
 )
 # Independent by intention: other tools' integrators, the paper's own text, and the theory's proofs.
 WITNESSES = ("generated", "_symbolic/proofs")
-WITNESSES += tuple(
-    f"_symbolic/{name}.py"
-    for name in (
-        "model/basis",
-        "model/switching",
-    )
-)
+WITNESSES += tuple(f"_symbolic/{name}.py" for name in ("model/basis", "model/switching"))
 LOSS = "_orbits/metrics/performance.py"  # 2 zeta v_r^2 is the damper's loss
 
 

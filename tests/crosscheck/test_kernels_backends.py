@@ -21,16 +21,7 @@ from mpmath import mp, mpf
 from capsule_sym import Parameters
 from capsule_sym._native import core
 from capsule_sym.generated.capsule import DIGEST
-from tests.crosscheck import (
-    DIGITS,
-    UNIT,
-    Case,
-    cases,
-    double,
-    exact,
-    flow_scale,
-    jacobian_scale,
-)
+from tests.crosscheck import DIGITS, UNIT, Case, cases, double, exact, flow_scale, jacobian_scale
 from tests.sampling import many, sampled
 
 

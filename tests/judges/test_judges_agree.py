@@ -103,9 +103,7 @@ def _segment_gaps(case: Parameters, run: Run) -> dict[int, float]:
 
 
 @pytest.mark.long
-def test_one_segment_judge_agrees_with_the_event_judge(
-    all_fields: tuple[Parameters, Run],
-) -> None:
+def test_one_segment_judge_agrees_with_the_event_judge(all_fields: tuple[Parameters, Run]) -> None:
     assert max(_segment_gaps(*all_fields).values()) < 1e-48
 
 
@@ -154,9 +152,7 @@ def test_dop853_with_reversed_friction_disagrees(monkeypatch: pytest.MonkeyPatch
     assert dop853.run(case, periods=2).fields != truth.fields
 
 
-def test_event_judge_with_reversed_friction_finds_no_field(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_event_judge_with_reversed_friction_finds_no_field(monkeypatch: pytest.MonkeyPatch) -> None:
     right = taylor_events._series
     monkeypatch.setattr(
         taylor_events, "_series", lambda p, field, *rest: right(p, FLIPPED[field], *rest)

@@ -89,12 +89,7 @@ class Library:
         self.library.capsule_map_make(at(parameters), at(work))
         size = ctypes.c_size_t
         self.library.states(
-            at(work),
-            at(run.records),
-            size(len(run.records)),
-            at(times),
-            size(len(times)),
-            at(out),
+            at(work), at(run.records), size(len(run.records)), at(times), size(len(times)), at(out)
         )
         return out
 

@@ -6,15 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Axis,
-    InvalidInput,
-    Parameters,
-    Sweep,
-    open_results,
-    run_basin,
-    simulate,
-)
+from capsule_sym import Axis, InvalidInput, Parameters, Sweep, open_results, run_basin, simulate
 from capsule_sym._attractors.settling import Settling
 from capsule_sym._native import check_time, present
 from capsule_sym._sweeps.itineraries import NotSolved, code, orbit_at_end

@@ -127,12 +127,7 @@ MUTATIONS = {
         lambda: {**_formulas(), "damper_power": -_formulas()["damper_power"]},
         "energy",
     ),
-    "a mirror image in contact": Mutation(
-        energy,
-        "_image",
-        lambda field: field,
-        "mirror",
-    ),
+    "a mirror image in contact": Mutation(energy, "_image", lambda field: field, "mirror"),
 }
 """By name; scenes with more than the capsule has are put to `FURTHER` too."""
 
