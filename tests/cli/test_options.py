@@ -123,6 +123,8 @@ REFUSED = [
     ("basin --out s", "give a range of starts, such as --x-r -1:1:40"),
     # times that are none
     ("run --max-seconds nan", "'--max-seconds': nan is not in the range x>0"),
+    ("run --max-seconds -1", "'--max-seconds': -1.0 is not in the range x>0"),
+    ("run --f_b 0", "f_b = 0.0: must be finite and > 0"),
     # files that cannot be written
     ("run --certify=", "'--certify': '' is no path"),
     ("figure motion --out=", "'--out': '' is no path"),
