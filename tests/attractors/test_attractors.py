@@ -3,24 +3,15 @@
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Axis,
-    InvalidInput,
-    Parameters,
-    Sweep,
-    attractors,
-    run_basin,
-    scenes,
-    simulate,
-)
+import capsule_sym as cs
 from capsule_sym._attractors.attractors import interval
 from capsule_sym._attractors.neighbourhoods import NONE
 from capsule_sym._native import present
 from tests.attractors.test_destinations import BISTABLE, SMALL
 
-CHAOTIC = Parameters(alpha=1.88, omega=0.32, delta=0.03, zeta=0.05, beta=17.57, gamma=7.47)
+CHAOTIC = cs.Parameters(alpha=1.88, omega=0.32, delta=0.03, zeta=0.05, beta=17.57, gamma=7.47)
 # Drive, stops and friction are alike both ways.
-BROKEN = scenes.prototype.Parameters().replace(
+BROKEN = cs.scenes.prototype.Parameters().replace(
     alpha=1.61,
     alpha_low=-1.61,
     D=0.5,
@@ -37,18 +28,23 @@ BOX = {"x_r": (-2.0, 2.0), "v_r": (-2.0, 2.0)}
 
 @pytest.mark.parametrize(
     ("parameters", "least"),
-    [(BISTABLE, 2), (SMALL, 2), (scenes.prototype.Parameters(), 1), (scenes.slope.Parameters(), 1)],
+    [
+        (BISTABLE, 2),
+        (SMALL, 2),
+        (cs.scenes.prototype.Parameters(), 1),
+        (cs.scenes.slope.Parameters(), 1),
+    ],
     ids=("bistable", "small", "prototype", "slope"),
 )
 def test_every_start_has_the_attractor_that_its_run_stays_on(parameters, least):
-    found = attractors(parameters, BOX | {"v_c": (-1.0, 1.0), "phase": (0.0, 1.0)}, count=60)
+    found = cs.attractors(parameters, BOX | {"v_c": (-1.0, 1.0), "phase": (0.0, 1.0)}, count=60)
     assert len(found.attractors) >= least
     for one in found.attractors:
         assert one.orbit.success
         assert one.multiplier < 1
         assert one.count == (found.numbers == found.attractors.index(one)).sum()
     for i in range(0, 60, 6):
-        run = simulate(parameters, found.states[i], found.phases[i], 2000)
+        run = cs.simulate(parameters, found.states[i], found.phases[i], 2000)
         last = np.array(run.final[1], dtype=float)
         apart = [abs(one.states - last).max(axis=1).min() for one in found.attractors]
         nearest = int(np.argmin(apart))
@@ -56,7 +52,7 @@ def test_every_start_has_the_attractor_that_its_run_stays_on(parameters, least):
 
 
 def test_the_two_motions_of_the_basins_page_are_found():
-    found = attractors(BISTABLE, BOX)
+    found = cs.attractors(BISTABLE, BOX)
     assert found.success
     assert found.message == "400 starts lead to 2 attractors"
     itineraries = [one.itinerary for one in found.attractors]
@@ -69,10 +65,10 @@ def test_the_two_motions_of_the_basins_page_are_found():
 
 @pytest.mark.long
 def test_each_cell_of_a_basin_has_the_attractor_that_its_start_has_here(tmp_path):
-    axes = Axis.linear("x_r", -2.0, 2.0, 8), Axis.linear("v_r", -2.0, 2.0, 7)
-    _, basin = run_basin(Sweep(axes, BISTABLE, periods=300), tmp_path / "store")
+    axes = cs.Axis.linear("x_r", -2.0, 2.0, 8), cs.Axis.linear("v_r", -2.0, 2.0, 7)
+    _, basin = cs.run_basin(cs.Sweep(axes, BISTABLE, periods=300), tmp_path / "store")
     grid = np.meshgrid(*(axis.values[:, 0] for axis in axes), indexing="ij")
-    found = attractors(BISTABLE, np.stack([*map(np.ravel, grid), np.zeros(56)], axis=1))
+    found = cs.attractors(BISTABLE, np.stack([*map(np.ravel, grid), np.zeros(56)], axis=1))
     assert [one.itinerary for one in found.attractors] == [
         one.itinerary for one in basin.attractors
     ]
@@ -81,18 +77,18 @@ def test_each_cell_of_a_basin_has_the_attractor_that_its_start_has_here(tmp_path
 
 def test_mirror_images_name_each_other():
     """Between two stops alike the symmetry breaks: two orbits, each the other's image."""
-    found = attractors(BROKEN, {"x_r": (-3.0, 3.0), "v_r": (-3.0, 3.0)}, count=60)
+    found = cs.attractors(BROKEN, {"x_r": (-3.0, 3.0), "v_r": (-3.0, 3.0)}, count=60)
     assert [one.mirror for one in found.attractors] == [1, 0]
     one, other = (one.states for one in found.attractors)
-    run = simulate(BROKEN, one[0], periods=1, keep=[BROKEN.period / 2])
+    run = cs.simulate(BROKEN, one[0], periods=1, keep=[BROKEN.period / 2])
     (half,) = np.array(run.states)[:, :3]
     np.testing.assert_allclose(-half, other[0], atol=1e-9)
-    alone = attractors(Parameters(beta=0.0, alpha=1.5, delta=0.1), BOX, count=5)
+    alone = cs.attractors(cs.Parameters(beta=0.0, alpha=1.5, delta=0.1), BOX, count=5)
     assert [one.mirror for one in alone.attractors] == [0]
 
 
 def test_chaos_is_counted_as_unsettled():
-    found = attractors(CHAOTIC, BOX, count=20, periods=300)
+    found = cs.attractors(CHAOTIC, BOX, count=20, periods=300)
     assert found.success
     assert found.unsettled == 20
     assert "20 have not settled within 300 excitation periods" in found.message
@@ -122,19 +118,19 @@ def test_the_interval_of_a_fraction_is_that_of_clopper_and_pearson():
     ],
 )
 def test_bad_input_is_refused(starts, how, named):
-    with pytest.raises(InvalidInput, match=named):
-        attractors(Parameters(), starts, **how)
+    with pytest.raises(cs.InvalidInput, match=named):
+        cs.attractors(cs.Parameters(), starts, **how)
 
 
 def test_what_is_done_of_many_starts_is_kept_where_the_work_is_stopped(monkeypatch):
     monkeypatch.setattr("capsule_sym._attractors.settling._BLOCK", 16)
-    whole = attractors(BISTABLE, BOX, count=64)
+    whole = cs.attractors(BISTABLE, BOX, count=64)
 
     def stop(done, total):
         if done >= 32:
             present().stop()
 
-    part = attractors(BISTABLE, BOX, count=64, max_seconds=1e9, progress=stop)
+    part = cs.attractors(BISTABLE, BOX, count=64, max_seconds=1e9, progress=stop)
     assert part.status == "time-limit"
     assert "interrupted" in part.message
     assert np.count_nonzero(part.numbers != NONE) >= 32
@@ -144,6 +140,6 @@ def test_what_is_done_of_many_starts_is_kept_where_the_work_is_stopped(monkeypat
 
 
 def test_the_end_of_the_time_gives_what_is_found():
-    found = attractors(BISTABLE, BOX, count=50, max_seconds=1e-9)
+    found = cs.attractors(BISTABLE, BOX, count=50, max_seconds=1e-9)
     assert found.status == "time-limit"
     assert found.unsettled == 50

@@ -3,26 +3,13 @@
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Destinations,
-    InvalidInput,
-    Itinerary,
-    Orbit,
-    Parameters,
-    SceneParameters,
-    attractors,
-    scenes,
-    simulate,
-    simulate_many,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
 from capsule_sym._orbits.shooting.symmetry import same
 
-BISTABLE = Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+BISTABLE = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
 # Of periods 4 and 6, the second with a small basin in the middle of the first's.
-SMALL = Parameters(
+SMALL = cs.Parameters(
     alpha=0.8481742,
     omega=2.2140416,
     delta=0.2230407,
@@ -32,23 +19,25 @@ SMALL = Parameters(
 )
 
 
-def known(parameters: SceneParameters, starts: np.ndarray) -> list[Orbit]:
+def known(parameters: cs.SceneParameters, starts: np.ndarray) -> list[cs.Orbit]:
     """Orbits that single runs from starts settle on, each once."""
-    found: list[Orbit] = []
+    found: list[cs.Orbit] = []
     for start in starts:
-        orbit = solve_orbit(parameters, start.tolist())
+        orbit = cs.solve_orbit(parameters, start.tolist())
         if orbit.success and not any(same(orbit, other) for other in found):
             found.append(orbit)
     return found
 
 
-def ends(parameters: SceneParameters, start: np.ndarray, phase: float, periods: int) -> np.ndarray:
+def ends(
+    parameters: cs.SceneParameters, start: np.ndarray, phase: float, periods: int
+) -> np.ndarray:
     """States at phase 0 of the last periods of a single run."""
-    run = simulate(parameters, start.tolist(), phase, periods, keep="stroboscopic")
+    run = cs.simulate(parameters, start.tolist(), phase, periods, keep="stroboscopic")
     return np.array(run.stroboscopic[-16:])
 
 
-def nearest(orbits: list[Orbit], state: np.ndarray) -> int:
+def nearest(orbits: list[cs.Orbit], state: np.ndarray) -> int:
     """Number of the orbit that a state at phase 0 is on, NONE if it is on none."""
     apart = [abs(stroboscopic(orbit) - state).max(axis=1).min() for orbit in orbits]
     return int(np.argmin(apart)) if min(apart) < 1e-6 else NONE
@@ -56,7 +45,7 @@ def nearest(orbits: list[Orbit], state: np.ndarray) -> int:
 
 @pytest.mark.parametrize(
     "parameters",
-    [BISTABLE, scenes.prototype.Parameters(), scenes.reaction_pulse.Parameters()],
+    [BISTABLE, cs.scenes.prototype.Parameters(), cs.scenes.reaction_pulse.Parameters()],
     ids=lambda p: p.scene.shown,
 )
 def test_starts_lead_where_single_runs_end(parameters):
@@ -65,7 +54,7 @@ def test_starts_lead_where_single_runs_end(parameters):
     phases = random.uniform(0, parameters.period, 24) * (np.arange(24) % 2)
     orbits = known(parameters, starts[:8])
     assert orbits
-    numbers = Destinations(orbits).of(starts, phases)
+    numbers = cs.Destinations(orbits).of(starts, phases)
     expected = [
         nearest(orbits, ends(parameters, *one, 2000)[-1])
         for one in zip(starts, phases, strict=True)
@@ -76,8 +65,8 @@ def test_starts_lead_where_single_runs_end(parameters):
 @pytest.mark.parametrize("parameters", [BISTABLE, SMALL], ids=("bistable", "small"))
 def test_states_within_a_neighbourhood_come_to_the_attractor(parameters):
     random = np.random.default_rng(1)
-    orbits = [one.orbit for one in attractors(parameters, {"x_r": (-3, 3)}, count=60).attractors]
-    found = Destinations(orbits)
+    orbits = [one.orbit for one in cs.attractors(parameters, {"x_r": (-3, 3)}, count=60).attractors]
+    found = cs.Destinations(orbits)
     assert len(orbits) > 1
     for owner, states in enumerate(found.states):
         for state in states:
@@ -86,19 +75,19 @@ def test_states_within_a_neighbourhood_come_to_the_attractor(parameters):
             within /= np.linalg.norm(within, axis=1)[:, None]
             starts = state + within @ np.linalg.inv(found.neighbourhoods.axes[at]) * 0.999
             assert (found.neighbourhoods.contain(starts) == at).all()
-            run = simulate_many([parameters] * 20, starts, periods=300)
+            run = cs.simulate_many([parameters] * 20, starts, periods=300)
             assert [nearest(orbits, end) for end in run.states] == [owner] * 20
 
 
 def test_starts_to_another_attractor_have_no_number():
-    orbits = [one.orbit for one in attractors(BISTABLE, {"x_r": (-3, 3)}, count=60).attractors]
+    orbits = [one.orbit for one in cs.attractors(BISTABLE, {"x_r": (-3, 3)}, count=60).attractors]
     starts = np.random.default_rng(4).uniform(-3, 3, (40, 3))
-    both = Destinations(orbits).of(starts)
-    one = Destinations(orbits[1:]).arrivals(starts)
+    both = cs.Destinations(orbits).of(starts)
+    one = cs.Destinations(orbits[1:]).arrivals(starts)
     assert set(both) == {0, 1}
     assert (one.numbers == np.where(both == 1, 0, NONE)).all()
     assert (one.repeats == (both == 0)).all()
-    cut = Destinations(orbits).arrivals(starts, periods=2)
+    cut = cs.Destinations(orbits).arrivals(starts, periods=2)
     assert (cut.numbers == NONE).any()
     assert not cut.repeats.any()
     assert cut.periods.max() == 2
@@ -108,12 +97,12 @@ def test_starts_to_another_attractor_have_no_number():
     "orbits",
     [
         [],
-        [solve_itinerary(Parameters(zeta=0.0), Itinerary.parse("F2"))],
-        [solve_orbit(BISTABLE), solve_orbit(Parameters())],
-        [solve_orbit(Parameters(), periods=1)],
+        [cs.solve_itinerary(cs.Parameters(zeta=0.0), cs.Itinerary.parse("F2"))],
+        [cs.solve_orbit(BISTABLE), cs.solve_orbit(cs.Parameters())],
+        [cs.solve_orbit(cs.Parameters(), periods=1)],
     ],
     ids=("none", "neutral", "two parameter sets", "no orbit"),
 )
 def test_other_orbits_are_refused(orbits):
-    with pytest.raises(InvalidInput, match="orbits"):
-        Destinations(orbits)
+    with pytest.raises(cs.InvalidInput, match="orbits"):
+        cs.Destinations(orbits)

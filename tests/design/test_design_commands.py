@@ -7,15 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    InvalidInput,
-    Parameters,
-    PhysicalParameters,
-    fit,
-    optimise,
-    pareto,
-    simulate,
-)
+import capsule_sym as cs
 from capsule_sym._commands.optimise import optimise as optimise_command
 from capsule_sym._units import METRIC_UNITS
 from tests.design.conftest import DEVICE
@@ -28,8 +20,8 @@ def test_optimise_prints_the_optimum_of_a_device_in_its_units(call) -> None:
     )
     assert (status, err) == (0, [])
     lines = {line.split("  ")[0].strip(): line for line in out.splitlines()}
-    device = PhysicalParameters(0.5, 1.65, 50, 75, 0.5, 0.0017, 3.0, 8.0, 0.2)
-    found = optimise("speed_per_work", {"P_d": (3, 5), "Omega": (7, 9)}, device, samples=4)
+    device = cs.PhysicalParameters(0.5, 1.65, 50, 75, 0.5, 0.0017, 3.0, 8.0, 0.2)
+    found = cs.optimise("speed_per_work", {"P_d": (3, 5), "Omega": (7, 9)}, device, samples=4)
     assert lines["greatest speed_per_work"].rstrip().endswith(f"{found.value:.6g} m/J")
     assert lines["velocity"].split()[1:] == [f"{1000 * found.metrics['velocity']:.6g}", "mm/s"]
     assert lines["peak force"].rstrip().endswith(" N")
@@ -65,7 +57,7 @@ def test_a_front_is_written_with_its_table_and_its_picture(call, tmp_path) -> No
 
 def series(path, **changed) -> None:
     """A file of measurements of known parameters."""
-    run = simulate(Parameters(alpha=0.83, zeta=0.06), periods=6)
+    run = cs.simulate(cs.Parameters(alpha=0.83, zeta=0.06), periods=6)
     times = np.linspace(0.0, 45.0, 120)
     x_r, _, _, x_c = run(times, position=True).T
     table = {"t": times, "x_m": x_r + x_c, "x_c": x_c} | changed
@@ -138,12 +130,12 @@ def test_a_command_that_is_out_of_time_says_so(name, call, tmp_path) -> None:
 
 OVER = {"alpha": (0.8, 1.0)}
 COUNTS = {
-    "optimise samples": (lambda n: optimise("speed", OVER, samples=n), 1, 1_000_000),
-    "optimise follow": (lambda n: optimise("speed", OVER, follow=n), 1, 1000),
-    "pareto points": (lambda n: pareto("speed", "work", OVER, points=n), 2, 10_000),
-    "fit starts": (lambda n: fit(DATA, Parameters(), ("alpha",), starts=n), 0, 100_000),
-    "fit follow": (lambda n: fit(DATA, Parameters(), ("alpha",), follow=n), 1, 1000),
-    "fit steps": (lambda n: fit(DATA, Parameters(), ("alpha",), steps=n), 1, 100_000),
+    "optimise samples": (lambda n: cs.optimise("speed", OVER, samples=n), 1, 1_000_000),
+    "optimise follow": (lambda n: cs.optimise("speed", OVER, follow=n), 1, 1000),
+    "pareto points": (lambda n: cs.pareto("speed", "work", OVER, points=n), 2, 10_000),
+    "fit starts": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), starts=n), 0, 100_000),
+    "fit follow": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), follow=n), 1, 1000),
+    "fit steps": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), steps=n), 1, 100_000),
 }
 DATA = {"t": [0.0, 1.0, 2.0], "x_r": [0.0, 1.0, 0.0]}
 
@@ -152,7 +144,7 @@ DATA = {"t": [0.0, 1.0, 2.0], "x_r": [0.0, 1.0, 0.0]}
 def test_a_count_beyond_its_range_is_refused_before_anything_is_made(name) -> None:
     call, least, most = COUNTS[name]
     for count in (least - 1, most + 1, 10**12):
-        with pytest.raises(InvalidInput, match=f"{name.split()[1]} = .* from {least} to {most}"):
+        with pytest.raises(cs.InvalidInput, match=f"{name.split()[1]} = .* from {least} to {most}"):
             call(count)
 
 
@@ -219,5 +211,5 @@ def test_bad_input_is_one_line_and_nothing_is_written(name, call, tmp_path) -> N
 
 
 def test_the_help_names_every_metric() -> None:
-    for text in (optimise.__doc__, optimise_command.help):
+    for text in (cs.optimise.__doc__, optimise_command.help):
         assert {*METRIC_UNITS} <= {*re.findall(r"\w+", str(text))}

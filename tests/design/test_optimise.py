@@ -9,17 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    InvalidInput,
-    Optimum,
-    OptimumStatus,
-    Parameters,
-    PhysicalParameters,
-    optimise,
-    performance,
-    simulate,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._design import survey
 from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import same_itinerary_at, settle
@@ -30,29 +20,29 @@ from tests.design.clock import LIMIT, Clock
 from tests.sampling import many
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
-DEVICE = PhysicalParameters(
+DEVICE = cs.PhysicalParameters(
     M_m=0.5, M_c=1.65, k1=50.0, k2=75.0, c=0.5, G=0.0017, P_d=3.0, Omega=8.0, mu=0.2
 )
 # Here a stick between two drifts appears by grazing-sliding, and the velocity is least.
-KINK = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
+KINK = cs.Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
 # The best of 100,000 runs and of those near to them, `python -m benchmarks optima`, number 448.
 LIGHTEST = 3.4415759310348726
 
 
-def per_work(parameters: Parameters) -> float:
+def per_work(parameters: cs.Parameters) -> float:
     """Speed per work by the orbit that is reached from rest, in Python."""
-    found = performance(solve_orbit(parameters))
+    found = cs.performance(cs.solve_orbit(parameters))
     return float(abs(found.progression.value) / found.work.value)
 
 
 @pytest.fixture(scope="module")
-def economical() -> Optimum:
-    return optimise("speed_per_work", BOUNDS)
+def economical() -> cs.Optimum:
+    return cs.optimise("speed_per_work", BOUNDS)
 
 
-def test_the_most_economical_drive_is_the_known_one(economical: Optimum) -> None:
+def test_the_most_economical_drive_is_the_known_one(economical: cs.Optimum) -> None:
     assert economical.success
-    assert economical.status is OptimumStatus.OPTIMAL
+    assert economical.status is cs.OptimumStatus.OPTIMAL
     assert economical.residual < 1e-9
     told = {name: round(value, 3) for name, value in economical.over.items()}
     assert told == {"alpha": 0.966, "omega": 0.79, "delta": 0.0}
@@ -61,7 +51,7 @@ def test_the_most_economical_drive_is_the_known_one(economical: Optimum) -> None
     assert set(economical.bounds) == {"delta"}
 
 
-def test_no_neighbour_of_an_optimum_is_better(economical: Optimum) -> None:
+def test_no_neighbour_of_an_optimum_is_better(economical: cs.Optimum) -> None:
     p = economical.system
     for da, dw, dd in product((-0.01, 0.0, 0.01), (-0.005, 0.0, 0.005), (0.0, 0.01)):
         if da or dw or dd:
@@ -69,24 +59,26 @@ def test_no_neighbour_of_an_optimum_is_better(economical: Optimum) -> None:
             assert per_work(beside) < economical.value
 
 
-def test_no_cell_of_a_survey_is_better(economical: Optimum) -> None:
+def test_no_cell_of_a_survey_is_better(economical: cs.Optimum) -> None:
     draw = np.random.default_rng(3)
     low, high = np.array(list(BOUNDS.values())).T
-    cells = [Parameters(*(low + draw.uniform(size=3) * (high - low)).tolist()) for _ in range(1000)]
+    cells = [
+        cs.Parameters(*(low + draw.uniform(size=3) * (high - low)).tolist()) for _ in range(1000)
+    ]
     found = metrics_of(cells)
     best = max(abs(one["progression"]) / one["work"] for one in found if one)
     assert 0.65 < best < economical.value
 
 
 @pytest.mark.long
-def test_the_optimum_moves_with_fixed_parameters_as_new_optima_do(economical: Optimum) -> None:
+def test_the_optimum_moves_with_fixed_parameters_as_new_optima_do(economical: cs.Optimum) -> None:
     for name in ("zeta", "beta"):
         step = 1e-3 * getattr(economical.system, name)
         ends = [
-            optimise(
+            cs.optimise(
                 "speed_per_work",
                 {"alpha": (0.9, 1.05), "omega": (0.75, 0.85), "delta": (0.0, 0.05)},
-                Parameters(**{name: getattr(economical.system, name) + by}),
+                cs.Parameters(**{name: getattr(economical.system, name) + by}),
                 samples=1,
             ).value
             for by in (-step, step)
@@ -100,7 +92,7 @@ def test_the_optimum_moves_with_fixed_parameters_as_new_optima_do(economical: Op
 def test_an_active_limit_costs_its_multiplier() -> None:
     bounds, values = {"alpha": (0.5, 0.9), "omega": (0.7, 0.9)}, []
     for limit in (1.899, 1.9, 1.901):
-        found = optimise("velocity", bounds, subject_to=[f"peak_force <= {limit}"], samples=2)
+        found = cs.optimise("velocity", bounds, subject_to=[f"peak_force <= {limit}"], samples=2)
         assert found.success
         values.append(found)
     (constraint,) = values[1].constraints
@@ -112,26 +104,28 @@ def test_an_active_limit_costs_its_multiplier() -> None:
 
 
 def test_an_optimum_on_a_border_is_told_with_both_sides() -> None:
-    found = optimise(
+    found = cs.optimise(
         "velocity + 30*(omega - 0.596)**2",
         {"alpha": (0.95, 1.0), "omega": (0.57, 0.62)},
         KINK,
         maximise=False,
         samples=1,
     )
-    assert found.status is OptimumStatus.OPTIMAL_AT_BORDER
+    assert found.status is cs.OptimumStatus.OPTIMAL_AT_BORDER
     assert found.success
     assert found.residual < 1e-9
     assert found.border is not None
     assert found.sides is not None
     assert len({*found.border}) == 2
     assert min(found.sides) > 0
-    assert simulate(found.system, periods=300).steady() is not None  # on the border itself is none
+    assert (
+        cs.simulate(found.system, periods=300).steady() is not None
+    )  # on the border itself is none
     p, step = found.system, 1e-4
     values = {}
     for da, dw in product((-step, 0.0, step), repeat=2):
         there = p.replace(alpha=p.alpha + da, omega=p.omega + dw)
-        velocity = float(solve_orbit(there).average_velocity)
+        velocity = float(cs.solve_orbit(there).average_velocity)
         values[da, dw] = velocity + 30 * (there.omega - 0.596) ** 2
     assert min(values, key=values.__getitem__) == (0.0, 0.0)
     # A smooth minimum would rise with the square of the step.
@@ -142,9 +136,9 @@ def test_an_optimum_on_a_border_is_told_with_both_sides() -> None:
 @pytest.mark.long
 def test_a_margin_of_stability_holds() -> None:
     bounds = {"alpha": (0.5, 1.2), "omega": (0.7, 0.9)}
-    free = optimise("speed_per_work", bounds, samples=2)
+    free = cs.optimise("speed_per_work", bounds, samples=2)
     margin = 1 - 0.9 * free.multiplier
-    held = optimise("speed_per_work", bounds, margin=margin, samples=2)
+    held = cs.optimise("speed_per_work", bounds, margin=margin, samples=2)
     assert held.success
     assert held.multiplier <= 1 - margin + 1e-6
     assert held.value < free.value
@@ -154,39 +148,39 @@ def test_a_margin_of_stability_holds() -> None:
 @pytest.mark.long
 def test_the_worst_of_the_tolerances_counts() -> None:
     bounds = {"alpha": (0.5, 0.9), "omega": (0.7, 0.9)}
-    found = optimise(
+    found = cs.optimise(
         "velocity", bounds, subject_to=["work <= 0.8"], tolerances={"beta": 0.1}, samples=2
     )
     assert found.success
     values, works = [], []
     for beta in (1.5, 1.35, 1.65):
-        orbit = solve_orbit(replace(found.system, beta=beta))
+        orbit = cs.solve_orbit(replace(found.system, beta=beta))
         values.append(float(orbit.average_velocity))
-        works.append(float(performance(orbit).work.value))
+        works.append(float(cs.performance(orbit).work.value))
     assert found.value == pytest.approx(min(values), rel=1e-10)
     assert max(works) == pytest.approx(0.8, abs=1e-8)
     assert len(found.constraints) == len(found.orbits) == 3
 
 
-def lightest(samples: int, **how: Any) -> Optimum:
+def lightest(samples: int, **how: Any) -> cs.Optimum:
     """The least force of a device that drifts in a small part of the bounds."""
-    base = Parameters(omega=2.4595, delta=0.7147, gamma=5.0337, zeta=0.0361)
+    base = cs.Parameters(omega=2.4595, delta=0.7147, gamma=5.0337, zeta=0.0361)
     over = {"alpha": (0.4823, 2.9136), "beta": (1.6987, 21.8732)}
     how |= {"maximise": False, "subject_to": ("speed >= 0.00495",)}
-    return optimise("peak_force", over, base, samples=samples, **how)
+    return cs.optimise("peak_force", over, base, samples=samples, **how)
 
 
 @pytest.mark.long
 def test_places_that_keep_a_limit_are_found_where_the_objective_is_far_less_beyond_it() -> None:
     found = lightest(128)  # nothing drifts over most of the bounds, at a small force
-    assert found.status is OptimumStatus.OPTIMAL
+    assert found.status is cs.OptimumStatus.OPTIMAL
     assert found.value == pytest.approx(LIGHTEST, rel=1e-12)
 
 
 @pytest.mark.long
 def test_a_further_round_finds_places_that_keep_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (4,))
-    assert lightest(4).status is OptimumStatus.INFEASIBLE
+    assert lightest(4).status is cs.OptimumStatus.INFEASIBLE
     assert lightest(8).value == pytest.approx(LIGHTEST, rel=1e-12)
 
 
@@ -194,11 +188,11 @@ def test_a_further_round_finds_places_that_keep_a_limit(monkeypatch: pytest.Monk
 def test_at_the_time_limit_the_best_of_all_rounds_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (4, 8))
     over = {"omega": (0.3, 3.0), "alpha": (0.2, 3.0)}
-    fastest = partial(optimise, "velocity", over, Parameters(alpha=1.5, zeta=0.02, beta=20.0))
+    fastest = partial(cs.optimise, "velocity", over, cs.Parameters(alpha=1.5, zeta=0.02, beta=20.0))
     for problem in (lightest, fastest)[: many(2, 1)]:
         clock = Clock(monkeypatch, "survey, 0 of 16 runs")  # the third round
         found = problem(samples=16, max_seconds=LIMIT, progress=clock.progress)
-        assert found.status is OptimumStatus.TIME_LIMIT
+        assert found.status is cs.OptimumStatus.TIME_LIMIT
         assert found.value == pytest.approx(problem(samples=8).value, rel=1e-9)
 
 
@@ -207,9 +201,9 @@ def test_further_rounds_add_to_what_a_search_for_the_limits_finds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (2,))
-    base = Parameters(alpha=1.5, omega=2.547, delta=0.5557, zeta=0.0316, beta=1.5, gamma=2.854)
+    base = cs.Parameters(alpha=1.5, omega=2.547, delta=0.5557, zeta=0.0316, beta=1.5, gamma=2.854)
     few, more = (
-        optimise(
+        cs.optimise(
             "peak_force",
             {"alpha": (0.3, 3.0), "omega": (0.3, 3.0)},
             base,
@@ -228,19 +222,22 @@ def test_a_metric_that_varies_in_a_further_round_is_not_flat(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (8,))
-    base = Parameters(alpha=0.7, delta=1.5, zeta=0.05, beta=20.0)
-    few, more = (optimise("speed", {"omega": (0.5, 100.0)}, base, samples=n) for n in (8, 64))
-    assert few.status is OptimumStatus.FLAT
+    base = cs.Parameters(alpha=0.7, delta=1.5, zeta=0.05, beta=20.0)
+    few, more = (cs.optimise("speed", {"omega": (0.5, 100.0)}, base, samples=n) for n in (8, 64))
+    assert few.status is cs.OptimumStatus.FLAT
     assert more.success
 
 
 @pytest.mark.long
 def test_no_optimum_is_lost_by_further_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
     # In one round of 16 cells a broader peak hides the best.
-    base, over = Parameters(alpha=1.5, zeta=0.02, beta=20.0), {"omega": (0.3, 3), "alpha": (0.2, 3)}
-    alone = optimise("velocity", over, base, samples=16)
+    base, over = (
+        cs.Parameters(alpha=1.5, zeta=0.02, beta=20.0),
+        {"omega": (0.3, 3), "alpha": (0.2, 3)},
+    )
+    alone = cs.optimise("velocity", over, base, samples=16)
     monkeypatch.setattr(survey, "_ROUNDS", (8,))
-    found = [optimise("velocity", over, base, samples=samples).value for samples in (8, 16, 64)]
+    found = [cs.optimise("velocity", over, base, samples=samples).value for samples in (8, 16, 64)]
     assert alone.value < 0.9 * found[0]
     assert found[1] > (1 - 1e-9) * found[0]
     assert found[2] > (1 - 1e-9) * found[0]
@@ -265,26 +262,28 @@ def test_a_survey_of_many_cells_has_rounds_of_fewer_before(samples: int) -> None
 
 
 def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None:
-    found = optimise(
+    found = cs.optimise(
         "speed", {"alpha": (0.5, 0.9)}, subject_to=["peak_force <= 0.5", "speed <= 10"], samples=2
     )
     assert not found.success
-    assert found.status is OptimumStatus.INFEASIBLE
+    assert found.status is cs.OptimumStatus.INFEASIBLE
     assert "peak_force <= 0.5 by " in found.message
     assert "speed" not in found.message
     least = min(
-        float(performance(solve_orbit(Parameters(alpha=a))).peak_force.value)
+        float(cs.performance(cs.solve_orbit(cs.Parameters(alpha=a))).peak_force.value)
         for a in np.linspace(0.5, 0.9, 9)
     )
     assert float(found.message.rsplit(" ", 1)[1]) == pytest.approx(least - 0.5, abs=0.01)
 
 
 def test_a_device_has_its_optimum_in_its_own_units() -> None:
-    found = optimise("speed_per_work", {"P_d": (3.0, 5.0), "Omega": (7.0, 9.0)}, DEVICE, samples=2)
+    found = cs.optimise(
+        "speed_per_work", {"P_d": (3.0, 5.0), "Omega": (7.0, 9.0)}, DEVICE, samples=2
+    )
     assert found.success
     p = found.system.dimensionless()
-    orbit = solve_orbit(p)
-    metrics = performance(orbit)
+    orbit = cs.solve_orbit(p)
+    metrics = cs.performance(orbit)
     joule = DEVICE.friction_force * DEVICE.length_scale
     assert found.metrics["work"] == pytest.approx(joule * metrics.work.value, rel=1e-12)
     assert found.metrics["speed"] == pytest.approx(
@@ -292,7 +291,7 @@ def test_a_device_has_its_optimum_in_its_own_units() -> None:
     )
     way = DEVICE.displacement(float(metrics.progression.value))
     assert found.value == pytest.approx(way / found.metrics["work"], rel=1e-12)
-    same = optimise(
+    same = cs.optimise(
         lambda m: m["progression"] / m["work"],
         {"alpha": (0.7, 1.2), "omega": (0.7, 0.9)},
         DEVICE.dimensionless(),
@@ -328,7 +327,7 @@ def test_metrics_of_a_device_change_with_its_parameters_as_differences_say() -> 
 def test_distances_from_borders_change_as_differences_say() -> None:
     draw, kinds = np.random.default_rng(0), set()
     for _ in range(8):
-        p = Parameters(
+        p = cs.Parameters(
             draw.uniform(0.3, 2),
             draw.uniform(0.5, 1.4),
             draw.uniform(0, 0.4),
@@ -392,7 +391,7 @@ def test_distances_from_borders_change_as_differences_say() -> None:
 )
 def test_what_is_not_allowed_is_refused_by_its_name(changed, field) -> None:
     given = {"metric": "velocity", "over": {"alpha": (0.5, 1.0)}} | changed
-    with pytest.raises(InvalidInput) as caught:
-        optimise(**given)
+    with pytest.raises(cs.InvalidInput) as caught:
+        cs.optimise(**given)
     assert caught.value.field == field
     assert "\n" not in str(caught.value)

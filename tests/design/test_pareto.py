@@ -5,29 +5,19 @@ import json
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Front,
-    InvalidInput,
-    Parameters,
-    pareto,
-    performance,
-    performance_many,
-    scenes,
-    simulate_many,
-    solve_orbit,
-)
+import capsule_sym as cs
 from tests.design.cells import metrics_of
 
 BOUNDS = {"alpha": (0.3, 2.0), "omega": (0.6, 1.2)}
 
 
 @pytest.fixture(scope="module")
-def front() -> Front:
-    return pareto("speed", "cost_of_transport", BOUNDS, points=8, samples=64)
+def front() -> cs.Front:
+    return cs.pareto("speed", "cost_of_transport", BOUNDS, points=8, samples=64)
 
 
 @pytest.mark.long
-def test_every_point_is_an_optimum_and_none_beats_another(front: Front) -> None:
+def test_every_point_is_an_optimum_and_none_beats_another(front: cs.Front) -> None:
     assert front.success
     assert len(front.points) >= 7
     assert all(point.success and point.residual < 1e-9 for point in front.points)
@@ -36,10 +26,12 @@ def test_every_point_is_an_optimum_and_none_beats_another(front: Front) -> None:
 
 
 @pytest.mark.long
-def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: Front) -> None:
+def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: cs.Front) -> None:
     draw = np.random.default_rng(4)
     low, high = np.array(list(BOUNDS.values())).T
-    cells = [Parameters(*(low + draw.uniform(size=2) * (high - low)).tolist()) for _ in range(600)]
+    cells = [
+        cs.Parameters(*(low + draw.uniform(size=2) * (high - low)).tolist()) for _ in range(600)
+    ]
     near = 0
     for one in metrics_of(cells):
         if one and one["progression"]:
@@ -53,7 +45,7 @@ def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: Front) -> None:
 
 
 @pytest.mark.long
-def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: Front) -> None:
+def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: cs.Front) -> None:
     slopes = front.columns["slope"][1:-1]
     assert np.all(slopes > 0)
     assert np.isnan(front.columns["slope"][[0, -1]]).all()
@@ -67,7 +59,7 @@ def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: Front) -> 
 
 
 @pytest.mark.long
-def test_a_front_is_a_table_and_a_record(front: Front) -> None:
+def test_a_front_is_a_table_and_a_record(front: cs.Front) -> None:
     frame = front.to_dataframe()
     assert list(frame.columns)[:4] == ["speed", "cost_of_transport", "alpha", "omega"]
     assert len(frame) == len(front.points)
@@ -82,8 +74,8 @@ def drawn(base, over: dict, count: int) -> np.ndarray:
     for name, ends in over.items():
         rows[:, facts.PARAMETERS.index(name)] = draw.uniform(*ends, size=count)
     rows = rows[np.argsort(rows[:, facts.PARAMETERS.index("omega")])]
-    ended = simulate_many(rows, periods=150, scene=base.scene)
-    found = performance_many(rows, ended.states, scene=base.scene)
+    ended = cs.simulate_many(rows, periods=150, scene=base.scene)
+    found = cs.performance_many(rows, ended.states, scene=base.scene)
     along, work = found["progression"], found["work"]
     still = abs(found.multipliers[:, 0]) < 1
     good = found.closed & still & (abs(found.states - ended.states).max(axis=1) < 1e-3)
@@ -93,18 +85,18 @@ def drawn(base, over: dict, count: int) -> np.ndarray:
     return np.column_stack([abs(found["velocity"]), costs])[good & (abs(along) > 1e-9)]
 
 
-def worse_between(front: Front, last: int, over: dict[str, tuple[float, float]]) -> bool:
+def worse_between(front: cs.Front, last: int, over: dict[str, tuple[float, float]]) -> bool:
     """True if a drive between two neighbouring points is worse than one of them in both metrics."""
     ends = [front.points[i] for i in (last, last + 1)]
     for share in np.linspace(0.0, 1.0, 41)[1:-1]:
         drive = {
             name: (1 - share) * ends[0].over[name] + share * ends[1].over[name] for name in over
         }
-        orbit = solve_orbit(ends[0].system.replace(**drive))
+        orbit = cs.solve_orbit(ends[0].system.replace(**drive))
         speed = abs(orbit.average_velocity) if orbit.success else 0.0
         if speed == 0.0:
             return True
-        found = performance(orbit)
+        found = cs.performance(orbit)
         bound = orbit.parameters.scene.facts.BOUNDS[1 if orbit.average_velocity > 0 else -1]
         friction = getattr(orbit.parameters, bound)
         cost = found.work.value / (friction * abs(found.progression.value))
@@ -124,9 +116,9 @@ def worse_between(front: Front, last: int, over: dict[str, tuple[float, float]])
     ],
 )
 def test_a_front_in_parts_has_all_of_its_points_and_no_cell_beats_one(scene, count) -> None:
-    base = getattr(scenes, scene).Parameters()
+    base = getattr(cs.scenes, scene).Parameters()
     over = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
-    found = pareto("speed", "cost_of_transport", over, base, points=20)
+    found = cs.pareto("speed", "cost_of_transport", over, base, points=20)
     assert len(found.parts) >= 3
     assert len(found.points) == 20
     speeds, costs = drawn(base, over, count).T
@@ -145,8 +137,8 @@ def test_a_front_in_parts_has_all_of_its_points_and_no_cell_beats_one(scene, cou
 
 @pytest.mark.long
 def test_a_branch_on_which_few_cells_are_good_is_on_the_front() -> None:
-    base, over = Parameters(zeta=0.02, beta=10.0), {"alpha": (0.2, 3.0), "omega": (0.3, 2.5)}
-    found = pareto("speed", "peak_force", over, base, points=20)
+    base, over = cs.Parameters(zeta=0.02, beta=10.0), {"alpha": (0.2, 3.0), "omega": (0.3, 2.5)}
+    found = cs.pareto("speed", "peak_force", over, base, points=20)
     assert found.success
     drives = [(a, o) for a in np.linspace(1.9, 2.4, 21) for o in np.linspace(0.386, 0.392, 13)]
     cells = [one for one in metrics_of([base.replace(alpha=a, omega=o) for a, o in drives]) if one]
@@ -160,13 +152,13 @@ def test_a_branch_on_which_few_cells_are_good_is_on_the_front() -> None:
 
 @pytest.mark.long
 def test_one_point_may_be_best_in_both() -> None:
-    found = pareto("speed", "peak_force - speed*100", {"alpha": (0.7, 0.9)}, points=5, samples=4)
+    found = cs.pareto("speed", "peak_force - speed*100", {"alpha": (0.7, 0.9)}, points=5, samples=4)
     assert len(found.points) == 1
 
 
 @pytest.mark.long
 def test_both_metrics_count_in_their_worst_motion() -> None:
-    found = pareto(
+    found = cs.pareto(
         "speed",
         "cost_of_transport",
         {"alpha": (1.0, 1.1)},
@@ -177,7 +169,9 @@ def test_both_metrics_count_in_their_worst_motion() -> None:
     assert len(found.points) == 4
     for k in (0, -1):
         metrics = [
-            performance(solve_orbit(Parameters(alpha=found.points[k].over["alpha"], zeta=zeta)))
+            cs.performance(
+                cs.solve_orbit(cs.Parameters(alpha=found.points[k].over["alpha"], zeta=zeta))
+            )
             for zeta in (0.05, 0.025, 0.075)
         ]
         speeds = [float(abs(one.velocity.value)) for one in metrics]
@@ -197,7 +191,7 @@ def test_both_metrics_count_in_their_worst_motion() -> None:
     ],
 )
 def test_the_slope_is_that_of_the_front_whatever_else_holds(changed) -> None:
-    found = pareto("speed", "cost_of_transport", BOUNDS, points=5, samples=16, **changed)
+    found = cs.pareto("speed", "cost_of_transport", BOUNDS, points=5, samples=16, **changed)
     assert len(found.points) == 5
     slopes = found.columns["slope"]
     chords = np.diff(found.values) / np.diff(found.costs)
@@ -209,7 +203,7 @@ def test_the_slope_is_that_of_the_front_whatever_else_holds(changed) -> None:
 
 @pytest.mark.long
 def test_the_end_of_least_cost_claims_nothing_of_the_first_metric() -> None:
-    found = pareto("speed", "work", {"alpha": (0.5, 0.9)}, points=2, samples=8)
+    found = cs.pareto("speed", "work", {"alpha": (0.5, 0.9)}, points=2, samples=8)
     assert len(found.points) == 2
     end = found.points[0]
     assert end.over["alpha"] == 0.5
@@ -225,8 +219,8 @@ def test_the_end_of_least_cost_claims_nothing_of_the_first_metric() -> None:
 )
 def test_what_is_not_allowed_is_refused(changed, field) -> None:
     given = {"metric": "speed", "against": "work", "over": BOUNDS} | changed
-    with pytest.raises(InvalidInput) as caught:
-        pareto(**given)
+    with pytest.raises(cs.InvalidInput) as caught:
+        cs.pareto(**given)
     assert caught.value.field == field
 
 
@@ -234,7 +228,11 @@ def test_what_is_not_allowed_is_refused(changed, field) -> None:
 def test_a_metric_that_is_not_finite_at_the_end_of_a_front_is_told() -> None:
     """The least force does not move the capsule, whose cost of transport is infinite."""
     how = {"points": 5, "maximise": False, "samples": 32}
-    with pytest.raises(InvalidInput, match=r"metric = 'cost_of_transport': must be finite where"):
-        pareto("cost_of_transport", "peak_force", BOUNDS, **how)
-    found = pareto("cost_of_transport", "peak_force", BOUNDS, subject_to=["speed >= 0.05"], **how)
+    with pytest.raises(
+        cs.InvalidInput, match=r"metric = 'cost_of_transport': must be finite where"
+    ):
+        cs.pareto("cost_of_transport", "peak_force", BOUNDS, **how)
+    found = cs.pareto(
+        "cost_of_transport", "peak_force", BOUNDS, subject_to=["speed >= 0.05"], **how
+    )
     assert len(found.points) == 5

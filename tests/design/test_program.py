@@ -6,16 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    InvalidInput,
-    OptimumStatus,
-    Parameters,
-    PhysicalParameters,
-    optimise,
-    pareto,
-    performance,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._design import evaluation, quantities
 from capsule_sym._design import overview as overview_module
 from capsule_sym._design import survey as survey_module
@@ -30,7 +21,7 @@ from tests.design.clock import LIMIT, Clock
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
 START = ((0.0, 0.0, 0.0),)
-DEVICE = PhysicalParameters(
+DEVICE = cs.PhysicalParameters(
     M_m=0.5, M_c=1.65, k1=50.0, k2=75.0, c=0.5, G=0.0017, P_d=3.0, Omega=8.0, mu=0.2
 )
 
@@ -44,7 +35,7 @@ def surveyed(limit: float) -> float:
 
 @pytest.mark.long
 def test_no_optimum_is_worse_than_a_place_that_is_known_to_be_within_the_limits() -> None:
-    found = optimise("speed", BOUNDS, subject_to=["peak_force <= 1.8"])
+    found = cs.optimise("speed", BOUNDS, subject_to=["peak_force <= 1.8"])
     best = surveyed(1.8)
     assert best > 0.042  # where a search that leaves it comes to 0.041165
     assert found.success
@@ -81,24 +72,24 @@ def test_no_optimum_is_worse_than_a_place_that_is_known_to_be_within_the_limits(
     ],
 )
 def test_a_function_that_has_no_derivatives_or_no_number_is_refused(function) -> None:
-    with pytest.raises(InvalidInput, match=r"a function that|arithmetic") as caught:
-        optimise(function, BOUNDS, samples=8)
+    with pytest.raises(cs.InvalidInput, match=r"a function that|arithmetic") as caught:
+        cs.optimise(function, BOUNDS, samples=8)
     assert caught.value.field == "metric"
-    with pytest.raises(InvalidInput, match=r"a function that|arithmetic") as caught:
-        pareto("speed", function, BOUNDS, samples=8, points=3)
+    with pytest.raises(cs.InvalidInput, match=r"a function that|arithmetic") as caught:
+        cs.pareto("speed", function, BOUNDS, samples=8, points=3)
     assert caught.value.field in ("metric", "against")
 
 
 def test_limits_that_have_no_number_are_named() -> None:
     slow = {"alpha": (0.01, 0.3)}  # the capsule stands still, and goes at no cost
     for limit in ("cost_of_transport <= 1", (lambda m: m["speed"] * float("nan"), "<=", 1.0)):
-        found = optimise("speed", slow, subject_to=[limit], samples=16)
-        assert found.status is OptimumStatus.INFEASIBLE
+        found = cs.optimise("speed", slow, subject_to=[limit], samples=16)
+        assert found.status is cs.OptimumStatus.INFEASIBLE
         assert found.message.endswith(" <= 1")
 
 
 def test_where_a_function_has_no_number_others_are_taken() -> None:
-    found = optimise("progression/progression*alpha", {"alpha": (0.0, 1.5)}, samples=16)
+    found = cs.optimise("progression/progression*alpha", {"alpha": (0.0, 1.5)}, samples=16)
     assert found.success
     assert found.over["alpha"] == pytest.approx(1.5)
 
@@ -119,10 +110,10 @@ def test_where_a_function_has_no_number_others_are_taken() -> None:
     ],
 )
 def test_units_of_a_metric_or_a_limit_decide_nothing(metric, limits, shift, scale) -> None:
-    plain = optimise(
+    plain = cs.optimise(
         "speed", BOUNDS, samples=16, subject_to=["peak_force <= 2.5"] if limits else []
     )
-    found = optimise(metric, BOUNDS, samples=16, subject_to=limits)
+    found = cs.optimise(metric, BOUNDS, samples=16, subject_to=limits)
     assert plain.success
     assert found.success
     for name, value in plain.over.items():
@@ -132,8 +123,8 @@ def test_units_of_a_metric_or_a_limit_decide_nothing(metric, limits, shift, scal
 
 
 def test_a_metric_may_be_least_where_it_is_zero() -> None:
-    found = optimise("peak_contact", {"alpha": (0.001, 0.5)}, maximise=False, samples=32)
-    assert found.status is OptimumStatus.OPTIMAL
+    found = cs.optimise("peak_contact", {"alpha": (0.001, 0.5)}, maximise=False, samples=32)
+    assert found.status is cs.OptimumStatus.OPTIMAL
     assert found.value == 0.0
 
 
@@ -152,7 +143,7 @@ def test_multipliers_of_the_wrong_sign_make_no_minimum() -> None:
 
 def test_bounds_may_be_arrays() -> None:
     given = {"alpha": np.array([1, 2])}
-    assert optimise("alpha - speed", given, samples=4).over["alpha"] == pytest.approx(2)
+    assert cs.optimise("alpha - speed", given, samples=4).over["alpha"] == pytest.approx(2)
 
 
 @pytest.fixture
@@ -171,8 +162,8 @@ def closings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 @pytest.mark.skipif(core is None, reason="counts what the core does")
 def test_a_margin_that_cannot_hold_takes_bounded_work(closings) -> None:
-    found = optimise("speed", BOUNDS, margin=0.9, samples=1)
-    assert found.status is OptimumStatus.INFEASIBLE
+    found = cs.optimise("speed", BOUNDS, margin=0.9, samples=1)
+    assert found.status is cs.OptimumStatus.INFEASIBLE
     # During the search differences of multipliers are computed by the core.
     assert closings.count("python") < 50
     assert found.statistics["evaluations"] <= 100 * found.statistics["followed"]
@@ -180,7 +171,7 @@ def test_a_margin_that_cannot_hold_takes_bounded_work(closings) -> None:
 
 @pytest.mark.skipif(core is None, reason="counts what the core does")
 def test_a_motion_that_is_slow_to_settle_is_closed_a_few_times(closings) -> None:
-    p = Parameters(alpha=1.703, omega=2.148, delta=0.191, zeta=0.077, beta=3.0, gamma=9.908)
+    p = cs.Parameters(alpha=1.703, omega=2.148, delta=0.191, zeta=0.077, beta=3.0, gamma=9.908)
     assert evaluation.settle(p, START[0]) is not None
     assert closings.count("core") <= 12  # not for every length that is about a turn
 
@@ -203,7 +194,7 @@ def test_without_contact_or_stiffness_nothing_drifts() -> None:
     for k in range(40):
         alpha, omega, gamma = 10 ** draw.uniform(-0.5, 0.5, 3)
         delta, beta = (1e3, 1.5) if k % 2 else (0.02, 0.0)
-        p = Parameters(alpha, omega, delta, draw.uniform(0.01, 0.5), beta, gamma)
+        p = cs.Parameters(alpha, omega, delta, draw.uniform(0.01, 0.5), beta, gamma)
         motion = evaluation.settle(p, (0.0, 0.0, 0.0))
         for name in ("velocity", "progression"):
             assert motion.metrics[name].value == 0.0
@@ -217,20 +208,22 @@ def test_without_contact_or_stiffness_nothing_drifts() -> None:
 def test_drift_below_its_rounding_is_none_and_above_it_is_kept() -> None:
     # Beside a symmetric motion the drift is in proportion to the stiffness of the stop.
     def drift(beta: float, alpha: float = 1.2) -> float:
-        p = Parameters(alpha=alpha, beta=beta)
+        p = cs.Parameters(alpha=alpha, beta=beta)
         return evaluation.settle(p, (0.0, 0.0, 0.0)).metrics["progression"].value
 
     slope = drift(1e-4) / 1e-4
     assert abs(slope) > 0.01
     assert drift(1e-8) == pytest.approx(1e-8 * slope, rel=1e-3)
     assert not any(drift(1e-18, alpha) for alpha in np.linspace(1.0, 1.9, 10))
-    p = Parameters()
-    whole = performance(solve_orbit(p)).progression.value
+    p = cs.Parameters()
+    whole = cs.performance(cs.solve_orbit(p)).progression.value
     assert evaluation.settle(p, (0, 0, 0)).metrics["progression"].value == pytest.approx(whole)
 
 
 def test_a_metric_without_a_number_where_nothing_drifts_says_why() -> None:
-    found = optimise("cost_of_transport", {"alpha": (0.8, 1.0)}, Parameters(delta=9.0), samples=2)
+    found = cs.optimise(
+        "cost_of_transport", {"alpha": (0.8, 1.0)}, cs.Parameters(delta=9.0), samples=2
+    )
     assert (found.status, found.success) == ("flat", False)
     assert found.message.endswith("the mass does not reach the spring: lower delta or raise alpha")
 
@@ -258,7 +251,7 @@ def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeyp
     clock = Clock(monkeypatch, at)
     tolerances = dict.fromkeys(("zeta", "beta", "gamma", "f_b", "omega", "delta"), 0.05)
     how = {"tolerances": tolerances, "samples": 16, "progress": clock.progress}
-    found = optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
+    found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
     assert (found.status, found.success) == ("time-limit", False)
     if at == "survey":
         assert (found.over, found.message) == ({}, "time limit reached, and no place was found")
@@ -266,7 +259,7 @@ def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeyp
     assert 0.1 < found.value < 0.3
     # The value is that of the worst of the 65 scenarios.
     assert len(found.orbits) == 65
-    speeds = [abs(performance(orbit).velocity.value) for orbit in found.orbits]
+    speeds = [abs(cs.performance(orbit).velocity.value) for orbit in found.orbits]
     assert found.value == pytest.approx(min(speeds), rel=1e-9)
 
 
@@ -281,10 +274,14 @@ def test_a_survey_that_is_out_of_time_has_the_best_cell(monkeypatch, shares) -> 
 
     monkeypatch.setattr(survey_module, "overview", limited)
     how = {"tolerances": shares, "samples": 16}
-    found = optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
+    found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
     assert found.message == "time limit reached: this is the best place so far"
     worst = [
-        abs(performance(solve_orbit(Parameters(**found.over, zeta=z, f_b=f))).velocity.value)
+        abs(
+            cs.performance(
+                cs.solve_orbit(cs.Parameters(**found.over, zeta=z, f_b=f))
+            ).velocity.value
+        )
         for z in (0.05 * (1 - shares.get("zeta", 0)), 0.05 * (1 + shares.get("zeta", 0)))
         for f in (1 - shares.get("f_b", 0), 1 + shares.get("f_b", 0))
     ]
@@ -302,7 +299,7 @@ def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> 
 
     monkeypatch.setattr(overview_module, "settle_many", limited)
     monkeypatch.setattr(overview_module, "_CELLS", 4)
-    found = optimise("speed", {"alpha": (0.5, 1.5)}, samples=100, max_seconds=LIMIT)
+    found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, samples=100, max_seconds=LIMIT)
     assert looked == [4]
     assert found.message == "time limit reached: this is the best place so far"
 
@@ -310,9 +307,9 @@ def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> 
 @pytest.mark.parametrize("bounds", [{1: "f_b", -1: "gamma"}, {1: "f_b"}, {}])
 def test_metrics_know_no_friction_bound_but_those_of_the_model(monkeypatch, bounds) -> None:
     """One where the capsule goes forward may be another than where it goes back, or none at all."""
-    monkeypatch.setattr(Parameters.scene.facts, "BOUNDS", bounds)
+    monkeypatch.setattr(cs.Parameters.scene.facts, "BOUNDS", bounds)
     for delta, way in ((1.0, 1), (0.02, -1)):
-        p = Parameters(alpha=0.9, delta=delta, gamma=0.5, f_b=0.8)
+        p = cs.Parameters(alpha=0.9, delta=delta, gamma=0.5, f_b=0.8)
         metrics = quantities.of(evaluation.settle(p, (0.0, 0.0, 0.0)).metrics, p)
         gone, cost = (metrics[name].value for name in ("progression", "cost_of_transport"))
         assert gone * way > 0.1
@@ -329,19 +326,19 @@ def test_a_front_that_is_out_of_time_has_the_points_that_were_found(monkeypatch,
     clock = Clock(monkeypatch, at)
     over = {"alpha": (0.8, 1.2), "omega": (0.7, 0.9)}
     how = {"samples": 8, "max_seconds": LIMIT, "progress": clock.progress}
-    found = pareto("speed", "cost_of_transport", over, points=9, **how)
+    found = cs.pareto("speed", "cost_of_transport", over, points=9, **how)
     assert (found.status, found.success) == ("time-limit", False)
     assert least <= len(found.points) < 9
     for point in found.points:
-        assert point.value == pytest.approx(abs(performance(point.orbits[0]).velocity.value))
+        assert point.value == pytest.approx(abs(cs.performance(point.orbits[0]).velocity.value))
 
 
 @pytest.mark.long
 def test_equal_peaks_at_a_bound_leave_no_optimum_undecided() -> None:
     """Without a second spring all peaks are equal, and any of them has the gradient at beta = 0."""
-    p = Parameters(alpha=0.73, omega=0.65, delta=0.43, zeta=0.06)
+    p = cs.Parameters(alpha=0.73, omega=0.65, delta=0.43, zeta=0.06)
     for seed in range(3):
-        found = optimise(
+        found = cs.optimise(
             "peak_force",
             {"beta": (0.0, 30.0), "gamma": (0.5, 8.0)},
             p,
@@ -355,6 +352,6 @@ def test_equal_peaks_at_a_bound_leave_no_optimum_undecided() -> None:
 
 
 def test_a_metric_that_nothing_changes_is_flat() -> None:
-    found = optimise("alpha", {"omega": (0.5, 1.0)}, samples=2)
+    found = cs.optimise("alpha", {"omega": (0.5, 1.0)}, samples=2)
     assert (found.status, found.success, found.over) == ("flat", False, {})
     assert found.message == "alpha is 0.7 at each of 4 surveyed places, and nothing changes it"

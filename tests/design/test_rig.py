@@ -9,18 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from capsule_sym import (
-    InvalidInput,
-    Parameters,
-    Rig,
-    RigRun,
-    fit,
-    fit_rig,
-    read_measured,
-    read_rig,
-    scenes,
-    simulate,
-)
+import capsule_sym as cs
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.rig import recorded
 from tests.design.rigs import DEVICE, DRIVES, SCALE, SLIP, phase_of, video
@@ -34,7 +23,7 @@ START_OF_EACH = ("phase", "x_r", "v_r", "v_c")
 
 def rig(runs=None, unknown=(*DEVICES, "scale", "slip"), each=START_OF_EACH, **options):
     runs = [video(name) for name in DRIVES] if runs is None else runs
-    return Rig(runs, unknown, each, **options)
+    return cs.Rig(runs, unknown, each, **options)
 
 
 def off(found, truth):
@@ -53,7 +42,7 @@ def truth_of(*runs):
 
 @pytest.mark.long
 def test_device_camera_and_clock_are_found_from_videos_with_outliers() -> None:
-    found = fit_rig(rig(), GUESS, loss="cauchy")
+    found = cs.fit_rig(rig(), GUESS, loss="cauchy")
     assert found.success
     errors = off(found, truth_of(*DRIVES))
     assert max(map(abs, errors.values())) < 4
@@ -62,7 +51,7 @@ def test_device_camera_and_clock_are_found_from_videos_with_outliers() -> None:
     assert [one.name for one in found.runs] == list(DRIVES)
     assert found.runs[0].system.P_d == DRIVES["slow"][0]
     assert found.runs[0].series["x_m"][0] == found.values["scale"]
-    without = fit_rig(rig(unknown=(*DEVICES, "scale")), GUESS, loss="cauchy")
+    without = cs.fit_rig(rig(unknown=(*DEVICES, "scale")), GUESS, loss="cauchy")
     assert without.noise > 2 * found.noise
     wrong = [
         abs(without.values[name] - getattr(DEVICE, name)) / found.standard_errors[name]
@@ -75,7 +64,7 @@ def test_device_camera_and_clock_are_found_from_videos_with_outliers() -> None:
 def test_errors_of_a_rig_hold() -> None:
     sets, off_by = 40, []
     for seed in range(sets):
-        found = fit_rig(rig([video(name, seed) for name in DRIVES]), GUESS, loss="cauchy")
+        found = cs.fit_rig(rig([video(name, seed) for name in DRIVES]), GUESS, loss="cauchy")
         assert found.success
         off_by.append(list(off(found, truth_of(*DRIVES)).values()))
     held = np.abs(off_by) < 1.96
@@ -87,7 +76,7 @@ def test_errors_of_a_rig_hold() -> None:
 def test_scales_and_drifts_of_each_series_are_found() -> None:
     runs = [video(name, drift=-7.0, scales=(SCALE, 1.01 * SCALE)) for name in DRIVES]
     unknown = (*DEVICES, "scale_x_m", "scale_x_c", "slip")
-    found = fit_rig(rig(runs, unknown, (*START_OF_EACH, "drift")), GUESS, loss="cauchy")
+    found = cs.fit_rig(rig(runs, unknown, (*START_OF_EACH, "drift")), GUESS, loss="cauchy")
     assert found.success
     truth = truth_of(*DRIVES) | {"scale_x_m": SCALE, "scale_x_c": 1.01 * SCALE}
     truth |= {f"{name}.drift_{series}": -7.0 for name in DRIVES for series in ("x_m", "x_c")}
@@ -99,14 +88,14 @@ def test_a_scale_that_a_parameter_could_be_is_named() -> None:
     # Forces and lengths in proportion give the same picture in other pixels.
     runs, guess = [video("slow", seconds=1.0)], DEVICE.replace(mu=0.3, G=3e-4)
     unknown = ("mu", "G", "scale")
-    found = fit_rig(rig(runs, unknown, (*START_OF_EACH, "P_d")), guess, loss="cauchy")
+    found = cs.fit_rig(rig(runs, unknown, (*START_OF_EACH, "P_d")), guess, loss="cauchy")
     assert found.status == "not-identifiable"
     (lost,) = found.open_combinations
     assert "mu, G, scale, " in found.message
     for name in ("scale", "mu", "G", "slow.P_d"):
         assert math.isinf(found.standard_errors[name])
         assert abs(lost[name]) > 0.1
-    known = fit_rig(rig(runs, unknown, START_OF_EACH), guess, loss="cauchy")
+    known = cs.fit_rig(rig(runs, unknown, START_OF_EACH), guess, loss="cauchy")
     assert known.success
 
 
@@ -130,15 +119,17 @@ def test_the_jacobian_of_a_rig_is_that_of_its_residuals() -> None:
 
 
 def test_runs_without_a_guess_of_their_start_begin_on_the_steady_motion() -> None:
-    p = Parameters(alpha=0.83, zeta=0.06)
-    run = simulate(p, periods=120)
+    p = cs.Parameters(alpha=0.83, zeta=0.06)
+    run = cs.simulate(p, periods=120)
     times = np.linspace(0.0, 60.0, 300)
     x_r, _, _, x_c = run(100.3 * p.period + times, position=True).T
     data = {"t": times, "x_r": 3.0 * x_r + 5.0, "x_c": 3.0 * x_c}
-    one = Rig(
-        [RigRun("one", data, {"alpha": 0.83, "omega": p.omega})], ("zeta", "scale"), START_OF_EACH
+    one = cs.Rig(
+        [cs.RigRun("one", data, {"alpha": 0.83, "omega": p.omega})],
+        ("zeta", "scale"),
+        START_OF_EACH,
     )
-    found = fit_rig(one, p.replace(zeta=0.05))
+    found = cs.fit_rig(one, p.replace(zeta=0.05))
     assert found.success
     assert found.values["zeta"] == pytest.approx(0.06, abs=1e-8)
     assert found.values["one.phase"] == pytest.approx(0.3 * p.period, abs=1e-7)
@@ -150,7 +141,7 @@ def noisy(seed, memory, count=250):
     draw = np.random.default_rng(seed)
     data = series(count=count)
     data["t"] = np.linspace(PHASE, 50.0, count)
-    x_r, _, _, x_c = simulate(TRUE, START, PHASE, 9)(data["t"], position=True).T
+    x_r, _, _, x_c = cs.simulate(TRUE, START, PHASE, 9)(data["t"], position=True).T
     for name, x in (("x_m", x_r + x_c), ("x_c", x_c)):
         errors = draw.normal(size=count)
         for i in range(1, count):
@@ -161,22 +152,22 @@ def noisy(seed, memory, count=250):
 
 def test_residuals_tell_how_errors_are_correlated() -> None:
     how = {"state": START, "phase": PHASE}
-    white, red = (fit(noisy(3, m), TRUE, ("alpha", "zeta"), **how) for m in (0.0, 0.8))
+    white, red = (cs.fit(noisy(3, m), TRUE, ("alpha", "zeta"), **how) for m in (0.0, 0.8))
     assert abs(white.autocorrelation) < 0.15
     assert red.autocorrelation == pytest.approx(0.8, abs=0.12)
 
 
 def test_intervals_are_of_a_probability() -> None:
-    found = fit(noisy(3, 0.0, 9), TRUE, ("alpha", "zeta"), state=START, phase=PHASE)
+    found = cs.fit(noisy(3, 0.0, 9), TRUE, ("alpha", "zeta"), state=START, phase=PHASE)
     # Student's t of 16 degrees of freedom, from a table.
     assert found.deviations() == pytest.approx(2.120, abs=5e-4)
     assert found.deviations(0.99) == pytest.approx(2.921, abs=5e-4)
     ends, wide = found.interval("alpha"), found.interval("alpha", 0.99)
     assert wide[0] < ends[0] < ends[1] < wide[1]
     for level in (0.0, 1.0, math.nan, "95 %"):
-        with pytest.raises(InvalidInput, match="level"):
+        with pytest.raises(cs.InvalidInput, match="level"):
             found.interval("alpha", level)
-    with pytest.raises(InvalidInput, match="name"):
+    with pytest.raises(cs.InvalidInput, match="name"):
         found.interval("beta")
 
 
@@ -286,8 +277,8 @@ def test_a_bad_file_of_a_rig_is_named_in_one_line(text, field, call, folder) -> 
 def test_columns_of_different_lengths_are_named() -> None:
     run = video("slow")
     run.data["x_c"] = run.data["x_c"][:-1]
-    with pytest.raises(InvalidInput, match="slow: x_c = "):
-        fit_rig(rig([run]), GUESS)
+    with pytest.raises(cs.InvalidInput, match="slow: x_c = "):
+        cs.fit_rig(rig([run]), GUESS)
 
 
 @pytest.mark.long
@@ -297,7 +288,7 @@ def test_the_videos_of_the_documentation_are_made_by_their_script(tmp_path, monk
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(pages / "videos.py"))
     for name in DRIVES:
-        committed, made = (read_measured(place / f"{name}.csv") for place in (pages, tmp_path))
+        committed, made = (cs.read_measured(place / f"{name}.csv") for place in (pages, tmp_path))
         assert list(committed) == list(made)
         for column in made:  # written with two digits
             assert committed[column] == pytest.approx(made[column], abs=0.011, nan_ok=True)
@@ -306,7 +297,7 @@ def test_the_videos_of_the_documentation_are_made_by_their_script(tmp_path, monk
 def test_a_rig_is_read_as_it_stands(folder) -> None:
     text = "scale = 8000\nslip = 0.001\n" + HEAD + "[bounds]\nmu = [0.1, 0.5]\n" + RUN
     (folder / "rig.toml").write_text(text + 'name = "first"\nstate = [0, 0, 0]\nphase = 0.1\n')
-    found = read_rig(folder / "rig.toml")
+    found = cs.read_rig(folder / "rig.toml")
     assert (found.scale, found.slip, found.bounds) == (8000, 0.001, {"mu": (0.1, 0.5)})
     (run,) = found.runs
     assert (run.name, run.drive) == ("first", {"P_d": 0.25, "Omega": 38.0})
@@ -315,15 +306,17 @@ def test_a_rig_is_read_as_it_stands(folder) -> None:
 
 @pytest.mark.parametrize("name", ["slope", "prototype", "reaction", "reaction_pulse"])
 def test_rigs_of_every_scene_are_fitted(name) -> None:
-    scene = getattr(scenes, name)
+    scene = getattr(cs.scenes, name)
     p = scene.Parameters(alpha=1.3, zeta=0.06)
-    run = simulate(p, (0.1, 0.2, 0.3), 0.4, periods=10)
+    run = cs.simulate(p, (0.1, 0.2, 0.3), 0.4, periods=10)
     times = np.linspace(0.0, 8 * p.period, 200)
     x_r, _, _, x_c = run(0.4 + 1.001 * times, position=True).T
     data = {"t": times, "x_m": 3.0 * (x_r + x_c) + 5.0, "x_c": 3.0 * x_c}
-    one = RigRun("one", data, {"alpha": 1.3, "omega": p.omega}, (0.12, 0.2, 0.3), 0.45)
+    one = cs.RigRun("one", data, {"alpha": 1.3, "omega": p.omega}, (0.12, 0.2, 0.3), 0.45)
     each = ("phase", "x_r")
-    found = fit_rig(Rig([one], ("zeta", "gamma", "slip", "scale"), each), p.replace(zeta=0.05))
+    found = cs.fit_rig(
+        cs.Rig([one], ("zeta", "gamma", "slip", "scale"), each), p.replace(zeta=0.05)
+    )
     assert found.success
     truth = {"zeta": 0.06, "gamma": p.gamma, "slip": 1e-3, "scale": 3.0, "one.phase": 0.4}
     for key, value in truth.items():

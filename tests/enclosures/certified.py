@@ -9,15 +9,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
-from capsule_sym import (
-    Parameters,
-    certify_bifurcation,
-    certify_orbit,
-    certify_run,
-    simulate,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._enclosures.certificates import checker
 from tests.enclosures.case import bifurcations as found
 
@@ -25,27 +17,27 @@ from tests.enclosures.case import bifurcations as found
 @cache
 def orbit(alpha: float) -> dict[str, Any]:
     """Certificate of the orbit at an amplitude."""
-    return certify_orbit(solve_orbit(Parameters(alpha=alpha)))
+    return cs.certify_orbit(cs.solve_orbit(cs.Parameters(alpha=alpha)))
 
 
 @cache
 def unstable() -> dict[str, Any]:
     """Certificate of an orbit between two period doublings."""
-    found = solve_orbit(Parameters(alpha=0.0428, zeta=0.005))
+    found = cs.solve_orbit(cs.Parameters(alpha=0.0428, zeta=0.005))
     values = [0.045, *found.values[1:]]
-    return certify_orbit(solve_itinerary(values, found.itinerary, list(found.z)))
+    return cs.certify_orbit(cs.solve_itinerary(values, found.itinerary, list(found.z)))
 
 
 @cache
 def bifurcations() -> list[dict[str, Any]]:
     """Certificates of the bifurcations of Section 4, in their order."""
-    return [certify_bifurcation(one)[0] for one in found()]
+    return [cs.certify_bifurcation(one)[0] for one in found()]
 
 
 @cache
 def run() -> dict[str, Any]:
     """Certificate of a run of seven segments."""
-    return certify_run(simulate(Parameters(alpha=1.2), (0.01, 0.0, 1e-5), 0.3, periods=1))
+    return cs.certify_run(cs.simulate(cs.Parameters(alpha=1.2), (0.01, 0.0, 1e-5), 0.3, periods=1))
 
 
 @cache

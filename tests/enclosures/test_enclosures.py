@@ -10,14 +10,7 @@ import pytest
 import sympy as sp
 from scipy.linalg import expm
 
-from capsule_sym import (
-    Bifurcation,
-    Orbit,
-    Parameters,
-    floquet_multipliers,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._enclosures.numbers import fields
 from capsule_sym._enclosures.numbers.balls import (
     Unproved,
@@ -50,13 +43,13 @@ with precision(256):
 bits = precise(128)
 
 
-def orbit_at(amplitude: float, gamma: float = 3.3) -> Orbit:
-    found = solve_orbit(Parameters(alpha=amplitude, gamma=gamma))
+def orbit_at(amplitude: float, gamma: float = 3.3) -> cs.Orbit:
+    found = cs.solve_orbit(cs.Parameters(alpha=amplitude, gamma=gamma))
     assert found.success, found.message
     return found
 
 
-def tube_at(orbit: Orbit, radius: float = 0.0):
+def tube_at(orbit: cs.Orbit, radius: float = 0.0):
     shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
     return enclose(shooting, guess_of(shooting, orbit), {shooting.parameter("alpha"): radius})
 
@@ -156,7 +149,7 @@ def test_tube_holds_the_orbits_found_at_other_amplitudes() -> None:
     at = tube.shooting.parameter("alpha")
     for share in (-0.9, 0.4, 0.99):
         values = [0.7 + share * 2e-3, *orbit.values[1:]]
-        guess = guess_of(tube.shooting, solve_itinerary(values, orbit.itinerary, list(orbit.z)))
+        guess = guess_of(tube.shooting, cs.solve_itinerary(values, orbit.itinerary, list(orbit.z)))
         assert tube.holds(guess)
         shifted = list(guess)
         shifted[0] += 0.05
@@ -172,7 +165,7 @@ def test_box_that_is_too_wide_is_not_proved() -> None:
 def test_multipliers_are_those_of_double_precision() -> None:
     for amplitude in (0.3, 1.2, 1.9):
         orbit = orbit_at(amplitude)
-        values = floquet_multipliers(orbit)
+        values = cs.floquet_multipliers(orbit)
         found = characteristic(monodromy(tube_at(orbit).wide))
         assert float(found.trace) == pytest.approx(float(np.sum(values).real), abs=1e-9)
         assert float(found.determinant) == pytest.approx(float(np.prod(values).real), abs=1e-9)
@@ -207,7 +200,7 @@ def test_zero_of_the_equations_that_is_no_motion_is_rejected(
     for share in np.linspace(0, 1, 12)[1:]:
         values = list(orbit.values)
         values[0] = amplitude + share * (beyond - amplitude)
-        moved = solve_itinerary(values, orbit.itinerary, list(orbit.z))
+        moved = cs.solve_itinerary(values, orbit.itinerary, list(orbit.z))
         assert moved.success, moved.message
         orbit = moved
     tube = tube_at_columns(orbit, orbit)
@@ -215,7 +208,7 @@ def test_zero_of_the_equations_that_is_no_motion_is_rejected(
         prove_admissible(tube)
 
 
-def tube_at_columns(orbit: Orbit, guess: Orbit):
+def tube_at_columns(orbit: cs.Orbit, guess: cs.Orbit):
     shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
     given = {shooting.parameter("alpha"): 0.0}
     if orbit.itinerary.segments[0].guard is None:
@@ -256,12 +249,12 @@ def test_orders_of_contact() -> None:
 
 
 @pytest.fixture(scope="module")
-def found() -> tuple[Bifurcation, ...]:
+def found() -> tuple[cs.Bifurcation, ...]:
     return bifurcations()
 
 
 @pytest.fixture(scope="module")
-def events(found: tuple[Bifurcation, ...]) -> list[Event]:
+def events(found: tuple[cs.Bifurcation, ...]) -> list[Event]:
     return [threshold(one, EXACT | {"gamma": "3.3"}) for one in found]
 
 
@@ -287,7 +280,7 @@ def test_the_segment_that_is_born_grows_as_its_coefficient_says(events, number: 
     sign = 1.0 if coefficient > 0 else -1.0
     durations = []
     for away in (1e-7, 4e-7):
-        orbit = solve_orbit(Parameters(alpha=alpha + sign * away))
+        orbit = cs.solve_orbit(cs.Parameters(alpha=alpha + sign * away))
         assert orbit.success, orbit.message
         assert str(orbit.itinerary) == str(event.tube.shooting.itinerary)
         fields = event.tube.shooting.itinerary.fields

@@ -12,15 +12,7 @@ from time import perf_counter
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import (
-    Parameters,
-    certify_bifurcation,
-    certify_orbit,
-    certify_run,
-    continue_orbit,
-    simulate,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._cli import group
 from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._native import watch
@@ -29,7 +21,7 @@ from tests.enclosures.certified import digits_changed, rejected
 
 @pytest.fixture(scope="module")
 def run_certificate() -> dict:
-    return certify_run(simulate(Parameters(alpha=1.2), (0.01, 0.0, 1e-5), 0.3, periods=2))
+    return cs.certify_run(cs.simulate(cs.Parameters(alpha=1.2), (0.01, 0.0, 1e-5), 0.3, periods=2))
 
 
 def test_run_certificate_is_accepted_and_no_digit_may_change(run_certificate: dict) -> None:
@@ -42,7 +34,7 @@ def test_run_certificate_is_accepted_and_no_digit_may_change(run_certificate: di
 
 def test_run_certificate_ends_where_50_digits_do(run_certificate: dict) -> None:
     start = (0.01, 0.0, 1e-5)
-    exact = simulate(Parameters(alpha=1.2), start, 0.3, periods=2, backend="mpmath")
+    exact = cs.simulate(cs.Parameters(alpha=1.2), start, 0.3, periods=2, backend="mpmath")
     for told, value in zip(run_certificate["end"], exact.final[1], strict=True):
         assert abs(Fraction(told) - Fraction(str(value))) < Fraction(1, 10**12)
     assert [one.field for one in exact.segments] == run_certificate["fields"]
@@ -59,7 +51,9 @@ def test_checker_rejects_runs_that_are_none(run_certificate: dict) -> None:
 
 
 def test_a_run_is_certified_from_the_decimals_that_its_doubles_print_as() -> None:
-    certificate = certify_run(simulate(Parameters(alpha=1e-5), (0.0, 0.0, 0.0), 0.7, periods=1))
+    certificate = cs.certify_run(
+        cs.simulate(cs.Parameters(alpha=1e-5), (0.0, 0.0, 0.0), 0.7, periods=1)
+    )
     assert certificate["parameters"]["alpha"] == "0.00001"
     assert certificate["angle"] == "0.56"
     assert certificate["fields"] == [2]
@@ -69,17 +63,17 @@ def test_a_run_is_certified_from_the_decimals_that_its_doubles_print_as() -> Non
 
 
 def test_a_motion_at_rest_is_certified_however_long() -> None:
-    certificate = certify_run(simulate(Parameters(alpha=0.0), periods=20))
+    certificate = cs.certify_run(cs.simulate(cs.Parameters(alpha=0.0), periods=20))
     assert certificate["fields"] == [2]
     assert {abs(float(x)) for x in certificate["end"]} == {0.0}
     assert not rejected(certificate)
 
 
 def test_a_run_that_ended_early_is_not_certified() -> None:
-    run = simulate(Parameters(alpha=1.2), periods=10**7, max_seconds=0.01)
+    run = cs.simulate(cs.Parameters(alpha=1.2), periods=10**7, max_seconds=0.01)
     assert not run.success
     with pytest.raises(Unproved, match=r"first switch|seconds"):
-        certify_run(run)
+        cs.certify_run(run)
 
 
 def test_the_command_writes_what_the_checker_accepts(tmp_path: Path) -> None:
@@ -116,30 +110,30 @@ def ticking(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 @pytest.mark.usefixtures("ticking")
 def test_the_time_is_looked_at_within_a_segment() -> None:
     # With many bits one segment takes as long as thousands with few.
-    run = simulate(Parameters(alpha=0.0), periods=1)
+    run = cs.simulate(cs.Parameters(alpha=0.0), periods=1)
     assert len(run.segments) == 1
     with pytest.raises(Unproved, match="the time was over"):
-        certify_run(run, max_seconds=3)
+        cs.certify_run(run, max_seconds=3)
 
 
 @pytest.mark.usefixtures("ticking")
 def test_orbits_and_bifurcations_are_certified_in_time_or_not_at_all() -> None:
-    orbit = solve_orbit(Parameters(alpha=0.7))
+    orbit = cs.solve_orbit(cs.Parameters(alpha=0.7))
     with pytest.raises(Unproved, match="the time was over before the orbit was proved"):
-        certify_orbit(orbit, max_seconds=10)
-    (found, *_) = continue_orbit(orbit, "alpha", 0.2).bifurcations
+        cs.certify_orbit(orbit, max_seconds=10)
+    (found, *_) = cs.continue_orbit(orbit, "alpha", 0.2).bifurcations
     with pytest.raises(Unproved, match="the time was over before the bifurcation was proved"):
-        certify_bifurcation(found, max_seconds=10)
+        cs.certify_bifurcation(found, max_seconds=10)
 
 
 def test_a_run_that_is_not_certified_in_time_is_unproved(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    run, file = simulate(Parameters(alpha=1.2), periods=20), tmp_path / "run.json"
+    run, file = cs.simulate(cs.Parameters(alpha=1.2), periods=20), tmp_path / "run.json"
     clock = count(perf_counter())  # which each segment looks at once
     monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
     with pytest.raises(Unproved, match="the time was over before every switch was proved"):
-        certify_run(run, max_seconds=10)
+        cs.certify_run(run, max_seconds=10)
     line = ["run", "--periods", "20", "--certify", str(file), "--max-seconds", "30"]
     ended = CliRunner().invoke(group, line)
     assert ended.exit_code == 4

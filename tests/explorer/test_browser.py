@@ -404,16 +404,18 @@ BOXES = """() => ['#tour', '.toured'].map((name) => {
 def test_the_tour_covers_nothing_that_it_tells_of_and_ends_by_keys(open_page, size):
     tab = open_page(viewport=dict(zip(("width", "height"), size, strict=True)))
     tab.get_by_role("button", name="Tour").press("Enter")
-    stops = 0
+    seen = []
     while tab.locator("#tour[open]").count():
+        seen.append(tab.locator(".toured").get_attribute("id"))
         card, told = tab.evaluate(BOXES)
+        assert told[3] - told[1] > 20
         assert told[2] >= 0
         assert told[3] <= size[1]
         beside = card[0] >= told[1] or card[1] <= told[0]
         assert beside or card[2] >= told[3] or card[3] <= told[2]
         tab.locator("#tour .primary").press("Enter")
-        stops += 1
-    assert stops == 8
+    assert len(seen) == len(set(seen)) == 8
+    assert seen[-1] == "share-open"
     assert tab.locator(".toured").count() == 0
     tab.locator("#take-tour").press("Enter")
     tab.locator("#tour .primary").press("Enter")

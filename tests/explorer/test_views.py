@@ -236,26 +236,6 @@ def test_files_are_taken_as_by_the_package(open_page, tmp_path, text):
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_the_tour_shows_what_it_tells_of(open_page, width):
-    tab = open_page(viewport={"width": width, "height": 844})
-    tab.get_by_role("button", name="Tour").click()
-    seen = []
-    while tab.locator("#tour[open]").count():
-        target = tab.locator(".toured")
-        seen.append(target.get_attribute("id"))
-        card, box = tab.locator("#tour").bounding_box(), target.bounding_box()
-        # Something of it is on the screen, and not behind the card.
-        top, bottom = max(0, box["y"]), min(844, box["y"] + box["height"])
-        covered = max(0, min(bottom, card["y"] + card["height"]) - max(top, card["y"]))
-        beside = box["x"] < card["x"] - 40
-        assert bottom - top > 20
-        assert beside or bottom - top - covered > 15, seen
-        tab.locator("#tour .primary").click()
-    assert len(seen) == len(set(seen)) == 8
-    assert seen[-1] == "share-open"
-
-
-@pytest.mark.parametrize("width", [390, 1280])
 def test_no_table_is_cut(open_page, width):
     tab = open_page("#view=diagram&d_count=100", viewport={"width": width, "height": 900})
     _finished(tab, "diagram")

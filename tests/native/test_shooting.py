@@ -9,16 +9,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from capsule_sym import (
-    InvalidInput,
-    Itinerary,
-    Orbit,
-    Parameters,
-    continue_orbit,
-    monodromy_matrix,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import Watch, core
@@ -39,7 +30,7 @@ ROUNDINGS, INTERPOLATED = 64, 3e-7
 DURATIONS = (0.0, 1e-12, -1e-9, 1e-5, -1e-3, 0.03)
 
 
-def random_itinerary(draw: Random) -> Itinerary:
+def random_itinerary(draw: Random) -> cs.Itinerary:
     """A closed walk over the fields, each step by one guard; a third are of mirrored halves."""
     while True:
         mirrored = draw.random() < 1 / 3
@@ -50,19 +41,19 @@ def random_itinerary(draw: Random) -> Itinerary:
             ]
             fields.append(draw.choice(ways))
         if _follows(fields[-1], mirror(fields[0]) if mirrored else fields[0]):
-            return Itinerary.of(fields, draw.choice((1, 3)), mirrored)
+            return cs.Itinerary.of(fields, draw.choice((1, 3)), mirrored)
 
 
 def _follows(field: int, other: int) -> bool:
     return (contact(field) != contact(other)) != (drift(field) != drift(other))
 
 
-def random_case(seed: int) -> tuple[tuple[float, ...], Itinerary, np.ndarray]:
+def random_case(seed: int) -> tuple[tuple[float, ...], cs.Itinerary, np.ndarray]:
     """Parameters, an itinerary, and unknowns; some durations are 0, tiny, or below 0."""
     draw = Random(seed)
     itinerary = random_itinerary(draw)
     ranges = ((0.2, 2), (0.4, 2), (0, 0.5), (0.01, 0.5), (0, 5), (0.3, 5), (0.3, 1.5))
-    values = Parameters(*(draw.uniform(*ends) for ends in ranges))
+    values = cs.Parameters(*(draw.uniform(*ends) for ends in ranges))
     # If v_c vanishes twice at a start off the force's bound, it is a small difference over the
     # square of a short duration: there they are long.
     durations = [
@@ -85,7 +76,7 @@ def everything(system: ShootingSystem) -> list[Any]:
     ]
 
 
-def softness(itinerary: Itinerary, exact: ShootingSystem) -> float:
+def softness(itinerary: cs.Itinerary, exact: ShootingSystem) -> float:
     """Growth of a rounding of the states in saltation matrices: they divide by the rate of v_c.
 
     If the capsule comes to rest softly and moves again, that rate is a small difference.
@@ -106,8 +97,8 @@ def compare(seed: int) -> None:
     with backend("mpmath") as numbers:
         given, unknowns = ([numbers.number(v) for v in row] for row in (values, z))
         exact = shooting(numbers, given, itinerary, np.array(unknowns))
-        matrix = monodromy_matrix(
-            Orbit(tuple(given), itinerary, np.array(unknowns), exact, "mpmath")
+        matrix = cs.monodromy_matrix(
+            cs.Orbit(tuple(given), itinerary, np.array(unknowns), exact, "mpmath")
         )
     assert found.monodromy is not None
     largest = 1 + max(float(abs(flow.end_by).max()) for flow in exact.flows)
@@ -130,14 +121,14 @@ def test_the_system_is_that_of_fifty_digits(seed: int | None) -> None:
         compare(one)
 
 
-def orbits(count: int) -> list[Orbit]:
+def orbits(count: int) -> list[cs.Orbit]:
     draw, found = Random(3), []
     while len(found) < count:
         alpha, omega = draw.uniform(0.2, 3), draw.uniform(0.5, 2)
         delta = draw.choice((0.0, draw.uniform(0, 0.6)))
         others = (draw.uniform(*ends) for ends in ((0.01, 0.6), (0, 10), (0.4, 4)))
-        parameters = Parameters(alpha, omega, delta, *others)
-        orbit = solve_orbit(parameters, periods=128)
+        parameters = cs.Parameters(alpha, omega, delta, *others)
+        orbit = cs.solve_orbit(parameters, periods=128)
         if orbit.success:
             found.append(orbit)
     return found
@@ -173,7 +164,7 @@ def test_the_search_is_that_of_the_reference(count: int) -> None:
 
 def test_a_segment_held_at_no_duration_is_the_bifurcation() -> None:
     """From a tenth of a per cent beside each border collision of a branch back to it, by alpha."""
-    branch = continue_orbit(solve_orbit(Parameters(alpha=0.05)), "alpha", 1.9, points=40)
+    branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.05)), "alpha", 1.9, points=40)
     held = [one for one in branch.bifurcations if one.segment is not None]
     assert len(held) > 5
     for one in held:
@@ -195,7 +186,7 @@ def test_a_segment_held_at_no_duration_is_the_bifurcation() -> None:
 
 
 def test_a_part_of_the_start_held_is_a_point_of_the_branch() -> None:
-    one, other = (solve_orbit(Parameters(alpha=alpha)) for alpha in (0.6, 0.601))
+    one, other = (cs.solve_orbit(cs.Parameters(alpha=alpha)) for alpha in (0.6, 0.601))
     assert one.itinerary == other.itinerary
     fields = np.array(one.itinerary.fields, np.int32)
     for held in range(4):
@@ -212,7 +203,7 @@ def test_a_part_of_the_start_held_is_a_point_of_the_branch() -> None:
 
 
 def test_parameters_stay_what_a_model_may_have() -> None:
-    orbit = solve_orbit(Parameters(alpha=0.6))
+    orbit = cs.solve_orbit(cs.Parameters(alpha=0.6))
     guess = orbit.z.copy()
     guess[0] = -1.0
     fields = np.array(orbit.itinerary.fields, np.int32)
@@ -224,45 +215,45 @@ def test_parameters_stay_what_a_model_may_have() -> None:
 
 
 def test_a_search_that_begins_nowhere_takes_no_step() -> None:
-    fields = core.Fields(parameter_rows(Parameters())[0])
+    fields = core.Fields(parameter_rows(cs.Parameters())[0])
     found = fields.solve_itinerary(np.array([1, 2], np.int32), 1, False, [np.nan] * 6)
     assert found[2:4] == (Solving.NOT_FINITE, 0)
 
 
 def test_a_mirrored_half_is_over_an_odd_number_of_periods() -> None:
-    with pytest.raises(InvalidInput, match="period_number = 2: must be odd"):
-        Itinerary.of([2, 3], 2, True)
-    fields, at = np.array([2, 3], np.int32), core.Fields(parameter_rows(Parameters())[0])
+    with pytest.raises(cs.InvalidInput, match="period_number = 2: must be odd"):
+        cs.Itinerary.of([2, 3], 2, True)
+    fields, at = np.array([2, 3], np.int32), core.Fields(parameter_rows(cs.Parameters())[0])
     with pytest.raises(ValueError, match="fields"):
         at.solve_itinerary(fields, 2, True, [0.89, -0.64, 0.0, 24.5, 3.0, 0.9])
 
 
 def test_a_map_is_remade_of_all_parameters() -> None:
-    remade = core.Map(parameter_rows(Parameters())[0])
+    remade = core.Map(parameter_rows(cs.Parameters())[0])
     with pytest.raises(ValueError, match="7 parameters are needed"):
         remade.remake(1.0)
 
 
 def test_a_long_itinerary_is_solved_from_its_solution() -> None:
     """No equation loses digits to the turns that have passed: 9.8e-12 with angles in one double."""
-    orbit = solve_orbit(Parameters(alpha=0.7))
+    orbit = cs.solve_orbit(cs.Parameters(alpha=0.7))
     times = 700 // len(orbit.itinerary)
-    long = Itinerary(times * orbit.itinerary.segments, times)
+    long = cs.Itinerary(times * orbit.itinerary.segments, times)
     z = [*orbit.z[:4], *(times * orbit.z[4:].tolist())]
-    found = solve_itinerary(orbit.parameters, long, z)
+    found = cs.solve_itinerary(orbit.parameters, long, z)
     assert found.success
     assert found.iterations <= 2
     assert found.residual < 1e-13
     assert found.z == pytest.approx(np.array(z), abs=1e-12)
-    beside = solve_itinerary(orbit.parameters, long, [value * (1 + 1e-6) for value in z])
+    beside = cs.solve_itinerary(orbit.parameters, long, [value * (1 + 1e-6) for value in z])
     assert beside.success
     assert beside.iterations <= 4  # each squares the distance
     assert beside.z == pytest.approx(np.array(z), abs=1e-12)
 
 
 def test_a_watch_stops_the_search() -> None:
-    orbit = solve_orbit(Parameters(alpha=0.6))
-    long = Itinerary(200 * orbit.itinerary.segments, 200)
+    orbit = cs.solve_orbit(cs.Parameters(alpha=0.6))
+    long = cs.Itinerary(200 * orbit.itinerary.segments, 200)
     watch = Watch()
     watch.stop()
     z = np.array([*orbit.z[:4], *(200 * orbit.z[4:].tolist())]) * 1.01
@@ -275,14 +266,14 @@ def test_a_watch_stops_the_search() -> None:
 def test_what_is_too_long_for_the_core_is_solved_without_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    orbit = solve_orbit(Parameters(alpha=0.6))
-    long = Itinerary(1025 * orbit.itinerary.segments, 1025)
+    orbit = cs.solve_orbit(cs.Parameters(alpha=0.6))
+    long = cs.Itinerary(1025 * orbit.itinerary.segments, 1025)
     z = np.array([*orbit.z[:4], *(1025 * orbit.z[4:].tolist())])
     with pytest.raises(ValueError, match="fields 1 to 6"):
         core.Fields(np.array(orbit.values)).solve_itinerary(
             np.array(long.fields, np.int32), 1025, False, z
         )
     monkeypatch.setattr(closed, "_LONGEST", 1)
-    other = solve_itinerary(orbit.parameters, orbit.itinerary, list(1.01 * orbit.z))
+    other = cs.solve_itinerary(orbit.parameters, orbit.itinerary, list(1.01 * orbit.z))
     assert other.system.monodromy is None
     assert other.z == pytest.approx(orbit.z, abs=1e-13)
