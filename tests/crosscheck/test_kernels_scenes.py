@@ -201,7 +201,7 @@ def test_flows_are_exponentials_to_38_digits(name: str) -> None:
 
 
 @sampled
-@pytest.mark.parametrize("name", some(SCENES, 2))
+@pytest.mark.parametrize("name", some(SCENES, 1))
 def test_jacobians_are_differences_of_flows(name: str) -> None:
     kernels, r = scene(name).kernels_by(mp), random.Random(name)
     for kind in some([*DAMPING, *CONFLUENT], 1):
@@ -327,7 +327,7 @@ def by_lanes(given: Scene, group: list[Case]) -> tuple[Any, Any]:
 
 
 @sampled
-@pytest.mark.parametrize("name", some(SCENES, 2))
+@pytest.mark.parametrize("name", some(SCENES, 1))
 def test_doubles_are_right_to_their_conditioning(name: str) -> None:
     """NumPy's scalars and lanes, and C's closed form, beside 50 digits of the same doubles."""
     given, groups = scene(name), {}
