@@ -58,9 +58,7 @@ def test_a_file_and_its_folders_are_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("problem", [KeyboardInterrupt, ValueError, MemoryError])
-def test_what_was_there_stays_where_writing_is_cut(
-    tmp_path: Path, problem: type[BaseException]
-) -> None:
+def test_what_was_there_stays_where_writing_is_cut(tmp_path, problem) -> None:
     write_whole(tmp_path / "kept.txt", "good")
     with pytest.raises(problem), whole(tmp_path / "kept.txt") as part:
         cut(part, problem)
@@ -129,9 +127,7 @@ WRITERS = [
 
 @posix
 @pytest.mark.parametrize(("name", "write"), WRITERS, ids=[name for name, _ in WRITERS])
-def test_what_is_written_leaves_the_good_file_on_a_full_disk(
-    name: str, write: Callable[[Path], None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_written_leaves_the_good_file_on_a_full_disk(name, write, tmp_path, capsys) -> None:
     write_whole(tmp_path / name, "good")
     with full_disk(), pytest.raises(InvalidInput, match="must be writable"):
         write(tmp_path / name)
@@ -140,9 +136,7 @@ def test_what_is_written_leaves_the_good_file_on_a_full_disk(
 
 
 @posix
-def test_a_film_that_ffmpeg_cannot_write_leaves_the_good_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_film_that_ffmpeg_cannot_write_leaves_the_good_one(tmp_path, monkeypatch) -> None:
     program = tmp_path / "bin" / "ffmpeg"
     write_whole(program, '#!/bin/sh\nfor last; do :; done\necho fragment >"$last"\nexit 1\n')
     program.chmod(0o755)

@@ -85,7 +85,7 @@ def test_sympy_stays_unimported_by_the_map() -> None:
     ),
 )
 def test_without_an_optional_library_one_line_says_what_brings_it(
-    absent: str, line: str, extra: str, tmp_path: Path
+    absent, line, extra, tmp_path
 ) -> None:
     code = (
         f"import sys; sys.modules['{absent}'] = None; from capsule_sym.__main__ import main; main()"
@@ -259,9 +259,7 @@ def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Pa
 
 @pytest.mark.skipif(core is None, reason="no compiler here")
 @pytest.mark.parametrize("installed_core", ["own", "none", "other", "older"])
-def test_python_started_in_a_clone_takes_the_installed_core(
-    installed_core: str, tmp_path: Path
-) -> None:
+def test_python_started_in_a_clone_takes_the_installed_core(installed_core, tmp_path) -> None:
     """The clone is imported, as Python looks there first; -S leaves out the editable install."""
     (tmp_path / "capsule_sym-1.dist-info").mkdir()
     beside = tmp_path / "capsule_sym" / "_native"
@@ -338,11 +336,7 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ids=["fails", "absent", "stops"],
 )
 def test_a_compiler_that_fails_ends_the_installation_with_its_words(
-    checkout: Path,
-    tmp_path: Path,
-    environment: dict[str, str],
-    change: tuple[str, str] | None,
-    words: str,
+    checkout, tmp_path, environment, change, words
 ) -> None:
     source = tmp_path / "source"
     shutil.copytree(checkout, source)
@@ -377,9 +371,7 @@ def test_the_binding_passes_pointers_of_their_types(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_source_distribution_holds_what_is_generated_once(
-    tmp_path: Path, no_compiler: dict[str, str]
-) -> None:
+def test_a_source_distribution_holds_what_is_generated_once(tmp_path, no_compiler) -> None:
     done = built("sdist", tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     (made,) = tmp_path.glob("*.tar.gz")
@@ -464,9 +456,7 @@ def test_the_import_contracts_hold(checkout: Path) -> None:
         5,
     ),
 )
-def test_a_forbidden_import_breaks_its_contract(
-    checkout: Path, module: str, statement: str, broken: str
-) -> None:
+def test_a_forbidden_import_breaks_its_contract(checkout, module, statement, broken) -> None:
     file = checkout / "capsule_sym" / module
     text = file.read_text(encoding="utf-8")
     # Inside a function, where it would also escape a test that only imports the package.

@@ -81,9 +81,7 @@ def test_parameters_cannot_change(kind: type, values: dict[str, float]) -> None:
 
 @pytest.mark.parametrize("value", [2, np.int64(2), np.float32(2), np.float64(2)])
 @pytest.mark.parametrize(("kind", "values", "name"), EVERY_FIELD)
-def test_every_real_number_becomes_a_float(
-    kind: type, values: dict[str, float], name: str, value: object
-) -> None:
+def test_every_real_number_becomes_a_float(kind, values, name, value) -> None:
     stored = getattr(kind(**values | {name: value}), name)
     assert type(stored) is float
     assert stored == 2.0
@@ -108,9 +106,7 @@ def test_every_real_number_becomes_a_float(
     ids=repr,
 )
 @pytest.mark.parametrize(("kind", "values", "name"), EVERY_FIELD)
-def test_what_is_no_real_number_is_refused(
-    kind: type, values: dict[str, float], name: str, value: object
-) -> None:
+def test_what_is_no_real_number_is_refused(kind, values, name, value) -> None:
     with pytest.raises(InvalidInput) as caught:
         kind(**values | {name: value})
     bound = "> 0" if name in POSITIVE else ">= 0"
@@ -122,9 +118,7 @@ def test_what_is_no_real_number_is_refused(
     "value", [math.nan, math.inf, -math.inf, -0.1, -5e-324, np.float32("nan"), 10**400, -(10**400)]
 )
 @pytest.mark.parametrize(("kind", "values", "name"), EVERY_FIELD)
-def test_what_is_out_of_range_is_refused(
-    kind: type, values: dict[str, float], name: str, value: float
-) -> None:
+def test_what_is_out_of_range_is_refused(kind, values, name, value) -> None:
     with pytest.raises(InvalidInput) as caught:
         kind(**values | {name: value})
     assert caught.value.field == name
@@ -134,9 +128,7 @@ def test_what_is_out_of_range_is_refused(
 
 
 @pytest.mark.parametrize(("kind", "values", "name"), EVERY_FIELD)
-def test_zero_is_allowed_exactly_where_it_makes_sense(
-    kind: type, values: dict[str, float], name: str
-) -> None:
+def test_zero_is_allowed_exactly_where_it_makes_sense(kind, values, name) -> None:
     zero = values | {name: 0.0}
     if name in POSITIVE:
         with pytest.raises(InvalidInput, match=rf"^{name} = 0\.0: must be finite and > 0$"):
@@ -202,9 +194,7 @@ def test_scaling_follows_the_table_of_section_2(device: PhysicalParameters) -> N
 
 
 @given(device=devices, x_r=st.floats(-10, 10), v_r=st.floats(-10, 10), tau=st.floats(0, 10))
-def test_newtons_equation_in_si_units_is_the_scaled_one(
-    device: PhysicalParameters, x_r: float, v_r: float, tau: float
-) -> None:
+def test_newtons_equation_in_si_units_is_the_scaled_one(device, x_r, v_r, tau) -> None:
     """Eq. (11), contact and stick: M_m A = P_d cos(Omega t) - k1 X - c V - k2 (X - G)."""
     scaled = device.dimensionless()
     forces = (

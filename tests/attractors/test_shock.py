@@ -73,9 +73,7 @@ def losses(orbit: Orbit, size: float, count: int, seed: int) -> int:
 
 
 @pytest.mark.long
-def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_one(
-    shock: Shock,
-) -> None:
+def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_one(shock) -> None:
     assert shock.status == "found"
     assert shock.knock is not None
     assert shock.phase is not None

@@ -96,9 +96,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         pytest.param(True, ("branch", "sweep", "basin", *DRAWN, *STORED), marks=pytest.mark.long),
     ],
 )
-def test_a_command_works_in_every_scene(
-    name: str, device: bool, commands: tuple[str, ...], inside: Command, folder: Path
-) -> None:
+def test_a_command_works_in_every_scene(name, device, commands, inside, folder) -> None:
     every = lines(name, device)
     for command in commands:
         done = inside(*every[command].split(), cwd=folder)

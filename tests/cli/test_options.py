@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -146,9 +145,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("line", "told"), REFUSED)
-def test_a_wrong_line_is_refused_in_one_line(
-    line: str, told: str, inside: Command, tmp_path: Path
-) -> None:
+def test_a_wrong_line_is_refused_in_one_line(line, told, inside, tmp_path) -> None:
     part = "M_m = 1\nM_c = 3\nk1 = 1\nk2 = 1\n"
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogateescape")
@@ -204,12 +201,7 @@ LACKING = [
 
 @pytest.mark.parametrize(("absent", "line", "extra"), LACKING)
 def test_a_missing_extra_has_one_sentence_and_one_status(
-    absent: str,
-    line: str,
-    extra: str,
-    inside: Command,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    absent, line, extra, inside, tmp_path, monkeypatch
 ) -> None:
     for name in absent.split():
         monkeypatch.setitem(sys.modules, name, None)
@@ -219,9 +211,7 @@ def test_a_missing_extra_has_one_sentence_and_one_status(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_interrupt_while_an_error_is_told_is_one_line(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupt_while_an_error_is_told_is_one_line(capsys, monkeypatch) -> None:
     def cut(*_: object, **__: object) -> None:
         monkeypatch.undo()
         raise KeyboardInterrupt
@@ -232,9 +222,7 @@ def test_an_interrupt_while_an_error_is_told_is_one_line(
 
 
 @pytest.mark.parametrize("alpha", [1.2, 1.5, 4.0])
-def test_rounding_of_a_symmetric_motion_is_shown_as_no_progression(
-    alpha: float, inside: Command
-) -> None:
+def test_rounding_of_a_symmetric_motion_is_shown_as_no_progression(alpha, inside) -> None:
     """Without the second spring every motion is its own mirror image, and goes nowhere."""
     line = ["--beta", "0", "--alpha", str(alpha), "--zeta", "0.3"]
     assert "progression    0 per excitation period" in inside("run", *line).stdout

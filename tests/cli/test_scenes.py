@@ -85,9 +85,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("line", "told"), REFUSED)
-def test_what_contradicts_a_scene_is_refused_in_one_line(
-    line: str, told: str, inside: Command, files: Path
-) -> None:
+def test_what_contradicts_a_scene_is_refused_in_one_line(line, told, inside, files) -> None:
     done = inside(*line.split(), cwd=files)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: ")
@@ -128,9 +126,7 @@ def test_the_overview_says_which_scenes_there_are(inside: Command) -> None:
         ("--scene", "capsule"),
     ],
 )
-def test_a_line_has_a_scene(
-    words: str, name: str, files: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_line_has_a_scene(words, name, files, monkeypatch) -> None:
     monkeypatch.chdir(files)
     assert scene_of(words.split()).name == name
 

@@ -55,9 +55,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("short")
 @pytest.mark.parametrize("option", ["", pytest.param("--json", marks=pytest.mark.long), "--help"])
 @pytest.mark.parametrize("name", SHORT)
-def test_a_full_disk_is_one_line(
-    name: str, option: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_is_one_line(name, option, capsys, monkeypatch) -> None:
     with FULL.open("w") as stream:
         monkeypatch.setattr(sys, "stdout", stream)
         with pytest.raises(SystemExit) as done:
@@ -109,9 +107,7 @@ def test_results_are_shown_where_messages_cannot_be() -> None:
 
 
 @pytest.mark.parametrize("name", group.commands)
-def test_closed_output_ends_every_command_before_it_computes(
-    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_closed_output_ends_every_command_before_it_computes(name, capsys, monkeypatch) -> None:
     monkeypatch.setattr(sys, "stdout", None)
     with pytest.raises(SystemExit) as done:
         main([name])

@@ -102,9 +102,7 @@ def test_every_command_is_here() -> None:
 @pytest.mark.parametrize(
     "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in MIDDLE]
 )
-def test_ctrl_c_in_the_middle_is_one_line(
-    name: str, columns: int, colour: bool, shown: Callable[..., Shown]
-) -> None:
+def test_ctrl_c_in_the_middle_is_one_line(name, columns, colour, shown) -> None:
     arguments, middle = MIDDLE[name]
     found = shown(name, *arguments, columns=columns, colour=colour, interrupt_at=middle)
     assert found.status == 130, found.written
@@ -133,9 +131,7 @@ def test_a_branch_that_ctrl_c_ends_is_kept_to_go_on_from(shown: Callable[..., Sh
     "name",
     [n if n in {"sweep", "orbit"} else pytest.param(n, marks=pytest.mark.long) for n in ENDS],
 )
-def test_progress_is_gone_in_the_end(
-    name: str, columns: int, colour: bool, shown: Callable[..., Shown]
-) -> None:
+def test_progress_is_gone_in_the_end(name, columns, colour, shown) -> None:
     found = shown(name, *ENDS[name], columns=columns, colour=colour)
     assert found.status == 0, found.written
     assert "\x1b[?25l" in found.written  # the bars hide the cursor

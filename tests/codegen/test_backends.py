@@ -213,9 +213,7 @@ class Julia(Backend):
 """
 
 
-def test_a_backend_is_a_folder_and_a_line(
-    derived: Derived, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_backend_is_a_folder_and_a_line(derived, tmp_path, monkeypatch) -> None:
     folder = tmp_path / "julia"
     folder.mkdir()
     (folder / "__init__.py").write_text(ADDED, encoding="utf-8")

@@ -179,9 +179,7 @@ SHARED = [
 
 
 @pytest.mark.parametrize(("old", "new", "said"), SHARED, ids=[said for *_, said in SHARED])
-def test_a_wrong_use_of_parts_is_refused_with_its_line(
-    old: str, new: str, said: str, tmp_path: Path
-) -> None:
+def test_a_wrong_use_of_parts_is_refused_with_its_line(old, new, said, tmp_path) -> None:
     text = CAPSULE.read_text(encoding="utf-8")
     assert text.count(old) == 1
     path = tmp_path / "model.py"
@@ -196,9 +194,7 @@ def test_a_wrong_use_of_parts_is_refused_with_its_line(
 
 
 @pytest.mark.parametrize(("old", "new", "said"), WRONG, ids=[said for *_, said in WRONG])
-def test_a_wrong_declaration_is_refused_with_its_line(
-    old: str, new: str, said: str, tmp_path: Path
-) -> None:
+def test_a_wrong_declaration_is_refused_with_its_line(old, new, said, tmp_path) -> None:
     path, line = declared(tmp_path, old, new)
     with pytest.raises(BadDeclaration) as refused:
         load(path)

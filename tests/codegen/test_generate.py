@@ -79,9 +79,7 @@ def test_the_tree_is_what_is_derived(derived: dict[str, str]) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1, 12345])
-def test_text_does_not_depend_on_the_hash_seed(
-    seed: int, derived: dict[str, str], tmp_path: Path
-) -> None:
+def test_text_does_not_depend_on_the_hash_seed(seed, derived, tmp_path) -> None:
     assert written_under(seed, tmp_path / "out") == derived
 
 
@@ -130,9 +128,7 @@ def test_out_writes_the_whole_tree(run: Run, rendered: dict[str, str], tmp_path:
     assert files(tmp_path / "new") == rendered
 
 
-def test_without_inputs_the_command_says_so(
-    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_without_inputs_the_command_says_so(run, monkeypatch, tmp_path) -> None:
     monkeypatch.setattr(command, "INPUTS", tmp_path / "nowhere")
     result = run("--scene", "capsule", "--check")
     assert result.exit_code == 2

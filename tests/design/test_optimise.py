@@ -197,9 +197,7 @@ def test_at_the_time_limit_the_best_of_all_rounds_is_told(monkeypatch: pytest.Mo
 
 
 @pytest.mark.long
-def test_further_rounds_add_to_what_a_search_for_the_limits_finds(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_further_rounds_add_to_what_a_search_for_the_limits_finds(monkeypatch) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (2,))
     base = cs.Parameters(alpha=1.5, omega=2.547, delta=0.5557, zeta=0.0316, beta=1.5, gamma=2.854)
     few, more = (
@@ -218,9 +216,7 @@ def test_further_rounds_add_to_what_a_search_for_the_limits_finds(
 
 
 @pytest.mark.long
-def test_a_metric_that_varies_in_a_further_round_is_not_flat(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_metric_that_varies_in_a_further_round_is_not_flat(monkeypatch) -> None:
     monkeypatch.setattr(survey, "_ROUNDS", (8,))
     base = cs.Parameters(alpha=0.7, delta=1.5, zeta=0.05, beta=20.0)
     few, more = (cs.optimise("speed", {"omega": (0.5, 100.0)}, base, samples=n) for n in (8, 64))

@@ -23,9 +23,7 @@ RUNS = {
 
 @pytest.mark.parametrize("scene", RUNS)
 @pytest.mark.parametrize("native", [True, False], ids=["by the core", "by Python"])
-def test_derivatives_of_a_run_are_differences_of_runs(
-    scene: str, native: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_derivatives_of_a_run_are_differences_of_runs(scene, native, monkeypatch) -> None:
     given, time = RUNS[scene], [15.0]
     run, names = cs.simulate(given, periods=3), given.scene.facts.PARAMETERS
     if not native:

@@ -102,9 +102,7 @@ def test_derivative_by_a_parameter_against_differences(h: float) -> None:
 
 
 @pytest.mark.parametrize("zeros", [1, 2])
-def test_divided_functional_is_one_on_both_sides_of_the_series(
-    zeros: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_divided_functional_is_one_on_both_sides_of_the_series(zeros, monkeypatch) -> None:
     field = Field(4, VALUES)
     row = matrix(1, 6, ((0, 2, 1),))
     h = ball(0.15)
@@ -129,9 +127,7 @@ def test_derivatives_of_a_divided_functional_against_differences(zeros: int, h: 
     assert floats((moved - value) / step) == pytest.approx(floats(by), abs=1e-13)
 
 
-def test_the_tail_of_a_short_series_is_what_makes_it_an_enclosure(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_tail_of_a_short_series_is_what_makes_it_an_enclosure(monkeypatch) -> None:
     field = Field(4, VALUES)
     exact = (field.A * ball(0.15)).exp()
     monkeypatch.setattr(fields, "_order", lambda bits: 5)
@@ -191,9 +187,7 @@ def test_jury_decides_as_the_eigenvalues_do() -> None:
     ("amplitude", "beyond", "what"),
     [(0.005, 0.009, "the gap"), (0.3, 0.45, "the upper force margin"), (0.7, 1.0, "margin|drift")],
 )
-def test_zero_of_the_equations_that_is_no_motion_is_rejected(
-    amplitude: float, beyond: float, what: str
-) -> None:
+def test_zero_of_the_equations_that_is_no_motion_is_rejected(amplitude, beyond, what) -> None:
     """Beyond a bifurcation the itinerary's equations still have a solution; the guards tell."""
     orbit = orbit_at(amplitude)
     prove_admissible(tube_at_columns(orbit, orbit))
@@ -300,9 +294,7 @@ def test_multipliers_jump_where_drift_is_grazed_and_nowhere_else(events: list[Ev
         assert not (one.determinant.overlaps(other.determinant) and apart) or event.order == 2
 
 
-def test_a_short_segment_of_another_orbit_gives_no_coefficient(
-    events: list[Event], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_short_segment_of_another_orbit_gives_no_coefficient(events, monkeypatch) -> None:
     tube, (still,) = events[2].tube, events[2].segments
     with precision(320):
         assert growth_coefficient(tube, still, 1, "alpha").overlaps(events[2].coefficient)

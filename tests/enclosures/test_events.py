@@ -44,9 +44,7 @@ def test_an_event_is_proved_with_all_guards(found: Any, monkeypatch: pytest.Monk
         threshold(found[0], VALUES)
 
 
-def test_every_segment_of_an_event_but_the_still_one_is_watched(
-    found: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_segment_of_an_event_but_the_still_one_is_watched(found, monkeypatch) -> None:
     seen: list[str] = []
     monkeypatch.setattr(Watch, "segment", lambda self, *given: seen.append(given[-1]))
     threshold(found[0], VALUES)
@@ -56,18 +54,14 @@ def test_every_segment_of_an_event_but_the_still_one_is_watched(
     assert seen == expected
 
 
-def test_an_orbit_of_the_other_side_is_the_event_s_own(
-    found: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_orbit_of_the_other_side_is_the_event_s_own(found, monkeypatch) -> None:
     monkeypatch.setattr(Tube, "holds", lambda self, columns: False)
     with pytest.raises(Unproved, match="not seen to be that of the other side"):
         threshold(found[0], VALUES)
 
 
 @pytest.mark.parametrize("held", [(False, True), (True, False)])
-def test_a_short_segment_is_that_of_the_event(
-    held: tuple[bool, bool], event: Event, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_short_segment_is_that_of_the_event(held, event, monkeypatch) -> None:
     """The tube up to the short duration has to hold both of its ends."""
     answers = iter(held)
     monkeypatch.setattr(Tube, "holds", lambda self, columns: next(answers))
@@ -75,9 +69,7 @@ def test_a_short_segment_is_that_of_the_event(
         growth_coefficient(event.tube, event.segments[0], 2, "alpha")
 
 
-def test_a_coefficient_that_may_be_0_has_no_side(
-    event: Event, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_coefficient_that_may_be_0_has_no_side(event, monkeypatch) -> None:
     still = SimpleNamespace(hull=event.tube.hull, holds=lambda columns: True)
     monkeypatch.setattr(events, "enclose", lambda *_: still)
     with pytest.raises(Unproved, match="on which side the segment is inserted is open"):

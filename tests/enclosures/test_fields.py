@@ -64,9 +64,7 @@ shares = st.sampled_from((-1.0, 1.0)) | st.floats(-1.0, 1.0)
     st.tuples(st.sampled_from((0.0, 1e-9, 1e-3, 0.2)), shares),
 )
 @example(4, tuple((9e-10 if name == "zeta" else 2e-9, 1.0) for name in NAMES), 2.5, (0.0, 0.0))
-def test_a_flow_is_held_for_radii_of_all_parameters(
-    index: int, boxes: tuple, middle: float, late: tuple
-) -> None:
+def test_a_flow_is_held_for_radii_of_all_parameters(index, boxes, middle, late) -> None:
     """Radii are below and above the one from which derivatives by parameters are used."""
     values = {
         name: ball(VALUES[name], radius) for name, (radius, _) in zip(NAMES, boxes, strict=True)
@@ -127,7 +125,7 @@ def test_an_exponential_is_moved_with_its_remainder(rate: float, wide: float) ->
 @pytest.mark.parametrize("zeros", range(4))
 @pytest.mark.parametrize("h", [0.0, 0.25, 0.3, 0.9])
 def test_the_rest_of_a_series_is_held_by_few_terms_and_their_tail(
-    rate: float, zeros: int, h: float, monkeypatch: pytest.MonkeyPatch
+    rate, zeros, h, monkeypatch
 ) -> None:
     monkeypatch.setattr(fields, "_order", lambda bits: 3)
     found = Exponential(arb_mat([[rate]])).rest(arb(h), zeros)[0, 0]
@@ -140,7 +138,7 @@ def test_the_rest_of_a_series_is_held_by_few_terms_and_their_tail(
 @pytest.mark.parametrize("order", [0, 40])
 @pytest.mark.parametrize("zeros", range(3))
 def test_the_rest_of_a_series_is_held_for_all_durations_of_a_ball(
-    zeros: int, order: int, monkeypatch: pytest.MonkeyPatch
+    zeros, order, monkeypatch
 ) -> None:
     monkeypatch.setattr(fields, "_order", lambda bits: order)
     for h in (ball(0.25, 0.25), ball(0.5, 0.75), ball(2.0, 0.5)):
@@ -162,9 +160,7 @@ def test_a_tail_is_more_than_the_terms_that_are_left_out(size: float, order: int
         assert fields._tail(norm, h, order, zeros) >= sum(terms, arb(0))
 
 
-def test_the_rest_of_a_series_is_held_for_all_rates_of_a_ball(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_rest_of_a_series_is_held_for_all_rates_of_a_ball(monkeypatch) -> None:
     monkeypatch.setattr(fields, "_order", lambda bits: 0)
     found = Exponential(arb_mat([[ball(0.25, 0.5)]])).rest(arb(1))[0, 0]
     for rate in ends(ball(0.25, 0.5)):
@@ -190,9 +186,7 @@ def divided(A: Any, row: Any, zeros: int, t: Any) -> tuple[Any, Any]:
 
 @pytest.mark.parametrize("zeros", [1, 2])
 @pytest.mark.parametrize("h", [(0.1, 0.01), (1.5, 0.01)], ids=["series", "beyond"])
-def test_a_divided_functional_is_held_for_all_durations_of_a_ball(
-    zeros: int, h: tuple[float, float]
-) -> None:
+def test_a_divided_functional_is_held_for_all_durations_of_a_ball(zeros, h) -> None:
     field, row = Field(4, {name: ball(VALUES[name]) for name in NAMES}), matrix(1, 6, [(0, 2, 1)])
     found = field.divided(row, zeros, ball(*h))
     for t in ends(ball(*h)):

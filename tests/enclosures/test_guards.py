@@ -50,12 +50,7 @@ def wave(phase: float) -> arb_mat:
 @pytest.mark.parametrize("derivative", [False, True])
 @pytest.mark.parametrize(("sense", "length"), [(1, 0.75), (-1, 0.75), (1, 0.125)])
 def test_a_guard_is_held_by_few_terms_and_their_remainder(
-    rate: float,
-    order: int,
-    derivative: bool,
-    sense: int,
-    length: float,
-    monkeypatch: pytest.MonkeyPatch,
+    rate, order, derivative, sense, length, monkeypatch
 ) -> None:
     """The guard exp(rate t) of a line, without its terms below the order, over t^order."""
     monkeypatch.setattr(guards, "_ORDER", 3)
@@ -150,13 +145,7 @@ CASES = [
 @pytest.mark.parametrize("after", [1, 32])
 @pytest.mark.parametrize(("guard", "h", "orders", "rate", "positive"), CASES)
 def test_a_guard_is_proved_exactly_where_it_is_positive(
-    guard: tuple[float, float],
-    h: float,
-    orders: tuple[int, int],
-    rate: float,
-    positive: bool,
-    after: int,
-    monkeypatch: pytest.MonkeyPatch,
+    guard, h, orders, rate, positive, after, monkeypatch
 ) -> None:
     """States are computed from the segment's end after each piece, or not at all."""
     monkeypatch.setattr(guards, "_ANEW", after)
@@ -165,9 +154,7 @@ def test_a_guard_is_proved_exactly_where_it_is_positive(
 
 @pytest.mark.parametrize("after", [1, 32])
 @pytest.mark.parametrize(("reach", "held"), [(0.9, True), (1.6, False)])
-def test_a_guard_is_watched_backwards_from_an_end(
-    after: int, reach: float, held: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_guard_is_watched_backwards_from_an_end(after, reach, held, monkeypatch) -> None:
     """sin(1 - t), of which the second piece has the zero."""
     monkeypatch.setattr(guards, "_ANEW", after)
     field = waves([(1.0, 0.0)])
@@ -188,7 +175,7 @@ def test_a_guard_is_watched_backwards_from_an_end(
     ],
 )
 def test_a_guard_that_does_not_fall_at_an_end_is_proved_by_its_derivatives(
-    guard: tuple[float, float], phase: float, order: int, sense: int, reach: float, held: bool
+    guard, phase, order, sense, reach, held
 ) -> None:
     field = waves([guard])
     assert Watch().rising(field, sense, 0, order, wave(phase), reach) is held

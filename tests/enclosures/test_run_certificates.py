@@ -126,9 +126,7 @@ def test_orbits_and_bifurcations_are_certified_in_time_or_not_at_all() -> None:
         cs.certify_bifurcation(found, max_seconds=10)
 
 
-def test_a_run_that_is_not_certified_in_time_is_unproved(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_run_that_is_not_certified_in_time_is_unproved(monkeypatch, tmp_path) -> None:
     run, file = cs.simulate(cs.Parameters(alpha=1.2), periods=20), tmp_path / "run.json"
     clock = count(perf_counter())  # which each segment looks at once
     monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))

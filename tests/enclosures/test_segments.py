@@ -151,9 +151,7 @@ def test_states_are_shifted_with_their_remainder(index: int, late: float) -> Non
 
 @pytest.mark.parametrize("off", [0.1, -0.1, 1e-3, 0.0])
 @pytest.mark.parametrize("digits", [53.0, 4.0])
-def test_a_switch_is_enclosed_from_a_guess_nearby(
-    off: float, digits: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_switch_is_enclosed_from_a_guess_nearby(off, digits, monkeypatch) -> None:
     """With four bits Newton's method stops early, so that the mean value theorem has to do it."""
     one, fields = field(1), passage()
     start = fields.start(states("-1", "1", "0.5"), arb(0.5))

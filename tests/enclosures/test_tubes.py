@@ -159,9 +159,7 @@ def test_affine_states_are_those_of_the_orbits_of_a_tube() -> None:
         ((1.1j, -1.1j, 0.0), 4),
     ],
 )
-def test_each_of_the_conditions_alone_shows_an_unstable_orbit(
-    multipliers: tuple[complex, ...], failing: int
-) -> None:
+def test_each_of_the_conditions_alone_shows_an_unstable_orbit(multipliers, failing) -> None:
     if isinstance(multipliers[0], complex):
         matrix = arb_mat([[0, -1.1, 0], [1.1, 0, 0], [0, 0, 0]])
     else:

@@ -101,9 +101,7 @@ def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, m
 
 
 @pytest.mark.parametrize("alone", [False, True])
-def test_curves_that_the_command_wrote_are_drawn(
-    alone: bool, stores: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_curves_that_the_command_wrote_are_drawn(alone, stores, tmp_path, monkeypatch) -> None:
     drawn = []
     monkeypatch.setattr(
         capsule_sym, "plot_chart", lambda _, lines, width: drawn.append(lines) or Figure()

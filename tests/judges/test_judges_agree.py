@@ -108,9 +108,7 @@ def test_one_segment_judge_agrees_with_the_event_judge(all_fields: tuple[Paramet
 
 
 @pytest.mark.long
-def test_one_segment_judge_with_reversed_friction_disagrees(
-    all_fields: tuple[Parameters, Run], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_segment_judge_with_reversed_friction_disagrees(all_fields, monkeypatch) -> None:
     right = taylor.system
     monkeypatch.setattr(taylor, "system", lambda p, field: right(p, FLIPPED[field]))
     gaps = _segment_gaps(*all_fields)

@@ -34,9 +34,7 @@ def test_without_damping_a_free_swing_keeps_a_motion_without_contact_drifting(ze
     assert f"{shown_progression(motion):.6g} per excitation period" in repr(motion)
 
 
-def test_contact_is_told_by_the_field_and_not_by_what_its_mode_is_called(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_contact_is_told_by_the_field_and_not_by_what_its_mode_is_called(monkeypatch) -> None:
     drifting = solve_orbit(Parameters(alpha=1.2)).motion
     resting = solve_orbit(RESONANT.replace(zeta=0.1), (1.0, -0.5, 2.0)).motion
     for modes in (("NC",) * 6, ("C",) * 6):

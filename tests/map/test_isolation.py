@@ -188,14 +188,7 @@ def size(terms: Waves, order: int) -> Any:
     error=st.sampled_from([0.0, 1e-12, 1e-6, 1e-2]),
 )
 def test_no_root_is_excluded_and_none_invented(
-    terms: Waves,
-    shift: float,
-    zeros: int,
-    count: int,
-    reach: float,
-    growing: bool,
-    wobble: float,
-    error: float,
+    terms, shift, zeros, count, reach, growing, wobble, error
 ) -> None:
     with mp.workdps(30):
         truth = [derivative(terms, shift, i, mpf(0)) for i in range(count + 1)]
@@ -251,9 +244,7 @@ def spoil(monkeypatch: pytest.MonkeyPatch, change: Callable[[Any], Any]) -> None
 THREE = with_roots("0.3", "0.45", "0.7")
 
 
-def test_without_the_bound_on_the_slope_two_roots_are_skipped(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_the_bound_on_the_slope_two_roots_are_skipped(monkeypatch) -> None:
     check(search(expansion(THREE), 0, 1.0, UNIT), [0.3, 0.45, 0.7])
     spoil(monkeypatch, lambda b: replace(b, slope=[-1.0] * len(b.slope)))
     found = search(expansion(THREE), 0, 1.0, UNIT)
@@ -315,9 +306,7 @@ def test_a_remainder_too_small_misses_an_impact(monkeypatch: pytest.MonkeyPatch)
         (lambda x: mp.exp(-50 * x) - mpf(1) / 3, 0, 1, lambda: mp.log(3) / 50),
     ],
 )
-def test_brents_method_has_all_digits_and_takes_scipys_steps(
-    f: Callable[[Any], Any], a: float, b: float, true: Callable[[], Any]
-) -> None:
+def test_brents_method_has_all_digits_and_takes_scipys_steps(f, a, b, true) -> None:
     with mp.workdps(60):
         root = isolation.brent(f, mpf(a), mpf(b), mpf(10) ** -55)
         assert abs(root - true()) < 1e-50
@@ -352,9 +341,7 @@ def test_brents_method_keeps_its_bracket_where_products_of_values_underflow() ->
     ("field", "a", "b", "value"),
     [("a", nan, 1.0, 1.0), ("b", 0.0, nan, 1.0), ("f(a)", 0.0, 1.0, nan)],
 )
-def test_brents_method_refuses_ends_that_are_no_numbers(
-    field: str, a: float, b: float, value: float
-) -> None:
+def test_brents_method_refuses_ends_that_are_no_numbers(field, a, b, value) -> None:
     asked = iter(range(1000))
 
     def f(x: float) -> float:

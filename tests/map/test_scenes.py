@@ -62,9 +62,7 @@ def agree(scene: Scene, form: Form, judge: Integrator, backend: str, starts: lis
 @pytest.mark.parametrize(
     ("backend", "count"), [("c", many(1000, 60)), ("numpy", many(300, 8)), ("mpmath", many(30, 1))]
 )
-def test_runs_of_a_scene_are_those_of_an_integrator(
-    judge: Integrator, name: str, backend: str, count: int
-) -> None:
+def test_runs_of_a_scene_are_those_of_an_integrator(judge, name, backend, count) -> None:
     scene, form = scenes.load(name), SCENES[name]
     if backend == "c" and core_of(scene) is None:
         pytest.skip("no compiled core here")

@@ -110,15 +110,7 @@ def constants(numbers: Backend, case: Parameters) -> list[Any]:
     ids=[f"{start[2]}-F{start[6]}-{n}" for n, start in enumerate(STARTS)],
 )
 def test_the_field_that_takes_over(
-    numbers: Backend,
-    case: Parameters,
-    alpha: float,
-    place: str,
-    at: tuple[float, ...],
-    bound: int,
-    angle: float,
-    field: int,
-    zeros: dict[Guard, int],
+    numbers, case, alpha, place, at, bound, angle, field, zeros
 ) -> None:
     case = case.replace(alpha=alpha)
     with mp.workdps(50):
@@ -133,14 +125,7 @@ def test_the_field_that_takes_over(
     [start for start in STARTS if start[5] == 0.0 or start[4] == 0],
 )
 def test_a_run_from_there_begins_with_that_field(
-    case: Parameters,
-    alpha: float,
-    place: str,
-    at: tuple[float, ...],
-    bound: int,
-    angle: float,
-    field: int,
-    zeros: dict[Guard, int],
+    case, alpha, place, at, bound, angle, field, zeros
 ) -> None:
     # P = +-1 is not given to the run: it finds out.
     case = case.replace(alpha=alpha)
@@ -155,9 +140,7 @@ def test_a_run_from_there_begins_with_that_field(
 @BACKENDS
 @pytest.mark.parametrize("angle", [0.0, pi / 3, 2.0, pi, 4.0, 6.0])
 @pytest.mark.parametrize("offset", [-1e-6, 1e-6])
-def test_on_the_friction_bound_the_phase_decides(
-    numbers: Backend, angle: float, offset: float
-) -> None:
+def test_on_the_friction_bound_the_phase_decides(numbers, angle, offset) -> None:
     # v_r so that the rate of the force is `offset`: slip begins where it leads out of the bound.
     with mp.workdps(50):
         for bound, contact in ((1, 0), (-1, 0), (1, 1)):
@@ -187,9 +170,7 @@ def test_a_force_within_rounding_of_the_bound_is_left_open(numbers: Backend) -> 
         assert select_field(numbers, every, beside).field == 1
 
 
-def test_without_what_vanishes_exactly_no_start_on_a_line_is_decided(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_what_vanishes_exactly_no_start_on_a_line_is_decided(monkeypatch) -> None:
     numbers = NumpyBackend()
     every = constants(numbers, NEAR)
     lines = [start for start in STARTS if start[2].startswith(("L", "O")) and start[0] is NEAR]

@@ -139,9 +139,7 @@ def test_a_step_solves_the_dense_equations(objects: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("changed", MUTANTS)
-def test_each_change_of_the_elimination_is_noticed(
-    objects: Path, tmp_path: Path, changed: str
-) -> None:
+def test_each_change_of_the_elimination_is_noticed(objects, tmp_path, changed) -> None:
     probe = library(objects, tmp_path, MUTANTS[changed]).probe
     with np.errstate(invalid="ignore"):
         assert any(error(probe, case) > 1e3 for case in cases())
@@ -154,17 +152,13 @@ def repeated(orbit: cs.Orbit, times: int) -> Case:
     return Case(np.array(orbit.values), cs.Itinerary(times * orbit.itinerary.segments, times), z)
 
 
-def test_a_step_of_a_long_itinerary_is_that_of_the_dense_matrix(
-    objects: Path, tmp_path: Path
-) -> None:
+def test_a_step_of_a_long_itinerary_is_that_of_the_dense_matrix(objects, tmp_path) -> None:
     long = repeated(cs.solve_orbit(cs.Parameters(alpha=0.7)), 175)
     assert len(long.itinerary) == 700
     assert error(library(objects, tmp_path).probe, long) < 1
 
 
-def test_a_step_of_an_unstable_orbit_is_that_of_the_dense_matrix(
-    objects: Path, tmp_path: Path
-) -> None:
+def test_a_step_of_an_unstable_orbit_is_that_of_the_dense_matrix(objects, tmp_path) -> None:
     """Deviations grow 9.4-fold in a period, seven million times in seven."""
     values = (1.42, 0.424, 0.0, 0.031, 8.796, 2.559, 1.0)
     itinerary = cs.Itinerary.of((5, 2, 3, 6, 3, 2, 5, 4, 1, 4, 1, 4, 1, 4), 1)

@@ -42,9 +42,7 @@ def test_the_core_is_live_and_was_built_from_these_kernels() -> None:
     assert core.digest() == DIGEST
 
 
-def test_a_core_from_other_kernels_or_with_other_structs_is_refused(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_core_from_other_kernels_or_with_other_structs_is_refused(monkeypatch) -> None:
     """Structs differ after a parameter is added: the binding compares them while it is imported."""
 
     def wrong(name: str) -> None:
@@ -88,9 +86,7 @@ def zero_or(low: float, high: float) -> st.SearchStrategy[float]:
     state=st.tuples(*[st.one_of(zero_or(-1.0, -1e-6), st.floats(1e-6, 1.0))] * 3),
     part=st.floats(0.0, 0.99),
 )  # fmt: skip
-def test_random_motions_agree_segment_by_segment(
-    parameters: Parameters, state: tuple[float, float, float], part: float
-) -> None:
+def test_random_motions_agree_segment_by_segment(parameters, state, part) -> None:
     phase = part * parameters.period
     fast, reference = (
         simulate(parameters, state, phase, 3, backend=name, max_segments=60)

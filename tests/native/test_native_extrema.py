@@ -250,9 +250,7 @@ def close_of_speed() -> list[Segment]:
 
 @pytest.mark.long
 @pytest.mark.parametrize("longer", [1.0, LONGER])
-def test_extrema_are_those_of_dense_samples(
-    longer: float, library: Library, sampled: list[Segment]
-) -> None:
+def test_extrema_are_those_of_dense_samples(longer, library, sampled) -> None:
     assert len(sampled) > 300
     assert library.judged(sampled, longer=longer) == (0, 0)
 
@@ -271,9 +269,7 @@ def test_what_rounding_hides_stays_open(library: Library, close: list[Segment]) 
 
 
 @pytest.mark.parametrize("term", ROUNDINGS)
-def test_without_its_roundings_less_stays_open(
-    term: str, library: Library, close: list[Segment]
-) -> None:
+def test_without_its_roundings_less_stays_open(term, library, close) -> None:
     assert library.judged(close, term)[1] < library.judged(close)[1]
 
 
@@ -289,7 +285,7 @@ def test_without_its_roundings_less_stays_open(
     ],
 )
 def test_a_rate_falls_in_spite_of_all_that_its_slope_may_miss(
-    zeros: int, part: str, index: int, falls: float, not_shown: float, library: Library
+    zeros, part, index, falls, not_shown, library
 ) -> None:
     """The rate t^zeros (1 - 3 t) over 1."""
     for size, shown in ((falls, -1), (not_shown, 0)):
@@ -304,7 +300,7 @@ def test_a_rate_falls_in_spite_of_all_that_its_slope_may_miss(
 
 @pytest.mark.parametrize(("part", "most"), [("rest", 4.5), ("growth", 4.5), ("rate", 0.5)])
 def test_a_size_stays_below_another_in_spite_of_all_that_its_polynomial_leaves_out(
-    part: str, most: float, library: Library
+    part, most, library
 ) -> None:
     """A quantity of 1/2 over 1, whose rate is t^8 at the most, t^9, or exactly 1."""
     for size in (most * 0.99, most * 1.01):
@@ -385,7 +381,7 @@ def turn(quantity: Callable[[mpf], mpf], near: mpf) -> mpf:
 
 @pytest.mark.parametrize("term", FORMS)
 def test_an_expansion_is_off_by_less_than_its_bounds_and_by_more_than_without_one(
-    term: str, library: Library
+    term, library
 ) -> None:
     assert off_by(term, library) <= 1
     assert off_by(term, library, without=term) > 1

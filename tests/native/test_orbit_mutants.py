@@ -240,16 +240,12 @@ def off(library: Library, motions: list[Known], slowly: NDArray[np.float64]) -> 
     return worst if as_known else np.inf
 
 
-def test_unchanged_it_gives_what_python_gives(
-    tmp_path: Path, objects: Path, motions: list[Known], slowly: NDArray[np.float64]
-) -> None:
+def test_unchanged_it_gives_what_python_gives(tmp_path, objects, motions, slowly) -> None:
     assert off(Library(tmp_path, objects), motions, slowly) < 1e-11
 
 
 @pytest.mark.parametrize("name", MUTANTS)
-def test_a_change_is_noticed(
-    name: str, tmp_path: Path, objects: Path, motions: list[Known], slowly: NDArray[np.float64]
-) -> None:
+def test_a_change_is_noticed(name, tmp_path, objects, motions, slowly) -> None:
     assert not off(Library(tmp_path, objects, MUTANTS[name]), motions, slowly) < 1e-10
 
 
@@ -322,7 +318,5 @@ def test_no_sample_exceeds_a_peak(tmp_path: Path, objects: Path, stretches: list
 
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")
 @pytest.mark.parametrize("name", REMAINDERS)
-def test_without_its_remainder_a_peak_is_missed(
-    name: str, tmp_path: Path, objects: Path, stretches: list[Stretch]
-) -> None:
+def test_without_its_remainder_a_peak_is_missed(name, tmp_path, objects, stretches) -> None:
     assert missed(Library(tmp_path, objects, FURTHER, REMAINDERS[name]), stretches) > 0

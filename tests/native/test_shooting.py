@@ -263,9 +263,7 @@ def test_a_watch_stops_the_search() -> None:
     assert found[2] is None
 
 
-def test_what_is_too_long_for_the_core_is_solved_without_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_is_too_long_for_the_core_is_solved_without_it(monkeypatch) -> None:
     orbit = cs.solve_orbit(cs.Parameters(alpha=0.6))
     long = cs.Itinerary(1025 * orbit.itinerary.segments, 1025)
     z = np.array([*orbit.z[:4], *(1025 * orbit.z[4:].tolist())])

@@ -320,9 +320,7 @@ def test_an_orbit_that_was_not_found_is_refused() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("gamma", [3.3, 3.0])
-def test_two_hundred_points_take_few_evaluations(
-    gamma: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_two_hundred_points_take_few_evaluations(gamma, monkeypatch) -> None:
     start, count, evaluated = settled(alpha=LOW, gamma=gamma), 0, ClosedForms.evaluated
 
     def counted(*arguments: object) -> object:
@@ -342,9 +340,7 @@ def test_two_hundred_points_take_few_evaluations(
     ("away", "begin", "end", "points"),
     [(1e-3, 0.06, 0.04, 40), (1e-5, 0.06, 0.04, 10), (1e-6, 0.049, 0.046, 1)],
 )
-def test_two_folds_within_one_step_are_both_found(
-    away: float, begin: float, end: float, points: int
-) -> None:
+def test_two_folds_within_one_step_are_both_found(away, begin, end, points) -> None:
     """Beside a cusp two folds are as near to each other as the power 3/2 of the distance."""
     zeta = 0.194951952797834 - away
     start = settled(alpha=begin, omega=1.1, delta=0.1, beta=10.0, gamma=3.0, zeta=zeta)

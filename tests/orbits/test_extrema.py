@@ -336,9 +336,7 @@ def counting(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 @pytest.mark.usefixtures("by_search")
 @pytest.mark.parametrize(("name", "error"), [("numpy", 100.0), ("mpmath", 1e-30)])
 @pytest.mark.parametrize("zeta", [0.05, 1.0])
-def test_slow_forcing_is_passed_in_few_steps(
-    zeta: float, name: str, error: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_slow_forcing_is_passed_in_few_steps(zeta, name, error, monkeypatch) -> None:
     """At omega = 1e-7 the rate is at rounding's mercy for 1e5 of the segment's own times."""
     made, omega = counting(monkeypatch), 1e-7
     values = (0.1, omega, 0.5, zeta, 0.0, 1.0, 100.0)

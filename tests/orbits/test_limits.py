@@ -156,9 +156,7 @@ BAD: list[tuple[Call, dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("call", "given", "field"), BAD)
-def test_counts_and_boxes_without_sense_are_refused(
-    call: Call, given: dict[str, Any], field: str
-) -> None:
+def test_counts_and_boxes_without_sense_are_refused(call, given, field) -> None:
     with pytest.raises(cs.InvalidInput) as caught:
         call(cs.Parameters(), **given)
     assert caught.value.field == field
@@ -179,9 +177,7 @@ def test_a_depth_without_sense_is_refused(depth: Any) -> None:
         "curve --alpha 0.1:2 --gamma 3:3.3 --bifurcation all",
     ],
 )
-def test_commands_end_at_their_limit(
-    line: str, ticks: None, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands_end_at_their_limit(line, ticks, capsys) -> None:
     with pytest.raises(SystemExit) as stopped:
         main([*line.split(), "--max-seconds", "5"])
     shown, told = capsys.readouterr()

@@ -67,9 +67,7 @@ def test_the_balance_has_the_work_of_a_constant_load(monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize("slope", [0.04, -0.02])
 @pytest.mark.parametrize("name", SLOPED)
-def test_on_a_slope_friction_and_lift_are_those_of_coulomb_and_of_gravity(
-    name: str, slope: float
-) -> None:
+def test_on_a_slope_friction_and_lift_are_those_of_coulomb_and_of_gravity(name, slope) -> None:
     """By weight, ways and slope in SI units, and the balance, gradients as well."""
     given = _DEVICE | SLOPED[name] | {"mu_back": 0.12, "slope": slope}
     device = scene(name).PhysicalParameters(**given)

@@ -61,9 +61,7 @@ def states(
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-def test_an_orbit_closes_and_its_multipliers_are_those_of_differences(
-    name: str, judge: Integrator
-) -> None:
+def test_an_orbit_closes_and_its_multipliers_are_those_of_differences(name, judge) -> None:
     orbit = settled(name)
     p, period = orbit.parameters, orbit.parameters.period
     begin = orbit.trajectory()(
@@ -138,9 +136,7 @@ BRANCHES = [
 
 @sampled
 @pytest.mark.parametrize(("name", "parameter", "to"), some(BRANCHES, 2))
-def test_on_both_sides_of_a_bifurcation_runs_have_its_itineraries(
-    name: str, parameter: str, to: float
-) -> None:
+def test_on_both_sides_of_a_bifurcation_runs_have_its_itineraries(name, parameter, to) -> None:
     """A run that settles slightly before or beyond confirms the branch."""
     found, judged = branch(name, parameter, to), 0
     assert found.success, found.message
@@ -232,9 +228,7 @@ TOGETHER = [
 
 @pytest.mark.long
 @pytest.mark.parametrize(("values", "parameter", "to"), TOGETHER)
-def test_events_that_happen_together_are_crossed_as_one(
-    values: dict[str, float], parameter: str, to: float
-) -> None:
+def test_events_that_happen_together_are_crossed_as_one(values, parameter, to) -> None:
     p = cs.scenes.reaction_pulse.Parameters(**values)
     ends = cs.solve_orbit(p), cs.solve_orbit(p.replace(**{parameter: to}))
     expected = bisected(p, parameter, (values[parameter], to))
@@ -256,9 +250,7 @@ def test_events_that_happen_together_are_crossed_as_one(
           "beta": 5, "gamma": 2, "f_b": 1}, {("edge", Guard.DRIFT)}),
     ],
 )  # fmt: skip
-def test_a_half_begun_anywhere_has_the_inequalities_of_the_whole_motion(
-    values: dict[str, float], at_end: set[tuple[str, Guard]]
-) -> None:
+def test_a_half_begun_anywhere_has_the_inequalities_of_the_whole_motion(values, at_end) -> None:
     """Those of the gap aside, each comes twice in the whole motion, also where the half ends."""
     orbit = cs.solve_orbit(cs.scenes.reaction_pulse.Parameters(**values))
     n, met = len(orbit.itinerary) // 2, set[tuple[str, Guard | None]]()
@@ -456,7 +448,7 @@ def test_core_and_kernels_give_the_same_equations_of_a_pulsed_orbit(name: str) -
 @sampled
 @pytest.mark.parametrize("name", some(PULSED, 2))
 def test_the_core_solves_a_pulsed_orbit_as_fifty_digits_do_and_the_integrator_closes_it(
-    name: str, judge: Integrator
+    name, judge
 ) -> None:
     z = pulsed(name).z + 1e-4 * np.random.default_rng(1).normal(size=len(pulsed(name).z))
     found = cs.solve_itinerary(pulsed(name).parameters, pulsed(name).itinerary, list(z))
@@ -490,7 +482,7 @@ PEAKS = {"reaction": {}, "reaction_pulse": {"alpha": 1.8, "alpha_low": -0.1, "om
 @pytest.mark.long
 @pytest.mark.parametrize("name", PEAKS)
 def test_peaks_of_a_drive_that_reacts_are_those_of_fifty_digits_and_of_samples(
-    name: str, monkeypatch: pytest.MonkeyPatch
+    name, monkeypatch
 ) -> None:
     """By the core, and by the expansions of the reference map, which has none of its extrema."""
     orbit = cs.solve_orbit(getattr(cs.scenes, name).Parameters(**PEAKS[name]))
@@ -534,7 +526,7 @@ DRAGGED = [
 @sampled
 @pytest.mark.parametrize(("name", "changes", "parameter", "limit", "way"), some(DRAGGED, 1))
 def test_where_the_mean_force_exceeds_friction_the_device_is_dragged(
-    name: str, changes: dict[str, float], parameter: str, limit: float, way: int, judge: Integrator
+    name, changes, parameter, limit, way, judge
 ) -> None:
     """The integrator's momentum grows by the excess times the time, and branches end before."""
     scene: Scene = getattr(cs.scenes, name)

@@ -138,9 +138,7 @@ def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> Non
     assert largest == pytest.approx(parted, abs=0.01)
 
 
-def test_exponents_at_a_time_limit_are_those_of_what_was_passed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_exponents_at_a_time_limit_are_those_of_what_was_passed(monkeypatch) -> None:
     """By a clock that every look at it puts forward by a second, and one look a matrix or more."""
     run = cs.simulate(
         cs.Parameters(alpha=0.005), periods=10**9

@@ -166,9 +166,7 @@ def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> Non
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_it_does_so_however_durations_are_rounded(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_does_so_however_durations_are_rounded(seed, monkeypatch) -> None:
     """A segment lasts as the third power of another there: its duration is soon below rounding."""
     random, evaluate = np.random.default_rng(seed), extended.shooting
 
@@ -185,9 +183,7 @@ def test_it_does_so_however_durations_are_rounded(
     assert [ending for ending, _ in curve.endings] == [cs.Ending.REACHED, cs.Ending.REACHED]
 
 
-def test_a_zero_of_rounding_beside_a_point_is_no_other_point(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_zero_of_rounding_beside_a_point_is_no_other_point(monkeypatch) -> None:
     """The stick that lasts as the third power of the contact is 0 to rounding before the contact.
 
     Newton's method seldom ends there; here it always does.

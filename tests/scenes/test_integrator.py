@@ -39,9 +39,7 @@ def difference(first: Run, second: Run) -> float:
 
 
 @pytest.mark.parametrize("name", FORMS)
-def test_energy_is_balanced_and_halved_steps_change_nothing(
-    name: str, judge: Integrator, halved: Integrator
-) -> None:
+def test_energy_is_balanced_and_halved_steps_change_nothing(name, judge, halved) -> None:
     """Errors are those of 113 bits, enlarged by what the run does to rounding errors."""
     starts = random_starts(FORMS[name], 10)
     events = set()

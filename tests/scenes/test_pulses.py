@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -85,9 +84,7 @@ DIPS = [
 left for 1.5e-7, and a capsule that stops 2.8e-4 before it moves on."""
 
 
-def test_a_switch_shortly_before_an_edge_is_not_passed_over(
-    pulsed: Library, judge: Integrator
-) -> None:
+def test_a_switch_shortly_before_an_edge_is_not_passed_over(pulsed, judge) -> None:
     runs = judge.runs(FORM, DIPS, 1, checked=False)
     for end, run in zip(pulsed.runs(DIPS, 1, precision=DOUBLE), runs, strict=True):
         assert end.stop == "open" or end.fields == run.fields
@@ -104,9 +101,7 @@ TERMS = {
 
 
 @pytest.mark.parametrize("name", TERMS)
-def test_a_term_left_out_is_noticed(
-    name: str, pulsed: Library, judge: Integrator, tmp_path: Path
-) -> None:
+def test_a_term_left_out_is_noticed(name, pulsed, judge, tmp_path) -> None:
     """Doubles then decide some of these runs wrongly."""
     old, new = TERMS[name]
     source = tmp_path / "weaker"

@@ -98,9 +98,7 @@ def judged(scene: str, judge: Integrator) -> tuple[list[Start], list[Run]]:
 
 
 @pytest.mark.parametrize("way", ["as needed", "doubles", "106 bits", 4, 8])
-def test_runs_are_those_of_the_integrator(
-    way: str | int, scene: str, judged: tuple[list[Start], list[Run]]
-) -> None:
+def test_runs_are_those_of_the_integrator(way, scene, judged) -> None:
     """Every field passed, edges among their ends, and final states to a few roundings."""
     starts, runs = judged
     within, undecided = STARTS[scene][1], 0
@@ -151,9 +149,7 @@ COMPARED: dict[str, tuple[Callable[[Form], list[Start]], Within, int]] = {
 
 
 @pytest.mark.parametrize("scene", COMPARED, indirect=True)
-def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(
-    scene: str, judge: Integrator
-) -> None:
+def test_orbits_and_what_they_depend_on_are_those_of_the_integrator(scene, judge) -> None:
     """Derivatives by share, levels and frequency are among them."""
     starts, within, least = COMPARED[scene]
     made = LIBRARIES[scene]

@@ -45,9 +45,7 @@ def judged(form: Form, judge: Integrator) -> list[tuple[Start, Trajectory, Run]]
     return found
 
 
-def test_states_at_times_lead_where_the_run_does(
-    form: Form, judge: Integrator, judged: list[tuple[Start, Trajectory, Run]]
-) -> None:
+def test_states_at_times_lead_where_the_run_does(form, judge, judged) -> None:
     """From a state at a time the integrator comes to the run's end, and on the way moves as far."""
     random = Random(6)
     for start, run, expected in judged:
@@ -64,9 +62,7 @@ def test_states_at_times_lead_where_the_run_does(
             assert expected.fields[-len(rest.fields) :] == rest.fields, (start, t)
 
 
-def test_states_at_the_ends_of_periods_are_the_integrator_s(
-    form: Form, judge: Integrator, judged: list[tuple[Start, Trajectory, Run]]
-) -> None:
+def test_states_at_the_ends_of_periods_are_the_integrator_s(form, judge, judged) -> None:
     starts, made, _ = zip(*judged, strict=True)
     for k in range(1, PERIODS + 1):
         for run, expected in zip(made, judge.runs(form, starts, k), strict=True):

@@ -107,9 +107,7 @@ def simulated(tree: Path, code: Path, starts: list[Start], backend: str) -> Ends
 
 
 @pytest.mark.parametrize(("backend", "count"), [("numpy", 40), ("mpmath", 12)])
-def test_the_reference_map_moves_as_the_integrator(
-    backend: str, count: int, folder: Path, judged: tuple[list[Start], Ends]
-) -> None:
+def test_the_reference_map_moves_as_the_integrator(backend, count, folder, judged) -> None:
     """In doubles, and in 50 digits, from which the integrator is off by its ends' rounding."""
     starts, expected = judged
     code = generated("biased", folder / "generated")
@@ -144,9 +142,7 @@ def mutated(folder: Path, name: str) -> Path:
 
 
 @pytest.mark.parametrize("name", MUTANTS)
-def test_a_changed_declaration_is_noticed(
-    name: str, tmp_path: Path, judged: tuple[list[Start], Ends]
-) -> None:
+def test_a_changed_declaration_is_noticed(name, tmp_path, judged) -> None:
     starts, expected = judged
     found = simulated(tmp_path / "tree", mutated(tmp_path, name), starts[:12], "numpy")
     off = [

@@ -57,9 +57,7 @@ def test_a_finished_basin_can_be_run_again(tmp_path: Path) -> None:
     np.testing.assert_array_equal(first.numbers, second.numbers)
 
 
-def test_a_basin_whose_time_is_over_among_its_attractors_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_basin_whose_time_is_over_among_its_attractors_goes_on(tmp_path, monkeypatch) -> None:
     sweep = Sweep(AXES, TWO, periods=100)
     _, whole = run_basin(sweep, tmp_path / "whole")
 

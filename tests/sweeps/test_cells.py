@@ -160,9 +160,7 @@ ORBITS = ("multipliers", "energies", "forces", "lyapunov")
 
 
 @needs_core
-def test_orbits_closed_by_the_core_are_those_that_python_closes(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_orbits_closed_by_the_core_are_those_that_python_closes(monkeypatch) -> None:
     """In contact, sticking or never so, of several periods, at rest, and where there is none."""
     drawn = (Axis.sobol(RANGES, 12, seed=5),)
     random = Sweep(drawn, periods=200, tolerance=1e-8, compute=("itinerary", *ORBITS))
@@ -195,9 +193,7 @@ def test_the_core_closes_nearly_every_periodic_cell(monkeypatch: pytest.MonkeyPa
 
 
 @needs_core
-def test_a_cell_whose_orbit_switches_otherwise_is_left_to_python(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_cell_whose_orbit_switches_otherwise_is_left_to_python(monkeypatch) -> None:
     many, left = cells.performance_many, []
 
     def other(*given: object, **more: object) -> Performances:

@@ -35,9 +35,7 @@ def said(capsys: pytest.CaptureFixture[str], arguments: list[str], status: int =
     return captured.out if status == 0 else captured.err
 
 
-def test_a_sweep_is_run_and_told(
-    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_sweep_is_run_and_told(file, tmp_path, capsys) -> None:
     store = str(tmp_path / "store")
     line = ["sweep", file, "--out", str(tmp_path / "other"), "--workers", "1", "--json"]
     record = json.loads(said(capsys, line))
@@ -58,9 +56,7 @@ def test_a_sweep_is_run_and_told(
     assert "done              81" in said(capsys, ["sweep", "--info", store])
 
 
-def test_a_store_may_have_brackets_and_colons_in_its_name(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_store_may_have_brackets_and_colons_in_its_name(tmp_path, capsys, monkeypatch) -> None:
     store = str(tmp_path / "a[/b][red]:cat:")
     line = ["sweep", "--alpha", "0.1:0.2:2", "--periods", "2", "--out", store]
     monkeypatch.setattr(sys, "argv", ["capsule-sym", *line])
@@ -98,9 +94,7 @@ def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "attractor 0" in said(capsys, ["sweep", "--info", str(tmp_path / "store")])
 
 
-def test_a_check_tells_what_is_damaged(
-    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_check_tells_what_is_damaged(file, tmp_path, capsys) -> None:
     store = tmp_path / "store"
     said(capsys, ["sweep", file, "--out", str(store)])
     assert "damaged           0" in said(capsys, ["sweep", "--info", str(store), "--check"])
@@ -140,12 +134,7 @@ def test_a_check_tells_what_is_damaged(
     ],
 )
 def test_bad_input_ends_with_2_and_says_what_is_allowed(
-    arguments: list[str],
-    message: str,
-    file: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    arguments, message, file, tmp_path, capsys, monkeypatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     store = str(tmp_path / "store")
@@ -155,9 +144,7 @@ def test_bad_input_ends_with_2_and_says_what_is_allowed(
 
 
 @pytest.mark.parametrize("more", [[], ["--refine", "4"], BASIN], ids=["sweep", "refine", "basin"])
-def test_a_limit_of_time_ends_with_3_and_says_how_it_goes_on(
-    more: list[str], file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_limit_of_time_ends_with_3_and_says_how_it_goes_on(more, file, tmp_path, capsys) -> None:
     line = more if more == BASIN else ["sweep", file, *more]
     line = [*line, "--out", str(tmp_path / "store")]
     assert "continue with --resume" in said(capsys, [*line, "--max-seconds", "1e-9"], status=3)
@@ -168,9 +155,7 @@ def test_a_limit_of_time_ends_with_3_and_says_how_it_goes_on(
     assert json.loads(said(capsys, [*line, "--resume", "--json"]))["success"]
 
 
-def test_a_run_that_cannot_write_ends_with_1(
-    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_cannot_write_ends_with_1(file, tmp_path, capsys, monkeypatch) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -133,9 +133,7 @@ def damaged_once(
 
 
 @sampled
-def test_a_store_mends_whatever_file_is_damaged(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_a_store_mends_whatever_file_is_damaged(stores, tmp_path) -> None:
     whole = stores("sweep")
     names = sorted(contents(whole))
     # coordinates, arrays, their chunks, records, what describes the store twice, the lock
@@ -147,9 +145,7 @@ def test_a_store_mends_whatever_file_is_damaged(
 
 
 @pytest.mark.long
-def test_the_attractors_of_a_basin_are_made_again(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_the_attractors_of_a_basin_are_made_again(stores, tmp_path) -> None:
     for name in ("zarr.json", "c/0/0"):
         for damage in (delete, flip):
             place = f"results.zarr/attractor/{name}"
@@ -161,9 +157,7 @@ def test_the_attractors_of_a_basin_are_made_again(
 @pytest.mark.long
 @pytest.mark.parametrize("damage", DAMAGES)
 @pytest.mark.parametrize("kind", KINDS)
-def test_stores_of_all_kinds_mend_whatever_file_is_damaged(
-    kind: str, damage: Callable[[Path], None], stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_stores_of_all_kinds_mend_whatever_file_is_damaged(kind, damage, stores, tmp_path) -> None:
     whole = stores(kind)
     for i, name in enumerate(sorted(contents(whole))):
         damaged_once(kind, whole, tmp_path / str(i), name, damage)
@@ -172,7 +166,7 @@ def test_stores_of_all_kinds_mend_whatever_file_is_damaged(
 @sampled
 @pytest.mark.parametrize("file", some([False, True], 1))
 def test_folders_that_are_gone_are_made_again_and_files_in_their_place_told_in_one_line(
-    file: bool, stores: Callable[[str], Path], tmp_path: Path
+    file, stores, tmp_path
 ) -> None:
     whole = stores("sweep")
     names = ("results.zarr", "results.zarr/alpha", "results.zarr/itinerary/c", "chunks")
@@ -191,9 +185,7 @@ def test_folders_that_are_gone_are_made_again_and_files_in_their_place_told_in_o
         assert contents(path) == contents(whole)
 
 
-def test_what_is_no_longer_the_result_is_not_opened(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_what_is_no_longer_the_result_is_not_opened(stores, tmp_path) -> None:
     names = ("alpha/c/0", "alpha/zarr.json", "itinerary/zarr.json", "zarr.json")
     cases = [*product(names, (delete, truncate, flip)), ("itinerary/c/0/0", delete)]
     for i, (name, damage) in enumerate(cases):
@@ -205,12 +197,7 @@ def test_what_is_no_longer_the_result_is_not_opened(
 
 @sampled
 @pytest.mark.parametrize("damage", some([delete, truncate, flip], 1))
-def test_no_figure_shows_a_damaged_chunk(
-    damage: Callable[[Path], None],
-    stores: Callable[[str], Path],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_no_figure_shows_a_damaged_chunk(damage, stores, tmp_path, capsys) -> None:
     path = copied(stores("sweep"), tmp_path / "store")
     damage(path / "results.zarr/period_number/c/0/0")
     with pytest.raises(SystemExit) as done:
@@ -250,9 +237,7 @@ def test_records_of_another_shape_are_damage(stores: Callable[[str], Path], tmp_
                 assert contents(path) == contents(whole)
 
 
-def test_a_store_of_which_nothing_tells_the_sweep_is_left_alone(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_a_store_of_which_nothing_tells_the_sweep_is_left_alone(stores, tmp_path) -> None:
     path = copied(stores("sweep"), tmp_path / "store")
     for name in ("sweep.json", "chunks/sweep.copy"):
         flip(path / name)
@@ -264,9 +249,7 @@ def test_a_store_of_which_nothing_tells_the_sweep_is_left_alone(
 
 
 @pytest.mark.long
-def test_a_run_killed_at_its_end_is_not_taken_for_damaged(
-    stores: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_killed_at_its_end_is_not_taken_for_damaged(stores, tmp_path, monkeypatch) -> None:
     """Of the files that the end of a run writes, any number may have come to their places."""
     whole, replace = stores("basin"), os.replace
     count = 10**9

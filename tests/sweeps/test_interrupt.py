@@ -33,9 +33,7 @@ alpha = { from = 0.5, to = 2.0, count = 16 }
 
 
 @pytest.mark.parametrize("compiled", [True, False])
-def test_a_chunk_of_days_stops_when_it_is_not_wanted(
-    compiled: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_chunk_of_days_stops_when_it_is_not_wanted(compiled, monkeypatch) -> None:
     monkeypatch.setattr(cells, "core_of", lambda *_: core if compiled else None)
     watch = Watch()
     Timer(0.3, watch.stop).start()
@@ -55,7 +53,7 @@ def test_threads_are_left_at_once_and_stop() -> None:
 
 @pytest.mark.parametrize("at", [1, 3])
 def test_a_chunk_that_is_written_is_counted_whenever_the_interrupt_comes(
-    at: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    at, tmp_path, monkeypatch
 ) -> None:
     publish, written = Store.publish, []
 

@@ -95,9 +95,7 @@ def test_killed_runs_end_as_an_uninterrupted_one(tmp_path: Path) -> None:
     assert contents(tmp_path / "store") == uninterrupted("short")
 
 
-def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(tmp_path, monkeypatch) -> None:
     with monkeypatch.context() as patch:
         patch.setattr("capsule_sym._sweeps.execution.compute", deadly_corner)
         with (

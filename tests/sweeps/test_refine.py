@@ -33,9 +33,7 @@ def disk(part: Sweep, *_: object) -> Block:
 
 
 @pytest.mark.long
-def test_a_smooth_boundary_costs_its_length_not_the_area(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_smooth_boundary_costs_its_length_not_the_area(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(execution_module, "compute", disk)
     count = 97
     axes = (Axis.linear("alpha", 0.0, 2.0, count), Axis.linear("gamma", 1.0, 5.0, count))
@@ -74,9 +72,7 @@ def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path)
 
 @sampled
 @pytest.mark.parametrize("first", some([0, 1], 1))
-def test_a_chart_along_one_axis_is_refined_too(
-    first: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_chart_along_one_axis_is_refined_too(first, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(execution_module, "compute", disk)
     axes = Axis.linear("alpha", 0.0, 2.0, 97), Axis.of("gamma", [3.1])
     sweep = Sweep(axes[first:] + axes[:first])
@@ -92,7 +88,7 @@ def test_a_chart_along_one_axis_is_refined_too(
 @sampled
 @pytest.mark.parametrize("interrupted", some([True, False], 1))
 def test_a_refinement_that_is_interrupted_or_whose_time_is_over_goes_on(
-    interrupted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    interrupted, tmp_path, monkeypatch
 ) -> None:
     monkeypatch.setattr(execution_module, "compute", disk)
     sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 33), Axis.linear("gamma", 1.0, 5.0, 33)))

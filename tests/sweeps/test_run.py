@@ -120,9 +120,7 @@ def executor_of(kind: str) -> Iterator[Executor | None]:
 @pytest.mark.parametrize(
     "kind", ["threads", "own", "processes", pytest.param("dask", marks=pytest.mark.long)]
 )
-def test_executors_give_equal_results_also_after_their_time_is_over(
-    kind: str, whole: dict[str, bytes], tmp_path: Path
-) -> None:
+def test_executors_give_equal_results_also_after_their_time_is_over(kind, whole, tmp_path) -> None:
     told = []
 
     def stop(done: int, total: int) -> None:
@@ -208,7 +206,7 @@ def test_a_random_design_has_its_points_as_coordinates(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("after", [0, 5, CHUNKS])
 def test_a_run_goes_on_where_it_was_interrupted_and_a_finished_one_computes_nothing(
-    after: int, whole: dict[str, bytes], tmp_path: Path
+    after, whole, tmp_path
 ) -> None:
     store, rest = tmp_path / "store", Here()
     with pytest.raises(KeyboardInterrupt) if after < CHUNKS else nullcontext():
@@ -256,7 +254,7 @@ def renames(patch: pytest.MonkeyPatch, most: int) -> list[int]:
     "share", [0.6, *(pytest.param(s, marks=pytest.mark.long) for s in (0.1, 0.999))]
 )
 def test_a_full_disk_stops_the_run_and_leaves_a_store_that_goes_on(
-    share: float, whole: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    share, whole, tmp_path, monkeypatch
 ) -> None:
     with monkeypatch.context() as patch:
         moved = renames(patch, 10**9)
@@ -278,9 +276,7 @@ def test_two_runs_on_one_store_are_refused(tmp_path: Path) -> None:
     run_sweep(SWEEP, tmp_path / "store", resume=True)
 
 
-def test_a_store_is_not_mixed_with_anything_else(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_store_is_not_mixed_with_anything_else(tmp_path, monkeypatch) -> None:
     run_sweep(SWEEP, tmp_path / "store")
     run_sweep(SWEEP, tmp_path / "headless")
     for name in ("sweep.json", "chunks/sweep.copy"):
@@ -307,9 +303,7 @@ def test_a_store_is_not_mixed_with_anything_else(
         run_sweep(SWEEP, tmp_path / "store", resume=True)
 
 
-def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(tmp_path, monkeypatch) -> None:
     here = live()
     with pytest.raises(KeyboardInterrupt):
         run_sweep(SWEEP, tmp_path / "store", executor=Here(5), workers=1)
@@ -331,9 +325,7 @@ def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
     ("change", "told"),
     [({"kernels": "x"}, "a worker has the kernels x"), ({"core": "c-x"}, "core = 'c-x'")],
 )
-def test_a_worker_with_another_core_is_told(
-    change: dict[str, str], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_worker_with_another_core_is_told(change, told, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(**change))
     with pytest.raises(CapsuleError, match=told):
         run_sweep(SWEEP, tmp_path / "store", executor=Here())
@@ -342,9 +334,7 @@ def test_a_worker_with_another_core_is_told(
         assert set(Held(tmp_path / "store").tally().cores) == {"c-x"}
 
 
-def test_no_more_chunks_are_under_way_than_workers(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_more_chunks_are_under_way_than_workers(tmp_path, monkeypatch) -> None:
     """A chunk is written before its worker has the next: what a kill loses is bounded."""
     lock, unwritten, most = threading.Lock(), 0, 0
     publish = store_module.Store.publish
@@ -373,7 +363,7 @@ def test_no_more_chunks_are_under_way_than_workers(
     ("deadly", "done"), [((4,), 8), ((0, 7), 7), ((0, 1, 2, 3), 0), ((1, 3, 8), 6)]
 )
 def test_chunks_that_cannot_be_computed_are_named_after_all_others_or_three(
-    deadly: tuple[int, ...], done: int, tmp_path: Path
+    deadly, done, tmp_path
 ) -> None:
     with pytest.raises(Lost) as told:
         run_sweep(SWEEP, tmp_path / "store", executor=Here(fails=deadly), workers=1)
@@ -382,9 +372,7 @@ def test_chunks_that_cannot_be_computed_are_named_after_all_others_or_three(
     assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == done
 
 
-def test_the_record_of_a_chunk_holds_its_words_and_reasons(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_record_of_a_chunk_holds_its_words_and_reasons(tmp_path, monkeypatch) -> None:
     def failing(part: Sweep) -> Any:
         return compute(part)._replace(reasons={"3": "no luck"})
 

@@ -164,9 +164,7 @@ def test_only_what_is_named_is_proved(only: str, first: str, count: int) -> None
     assert (records[0]["id"], len(records)) == (first, count)
 
 
-def test_a_statement_is_found_without_deriving_other_groups(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_statement_is_found_without_deriving_other_groups(monkeypatch) -> None:
     def others() -> tuple[Statement, ...]:
         raise AssertionError("derived")
 
