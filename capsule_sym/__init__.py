@@ -16,7 +16,7 @@ _NEEDS = {
         *("_figures.portraits", "_figures.pulses", "_figures.shocks"),
         *("_figures.style", "_figures.sweeps", "_figures.tolerances"),
     ),
-    "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.refinement", "_sweeps.results"),
+    "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.results"),
 }
 
 

@@ -152,7 +152,6 @@ from capsule_sym._sweeps.execution import SweepStatus as SweepStatus
 from capsule_sym._sweeps.execution import run_sweep as run_sweep
 from capsule_sym._sweeps.plan import load_sweep as load_sweep
 from capsule_sym._sweeps.plan import read_plan as read_plan
-from capsule_sym._sweeps.refinement import refine_sweep as refine_sweep
 from capsule_sym._sweeps.results import open_results as open_results
 from capsule_sym._sweeps.sweep import Sweep as Sweep
 

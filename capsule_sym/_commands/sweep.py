@@ -35,12 +35,6 @@ def sweep(
     system: options.System = options.ranged_parameters(counted=True),
     periods: int | None = option("Excitation periods to run.  [default: 300]"),
     compute: str | None = option("Quantities, such as itinerary,energies.", metavar="NAMES"),
-    stride: int | None = option(
-        "Compute every STRIDE-th point of a chart over two axes, and all points only where "
-        "neighbours differ.",
-        "--refine",
-        metavar="STRIDE",
-    ),
     info: Path | None = option(
         "Show axes, progress, outcomes, attractors and provenance of a store, also of a basin.",
         type=click.Path(path_type=Path),
@@ -82,7 +76,6 @@ def sweep(
             if one.name not in ("info", "check", "as_json"):
                 options.check_beside(str(one.name), never=("info",))
         return _show_store(info, check, as_json)
-    options.check_beside("compute", never=("stride",))
     over = options.ranges()
     settings = {"periods": periods, "compute": compute and compute.split(",")}
     settings = {name: value for name, value in settings.items() if value is not None}
@@ -96,14 +89,8 @@ def sweep(
     if store is None:
         raise click.UsageError("Missing option '--out'.")
     with _executor(**how) as given:
-        if stride is None:
-            summary = capsule_sym.run_sweep(loaded, store, **given)
-            record = _summary(summary, loaded.periods, store)
-        else:
-            chart = capsule_sym.refine_sweep(loaded, store, stride=stride, **given)
-            size = {"cells": loaded.size, "fraction_computed": chart.fraction}
-            record = {"store": store} | _ended(chart) | size
-    _tell(record, as_json)
+        summary = capsule_sym.run_sweep(loaded, store, **given)
+    _tell(_summary(summary, loaded.periods, store), as_json)
 
 
 def _over(
@@ -153,11 +140,11 @@ def basin(
 
 def _show_store(store: Path, check: bool, as_json: bool) -> None:
     """Print the contents of a store; exits with 1 if a checked one is damaged."""
-    from capsule_sym._sweeps.results import damaged_parts, info_record
+    from capsule_sym._sweeps.results import info_record
 
     record = info_record(store, check)
     present.result(lambda: record, lambda: _show(record), as_json)
-    if damaged_parts(record):
+    if record.get("damaged_parts"):
         raise click.exceptions.Exit(1)
 
 
@@ -168,20 +155,13 @@ def _tell(record: dict[str, Any], as_json: bool) -> None:
         present.fail(f"the run ends ({record['status']}): {record['message']}")
 
 
-def _ended(result: Any) -> dict[str, Any]:
-    return {
-        "success": result.success,
-        "status": str(result.status),
-        "message": result.message,
-        **result.statistics,
-    }
-
-
 def _summary(summary: Any, periods: int, store: str) -> dict[str, Any]:
     from capsule_sym._sweeps.results import info_record
 
+    ended = {name: getattr(summary, name) for name in ("success", "status", "message")}
     rate = summary.periods_per_second_and_core(periods)
-    return _ended(summary) | {"periods_per_second_and_core": rate} | info_record(Path(store))
+    more = {**summary.statistics, "periods_per_second_and_core": rate}
+    return ended | more | info_record(Path(store))
 
 
 @contextmanager
@@ -223,8 +203,6 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
 
 def _show(record: dict[str, Any]) -> None:
     """Print a record."""
-    for part in record.get("rounds", ()):
-        _show(part)
     screen = present.make_console()
     for label, text in _lines(record):
         screen.print(f"{label:<17} {text}", soft_wrap=not label)
@@ -235,7 +213,7 @@ def _lines(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for axis in record.get("axes", ()):
         names, ends = ", ".join(axis["quantities"]), map(_numbers, (axis["first"], axis["last"]))
         yield f"axis {axis['name']}", f"{axis['count']} values of {names} from {' to '.join(ends)}"
-    for name in ("cells", "done", "computed", "damaged", "fraction_computed"):
+    for name in ("cells", "done", "computed", "damaged"):
         if name in record:
             yield name.replace("_", " "), f"{record[name]:,}"
     if record.get("computed"):

@@ -48,7 +48,7 @@ def plot_chart(
 ) -> Figure:
     """Itineraries over two axes, large regions with a number, exact curves and points on top.
 
-    `results` is what `open_results` gives of a sweep or a refined chart over two parameters.
+    `results` is what `open_results` gives of a sweep over two parameters.
     Regions are bounded by the `curves` of `capsule-sym curve --json`, and by the edges of cells
     where several itineraries remain between curves. The key gives the itinerary of each number;
     numbers ascend as areas descend, and from the 19th on itineraries are grey. White are cells in

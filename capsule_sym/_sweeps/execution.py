@@ -47,11 +47,21 @@ class SweepStatus(StrEnum):
     TIME_LIMIT = "time-limit"
 
 
-class Ended:
-    """Status of a run, from its number of cells by outcome and whether it finished."""
+@dataclass(frozen=True)
+class Summary:
+    """Summary of a run: all cells, cells computed now, damaged parts found, seconds, workers.
 
+    A damaged part is a chunk or a file beside the chunks; each is computed or written again.
+    `outcomes` has the number of cells by outcome, over all cells of the store.
+    """
+
+    cells: int
+    computed: int
+    damaged: int
+    seconds: float
+    workers: int
     outcomes: dict[str, int]
-    finished: bool
+    finished: bool = True
 
     @property
     def status(self) -> SweepStatus:
@@ -74,23 +84,6 @@ class Ended:
         if self.finished:
             return told
         return f"time limit reached; continue with --resume: {told or 'no cell yet'}"
-
-
-@dataclass(frozen=True)
-class Summary(Ended):
-    """Summary of a run: all cells, cells computed now, damaged parts found, seconds, workers.
-
-    A damaged part is a chunk or a file beside the chunks; each is computed or written again.
-    `outcomes` has the number of cells by outcome, over all cells of the store.
-    """
-
-    cells: int
-    computed: int
-    damaged: int
-    seconds: float
-    workers: int
-    outcomes: dict[str, int]
-    finished: bool = True
 
     @property
     def statistics(self) -> dict[str, Any]:

@@ -53,15 +53,12 @@ def lay(
     cores: Iterable[str] = (),
     itineraries: dict[str, tuple[int, int]] | None = None,
     added: Mapping[str, Added] = MappingProxyType({}),
-    values: Mapping[str, NDArray[np.generic]] = MappingProxyType({}),
-    about: Mapping[str, Any] = MappingProxyType({}),
 ) -> None:
     """Write all results of a sweep but its chunks, as xarray opens them, with no cell computed.
 
-    `cores` computed the cells; `itineraries` is their table, `added` has further results, `values`
-    those of all cells by name where they are known, and `about` further attributes.
+    `cores` computed the cells; `itineraries` is their table, `added` has further results.
     """
-    attributes = _described(sweep, origin, cores) | dict(about)
+    attributes = _described(sweep, origin, cores)
     columns = _coordinates(sweep)
     # xarray takes a column along an axis of another name for a result unless it is listed.
     if others := [name for name, (axis, *_) in columns.items() if name != axis]:
@@ -72,8 +69,6 @@ def lay(
     made = arrays(group, sweep)
     if itineraries is not None:
         made["itinerary"].attrs.update(itinerary_flags(itineraries))
-    for name, result in values.items():
-        made[name][...] = result
     for name, (result, attributes) in added.items():
         _array(group, name, sweep, result.dtype, attributes)[...] = result
     _consolidate(place)

@@ -65,8 +65,8 @@ velocity. Multipliers, energies and forces are those of the orbit solved by Newt
 OF_ORBIT = frozenset(("multipliers", "energies", "forces", "lyapunov"))
 """Quantities that need that orbit."""
 
-ATTRACTOR, COMPUTED = "attractor", "computed"
-"""Names of the further results of a basin and of a refined chart."""
+ATTRACTOR = "attractor"
+"""Name of the further result of a basin."""
 
 
 def variables(compute: Iterable[str] = QUANTITIES) -> dict[str, Variable]:
@@ -76,5 +76,5 @@ def variables(compute: Iterable[str] = QUANTITIES) -> dict[str, Variable]:
 
 
 _OWN = [v.dimension[0] for v in variables().values() if v.dimension]
-TAKEN = frozenset([*variables(), *_OWN, ATTRACTOR, COMPUTED])
+TAKEN = frozenset([*variables(), *_OWN, ATTRACTOR])
 """Names of results and of their own dimensions, which no axis can have."""

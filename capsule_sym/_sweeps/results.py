@@ -7,8 +7,6 @@ A store is a directory with:
   hold no chunk, as written first (`files`) and at the end of a run (`ended`, until then empty);
 - `chunks`: a record of each finished chunk (texts of its itineraries, reasons of its failed
   cells), and a second copy of `sweep.json`.
-
-A refined chart is a directory of such stores, with `chart.zarr` and its checksums in `chart.json`.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from capsule_sym._errors import CapsuleError, InvalidInput
-from capsule_sym._sweeps.files import checksum, checksums, sound, unsealed
+from capsule_sym._sweeps.files import checksum, sound, unsealed
 from capsule_sym._sweeps.layout import itinerary_flags
 from capsule_sym._sweeps.quantities import ATTRACTOR, variables
 
@@ -34,7 +32,6 @@ if TYPE_CHECKING:
 
 RESULTS, CHUNKS = "results.zarr", "chunks"
 SWEEP, COPY = "sweep.json", "chunks/sweep.copy"
-CHART, CHART_RECORD = "chart.zarr", "chart.json"
 
 
 _HEAD = ("kind", "sweep", "provenance", "files", "ended")
@@ -167,38 +164,21 @@ class Held:
                     yield index
 
 
-def damaged_in_chart(path: Path) -> list[str]:
-    """Damaged files of a refined chart."""
-    if not os.path.lexists(path / CHART_RECORD):
-        return []
-    record = unsealed(path / CHART_RECORD, ("files",))
-    if record is None:
-        return [CHART_RECORD]
-    there = checksums(path / CHART)
-    return [f"{CHART}/{key}" for key, seal in record["files"].items() if there.get(key) != seal]
-
-
 def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     """Results of a store as an xarray Dataset, loaded on access; cells not computed are PENDING.
 
     Dimensions and coordinates are the sweep's axes, attributes its provenance. `itinerary` holds
     codes; its attributes `flag_values` and `flag_meanings` give their texts, with _ between the
-    fields. Of a refined chart the whole chart is opened. Raises InvalidInput if there is no store,
-    or if its coordinates or metadata are damaged.
+    fields. Raises InvalidInput if there is no store, or if its coordinates or metadata are damaged.
     """
     import xarray as xr  # its import takes longer than a small sweep, which needs none
 
-    path = Path(path)
-    if os.path.lexists(path / CHART):
-        damaged, place, held = damaged_in_chart(path), path / CHART, None
-    else:
-        held = Held(path)
-        damaged, place = held.damaged_files(data=False), held.results
-        damaged = damaged or list(islice(held.missing(), 1))
+    held = Held(Path(path))
+    place, damaged = held.results, held.damaged_files(data=False) or list(islice(held.missing(), 1))
     try:
         if not damaged:
             dataset: xr.Dataset = xr.open_zarr(place, chunks=None, consolidated=True)
-            if held and "itinerary" in dataset and "flag_values" not in dataset["itinerary"].attrs:
+            if "itinerary" in dataset and "flag_values" not in dataset["itinerary"].attrs:
                 dataset["itinerary"].attrs.update(itinerary_flags(held.tally().itineraries))
             return dataset
     except (OSError, ValueError):
@@ -211,17 +191,10 @@ def info_record(path: Path, check: bool = False) -> dict[str, Any]:
 
     Raises InvalidInput if there is no store.
     """
-    record: dict[str, Any]
-    rounds = sorted(path.glob("round-*")) if os.path.isdir(path) else []
-    if rounds:
-        record = {"store": str(path), "rounds": [info_record(place, check) for place in rounds]}
-        if check:
-            record["damaged_parts"] = damaged_in_chart(path)
-        return record
     held = Held(path)
     tally = held.tally()
     described = held.head["sweep"]
-    record = {
+    record: dict[str, Any] = {
         "store": str(path),
         "axes": described["axes"],
         "cells": math.prod(axis["count"] for axis in described["axes"]),
@@ -241,9 +214,3 @@ def info_record(path: Path, check: bool = False) -> dict[str, Any]:
             if ATTRACTOR in results:
                 record["attractors"] = results[ATTRACTOR].attrs["attractors"]
     return record
-
-
-def damaged_parts(record: dict[str, Any]) -> int:
-    """Number of damaged parts in the record of a checked store."""
-    own: list[str] = record.get("damaged_parts", [])
-    return len(own) + sum(damaged_parts(part) for part in record.get("rounds", ()))

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import zarr
 from filelock import FileLock, Timeout
-from numpy.typing import NDArray
 
 from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._native import live
-from capsule_sym._sweeps import layout, results
+from capsule_sym._sweeps import layout
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.files import checksums, move, place, remove, sealed
-from capsule_sym._sweeps.quantities import COMPUTED, CellOutcome
+from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import CHUNKS, COPY, RESULTS, SWEEP, Check, Held
 from capsule_sym._sweeps.sweep import Sweep
 
@@ -167,29 +165,6 @@ def opened(
             store.mend()
         yield store
         remove(store.partial)
-
-
-def write_chart(
-    path: Path,
-    sweep: Sweep,
-    columns: dict[str, NDArray[np.generic]],
-    computed: NDArray[np.bool_],
-    texts: dict[int, str],
-    cores: Iterable[str],
-) -> None:
-    """Write a refined chart: columns by name, a mask of computed points, itineraries by code."""
-    table = {text: (code, 0) for code, text in sorted(texts.items())}
-    added = {COMPUTED: layout.Added(computed, {})}
-    about = {"fraction_computed": float(computed.mean())}
-    part, origin = path / _PARTIAL, layout.provenance("", sweep.parameters.scene)
-    with writing(path):
-        remove(part)
-        layout.lay(part / results.CHART, sweep, origin, cores, table, added, columns, about)
-        remove(path / results.CHART_RECORD)
-        remove(path / results.CHART)
-        os.replace(part / results.CHART, path / results.CHART)
-        place(sealed({"files": checksums(path / results.CHART)}), path / results.CHART_RECORD, part)
-        remove(part)
 
 
 def check_core(path: Path, core: str, begun: str) -> None:

@@ -28,7 +28,7 @@ def asked(instruction: str, words: str = "") -> subprocess.CompletedProcess[str]
     ("words", "found"),
     [
         ("capsule-sym sw", {"sweep"}),
-        ("capsule-sym sweep --re", {"--refine", "--resume"}),
+        ("capsule-sym sweep --p", {"--params", "--periods"}),
         ("capsule-sym run --backend n", {"numpy"}),
         ("capsule-sym figure m", {"margins", "motion"}),
         ("capsule-sym verify --o", {"--only", "--out"}),

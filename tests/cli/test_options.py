@@ -102,7 +102,6 @@ REFUSED = [
     ("sweep a.toml --out s --periods 20", "--periods and FILE.toml exclude each other"),
     ("sweep --alpha 0.1:2:3 --out s --any-core", "--any-core needs --resume, which is missing"),
     ("figure curves.json --of v_c --out a.svg", "--of is for branches, which curves.json is not"),
-    ("sweep --alpha 1:2:3 --gamma 3:4:3 --out s --refine 2 --compute final", "--compute and --re"),
     ("branch --along alpha=1:2 --alpha 0.7", "--alpha and --along exclude each other"),
     ("branch --along s=1:2 --alpha 1:2", "--alpha and --along exclude each other"),
     ("branch --alpha 1:2 --to 3", "--to needs --restart, which is missing"),

@@ -70,16 +70,6 @@ def test_help_shows_a_file_line_by_line(capsys: pytest.CaptureFixture[str]) -> N
     assert 'compute = ["itinerary", "progression"]' in lines
 
 
-def test_a_chart_is_refined(file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    store = str(tmp_path / "store")
-    text = said(capsys, ["sweep", file, "--out", store, "--refine", "4", "--json"])
-    record = json.loads(text)
-    assert record["cells"] == 81
-    assert record["fraction_computed"] == record["computed"] / 81
-    rounds = json.loads(said(capsys, ["sweep", "--info", store, "--json"]))["rounds"]
-    assert sum(part["done"] for part in rounds) == record["computed"]
-
-
 def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [*BASIN, "--alpha", "1.2", "--out", str(tmp_path / "store")]
     record = json.loads(said(capsys, [*arguments, "--json"]))
@@ -118,7 +108,6 @@ def test_a_check_tells_what_is_damaged(file, tmp_path, capsys) -> None:
         (["sweep", "FILE", "--out", "STORE"], "to continue it use --resume"),
         (["sweep", "none.toml", "--out", "new"], "must be readable"),
         (["sweep", "FILE", "--out", "STORE", "--resume", "--workers", "0"], "workers = 0"),
-        (["sweep", "FILE", "--out", "new", "--refine", "3"], "a power of two"),
         (["sweep", "FILE"], "--out"),
         (["sweep", "FILE", "--out", "new", "--check"], "--check needs --info"),
         (["sweep", "FILE", "--info", "STORE"], "FILE.toml and --info exclude each other"),
@@ -143,7 +132,7 @@ def test_bad_input_ends_with_2_and_says_what_is_allowed(
     assert message in said(capsys, given, status=2)
 
 
-@pytest.mark.parametrize("more", [[], ["--refine", "4"], BASIN], ids=["sweep", "refine", "basin"])
+@pytest.mark.parametrize("more", [[], BASIN], ids=["sweep", "basin"])
 def test_a_limit_of_time_ends_with_3_and_says_how_it_goes_on(more, file, tmp_path, capsys) -> None:
     line = more if more == BASIN else ["sweep", file, *more]
     line = [*line, "--out", str(tmp_path / "store")]

@@ -21,13 +21,12 @@ from capsule_sym import (
     Parameters,
     Sweep,
     open_results,
-    refine_sweep,
     run_basin,
     run_sweep,
 )
 from capsule_sym._cli import main
 from capsule_sym._sweeps.files import sealed
-from capsule_sym._sweeps.results import damaged_parts, info_record
+from capsule_sym._sweeps.results import info_record
 from tests.sampling import sampled, some
 from tests.sweeps import chart, contents
 
@@ -46,11 +45,7 @@ def run_small_basin(path: Path, **how: Any) -> int:
     return run_basin(sweep, path, workers=1, **how)[0].damaged
 
 
-def run_small_chart(path: Path, **how: Any) -> int:
-    return refine_sweep(SMALL, path, stride=2, workers=1, **how).damaged
-
-
-KINDS: dict[str, Run] = {"sweep": run_small, "basin": run_small_basin, "chart": run_small_chart}
+KINDS: dict[str, Run] = {"sweep": run_small, "basin": run_small_basin}
 
 
 @pytest.fixture(scope="module")
@@ -112,24 +107,17 @@ def damaged_once(
     damage(copied(whole, path) / name)
     lock = name.rsplit("/", 1)[-1] == "lock"
     if damage is folder or (damage is link and lock):
-        # A chart is written again as a whole, whatever is in its place.
-        if kind == "chart" and name.startswith("chart.zarr"):
-            run_again(path, resume=True)
-            assert contents(path) == before
-            return
         with pytest.raises(CapsuleError) as refused:
             run_again(path, resume=True)
         assert "\n" not in str(refused.value)
         assert name in str(refused.value)
         assert damage is link or (path / name / "thesis").exists()
         return
-    assert lock or damaged_parts(info_record(path, check=True)) > 0 or name == "chart.json"
-    damaged = run_again(path, resume=True)
-    # Only the record of a finished chart is no loss: the chart is written again.
-    assert damaged > 0 or lock or name == "chart.json"
+    assert lock or info_record(path, check=True)["damaged_parts"]
+    assert run_again(path, resume=True) > 0 or lock
     assert {k: v for k, v in contents(path).items() if "/other " not in f"/{k}"} == before
     assert not (path / name).is_symlink()
-    assert not damaged_parts(info_record(path, check=True))
+    assert not info_record(path, check=True)["damaged_parts"]
 
 
 @sampled
@@ -180,7 +168,7 @@ def test_folders_that_are_gone_are_made_again_and_files_in_their_place_told_in_o
             assert "\n" not in str(refused.value)
             assert name in str(refused.value)
             continue
-        assert damaged_parts(info_record(path, check=True)) > 0
+        assert info_record(path, check=True)["damaged_parts"]
         assert run_small(path, resume=True) > 0
         assert contents(path) == contents(whole)
 
@@ -213,8 +201,10 @@ def test_no_figure_shows_a_damaged_chunk(damage, stores, tmp_path, capsys) -> No
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.filterwarnings("error")
 def test_xarray_opens_a_finished_store(kind: str, stores: Callable[[str], Path]) -> None:
-    place = stores(kind) / ("chart.zarr" if kind == "chart" else "results.zarr")
-    with xr.open_zarr(place, chunks=None) as plain, open_results(stores(kind)) as ours:
+    with (
+        xr.open_zarr(stores(kind) / "results.zarr", chunks=None) as plain,
+        open_results(stores(kind)) as ours,
+    ):
         assert plain.load().identical(ours.load())
 
 

@@ -25,7 +25,6 @@ from capsule_sym import (
     InvalidInput,
     Sweep,
     open_results,
-    refine_sweep,
     run_basin,
     run_sweep,
 )
@@ -156,7 +155,7 @@ def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.Monke
     assert (found.status, found.outcomes) == ("time-limit", {})
 
 
-@pytest.mark.parametrize("run", [run_sweep, run_basin, refine_sweep])
+@pytest.mark.parametrize("run", [run_sweep, run_basin])
 def test_what_is_no_sweep_or_cannot_run_is_refused(run: Callable[..., Any], tmp_path: Path) -> None:
     store = tmp_path / "store"
     for given in ("x", None):
