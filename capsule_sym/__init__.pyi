@@ -17,10 +17,6 @@ from capsule_sym._attractors.settling import Arrivals as Arrivals
 from capsule_sym._attractors.shock import Shock as Shock
 from capsule_sym._attractors.shock import minimal_shock as minimal_shock
 from capsule_sym._attractors.smallest import ShockStatus as ShockStatus
-from capsule_sym._attractors.uncertainty import BasinEntropy as BasinEntropy
-from capsule_sym._attractors.uncertainty import UncertaintyExponent as UncertaintyExponent
-from capsule_sym._attractors.uncertainty import basin_entropy as basin_entropy
-from capsule_sym._attractors.uncertainty import uncertainty_exponent as uncertainty_exponent
 from capsule_sym._check.check import SwitchCheck as SwitchCheck
 from capsule_sym._check.check import check_switches as check_switches
 from capsule_sym._check.switch_file import read_switches as read_switches
