@@ -14,7 +14,6 @@ from capsule_sym import (
     InvalidInput,
     OrbitStatus,
     Parameters,
-    Trajectory,
     continue_orbit,
     simulate,
     simulate_many,
@@ -24,11 +23,6 @@ from capsule_sym import (
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._native import core
 from capsule_sym._orbits.shooting.orbit import NoOrbit
-
-
-@pytest.fixture(scope="module")
-def run() -> Trajectory:
-    return simulate(Parameters(), periods=400)
 
 
 def test_many_times_in_many_segments_take_one_call_a_field(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,13 +46,14 @@ def test_many_times_in_many_segments_take_one_call_a_field(monkeypatch: pytest.M
 KEPT = ("segments", "switches", "stroboscopic")
 
 
-def test_no_times_give_no_states(run: Trajectory) -> None:
+def test_no_times_give_no_states() -> None:
+    run = simulate(Parameters(), periods=2)
     assert run([]).shape == (0, 3)
     assert run.position(np.empty((2, 0))).shape == (2, 0)
 
 
 def test_reprs_fit_a_line() -> None:
-    run = simulate(Parameters(), periods=400)
+    run = simulate(Parameters(), periods=60)
     orbit = solve_orbit(Parameters())
     assert orbit.success, orbit.message
     near = solve_itinerary(Parameters(alpha=0.94), orbit.itinerary, list(orbit.z))
@@ -67,17 +62,9 @@ def test_reprs_fit_a_line() -> None:
     ends = (Ending.REACHED, ""), (Ending.REACHED, "")
     curve = Curve("grazing", ("alpha", "gamma"), (), (), ends)
     none = NoOrbit(OrbitStatus.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)
-    parts = [
-        run,
-        run.segments[0],
-        run.segments[-1],
-        run.steady(),
-        orbit,
-        orbit.itinerary,
-        orbit.system,
-    ]
-    parts += [orbit.system.flows[0], branch, branch.points[0], branch.bifurcations[0], none]
-    parts += [curve]
+    parts = [run, run.segments[0], run.segments[-1], run.steady(), orbit, orbit.itinerary]
+    parts += [orbit.system, orbit.system.flows[0], branch, branch.points[0]]
+    parts += [branch.bifurcations[0], none, curve]
     for part in parts:
         text = repr(part)
         assert len(text) < 1000, text
@@ -88,9 +75,9 @@ def test_reprs_fit_a_line() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [math.nan, math.inf, 0.0, -1e-9, True, "1e-9", None])
-def test_a_tolerance_that_is_none_is_refused(run: Trajectory, tolerance: Any) -> None:
+def test_a_tolerance_that_is_none_is_refused(tolerance: Any) -> None:
     with pytest.raises(InvalidInput, match=r"tolerance = .* finite number > 0"):
-        run.steady(tolerance)
+        simulate(Parameters(), periods=2).steady(tolerance)
 
 
 def test_arrays_that_a_result_keeps_are_read_only() -> None:
