@@ -13,13 +13,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import MPContext
 
 from capsule_sym import Parameters
 from tests.native import KERNELS, LIBRARY, place_of
+from tests.scenes import GENERAL, Form
 
 HERE = Path(__file__).parent
 WIDTHS = {"1": 1, "4": 4, "8": 8, "106 bits": 1}
@@ -120,63 +121,109 @@ class Start:
     level: int = 0
     steps: int = 1
     hints: tuple[float, ...] = field(default=())
+    form = Form()
+
+    @property
+    def given(self) -> dict[str, float]:
+        """Parameters by name."""
+        return self.parameters.to_dict()
+
+    @property
+    def place(self) -> tuple[int, int, int]:
+        """The drive's level, contact, and way of the drift."""
+        return 0, int(self.field > 3), (1, 0, -1)[(self.field - 1) % 3]
+
+    @property
+    def bound_at(self) -> int:
+        """1 (-1) where P is f_b (-f_b)."""
+        way, second = self.place[2], self.zeros[1]
+        return way * (second == 2) if way else second
 
 
 class Truth:
-    """The motion of a segment's linear flow in 60 digits, from the equations as the paper has them:
-    P = x_r + beta (x_r - delta) in contact + 2 zeta v_r, gamma v_c' = P - way f_b in drift, and
-    v_r' = alpha cos(angle) - P - v_c'."""
+    """The motion of a segment's linear flow in 60 digits, from the equations of the general form.
 
-    gaps: tuple[int, ...] = (0,)
-    """True for the guards of stops."""
+    P = x_r + kappa (x_r - stop) + 2 zeta v_r, Q = P - eps u, gamma v_c' = Q - friction in drift,
+    and v_r' = u - s - P - v_c', with the drive u. `start` is of the capsule or of another scene.
+    """
 
-    def __init__(self, start: Start) -> None:
+    def __init__(self, start: Any) -> None:
         self.known: dict[mpf, list[mpf]] = {}
-        p = start.parameters
-        alpha, omega, delta, zeta, beta, gamma, f_b, *_ = map(mpf, p.to_dict().values())
-        way = {1: 1, 2: 0, 3: -1, 4: 1, 5: 0, 6: -1}[start.field]
-        contact = start.field > 3
-        self.way, self.side, self.f_b, self.gamma = way, 1 if contact else -1, f_b, gamma
-        self.alpha = alpha
-        x, v, v_c, angle = (
-            mpf(a) + mpf(b) for a, b in zip((*start.state, start.angle), start.off, strict=True)
-        )
-        self.x, self.v, self.v_c, self.omega, self.angle = x, v, v_c, omega, angle
-        self.gap = mpf(0) if start.zeros[0] else x - delta
-        self.stiff, self.damp = 1 + (beta if contact else 0), 2 * zeta
-        pull = x + (beta * self.gap if contact else 0) + self.damp * v
-        if way and start.zeros[1] == 2:
-            pull = way * f_b
-        elif not way and start.zeros[1]:
-            pull = start.zeros[1] * f_b
-        self.pull = pull
-        m = (gamma + 1) / gamma if way else mpf(1)
+        values = start.form.general(start.given)
+        p = self.p = dict(zip(GENERAL, map(mpf, values), strict=True))
+        level, contact, way = start.place
+        self.way, self.contact, self.level, self.form = way, contact, level, start.form
+        begun = (*start.state, start.angle)
+        x, v, v_c, angle = (mpf(a) + mpf(b) for a, b in zip(begun, start.off, strict=True))
+        self.x, self.v, self.v_c, self.angle, self.omega = x, v, v_c, angle, p["omega"]
+        kappa = (mpf(0), p["beta_1"], p["beta_2"])[contact]
+        stop = -p["delta_2"] if contact == 2 else p["delta_1"]
+        self.gap = mpf(0) if start.zeros[0] else x - stop
+        self.behind = x + p["delta_2"]
+        self.gaps = (0, 2 if way else 3) if start.form.stops == 2 and not contact else (0,)
+        self.side = 1 if contact == 1 else -1
+        self.friction = (-p["f_minus"], mpf(0), p["f_plus"])[way + 1]
+        gamma, self.eps = p["gamma"], int(start.form.reacts)
+        self.stiff, self.damp = 1 + kappa, 2 * p["zeta"]
+        still = x + kappa * self.gap
+        m, pushed = (1 + 1 / gamma, 1 + self.eps / gamma) if way else (mpf(1), mpf(1))
+        self.push = p["alpha_low"] if level else p["alpha"]
+        self.Q = still + self.damp * v - self.eps * self.drive(mpf(0))
+        if start.bound_at:
+            self.Q = p["f_plus"] if start.bound_at > 0 else -p["f_minus"]
         self.K, rate = m * self.stiff, m * self.damp
-        # v' = A + alpha cos - K (x - x(0)) - rate v
-        still = x + (beta * self.gap if contact else 0)
-        push = way * f_b / gamma
-        self.rest = (push - m * still) / self.K
-        self.rate = push - m * still - rate * v + alpha * mp.cos(angle)
-        self.forced = alpha * mp.expj(angle) / (self.K - omega**2 + 1j * rate * omega)
+        push = self.friction / gamma * abs(way) - p["s"] - m * still
+        amplitude = pushed * p["alpha"]
+        if start.form.pulsed:
+            push, amplitude = push + pushed * self.push, mpf(0)
+        self.rate = push - rate * v + amplitude * mp.cos(angle)
+        self.rest = push / self.K
+        self.forced = amplitude * mp.expj(angle) / (self.K - self.omega**2 + 1j * rate * self.omega)
         root = mp.sqrt(mp.mpc(rate**2 / 4 - self.K))
-        self.rates = (-rate / 2 + root, -rate / 2 - root)
-        y, w = -self.rest - self.forced.real, v + omega * self.forced.imag
-        one, two = self.rates
+        self.rates = one, two = (-rate / 2 + root, -rate / 2 - root)
+        y, w = -self.rest - self.forced.real, v + self.omega * self.forced.imag
         self.parts = ((w - two * y) / (one - two), (one * y - w) / (one - two))
+
+    def drive(self, t: mpf) -> mpf:
+        """The drive."""
+        return self.push * (1 if self.form.pulsed else mp.cos(self.angle + self.omega * t))
+
+    def impulse(self, t: mpf) -> mpf:
+        """Its integral."""
+        if self.form.pulsed:
+            return self.push * t
+        return self.push * (mp.sin(self.angle + self.omega * t) - mp.sin(self.angle)) / self.omega
+
+    def edge(self) -> mpf:
+        """The time until the drive's next edge; infinite without pulses."""
+        if not self.form.pulsed:
+            return mp.inf
+        share = mpf(1) if self.level else self.p["D"]
+        return (2 * mp.pi * share - self.angle) / self.omega
 
     def moved(self, t: mpf) -> tuple[mpf, mpf, mpf]:
         """x_r - x_r(0), v_r, and the integral of the first."""
         turn = self.forced * mp.expj(self.omega * t)
         grown = [c * mp.exp(r * t) for c, r in zip(self.parts, self.rates, strict=True)]
         x = self.rest + turn.real + mp.re(sum(grown))
-        v = -self.omega * turn.imag + mp.re(
-            sum(g * r for g, r in zip(grown, self.rates, strict=True))
-        )
+        both = list(zip(grown, self.rates, self.parts, strict=True))
+        v = -self.omega * turn.imag + mp.re(sum(g * r for g, r, _ in both))
         area = self.rest * t + (turn - self.forced).imag / self.omega
-        area += mp.re(
-            sum((g - c) / r for g, c, r in zip(grown, self.parts, self.rates, strict=True))
-        )
-        return x, v, area
+        return x, v, area + mp.re(sum((g - c) / r for g, r, c in both))
+
+    def pull(self, t: mpf, drive: mpf | None = None) -> mpf:
+        """Q, at the drive's own level or at another one."""
+        x, v, _ = self.moved(t)
+        now = self.drive(t) if drive is None else drive
+        grown = self.stiff * x + self.damp * (v - self.v)
+        return self.Q + grown - self.eps * (now - self.drive(mpf(0)))
+
+    def velocity(self, t: mpf) -> mpf:
+        """v_c in a drift."""
+        x, _, area = self.moved(t)
+        gain = (self.Q - self.friction) * t + self.stiff * area + self.damp * (x - self.v * t)
+        gain -= self.eps * (self.impulse(t) - self.drive(mpf(0)) * t)
+        return self.v_c + gain / self.p["gamma"]
 
     def guards(self, t: mpf) -> list[mpf]:
         """The segment's guards, positive while it lasts."""
@@ -185,41 +232,51 @@ class Truth:
         return self.known[t]
 
     def _guards(self, t: mpf) -> list[mpf]:
-        x, v, area = self.moved(t)
+        x = self.moved(t)[0]
+        found = [self.side * (self.gap + x)]
         if self.way:
-            friction = self.way * self.f_b
-            gain = (self.pull - friction) * t + self.stiff * area + self.damp * (x - self.v * t)
-            return [self.side * (self.gap + x), self.way * (self.v_c + gain / self.gamma)]
-        pull = self.pull + self.stiff * x + self.damp * (v - self.v)
-        return [self.side * (self.gap + x), self.f_b - pull, self.f_b + pull]
+            found.append(self.way * self.velocity(t))
+        else:
+            pull = self.pull(t)
+            found += [self.p["f_plus"] - pull, self.p["f_minus"] + pull]
+        return [*found, self.behind + x] if len(self.gaps) == 2 else found
 
-    def direction_after(self, t: mpf, which: int) -> int:
-        """The drift's way after a switch by the gap's guard (0) or by friction."""
-        x, v, _ = self.moved(t)
-        pull = self.pull + self.stiff * x + self.damp * (v - self.v)
-        if which == 0 or not self.way:
-            rest = 0 if which == 0 else (1 if pull > 0 else -1)
-            return self.way or rest
-        return (pull > self.f_b) - (pull < -self.f_b)
+    def direction_after(self, t: mpf, which: int, drive: mpf | None = None) -> int:
+        """The drift's way after a switch by the gap's guard (0), by friction, or at an edge."""
+        pull = self.pull(t, drive)
+        if drive is None and which == 0:
+            return self.way
+        if drive is not None and self.way:
+            return self.way
+        if drive is None and not self.way:
+            return 1 if pull > 0 else -1
+        return int(pull > self.p["f_plus"]) - int(pull < -self.p["f_minus"])
+
+    def before(self, t: float) -> tuple[float, float, float]:
+        """The state so much earlier."""
+        x, v, _ = self.moved(mpf(-t))
+        v_c = self.velocity(mpf(-t)) if self.way else mpf(0)
+        return float(self.x + x), float(v), float(v_c)
 
     def takes_over(self) -> bool:
-        """True if every guard is positive just after the start, by its first derivatives."""
+        """True if every guard of the capsule is positive just after the start, by derivatives."""
         guards = [tuple(self.side * d for d in (self.gap, self.v, self.rate))]
         pull_rate = self.pull_rate()
         if self.way:
-            slip = self.way * (self.pull - self.way * self.f_b)
+            slip = self.way * (self.Q - self.friction)
             guards.append((self.way * self.v_c, slip, self.way * pull_rate))
         else:
-            guards += [(self.f_b - self.pull, -pull_rate), (self.f_b + self.pull, pull_rate)]
+            f_b = self.p["f_plus"]
+            guards += [(f_b - self.Q, -pull_rate), (f_b + self.Q, pull_rate)]
         signs = [next((d for d in derivatives if d), mpf(0)) for derivatives in guards]
         return min(signs) > 0
 
     def pull_rate(self) -> mpf:
-        """P' at the start."""
+        """P' of the capsule at the start."""
         return self.stiff * self.v + self.damp * self.rate
 
     def farthest(self) -> mpf:
-        """The least upper bound of |x_r| at rest without damping and off resonance."""
+        """The least upper bound of |x_r| about its centre at rest without damping."""
         x, v = -self.rest - self.forced.real, self.v + self.omega * self.forced.imag
         return abs(self.forced) + mp.hypot(x, v / mp.sqrt(self.K))
 

@@ -369,15 +369,8 @@ def before(
     p: Parameters, field: int, state: tuple[float, float, float], angle: float, t: float
 ) -> Start:
     """The start a time t before a state."""
-    truth = Truth(Start(p, field, state, angle))
-    x, v, area = truth.moved(mpf(-t))
-    v_c = truth.v_c
-    if truth.way:
-        gain = (truth.pull - truth.way * truth.f_b) * -t
-        gain += truth.stiff * area + truth.damp * (x + truth.v * t)
-        v_c += gain / truth.gamma
-    began = (angle - p.omega * t) % (2 * math.pi)
-    return Start(p, field, (float(truth.x + x), float(v), float(v_c)), began, hints=(t,))
+    earlier = Truth(Start(p, field, state, angle)).before(t)
+    return Start(p, field, earlier, (angle - p.omega * t) % (2 * math.pi), hints=(t,))
 
 
 DOUBLES = ("1", "4", "8")
