@@ -14,9 +14,11 @@ import pytest
 
 import capsule_sym
 from capsule_sym._cli import group
+from tests.sampling import sampled, some
 
 
-@pytest.mark.parametrize("arguments", ["run --omega 0", "run --params ."])
+@sampled
+@pytest.mark.parametrize("arguments", some(["run --omega 0", "run --params ."], 1))
 def test_bad_input_ends_a_process_without_a_traceback(command, tmp_path, arguments) -> None:
     done = command(*arguments.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
@@ -201,7 +203,8 @@ def test_a_core_of_other_kernels_is_one_line() -> None:
     )
 
 
-@pytest.mark.parametrize("options", [(), ("--json",)], ids=["table", "json"])
+@sampled
+@pytest.mark.parametrize("options", some([(), ("--json",)], 1), ids=str)
 def test_a_reader_that_leaves_is_not_told_off(options: tuple[str, ...]) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "capsule_sym", "run", "--periods", "2", *options],
@@ -216,7 +219,8 @@ def test_a_reader_that_leaves_is_not_told_off(options: tuple[str, ...]) -> None:
     process.stderr.close()
 
 
-@pytest.mark.parametrize("options", [(), ("--json",)], ids=["table", "json"])
+@sampled
+@pytest.mark.parametrize("options", some([(), ("--json",)], 1), ids=str)
 def test_a_terminal_without_greek_is_served(options: tuple[str, ...]) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "capsule_sym", "run", "--periods", "1", *options],

@@ -127,6 +127,7 @@ def test_names_stay_where_there_is_room() -> None:
     assert spread([0.1, 0.5, 0.9], 0.03) == pytest.approx([0.1, 0.5, 0.9], abs=1e-15)
 
 
+@pytest.mark.long
 def test_losses_stack_to_the_work(branch) -> None:
     upper, lower = plot_energies(branch).axes
     damper, friction = (container.patches for container in upper.containers)
@@ -206,6 +207,7 @@ def test_what_is_not_periodic_has_a_meaning_in_the_legend(settled, branch) -> No
     assert white not in [one.get_text() for one in without.legends[0].get_texts()]
 
 
+@pytest.mark.long
 def test_labels_lead_to_their_values_where_motions_reach_farther_than_the_branch(settled) -> None:
     found = [{**SMALL["bifurcations"][0], "value": value} for value in (1.15, 2.5)]
     record = {**SMALL, "parameter": "alpha", "bifurcations": found}
@@ -233,6 +235,7 @@ def test_a_branch_that_ends_early_says_so_in_its_figures(draw) -> None:
     assert labels[2] == f"{labels[0]}; the branch ends early: turned-back"
 
 
+@pytest.mark.long
 def test_long_numbers_along_a_narrow_diagram_stay_apart() -> None:
     ends = ((0.005, 0.0012), (0.0072, 0.0034))
     points = [point(at, True, [[x, x, 0.0]], x) for at, x in ends]
@@ -241,6 +244,7 @@ def test_long_numbers_along_a_narrow_diagram_stay_apart() -> None:
         assert problems(figure) == []
 
 
+@pytest.mark.long
 def test_itineraries_name_the_bifurcations(settled, branch) -> None:
     axes = plot_itineraries([settled(0.7), settled(1.9)], branch).axes[0]
     assert [line.get_xdata()[0] for line in axes.lines] == [

@@ -42,6 +42,7 @@ def area(regions, itinerary: str) -> float:
     return sum(region.shape().area for region in regions if region.itinerary == itinerary)
 
 
+@pytest.mark.long
 def test_a_region_is_bounded_by_its_curve_and_not_by_cells(results: xr.Dataset) -> None:
     plane, regions = by_cells(results, [CURVE])
     assert plane == Plane("alpha", "gamma", (0.0, 2.0), (1.0, 3.0))
@@ -81,6 +82,7 @@ def test_regions_are_filled_and_numbered_inside(results: xr.Dataset) -> None:
     assert axes.get_ylabel() == r"mass ratio $\gamma$"
 
 
+@pytest.mark.long
 def test_of_a_crowd_of_itineraries_the_largest_have_numbers_and_the_others_are_grey() -> None:
     """21 columns, of 22 - k cells the k-th: 18 colours, each once, and 3 that are one grey."""
     order = np.repeat(np.arange(21), range(22, 1, -1))
@@ -123,6 +125,7 @@ def test_what_is_not_there_is_not_in_the_legend(results: xr.Dataset) -> None:
     assert [text.get_text() for text in legend.get_texts()] == [*NUMBERED]
 
 
+@pytest.mark.long
 def test_cells_that_differ_bound_their_regions() -> None:
     """Stripes that slope by one cell a column, three cells thick; each point is in its own."""
     codes = 11 * (1 + (np.arange(30)[:, None] + np.arange(20)) // 3 % 2)

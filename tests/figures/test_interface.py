@@ -103,6 +103,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.long
 def test_what_is_drawn_is_written_beside_the_picture(settled, tmp_path: Path) -> None:
     run = settled(1.2)
     save_figure(plot_motion(run), tmp_path / "motion.png", data=True, dpi=30)

@@ -38,6 +38,7 @@ def test_a_picture_tells_its_parameters(tmp_path: Path, settled) -> None:
     assert rb"/Subject ({" in (tmp_path / "x.pdf").read_bytes()
 
 
+@pytest.mark.long
 def test_resolution_and_width_decide_the_size(tmp_path: Path, settled) -> None:
     save_figure(plot_motion(settled(1.2), width=5.0), tmp_path / "x.png", dpi=60)
     with Image.open(tmp_path / "x.png") as picture:

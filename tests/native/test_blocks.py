@@ -17,7 +17,10 @@ import capsule_sym as cs
 from tests.native import KERNELS, LIBRARY, changed_library, compile_in, structure
 from tests.native.test_shooting import orbits, random_case
 
-pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here"),
+]
 
 SOURCES = ("equations.c", "blocks.c", "linear.c")
 MUTANTS = {

@@ -21,6 +21,7 @@ from capsule_sym._native import core
 from tests.native import KERNELS, LIBRARY, compile_in, structure
 
 pytestmark = [
+    pytest.mark.long,
     pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here"),
     pytest.mark.skipif(core is None, reason="the C core was not compiled"),
 ]
@@ -248,7 +249,6 @@ def close_of_speed() -> list[Segment]:
     return result
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("longer", [1.0, LONGER])
 def test_extrema_are_those_of_dense_samples(longer, library, sampled) -> None:
     assert len(sampled) > 300

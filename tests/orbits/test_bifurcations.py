@@ -65,6 +65,7 @@ def _same(itinerary: cs.Itinerary, other: cs.Itinerary) -> bool:
     return itinerary.rotated(itinerary.first) == other.rotated(other.first)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("gamma", "index"), HALF)
 def test_what_theory_says_of_the_place(gamma: float, index: int) -> None:
     one = upwards(gamma).bifurcations[index]
@@ -246,6 +247,7 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
         assert abs(b - one.value) <= one.uncertainty < 1e-11
 
 
+@pytest.mark.long
 def test_parameters_other_than_the_free_one_stay() -> None:
     for one in upwards(3.0).bifurcations:
         assert one.orbit.parameters == cs.Parameters(alpha=one.value, gamma=3.0)

@@ -106,6 +106,7 @@ def test_multipliers_of_stick_are_those_of_the_oscillator() -> None:
     assert cs.floquet_multipliers(orbit)[2] == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("alpha", MOST_LONG)
 def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> None:
     orbit = settled(alpha=alpha)

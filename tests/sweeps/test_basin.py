@@ -17,6 +17,7 @@ TWO = Parameters(1.139284451807824, 1.2060847203112472, 0.01003369298122625, 0.0
 AXES = (Axis.linear("x_r", -2.0, 2.0, 9), Axis.linear("v_r", -2.0, 2.0, 8))
 
 
+@pytest.mark.long
 def test_every_cell_has_the_attractor_that_its_run_stays_on(tmp_path: Path) -> None:
     _, found = run_basin(Sweep(AXES, TWO), tmp_path / "store")
     assert {attractor.period_number for attractor in found.attractors} == {1, 2}

@@ -22,6 +22,7 @@ def reference(sweep: Sweep, row: np.ndarray) -> tuple[SteadyMotion | None, Outco
     return run.steady(sweep.tolerance), run.segments[-1].outcome
 
 
+@pytest.mark.long
 def test_words_multiples_and_progressions_are_those_of_the_reference_map() -> None:
     sweep = Sweep(
         (Axis.sobol(RANGES, 8, seed=5),),

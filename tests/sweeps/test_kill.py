@@ -95,6 +95,7 @@ def test_killed_runs_end_as_an_uninterrupted_one(tmp_path: Path) -> None:
     assert contents(tmp_path / "store") == uninterrupted("short")
 
 
+@pytest.mark.long
 def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(tmp_path, monkeypatch) -> None:
     with monkeypatch.context() as patch:
         patch.setattr("capsule_sym._sweeps.execution.compute", deadly_corner)
@@ -109,6 +110,7 @@ def test_a_chunk_under_which_a_process_of_a_given_pool_dies_is_named(tmp_path, m
     assert contents(tmp_path / "store") == contents(tmp_path / "whole")
 
 
+@pytest.mark.long
 def test_a_file_that_may_not_grow_stops_the_run_clearly(tmp_path: Path) -> None:
     """The operating system itself refuses to write, as it does on a full disk."""
     limit = 4096

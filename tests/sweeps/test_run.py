@@ -117,7 +117,8 @@ def executor_of(kind: str) -> Iterator[Executor | None]:
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 @pytest.mark.parametrize(
-    "kind", ["threads", "own", "processes", pytest.param("dask", marks=pytest.mark.long)]
+    "kind",
+    ["threads", "own", *(pytest.param(k, marks=pytest.mark.long) for k in ("processes", "dask"))],
 )
 def test_executors_give_equal_results_also_after_their_time_is_over(kind, whole, tmp_path) -> None:
     told = []

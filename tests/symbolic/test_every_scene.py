@@ -33,6 +33,7 @@ def test_mutations_are_noticed(name: str) -> None:
     assert survivors(MUTATIONS[name]) == []
 
 
+@pytest.mark.long
 def test_unchanged_derivation_is_not_noticed() -> None:
     """The run can fail: what is not changed is proved."""
     same = replace(MUTATIONS["a Jacobian"], value=MUTATIONS["a Jacobian"].owner._rows)

@@ -32,7 +32,7 @@ def group(name: str) -> tuple[Statement, ...]:
 @sampled
 @pytest.mark.parametrize("name", [name for name in verify.GROUPS if name not in _APART])
 def test_statements_are_settled_and_wrong_claims_refused(name: str) -> None:
-    for one in some(group(name), 4):
+    for one in some(group(name), 2):
         result = settle(one)
         assert result.settled, (one.name, result.status)
         assert bool(result.witness) == bool(one.witness), one.name
