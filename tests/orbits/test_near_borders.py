@@ -18,7 +18,6 @@ from capsule_sym._orbits.continuation.points.kinds import (
     SWITCHING,
 )
 from tests.orbits.branches import settled
-from tests.sampling import sampled, some
 
 pytestmark = pytest.mark.long
 
@@ -93,8 +92,7 @@ TOGETHER = {
 
 
 @pytest.mark.parametrize("side", [1, -1])
-@sampled
-@pytest.mark.parametrize("kinds", some(TOGETHER, 2))
+@pytest.mark.parametrize("kinds", TOGETHER)
 def test_two_border_collisions_within_a_millionth(kinds: tuple[str, str], side: int) -> None:
     """Curves that cross: the events lie on straight lines through the point, near as further on."""
     alpha, gamma = TOGETHER[kinds]

@@ -55,9 +55,7 @@ def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
     assert not cs.mirror_image(twice(sliding))
 
 
-@pytest.mark.parametrize(
-    ("begin", "end"), [(0.1, 2.0), pytest.param(2.0, 0.1, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize(("begin", "end"), [(0.1, 2.0), (2.0, 0.1)])
 def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: float) -> None:
     branch = over_alpha(begin, end, delta=1.2)
     assert branch.status is cs.Ending.REACHED
