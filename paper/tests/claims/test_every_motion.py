@@ -55,6 +55,7 @@ def test_a_motion_from_far_away_comes_into_the_bounded_set(beta: float) -> None:
     assert np.max(np.abs(c)) < 15.0
 
 
+@pytest.mark.long
 def test_the_argument_needs_each_of_its_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     assert tends_to_one_orbit(ENERGY)
     for step in ("_rigid", "_momentum", "_brakes"):

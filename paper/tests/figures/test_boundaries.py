@@ -110,6 +110,7 @@ def test_top_view_draws_corners_and_lines_by_name() -> None:
     assert {"$S_{1}$", "$L_{10}$", "$O_{1}$"} <= shown
 
 
+@pytest.mark.long
 def test_fig2_names_everything_once_in_space(tmp_path: pathlib.Path) -> None:
     figure = plot_fig2()
     baseline = pathlib.Path(__file__).parent / "baselines" / "fig2.png"

@@ -83,6 +83,7 @@ def test_every_text_of_a_figure_can_be_read(name, width, of, store: Store) -> No
     assert looked_at(FIGURES[name].drawn(study(store, width, of))) == []
 
 
+@pytest.mark.long
 def test_another_figure_of_a_device_says_that_it_is_dimensionless(store: Store) -> None:
     study = Study(store, DEVICE.dimensionless(), chosen=True, device=DEVICE)
     figure = FIGURES["fig3"].drawn(study)

@@ -24,6 +24,7 @@ def test_samples_lie_in_their_faces_and_the_most_frequent_itinerary_names_them()
     assert {region.itinerary for region in by_samples(plane, cut, said)} == {"F2"}
 
 
+@pytest.mark.long
 def test_regions_are_computed_once_and_their_curve_bounds_them(store: Store, monkeypatch) -> None:
     monkeypatch.setattr("paper.study.data._ACROSS", 6)
     plane = Plane("alpha", "gamma", (0.2, 0.45), (2.5, 3.5))

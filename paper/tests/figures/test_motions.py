@@ -12,6 +12,7 @@ from paper.figures.motions import plot_fig6, plot_fig7
 from paper.study.events import CROSSINGS, SLIDINGS, exact, nearest
 
 
+@pytest.mark.long
 def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
     heavy = orbit_from_record(branch["bifurcations"][3]["orbit"])
     axes = plot_fig6([settled(0.7), settled(1.9)], [heavy]).axes[0]
@@ -43,6 +44,7 @@ def test_fig7_has_a_pair_of_axes_and_the_word_for_each_motion(settled) -> None:
     assert "0.7" in titles[2]
 
 
+@pytest.mark.long
 def test_what_is_not_periodic_is_grey_and_named(settled) -> None:
     restless = simulate(Parameters(alpha=1.2, gamma=3.0), periods=3)
     motions = [settled(0.7), restless, settled(1.9)]
@@ -89,6 +91,7 @@ def test_an_exact_orbit_meets_its_line(branch) -> None:
             assert (v_r > 0) == (event.line == "L6")
 
 
+@pytest.mark.long
 def test_fig8_draws_below_at_and_above_in_three_styles(settled) -> None:
     groups = [[settled(alpha) for alpha in event.alphas] for event in CROSSINGS]
     axes = plot_events(CROSSINGS, groups).axes

@@ -128,6 +128,7 @@ def test_a_page_without_results_says_how_to_make_them(plain: Path) -> None:
     assert len(page.images) == 2
 
 
+@pytest.mark.long
 def test_a_page_holds_all_that_it_shows(few: Path) -> None:
     results(few)
     page = read(report.page("safe", untracked))

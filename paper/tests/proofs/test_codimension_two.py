@@ -36,6 +36,7 @@ def proved(curves: dict[str, Curve]) -> list[ProvedPoint]:
     ]
 
 
+@pytest.mark.long
 def test_both_points_are_those_that_the_curves_meet_at(proved, curves) -> None:
     lower, upper = proved
     assert lower.event.type == "switching-sliding and crossing-sliding"

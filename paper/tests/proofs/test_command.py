@@ -77,6 +77,7 @@ def test_an_interrupt_says_that_the_file_goes_on(
     assert capsys.readouterr() == ("", f"error: interrupted: {kept}\n")
 
 
+@pytest.mark.long
 def test_section_4_without_time_proves_nothing_and_keeps_the_file_before(tmp_path: Path) -> None:
     file = tmp_path / "section4.json"
     file.write_text("of a run before")
@@ -90,6 +91,7 @@ def test_section_4_without_time_proves_nothing_and_keeps_the_file_before(tmp_pat
     assert run.stderr.splitlines()[-1] == "not proved: the time was over"
 
 
+@pytest.mark.long
 def test_bifurcations_proved_before_the_time_is_over_are_kept() -> None:
     section = section4.prove_section("3.3", report=lambda box: present().stop(), max_seconds=1e9)
     assert len(section.events) == 8
