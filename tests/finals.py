@@ -1,7 +1,5 @@
 """Rows of parameters for runs side by side, and where they come to."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Commands that are made of functions: the line, the types, and what a function gets."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Backends: how each spells a function, what templates may name, and that all of it is theirs."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import json

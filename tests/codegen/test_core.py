@@ -1,7 +1,5 @@
 """The compiled core of a scene of one's own, by one command."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A declaration that cannot be derived from is refused with its file and line."""
 
-from __future__ import annotations
-
 import ast
 import re
 import subprocess

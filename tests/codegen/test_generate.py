@@ -1,7 +1,5 @@
 """The generator: the same text every time, and nothing in generated/ that it would not write."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Gradients of every scene's formulas, beside differences of the equations of motion."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """The roundings that the generator counts on a formula's operations, beside those that are made."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

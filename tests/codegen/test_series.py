@@ -1,7 +1,5 @@
 """The generated power series against the expansions of the Laplace images at infinity."""
 
-from __future__ import annotations
-
 from math import factorial
 from types import SimpleNamespace
 from typing import Any

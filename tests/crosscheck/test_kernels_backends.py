@@ -4,8 +4,6 @@ The bound on an error is 16 units of roundoff of what a kernel adds up: about as
 stand between an input and a result (constants 4, response functions 6, sum 6).
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import astuple

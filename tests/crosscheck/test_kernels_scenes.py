@@ -4,8 +4,6 @@ The matrices are written down from the general form of the equations of motion, 
 the declarations. Jacobians are compared with differences of flows that were found right.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from typing import Any, NamedTuple

@@ -3,8 +3,6 @@
 The stored truth is the event judge's, to 40 digits (`tests.judges.taylor_events`).
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

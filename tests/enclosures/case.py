@@ -1,7 +1,5 @@
 """The case that is proved: the parameters as decimals, and its bifurcations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Certificates of every kind, and the checker to which they are put."""
 
-from __future__ import annotations
-
 import json
 import random
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Balls: bounds and roundings that enclose."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

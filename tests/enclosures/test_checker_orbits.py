@@ -1,7 +1,5 @@
 """Certificates of orbits and bifurcations: what they claim, and the checker that works alone."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Proofs in balls: against independent values, and with what a proof rests on taken away."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Bifurcations and branches in balls: each condition of a proof taken away or made to fail."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """The flow of a field over boxes, against the exponential at exact points of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from itertools import product

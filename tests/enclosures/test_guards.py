@@ -1,7 +1,5 @@
 """Guards proved positive: polynomials with their bounds, and sines of which the zeros are known."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 from math import comb, factorial, pi

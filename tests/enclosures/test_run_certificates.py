@@ -1,7 +1,5 @@
 """A run certified switch by switch: accepted as it is, and not if anything is changed."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from fractions import Fraction

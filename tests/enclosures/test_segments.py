@@ -1,7 +1,5 @@
 """States carried from switch to switch: exact facts, each term of a step, and roundings."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """Tubes of solutions: an equation with known roots, derivatives beside differences, multipliers."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any

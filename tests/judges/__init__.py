@@ -5,8 +5,6 @@ share with each other the numbering of the six fields, the switching rule of Sec
 double precision, and the form of a result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The piecewise system in double precision by SciPy's DOP853, segment by segment."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from math import cos, inf, pi

@@ -6,8 +6,6 @@ short step is the same matrix for every step, so 2^j steps are j squarings of it
 with method "taylor"): stiff systems and long segments cost no more than easy ones.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 `python -m tests.judges.taylor_events --write` regenerates the truth files of `tests/judges/data`.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Sequence

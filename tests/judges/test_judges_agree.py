@@ -1,7 +1,5 @@
 """The judges are independent of each other, and agree; a judge made wrong does not."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The event judge's own parts: roots of polynomials with known roots, and degenerate starts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Tests of the run-time map, with the true motion from the one-segment judge beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property

@@ -4,8 +4,6 @@ A start on the impact surface at v_r = 0 where the forcing balances friction (al
 leaves it with x_r'' = 0 too, so that a drift of a duration h moves x_r by no more than some h^3.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Steady motions that drift, and those that only seem to."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

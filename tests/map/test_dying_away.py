@@ -1,7 +1,5 @@
 """Motions without forcing that die away on the impact surface, switching for ever."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

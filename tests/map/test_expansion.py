@@ -1,7 +1,5 @@
 """Expansions of the guards: their derivatives, error bounds and remainders hold."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import factorial

@@ -1,7 +1,5 @@
 """The search for a guard's first root: never a root excluded, never none or two in a bracket."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The first switch: the closed form's error bounds, and no switch missed, invented or misplaced."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import inf, pi
 from random import Random

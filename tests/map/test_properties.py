@@ -1,7 +1,5 @@
 """Runs from random states at random admissible parameters, in the three scenarios of delta."""
 
-from __future__ import annotations
-
 from itertools import pairwise, zip_longest
 from math import isfinite, pi
 from typing import Any

@@ -1,7 +1,5 @@
 """Results of a trajectory: states at many times in few calls, and a repr that fits a line."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Runs of the scenes by every backend, against each other and an integrator of its own."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import re

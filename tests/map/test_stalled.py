@@ -1,7 +1,5 @@
 """A run that rounding keeps from advancing ends with this status."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Runs in threads give what they give one by one; mpmath's precision stays the user's."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

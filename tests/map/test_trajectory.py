@@ -1,7 +1,5 @@
 """Runs and what is read off them: states at any time, how segments join, steady motion, input."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import inf, isfinite, nan, pi
 from random import Random

@@ -7,8 +7,6 @@ P = +-1 with the capsule at rest its rate is P3' = v_r + (alpha cos(theta) -+ 1)
 P4' = 5/2 v_r + (alpha cos(theta) -+ 1)/2 in contact, Eqs. (22) and (23).
 """
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

@@ -4,8 +4,6 @@ The library is built with each of its error terms under a switch, so that one bu
 mutant; `reach` lengthens the expansions, so that remainders are not hidden by roundings.
 """
 
-from __future__ import annotations
-
 import ctypes
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Starts of expansions that show what each term of the certificate is for."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

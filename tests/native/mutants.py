@@ -1,7 +1,5 @@
 """The terms of the certificate, what the core is like without each, and which starts show it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from tests.native.certificate import WIDTHS, Mutant

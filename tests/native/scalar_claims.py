@@ -4,8 +4,6 @@ from its end, and whether one side by side with others switches as one alone.
 Starts where a rounding decides, and which of these answers are false.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Bits of runs, which hang neither on the compiler nor on how it optimises."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

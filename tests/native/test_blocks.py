@@ -1,7 +1,5 @@
 """Newton's steps by elimination of blocks, beside the dense matrix of the same equations."""
 
-from __future__ import annotations
-
 import ctypes
 import shutil
 from collections.abc import Iterator

@@ -1,8 +1,6 @@
 """Every claim of the certified step beside 60 digits, at every width, and the step without each of
 its terms."""
 
-from __future__ import annotations
-
 import shutil
 from functools import cache
 from random import Random

@@ -1,7 +1,5 @@
 """States at any times: the core's one sorted pass against 50 digits, NumPy and an integrator."""
 
-from __future__ import annotations
-
 import pickle
 import signal
 import subprocess

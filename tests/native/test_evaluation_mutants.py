@@ -1,7 +1,5 @@
 """The pass over segments with a line of its C changed: each change is noticed."""
 
-from __future__ import annotations
-
 import ctypes
 import shutil
 from pathlib import Path

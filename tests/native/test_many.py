@@ -1,7 +1,5 @@
 """Many runs at once give what single runs give, one after another, with their offsets."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Extrema inside a segment in C: each bound on remainder or rounding that is left out shows."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import shutil

@@ -1,7 +1,5 @@
 """Orbits and their metrics in C with a line changed: Python's orbits show each change."""
 
-from __future__ import annotations
-
 import ctypes
 import shutil
 from pathlib import Path

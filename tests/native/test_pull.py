@@ -1,7 +1,5 @@
 """Extrema of the pull Q inside a segment, by C, where the drive pushes the capsule back."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import random

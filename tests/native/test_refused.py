@@ -1,7 +1,5 @@
 """Arguments of the core are checked: arrays that it would overrun are refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

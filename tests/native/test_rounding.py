@@ -1,7 +1,5 @@
 """Accumulated and lost roundings: starts decided by an angle's rest, and long segments."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import shutil

@@ -1,7 +1,5 @@
 """Itineraries solved by the core, beside the shooting in 50 digits and known bifurcations."""
 
-from __future__ import annotations
-
 from random import Random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Work in C stops at Ctrl-C and at a watch, keeps what it has, and needs no room that grows."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import threading

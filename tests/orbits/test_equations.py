@@ -1,7 +1,5 @@
 """The orbit equations: their derivatives, their limits, and the number systems they run in."""
 
-from __future__ import annotations
-
 from random import Random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """All extrema inside a segment: against theory, dense samples and 50 digits."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from random import Random

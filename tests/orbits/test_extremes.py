@@ -1,7 +1,5 @@
 """Orbits and branches at extreme parameters: weak friction, rapid forcing, large forces."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A generalized period doubling: where doubled orbits change from one side to the other."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import pytest

@@ -1,7 +1,5 @@
 """Orbits that are one, and that repeat themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

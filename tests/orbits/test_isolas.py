@@ -1,7 +1,5 @@
 """Branches both ways from an orbit: against brute-force runs, with an isola."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

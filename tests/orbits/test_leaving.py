@@ -1,7 +1,5 @@
 """The curves that leave points of codimension two: against branches at other values."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

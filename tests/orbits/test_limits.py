@@ -1,7 +1,5 @@
 """Limits of time and of counts: what was found until then, and what is refused."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import pickle

@@ -1,7 +1,5 @@
 """Orbits closed by the C core: metrics, gradients and multipliers against 50 digits."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from time import perf_counter
 from typing import Any

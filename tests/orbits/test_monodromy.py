@@ -1,7 +1,5 @@
 """Derivatives of test functions by an orbit's unknowns and parameters, against differences."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Folds, doublings and borders within 1e-4 of a border collision along a branch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

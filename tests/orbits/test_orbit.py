@@ -1,7 +1,5 @@
 """Newton's method on the orbit equations, what an orbit gives, and typed failures."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import pickle

@@ -1,7 +1,5 @@
 """Energies, velocities and peak forces of orbits, and their gradients along the branch."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Convergence in records, with and without a result."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache

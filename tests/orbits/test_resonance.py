@@ -1,7 +1,5 @@
 """A 1:2 resonance of the system: where rotations, period doublings and brute force agree."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Orbits of the scenes: against an integrator of their own, 50 digits, and runs beside events."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from dataclasses import replace

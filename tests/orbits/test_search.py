@@ -1,7 +1,5 @@
 """Search for orbits: coexisting attractors against a grid of initial states, unstable orbits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

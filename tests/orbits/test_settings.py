@@ -1,7 +1,5 @@
 """Settings of continuations: refused where wrong, and felt where changed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

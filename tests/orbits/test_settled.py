@@ -1,7 +1,5 @@
 """Whatever a run settles on is found as an orbit: random capsules, against the run itself."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

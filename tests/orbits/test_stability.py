@@ -1,7 +1,5 @@
 """Monodromy, multipliers and exponents, against finite differences that know nothing of them."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Orbits that are their own mirror image: followed through events that happen twice a period."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 from itertools import groupby

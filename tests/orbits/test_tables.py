@@ -1,7 +1,5 @@
 """Orbits, branches and curves as tables of pandas and xarray."""
 
-from __future__ import annotations
-
 from html import escape
 from xml.etree import ElementTree
 

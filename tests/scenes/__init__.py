@@ -3,8 +3,6 @@
 Nothing here imports the package. `integrator.c` has the equations and what it prints.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import random

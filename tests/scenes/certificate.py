@@ -3,8 +3,6 @@
 The library is built as in tests/native/certificate.py, with each mutant under a switch.
 """
 
-from __future__ import annotations
-
 import ctypes
 import math
 import shutil

@@ -1,14 +1,13 @@
 """Starts of expansions that show what the terms of the certificate are for that scenes bring."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace
 from random import Random
 
+from tests.native.certificate import mp, mpf
 from tests.scenes import Form
-from tests.scenes.certificate import Place, Start, Truth, log, mp, mpf
+from tests.scenes.certificate import Place, Start, Truth, log
 
 REACTION, PULSES = Form(reacts=True), Form(reacts=True, pulsed=True)
 STOPS = Form(stops=2)

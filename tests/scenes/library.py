@@ -1,7 +1,5 @@
 """The C library of a scene, compiled from what is generated for it, and its runs."""
 
-from __future__ import annotations
-
 import runpy
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Terms of the certificate that scenes bring, what the core is like without each, and what shows it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from tests.native.certificate import Mutant

@@ -1,7 +1,5 @@
 """Orbits by the C library of a scene, and what they depend on, beside the integrator's."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction

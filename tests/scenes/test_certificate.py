@@ -1,7 +1,5 @@
 """Terms of the certificate that two stops, pulses and reaction bring: each is needed."""
 
-from __future__ import annotations
-
 import runpy
 import shutil
 from functools import cache

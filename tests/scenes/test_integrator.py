@@ -1,7 +1,5 @@
 """The integrator of the scenes against itself, closed forms, and symmetries of the equations."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from fractions import Fraction

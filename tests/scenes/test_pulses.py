@@ -1,7 +1,5 @@
 """Edges of pulses in C beside the integrator: their order with switches beside them."""
 
-from __future__ import annotations
-
 import math
 import random
 import shutil

@@ -1,7 +1,5 @@
 """The C library of scenes, under sanitizers, beside the integrator: runs, orbits, derivatives."""
 
-from __future__ import annotations
-
 import random
 import shutil
 from collections.abc import Callable

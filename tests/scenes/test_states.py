@@ -1,7 +1,5 @@
 """States at times, at the ends of periods and of steady motions, beside the integrator."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from random import Random

@@ -5,8 +5,6 @@ compared with an integrator based on the equations of motion alone (`tests.scene
 orbits and what they depend on are compared in `tests/scenes/test_sanitized.py`.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import shutil

@@ -4,8 +4,6 @@ Each changes a fact as a wrong declaration or derivation would: `python -m tests
 SCENE NAME ...` prints, for each name, the families of statements that do not notice it.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import sys

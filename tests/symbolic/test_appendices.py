@@ -1,7 +1,5 @@
 """Appendices A and B against numbers: bounds, parts, and what the paper prints."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy as sp

@@ -1,7 +1,5 @@
 """The response functions: every statement is proved, and none survives a wrong sign."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

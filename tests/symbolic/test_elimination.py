@@ -1,7 +1,5 @@
 """Exact elimination with each of the number types that SymPy takes when it is installed beside."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

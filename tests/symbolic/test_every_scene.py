@@ -1,7 +1,5 @@
 """Proofs about any scene, shipped or not; no mutation survives."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

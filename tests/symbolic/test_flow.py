@@ -1,7 +1,5 @@
 """The closed-form flow, its jets and Jacobians: proved, and none survives a wrong sign."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Pieces of the state space against plain arithmetic at random states."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """The decision procedure, against linear programming and against statements known by hand."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Witnesses of local maps, against an independent integrator, and changed ones."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 

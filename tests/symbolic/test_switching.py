@@ -1,7 +1,5 @@
 """Derived tables: against the printed ones, and against exact Taylor series at random points."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from fractions import Fraction

@@ -5,8 +5,6 @@ the successor field is whichever the guards' derivatives allow, and every local 
 still be one of the derived Table 3.
 """
 
-from __future__ import annotations
-
 import random
 from functools import cache
 from typing import Any

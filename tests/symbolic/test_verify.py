@@ -1,7 +1,5 @@
 """Every statement is settled, and none survives a wrong claim; the report and the command."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from functools import cache
