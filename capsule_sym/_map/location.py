@@ -31,6 +31,7 @@ _MOST_EVALUATIONS = 200_000
 # A step shorter than this, relative to the time passed and to the segment's own time scale, hardly
 # advances. Steps towards a close miss and away from it are short, but at least double or halve.
 _SHORT = 2.0**-20
+_LONG_REST = 8  # periods of rest from which on its energy is of use
 
 
 class Start(NamedTuple):
@@ -313,7 +314,7 @@ def _locate_guard(flow: Flow, limit: Number, watch: Watch | None = None) -> Swit
                 return replace(switch, tangencies=tuple(tangencies))
         further = horizon
         if 0 < horizon < limit - now and not (zeros and now == 0):
-            further = _further(flow, guards, at, horizon, limit - now)
+            further = max(horizon, _further(flow, guards, at, limit - now))
         if further > horizon:
             horizon = further
         elif horizon < ahead and horizon <= 4 * unit * now:
@@ -346,20 +347,26 @@ def _hidden(expansion: Expansion, zeros: int) -> bool:
     return bool(expansion.values[zeros] <= expansion.errors[zeros])
 
 
-def _further(flow: Flow, guards: list[Guard], at: Point, least: Number, most: Number) -> Number:
-    """Duration in which the forced response alone excludes a switch; 0 if below `least`."""
-    rate = quasistatic.rate(flow.c)
-    if rate is None:
-        return least * 0
-    expansions = quasistatic.expand_forced(flow.backend, flow.c, at)
-    ahead = min(_REACH / rate, most)
-    # Below the segment's own reach the expansion of the whole motion does as well.
-    while ahead > max(least, _REACH / flow.c.rate):
-        clear = min(search(expansions[g], 0, ahead, flow.backend.unit).clear for g in guards)
-        if clear > 0:
-            return clear
-        ahead = ahead / _SHRINK
-    return least * 0
+def _further(flow: Flow, guards: list[Guard], at: Point, most: Number) -> Number:
+    """Duration in which bounds beyond an expansion of the whole motion exclude a switch, up to `most`.
+
+    Of the forced response alone, with an overdamped segment's slow mode while that is large and
+    without it once it has decayed; and of a long rest by its energy.
+    """
+    backend, c = flow.backend, flow.c
+    longest = min(_resting(backend, c, at), most)
+    ways = {quasistatic.rate(c, with_slow): with_slow for with_slow in (True, False)}
+    for rate in ways.keys() - {None}:
+        expansions = quasistatic.expand_forced(backend, c, at, with_slow=ways[rate])
+        ahead = min(_REACH / rate, most)
+        # Below the segment's own reach the expansion of the whole motion does as well.
+        while ahead > max(longest, _REACH / c.rate):
+            clear = min(search(expansions[g], 0, ahead, backend.unit).clear for g in guards)
+            if clear > 0:
+                longest = max(longest, clear)
+                break
+            ahead = ahead / _SHRINK
+    return longest
 
 
 def _tangency(guard: Guard) -> Outcome:
@@ -447,7 +454,7 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     distance = backend.sqrt(c.Z2)
     rounded = 4 * backend.unit * (c.K + c.omega * c.omega)
     if distance <= 64 * rounded:
-        return False
+        return bool(_resting(backend, c, at) == math.inf)
     forced, rate = c.forced(at.cos_theta, at.sin_theta)
     relative = 4 * rounded / distance
     inflation = 1 + 64 * backend.unit + relative
@@ -460,8 +467,34 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     gain = backend.sqrt(c.force_gain2())
     free = c.force_per_energy(backend.sqrt(c.K))
     force = inflation * (amplitude * gain + free * energy)
+    within, room = _bounds_of_rest(backend, c)
+    return bool(reach < room and force < within)
+
+
+def _bounds_of_rest(backend: Backend, c: Any) -> tuple[Number, Number]:
+    """Largest deviations from the load's force and from the centre at which a capsule rests."""
     within = min(c.friction_guard(sign, c.load_force()) for sign in (-1, 1))
     room = c.own_stop() - c.rest_centre()
     if len(backend.scene.facts.STOPS) == 2:
         room = min(room, getattr(c, backend.scene.facts.STOPS[1][0]) + c.rest_centre())
-    return bool(reach < room and force < within)
+    return within, room
+
+
+def _resting(backend: Backend, c: Any, at: Point) -> Number:
+    """Duration for which rest without contact is proved, though it may end later; 0 if it is short.
+
+    The energy of the motion about its centre grows by the drive's amplitude per unit of time at
+    most. So a slow growth near resonance takes a few steps. Rounding is less than the share of the
+    bounds that is left out.
+    """
+    if c.drift or c.contact or pulsed(c):
+        return at.x_r * 0
+    within, room = _bounds_of_rest(backend, c)
+    root = backend.sqrt(c.K)
+    low = abs(at.x_r - c.rest_centre()) + at.error_x + _SHORT * _SHORT * abs(c.rest_centre())
+    energy = backend.hypot(abs(at.v_r) + at.error_v, root * low)
+    most = min(root * room, (within - reaction_of(c)) / c.force_per_energy(root))
+    spare, drive = 0.999 * most - energy, amplitude_of(c)
+    if spare <= _LONG_REST * 2 * math.pi / c.omega * drive:
+        return at.x_r * 0
+    return spare / drive if drive else math.inf

@@ -71,14 +71,14 @@ typedef struct {
     capsule_parameters parameters;
     capsule_constants field[CAPSULE_FIELD_COUNT];
     capsule_table table[CAPSULE_FLOW_COUNT]; /* by contact and drift */
-    int may_rest;           /* 1 if the forcing alone leaves a capsule without contact at rest */
+    int may_rest; /* 1 if the forcing alone leaves a capsule without contact at rest, 2 if for some periods */
 } capsule_map;
 
 /* Stops long work, at a limit of work (which is independent of clocks) or on request of `ask`. Both are
    checked after about every CAPSULE_WORK expansions, which take milliseconds. `ask` (may be null) is
    called in the working thread and returns 0 to continue. After another number it must not return 0 until
    the call has ended. To resume after the limit, raise it by more than one segment takes, since a stopped
-   segment starts again. A segment that rests forever counts 1 for each row of `strobe`. Each thread has
+   segment starts again. A segment that rests up to the end counts 1 for each row of `strobe`. Each thread has
    its own watch, whose `done` and `work` are 0 at first. */
 typedef struct {
     int (*ask)(void *about);

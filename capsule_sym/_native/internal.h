@@ -99,10 +99,10 @@ int capsule_parameters_allowed(const capsule_parameters *parameters);
    index and every loop below is bounded. */
 int capsule_allowed(const capsule_map *map, const capsule_state *state);
 
-/* True if a resting segment without contact is proved to last forever: x_r is the forced response plus a
-   free part whose energy never grows. Then the states at the ends of all periods follow. */
+/* Advances a segment without contact that is proved to rest up to the end of the run, or forever: the states
+   at the ends of all periods follow. */
 void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
-                  capsule_state *state, capsule_result *p);
+                  int forever, capsule_state *state, capsule_result *p);
 
 /* Writes a state to the strobe's row of a period. */
 void capsule_write_strobe(const capsule_request *request, int64_t period, double x_r, double v_r, double v_c);

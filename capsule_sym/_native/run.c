@@ -50,19 +50,26 @@ void capsule_write_strobe(const capsule_request *request, int64_t period, double
 }
 
 #if !CAPSULE_PULSED
-/* State at the end of a period of a segment that lasts forever. Its free part about the rest position is
-   advanced alone, so no large time is an argument of a sine. */
-static void resting_state(const capsule_constants *k, double x, double v, double h,
-                    capsule_state *out)
+/* State at the end of a period of a segment that rests until then. The forced response is taken at both
+   angles and the free part about it advanced alone, so no large time is an argument of a sine. Near resonance
+   both are large and cancel: where that loses more digits than such a sine, the closed form advances the whole,
+   which is continuous through resonance. */
+static void resting_state(const capsule_constants *k, const capsule_start *from, double h, capsule_state *out)
 {
     capsule_constants still = *k;
-    double change[3];
-    still.alpha = still.push = 0.0;
-    const capsule_start start = {x, 0.0, v, 0.0, 0.0, 1.0, 0.0};
+    capsule_start start = *from;
+    double change[3], x, v, centre = 0.0;
+    out->x_r = out->v_r = 0.0;
+    if (k->omega * h * sqrt(k->Z2) >= k->K + k->omega * k->omega) {
+        forced(k, from->cos_theta, from->sin_theta, &x, &v);
+        forced(k, 1.0, 0.0, &out->x_r, &out->v_r);
+        centre = rest_centre(k);
+        start.x_r = from->x_r - centre - x, start.v_r = from->v_r - v;
+        still.alpha = still.push = 0.0;
+    }
     capsule_flow(&still, &start, h, change);
-    forced(k, 1.0, 0.0, &out->x_r, &out->v_r);
-    out->x_r += x + change[0];
-    out->x_r -= 0.0 - rest_centre(k);
+    out->x_r += start.x_r + change[0];
+    out->x_r -= 0.0 - centre;
     out->v_r += change[1];
     out->gap = out->x_r - k->CAPSULE_FRONT_GAP;
 #if TWO_STOPS
@@ -72,14 +79,13 @@ static void resting_state(const capsule_constants *k, double x, double v, double
 }
 
 void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
-                  capsule_state *state, capsule_result *p)
+                  int forever, capsule_state *state, capsule_result *p)
 {
     const capsule_request *request = context->request;
     const int field = FIELD_OF[0][0][1];
     const capsule_constants *k = &context->map->field[field - 1];
-    double cosine, sine, x, v;
-    sine_cosine(angle, angle_rest, &sine, &cosine);
-    forced(k, cosine, sine, &x, &v);
+    capsule_start start = {.x_r = x_r, .v_r = v_r};
+    sine_cosine(angle, angle_rest, &start.sin_theta, &start.cos_theta);
     const int64_t from = state->period;
     int64_t period = request->strobe ? from + 1 : context->periods;
     if (request->rows && period < context->periods + 1 - request->rows)
@@ -87,7 +93,7 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
     for (; period <= context->periods; period++) {
         const double turns = (double)(period - from), rest = turns * TWO_PI_REST - angle_rest;
         const double h = ((turns * TWO_PI - angle) + rest) / k->omega;
-        resting_state(k, x_r - rest_centre(k) - x, v_r - v, h, state);
+        resting_state(k, &start, h, state);
         capsule_write_strobe(request, period, state->x_r, state->v_r, 0.0);
         if (period < context->periods && capsule_asked(request->watch, 1)) {
             p->stopped = 1;
@@ -99,7 +105,7 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
     state->period = context->periods;
     state->bound = state->plane = 0;
     state->field = field;
-    p->outcome = CAPSULE_NEVER;
+    p->outcome = forever ? CAPSULE_NEVER : CAPSULE_END;
     context->exact.known = 0;
 }
 #endif

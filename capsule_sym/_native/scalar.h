@@ -269,6 +269,23 @@ static int rests_forever(const segment *c, const capsule_constants *k, const poi
            most < near_to(friction_guard(c, num(1.0), load));
 }
 
+/* Time for which rest is proved where it may end later: x_r is about its centre with an energy that grows by
+   alpha per unit of time at most. Roundings are less than the share that is left out. */
+static double rest_lasts(const segment *c, const point *s)
+{
+    segment_sizes room;
+    const segment_sizes *b = sizes_of(c, &room);
+    const double centre = near_to(rest_centre(c)), root_K = sqrt(b->K);
+    const double off = s->energy_error + 0x1p-40 * (fabs(near_to(s->x_r)) + fabs(centre));
+    const double energy = off + hypot(near_to(s->v_r), root_K * near_to(sub(s->x_r, rest_centre(c))));
+    const real load = load_force(c);
+    const double least = smaller(near_to(friction_guard(c, num(-1.0), load)),
+                                 near_to(friction_guard(c, num(1.0), load))) - CAPSULE_REACTION * b->alpha;
+    const double most = smaller(root_K * room_about(b, centre),
+                                least / near_to(force_per_energy(c, num(root_K))));
+    return (0.999 * most - energy) / b->alpha;
+}
+
 /* A state that rests forever does so at the end of a period too, whatever the instants of expansions. */
 static int rests_after(const segment *c, const capsule_constants *k, const outcome *o, const point *next)
 {
@@ -469,7 +486,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     const segment_sizes *b = sizes_of(c, &b_room);
     const table *t = table_of(context, field, c);
 #if !CAPSULE_PULSED
-    const int can_rest = field == FIELD_OF[0][0][1] && map->may_rest;
+    const int may_rest = field == FIELD_OF[0][0][1] ? map->may_rest : 0;
 #endif
     const point from = point_at(c, field, &start, context), *here = &from;
     point later[2], *next = later;
@@ -486,15 +503,20 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
             return;
         }
 #if !CAPSULE_PULSED
-        if (can_rest && rests_forever(c, k, here)) {
-            capsule_state end = *state;
-            end.period = period;
-            p->duration = duration;
-            capsule_rest(context, near_to(here->x_r), near_to(here->v_r), near_to(here->angle),
-                         here->angle_rest, &end, p);
-            if (!p->stopped)
-                *state = end;
-            return;
+        if (may_rest) {
+            const double rest = may_rest == 2               ? rest_lasts(c, here)
+                                : rests_forever(c, k, here) ? INFINITY
+                                                            : 0.0;
+            if (k->omega * rest > (double)(context->periods - period) * TWO_PI) {
+                capsule_state end = *state;
+                end.period = period;
+                p->duration = duration;
+                capsule_rest(context, near_to(here->x_r), near_to(here->v_r), near_to(here->angle),
+                             here->angle_rest, rest == INFINITY, &end, p);
+                if (!p->stopped)
+                    *state = end;
+                return;
+            }
         }
 #endif
         const int ends = request->strobe || context->periods - period == 1;
@@ -522,7 +544,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
         if (o.passed && !o.edge && period == context->periods) {
             p->outcome = CAPSULE_END;
 #if !CAPSULE_PULSED
-            if (can_rest && rests_after(c, k, &o, next))
+            if (may_rest == 1 && rests_after(c, k, &o, next))
                 p->outcome = CAPSULE_NEVER;
 #endif
             end_run(context, state, &o, field, p);

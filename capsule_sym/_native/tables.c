@@ -3,6 +3,8 @@
 
 #include "internal.h"
 
+#define LONG_REST 8 /* periods of rest from which on it is worth proving */
+
 int capsule_parameters_allowed(const capsule_parameters *p)
 {
 #define FINITE(name) && isfinite(p->name)
@@ -29,9 +31,15 @@ capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map
 #else
     const capsule_constants *c = &map->field[FIELD_OF[0][0][1] - 1];
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
+    const double room = room_about(c, rest_centre(c));
     const double least = fmin(friction_guard(c, -1.0, load_force(c)),
                               friction_guard(c, 1.0, load_force(c)));
-    map->may_rest = amplitude < room_about(c, rest_centre(c)) && amplitude * sqrt(force_gain2(c)) < least;
+    map->may_rest = amplitude < room && amplitude * sqrt(force_gain2(c)) < least;
+    /* Slowly growing near resonance: the energy grows by alpha per unit of time at most. */
+    const double root_K = sqrt(c->K), energy = LONG_REST * TWO_PI / c->omega * c->alpha;
+    const double force = energy * force_per_energy(c, root_K) + CAPSULE_REACTION * c->alpha;
+    if (!map->may_rest && energy < root_K * room && force < least)
+        map->may_rest = 2;
 #endif
     return capsule_parameters_allowed(p) ? CAPSULE_DONE : CAPSULE_REFUSED;
 }

@@ -91,6 +91,11 @@ TERMS: tuple[Term, ...] = (
     _term("rest for ever: error carried", "s->energy_error + roundings", "roundings", {"resting displaced": SCALAR}),
     _term("rest for ever: x_r", "reach < room_about(b, near_to(rest_centre(c)))", "1", {"resting": SCALAR}),
     _term("rest for ever: P", "most < near_to(friction_guard(c, num(-1.0), load)) &&\n           most < near_to(friction_guard(c, num(1.0), load))", "1", {"resting": SCALAR}),
+    _term("long rest: energy", "hypot(near_to(s->v_r), root_K * near_to(sub(s->x_r, rest_centre(c))))", "0.0", {"growing": SCALAR}),
+    _term("long rest: growth", "(0.999 * most - energy) / b->alpha", "(0.999 * most - energy) / (0.1 * b->alpha)", {"growing": SCALAR}),
+    _term("long rest: error carried", "s->energy_error + 0x1p-40 * (fabs(near_to(s->x_r)) + fabs(centre))", "0.0", {"growing displaced": SCALAR}),
+    _term("long rest: x_r", "root_K * room_about(b, centre)", "1e3", {"growing": SCALAR}),
+    _term("long rest: P", "least / near_to(force_per_energy(c, num(root_K)))", "1e3", {"growing": SCALAR}),
 )  # fmt: skip
 
 BEHIND: tuple[Term, ...] = (

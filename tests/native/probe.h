@@ -236,6 +236,17 @@ int NAMED(PROBE, _rests)(const capsule_parameters *p, int field, const probe_sta
     const point s = probed_point(c, field, a);
     return rests_forever(c, &map.field[field - 1], &s);
 }
+
+/* True if one is claimed to rest for eight periods. */
+int NAMED(PROBE, _lasts)(const capsule_parameters *p, int field, const probe_start *a)
+{
+    static capsule_map map;
+    capsule_map_constants(p, &map);
+    segment room;
+    const segment *c = segment_of(&map, field, &room);
+    const point s = probed_point(c, field, a);
+    return p->omega * rest_lasts(c, &s) > 8.0 * TWO_PI;
+}
 #endif
 #undef LANE
 #undef BOTH

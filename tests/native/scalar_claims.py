@@ -1,4 +1,4 @@
-"""Claims about a start: its field is the successor or rests forever, a run continues
+"""Claims about a start: its field is the successor or rests, forever or long, a run continues
 from its end, and whether one side by side with others switches as one alone.
 
 Starts where a rounding decides, and which of these answers are false.
@@ -92,6 +92,23 @@ def resting_out_of_phase(random: Random) -> Start:
     return _meeting(random, replace(start, errors=(0.0, 0.0, size), off=off), 1e-5)
 
 
+def growing(random: Random) -> Start:
+    """A slow growth near resonance to about delta or f_b, in eight periods."""
+    omega, angle = 1 + random.uniform(-1e-3, 1e-3), random.uniform(0, 2 * math.pi)
+    delta, f_b = random.sample((1.0, 9.0), 2)
+    p = Parameters(random.choice((1e-4, 0.03)), omega, delta, 0.0, 1.5, 3.3, f_b)
+    size, turn = random.uniform(0, 2), random.uniform(0, 2 * math.pi)
+    return Start(p, 2, (size * math.cos(turn), size * math.sin(turn), 0.0), angle)
+
+
+def growing_displaced(random: Random) -> Start:
+    """The same, where the true motion is off by what the errors allow."""
+    start = growing(random)
+    x_r, v_r, _ = start.state
+    size = 0.3 / max(math.hypot(x_r, v_r), 0.1)
+    return replace(start, errors=(0.3, 0.0, 0.0), off=(size * x_r, size * v_r, 0.0, 0.0))
+
+
 def _meeting(random: Random, start: Start, within: float) -> Start:
     """With delta or f_b where |x_r|, which is |P|, comes to."""
     most = float(Truth(start).farthest()) * (1 + within * random.uniform(-1, 1))
@@ -135,6 +152,8 @@ CLAIMS: dict[str, tuple[str, Callable[[Random], Start], tuple[str, ...]]] = {
     "resonant": ("rests", resonant, SCALAR),
     "resting displaced": ("rests", resting_displaced, SCALAR),
     "resting out of phase": ("rests", resting_out_of_phase, SCALAR),
+    "growing": ("lasts", growing, SCALAR),
+    "growing displaced": ("lasts", growing_displaced, SCALAR),
     "interrupted": ("goes_on", interrupted, (*WIDTHS,)),
     "lasting": ("the_same_as_alone", lasting, LANES),
     "stopping side by side": ("as_alone", stopping, LANES),
@@ -160,4 +179,7 @@ def first_false_answer(core: Core, family: str, width: str, starts: range) -> st
         p = start.parameters
         if question == "rests" and said and truth.farthest() >= min(p.delta, p.f_b):
             return f"rests for ever: {start}"
+        times = (p.period * i / 8 for i in range(65))
+        if question == "lasts" and said and any(min(truth.guards(mpf(t))) < 0 for t in times):
+            return f"rests for eight periods: {start}"
     return ""

@@ -21,7 +21,7 @@ from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import Segment, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.checks import checked_seconds
-from capsule_sym._map.expansion import Guard
+from capsule_sym._map.expansion import Guard, pulsed
 from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, ShootingSystem, Vector
@@ -153,24 +153,102 @@ def lyapunov_exponents(
 ) -> LyapunovExponents:
     """The three Lyapunov exponents along a trajectory, per unit of time.
 
-    Only segments that begin after `transient` excitation periods count. An exponent is -inf once
-    the capsule has stuck. Computed in double precision with every backend. After `max_seconds` of
-    wall-clock time they cover the part done so far. Raises InvalidInput if no segment is left.
+    Only the part after `transient` excitation periods counts. An exponent is -inf once the capsule
+    has stuck. Computed in double precision with every backend. After `max_seconds` of wall-clock
+    time they cover the part done so far. Raises InvalidInput if no part is left.
     """
-    first = int(np.searchsorted(trajectory.records["start_period"], transient))
-    segments = trajectory.segments[first:]
-    if not segments:
+    ends, omega = trajectory.final[0], trajectory.parameters.omega
+    if not float(ends.period - transient) * trajectory.parameters.period + float(ends.phase) > 0:
         raise InvalidInput("transient", transient, "less than the periods of the run")
+    first = int(np.searchsorted(trajectory.records["start_period"], transient))
     frame, sums, time, status = np.eye(3), np.zeros(3), 0.0, Status.TIME_LIMIT
-    with Watch(checked_seconds(max_seconds)):
-        for matrix, lasting in _matrices(trajectory, segments):
-            frame, grown = _orthonormal(matrix @ frame)
-            sums[: len(grown)] += grown
-            sums[len(grown) :] = -math.inf
-            time += lasting
+    with (
+        Watch(checked_seconds(max_seconds)),
+        backend("numpy", trajectory.parameters.scene) as numbers,
+    ):
+        forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
+        for segment, following in pairwise(
+            chain(trajectory.segments[max(first - 1, 0) :], (None,))
+        ):
+            left = (segment.end.period - transient) * math.tau / omega + float(segment.end.phase)
+            lasting = min(float(segment.duration), left)
+            if lasting <= 0:
+                continue
+            c = forms.constants(segment.field)
+            sums[2] = sums[2] if c.drift else -math.inf
+            decay = -c.slow if c.q < 0 else c.sigma
+            pieces = math.ceil(lasting * max(omega / math.tau, decay / _MOST_DECAY))
+            responses = _free_responses(numbers, c, lasting / pieces)
+            for _ in range(pieces):
+                check_time()
+                frame, grown = _carried(c, lasting / pieces, *responses, frame)
+                sums += grown
+                time += lasting / pieces
+            if (matrix := landing(forms, segment, following)) is not None:
+                frame, grown = _across(matrix, frame)
+                sums += grown
         status = Status.FINISHED
     values = np.sort(sums / time)[::-1] if time else np.full(3, np.nan)
     return LyapunovExponents(values, time, status)
+
+
+_MOST_DECAY = 300.0
+"""Exponents of a piece of a segment by which its slowest free motion may decay."""
+
+
+def _free_responses(numbers: Backend, c: Any, h: float) -> tuple[float, float]:
+    """Response functions G and Gd of the free motion, without a relative error of small values."""
+    free = c._replace(push=0.0, drift=0, **({} if pulsed(c) else {"alpha": 0.0}))
+    start = numbers.kernels.Start(0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0)
+    G, Gd = numbers.kernels.flow(free, start, h)
+    return float(G), float(Gd)
+
+
+def _carried(
+    c: Any, h: float, G: float, Gd: float, frame: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Orthonormal frame after a flow, and the logarithms of its growth.
+
+    The first vector is carried by the flow, the normal of the first two by the flow's cofactors,
+    and the determinant is e^(-2 sigma h). No entry of these cancels, however strongly and
+    differently directions contract.
+    """
+    a, b, d, e = Gd + 2 * c.sigma * G, G, -c.K * G, Gd
+    total = -2 * c.sigma * h
+    if not c.drift:
+        first = np.array([[a, b], [d, e]]) @ frame[:2, 0]
+        size = math.hypot(*first)
+        x, v = first / size
+        grown = math.log(size)
+        return np.array([[x, -v, 0.0], [v, x, 0.0], [0.0, 0.0, 1.0]]), np.array(
+            [grown, total - grown, 0.0]
+        )
+    # In drift (gamma + 1) v_c + v_r is constant but for the forces.
+    share, whole = 1 / (c.gamma + 1), math.exp(total)
+    flow = np.array([[a, b, 0.0], [d, e, 0.0], [-d * share, (1 - e) * share, 1.0]])
+    cofactors = np.array([[e, -d, d * share], [-b, a, (whole - a) * share], [0.0, 0.0, whole]])
+    first, normal = flow @ frame[:, 0], cofactors @ frame[:, 2]
+    sizes = np.linalg.norm(first), np.linalg.norm(normal)
+    first, normal = first / sizes[0], normal / sizes[1]
+    normal = normal - (first @ normal) * first
+    one, two = np.log(sizes)
+    return np.column_stack([first, np.cross(normal, first), normal]), np.array(
+        [one, two - one, total - two]
+    )
+
+
+def _across(
+    matrix: NDArray[np.float64], frame: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Orthonormal frame after a landing, and the logarithms of its growth; -inf if it sticks."""
+    basis, triangle = np.linalg.qr(matrix @ frame)
+    sizes = abs(np.diag(triangle))
+    if not matrix[2].any():
+        basis, triangle = np.linalg.qr(matrix[:2] @ frame)
+        basis = np.block([[basis, np.zeros((2, 1))], [np.zeros((1, 2)), 1.0]])
+        sizes = np.append(abs(np.diag(triangle)), 0)
+    grown = np.array([math.log(size) if size else -math.inf for size in sizes])
+    return basis, grown
 
 
 def _matrices(
@@ -209,16 +287,3 @@ def landing(
     c, after = forms.constants(segment.field), forms.constants(following.field)
     state = np.array([float(value) for value in segment.end_state])
     return saltation_matrix(c, after, state, math.cos(float(segment.end.phase) * c.omega))
-
-
-def _orthonormal(frame: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Orthonormal basis of the frame's span, and the logarithms of its growth.
-
-    If the last row vanishes the capsule sticks, and the span has dimension two.
-    """
-    if not np.any(frame[2]):
-        basis, triangle = np.linalg.qr(frame[:2, :2])
-        basis = np.vstack([basis, np.zeros((1, 2))])
-    else:
-        basis, triangle = np.linalg.qr(frame)
-    return basis, np.log(abs(np.diag(triangle)))
