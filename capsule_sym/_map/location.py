@@ -348,7 +348,7 @@ def _hidden(expansion: Expansion, zeros: int) -> bool:
 
 
 def _further(flow: Flow, guards: list[Guard], at: Point, most: Number) -> Number:
-    """Duration in which bounds beyond an expansion of the whole motion exclude a switch, up to `most`.
+    """Duration, up to `most`, in which other bounds than an expansion exclude a switch.
 
     Of the forced response alone, with an overdamped segment's slow mode while that is large and
     without it once it has decayed; and of a long rest by its energy.
