@@ -114,8 +114,7 @@ def test_runs_are_those_of_the_integrator(way, scene, judged) -> None:
         assert one.stop == "done"
         assert isinstance(way, int) or one.fields == run.fields
         assert run.off(one.state[:3]) < within
-    print("UNDECIDED", scene, way, undecided, len(starts))
-    assert undecided < 0.02 * len(starts) or scene == "pulsed"  # whose pulses are very short
+    assert undecided < 0.02 * len(starts)
 
 
 def damped(form: Form) -> list[Start]:
