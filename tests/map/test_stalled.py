@@ -32,6 +32,7 @@ def test_a_run_that_cannot_advance_says_so() -> None:
     assert run.segments[-1].target == ""
 
 
+@pytest.mark.long
 def test_segments_of_no_duration_do_not_follow_each_other_for_ever() -> None:
     run = simulate(
         Parameters(1e10, 1, 1, 1e4, 1e10, 3, 1),

@@ -7,7 +7,6 @@ import mpmath
 import pytest
 
 from capsule_sym import Parameters, simulate
-from tests.sampling import many, sampled
 
 # Swings that all but touch the stop, in threads that change hands very often, while another thread
 # does as it likes with mpmath's precision. Results are compared with those of serial runs.
@@ -59,14 +58,10 @@ print(settled)
 """
 
 
-@sampled
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("backend", "gmpy2", "count"),
-    [
-        ("numpy", "blocked", many(24, 8)),
-        pytest.param("mpmath", "blocked", 12, marks=pytest.mark.long),
-        ("mpmath", "as it is", many(12, 6)),
-    ],
+    [("numpy", "blocked", 24), ("mpmath", "blocked", 12), ("mpmath", "as it is", 12)],
 )
 def test_threads_give_what_serial_runs_give(backend: str, gmpy2: str, count: int) -> None:
     if gmpy2 != "blocked":

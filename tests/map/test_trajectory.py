@@ -221,6 +221,7 @@ def test_rest_is_a_steady_motion_without_switches() -> None:
     assert (motion.itinerary, motion.period_number, motion.progression) == (("F2",), 1, 0)
 
 
+@pytest.mark.long
 def test_slow_alternating_convergence_is_not_taken_for_a_doubled_period() -> None:
     # At alpha = 0.3 a multiplier near -0.98 leaves differences of alternating sign.
     run = simulate(Parameters(alpha=0.3), periods=60)

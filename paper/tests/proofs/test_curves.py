@@ -24,6 +24,8 @@ from paper.proofs.forms import MONOMIALS, hull, polynomial
 from paper.proofs.parts import Patch
 from tests.enclosures.case import precise
 
+pytestmark = pytest.mark.long
+
 REST = (0.0, 0.0, 0.0)
 STUCK, SLIPPED, LOOSE = "F5 F4 F1 F2", "F5 F4 F1 F2 F3 F2", "F5 F4 F5 F2"
 ENDS_STUCK, ENDS_LOOSE = "F5 F4 F1 F3 F6", "F4 F1 F3 F6"
@@ -157,7 +159,6 @@ def test_at_a_corner_both_sides_reach_beyond_the_patch(corner: Curve) -> None:
         curve_patches.prove_curve(corner.patch, [*corner.near, *far])
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("call", range(2))
 @pytest.mark.parametrize("name", ["touch", "corner", "landing"])
 @pytest.mark.parametrize("condition", ["stable", "admissible"])
@@ -187,7 +188,6 @@ HOLDS = {"touch": 6, "corner": 2, "landing": 2}
 """Number of gluings; at a touch the ends of the orbits with the segment are glued too."""
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "number"), [(name, k) for name, calls in HOLDS.items() for k in range(calls)]
 )
@@ -201,7 +201,6 @@ def test_both_sides_are_glued_on_the_curve(
         curve_patches.prove_curve(curve.patch, curve.guesses)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("name", "calls"), HOLDS.items())
 def test_each_gluing_is_checked_once(
     name: str, calls: int, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
@@ -278,7 +277,6 @@ def test_alpha_is_that_of_single_orbits(name: str, request: pytest.FixtureReques
             assert (rates[at, 0] + ball(0, 1e-4)).contains(arb(slope)), (at, slope, rates[at, 0])
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["touch", "large_touch", "corner", "landing"])
 def test_derivatives_of_columns_are_held_at_the_corners(
     name: str, request: pytest.FixtureRequest
@@ -348,7 +346,6 @@ def test_the_short_segment_is_watched_up_to_its_longest_duration(
     assert longest >= 2 * side.radii[0]
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["touch", "corner"])
 @pytest.mark.parametrize("way", ["pieces", "rising", "_grows"])
 def test_guards_that_vanish_on_the_curve_are_proved_beside_it(
@@ -445,7 +442,6 @@ def test_a_guard_is_positive_on_one_side_of_the_curve(
         orbits.prove_side(at, outside, side)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("name", "side", "pieces"), [("touch", -1, 3), ("landing", 1, 3)])
 def test_the_guard_that_fails_is_proved_along_its_segment(
     name: str,

@@ -324,6 +324,7 @@ def test_the_whole_horseshoe_is_accepted(monkeypatch: pytest.MonkeyPatch) -> Non
     assert checker.check_certificate(json.loads(json.dumps(kept()))) > 0.3222
 
 
+@pytest.mark.long
 def test_the_command_writes_the_certificate(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
