@@ -45,18 +45,13 @@ def branch(
     ),
     points: int = options.count("Least number of steps.", 100),
     restart: tuple[str, str] | None = option(
-        "Start at a labelled point, such as PD1, of a branch.json.",
-        nargs=2,
-        metavar="FILE LABEL",
+        "Start at a labelled point, such as PD1, of a branch.json.", nargs=2, metavar="FILE LABEL"
     ),
     to: tuple[str | None, float] | None = option(
         "With --restart: final value, with NAME= for another parameter.", type=_Target()
     ),
     cascade: int = options.count(
-        "Continue branches of doubled orbits too, to this depth.",
-        0,
-        0,
-        metavar="DEPTH",
+        "Continue branches of doubled orbits too, to this depth.", 0, 0, metavar="DEPTH"
     ),
     ties: dict[str, Any] = options.by_name(
         "A parameter tied to the varied one, such as alpha=0.5*omega**2. Repeatable.",

@@ -157,10 +157,7 @@ def _several(words: Sequence[str], kind: Any = float, counted: bool | None = Non
         f"[{name}]" if name in facts.DEVICE_DEFAULTS else name for name in facts.DEVICE
     )
     dimensionless = {
-        name: option(
-            f"{facts.LABELS[name].capitalize()}.  [default: {default:g}]",
-            type=kind,
-        )
+        name: option(f"{facts.LABELS[name].capitalize()}.  [default: {default:g}]", type=kind)
         for name, default in facts.DEFAULTS.items()
     }
     in_si = f" or physical in SI units ({of_device}; no options above)" if of_device else ""

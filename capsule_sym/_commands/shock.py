@@ -27,10 +27,7 @@ def shock(
         ),
         largest=option("Largest size of a knock to try.", type=float),
         samples=options.count(
-            "Final knocks within the smallest one found, to confirm it.",
-            20_000,
-            100,
-            10_000_000,
+            "Final knocks within the smallest one found, to confirm it.", 20_000, 100, 10_000_000
         ),
         periods=option(
             "Excitation periods within which a motion has to return.  [default: 1024, more "

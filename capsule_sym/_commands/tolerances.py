@@ -23,8 +23,7 @@ def tolerances(
         "A parameter with a uniform distribution within ±SHARE of its value. Repeatable."
     ),
     normal: dict[str, float] = options.shares(
-        "A parameter with a normal distribution of this relative deviation. Repeatable.",
-        "--normal",
+        "A parameter with a normal distribution of this relative deviation. Repeatable.", "--normal"
     ),
     samples: int = options.count("Number of samples, a power of two.", 4096),
     seed: int = options.count("Random seed of the samples.", 0, *SEED),

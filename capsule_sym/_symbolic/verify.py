@@ -38,10 +38,7 @@ _ANY_SCENE = {
     "cells": Group("Eqs. (1)-(12)", "where each field acts", cells.items, "cells"),
     "basis": Group("Eqs. (7)-(12)", "response functions", basis_proofs.proofs, "basis"),
     "flow": Group(
-        "Eqs. (7)-(12)",
-        "closed forms, Jacobians",
-        flow_proofs.proofs,
-        "flow jets jacobian",
+        "Eqs. (7)-(12)", "closed forms, Jacobians", flow_proofs.proofs, "flow jets jacobian"
     ),
     "graph": Group("Table 1", "successor of each field", field_graph.items, "graph"),
     "saltation": Group("beyond the paper", "saltation matrices", switches.items, "saltation"),

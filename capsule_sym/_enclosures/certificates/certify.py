@@ -15,14 +15,7 @@ from itertools import pairwise
 from typing import Any
 
 from capsule_sym._enclosures.certificates.checker import VERSION
-from capsule_sym._enclosures.numbers.balls import (
-    Ball,
-    Matrix,
-    Unproved,
-    arb,
-    ball,
-    precision,
-)
+from capsule_sym._enclosures.numbers.balls import Ball, Matrix, Unproved, arb, ball, precision
 from capsule_sym._enclosures.orbits.events import Event, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, held, prove_admissible, shooting_of
@@ -140,10 +133,7 @@ def certify_bifurcation(
 
 
 def certify_run(
-    trajectory: Trajectory,
-    exact: Mapping[str, str] | None = None,
-    *,
-    max_seconds: float = math.inf,
+    trajectory: Trajectory, exact: Mapping[str, str] | None = None, *, max_seconds: float = math.inf
 ) -> dict[str, Any]:
     """Certificate of a run to the end of a period: itinerary, switches, and final state.
 

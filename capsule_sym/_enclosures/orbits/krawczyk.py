@@ -117,11 +117,7 @@ def newton(
     raise Unproved("existence", "Newton's method does not come to rest")
 
 
-def enclose(
-    shooting: Shooting,
-    guess: Sequence[Ball],
-    given: Mapping[int, float],
-) -> Tube:
+def enclose(shooting: Shooting, guess: Sequence[Ball], given: Mapping[int, float]) -> Tube:
     """The solutions near a guess, the given columns within their radii about it.
 
     Raises Unproved if existence and uniqueness are not proved.

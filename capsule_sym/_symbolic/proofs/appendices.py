@@ -236,10 +236,7 @@ PRINTED_PARTS = {
     "L2^(2)": ("v_r >= 2*zeta*f_b - 2*zeta*alpha", "v_r <= 2*zeta*f_b + 2*zeta*alpha"),
     "L2^(3)": ("v_r > 2*zeta*f_b + 2*zeta*alpha",),
     "L3^(1)": ("v_r < 2*zeta*(f_b - alpha)/(1 + beta)",),
-    "L3^(2)": (
-        "v_r >= 2*zeta*(f_b - alpha)/(1 + beta)",
-        "v_r <= 2*zeta*(f_b + alpha)/(1 + beta)",
-    ),
+    "L3^(2)": ("v_r >= 2*zeta*(f_b - alpha)/(1 + beta)", "v_r <= 2*zeta*(f_b + alpha)/(1 + beta)"),
     "L3^(3)": ("v_r > 2*zeta*(f_b + alpha)/(1 + beta)", "v_r <= (f_b - delta)/(2*zeta)"),
 }
 """Ranges of v_r in Appendix B."""

@@ -43,11 +43,7 @@ def cell(field: Segment) -> Piece:
     # Without contact the stiffness is 0, so any stop may be taken.
     place = MODEL.stops[max(field.contact - 1, 0)]
     held = PULL.subs({kappa: field.region.stiffness, stop: place})
-    ways = {
-        1: [v_c > 0],
-        0: [sp.Eq(v_c, 0), held < FORWARD, held > -BACKWARD],
-        -1: [v_c < 0],
-    }
+    ways = {1: [v_c > 0], 0: [sp.Eq(v_c, 0), held < FORWARD, held > -BACKWARD], -1: [v_c < 0]}
     return Piece(f"cell of {field.name}", (*sides[field.contact], *ways[field.drift]))
 
 

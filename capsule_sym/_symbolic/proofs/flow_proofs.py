@@ -46,11 +46,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_c,
     x_r,
 )
-from capsule_sym._symbolic.proofs.basis_proofs import (
-    DEPENDENT,
-    INDEPENDENT,
-    Reduction,
-)
+from capsule_sym._symbolic.proofs.basis_proofs import DEPENDENT, INDEPENDENT, Reduction
 from capsule_sym._symbolic.proofs.statement import Residuals, Statement, proof
 
 JET_ORDER = 10  # the recurrence has one form at every order; this many of its steps are compared

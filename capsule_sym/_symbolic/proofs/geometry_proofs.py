@@ -196,10 +196,7 @@ def state_space() -> Iterator[Statement]:
             "Section 3.1",
             f"for zeta > 0, {corner} = (delta, {at}, 0)",
             follow,
-            {
-                "here": (*PIECES[corner].relations, _DAMPED),
-                "then": (sp.Eq(2 * zeta * v_r, reach),),
-            },
+            {"here": (*PIECES[corner].relations, _DAMPED), "then": (sp.Eq(2 * zeta * v_r, reach),)},
             {"then": (sp.Eq(2 * zeta * v_r, -reach),)},
             formula=f"v_{{r}} = {sp.latex(at)}",
         )

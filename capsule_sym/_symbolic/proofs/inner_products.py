@@ -19,15 +19,7 @@ from capsule_sym._symbolic.model.geometry import CELLS, LINES, PIECES, SURFACES,
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Segment
 from capsule_sym._symbolic.model.proof import consistent, sign_under
 from capsule_sym._symbolic.model.switching import reduced
-from capsule_sym._symbolic.model.symbols import (
-    STATE,
-    beta,
-    delta,
-    f_b,
-    v_r,
-    x_r,
-    zeta,
-)
+from capsule_sym._symbolic.model.symbols import STATE, beta, delta, f_b, v_r, x_r, zeta
 from capsule_sym._symbolic.proofs.statement import Statement
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
@@ -140,10 +132,7 @@ def has_sign(product: InnerProduct, sign: Sign | Relation) -> bool:
 
 
 _P3, _P4 = sp.symbols("P_3 P_4", real=True)
-_BY_FORCE = (
-    {x_r: _P3 - 2 * zeta * v_r},
-    {x_r: (_P4 - 2 * zeta * v_r + beta * delta) / (1 + beta)},
-)
+_BY_FORCE = ({x_r: _P3 - 2 * zeta * v_r}, {x_r: (_P4 - 2 * zeta * v_r + beta * delta) / (1 + beta)})
 
 
 def _in_paper_terms(value: sp.Expr) -> sp.Expr:

@@ -23,15 +23,7 @@ from capsule_sym._symbolic.model.enclosure import Flow, first_order
 from capsule_sym._symbolic.model.geometry import SCENARIOS
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.switching import LocalMap, time_derivative
-from capsule_sym._symbolic.model.symbols import (
-    alpha,
-    beta,
-    delta,
-    f_b,
-    gamma,
-    omega,
-    zeta,
-)
+from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, gamma, omega, zeta
 
 ENTRY_PLANE = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
 """Plane on which a moving capsule's impact begins a field."""

@@ -192,11 +192,7 @@ Residuals = tuple[sp.Expr, ...]
 
 
 def proof(
-    name: str,
-    equation: str,
-    says: str,
-    claim: sp.Expr,
-    residuals: Callable[[sp.Expr], Residuals],
+    name: str, equation: str, says: str, claim: sp.Expr, residuals: Callable[[sp.Expr], Residuals]
 ) -> Statement:
     """Statement about an expression that the derivation uses.
 

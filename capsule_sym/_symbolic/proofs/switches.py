@@ -14,16 +14,7 @@ from functools import cache
 import sympy as sp
 
 from capsule_sym._symbolic.model.model import ANY_LEVEL, SEGMENTS, Segment
-from capsule_sym._symbolic.model.symbols import (
-    MODEL,
-    PULSES,
-    STATE,
-    h,
-    omega,
-    tau,
-    v_c,
-    x_r,
-)
+from capsule_sym._symbolic.model.symbols import MODEL, PULSES, STATE, h, omega, tau, v_c, x_r
 from capsule_sym._symbolic.proofs.statement import Statement, vanishes
 
 Matrix = sp.ImmutableMatrix

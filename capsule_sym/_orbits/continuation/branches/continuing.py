@@ -152,10 +152,7 @@ def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
 
 
 def _axis_within(
-    orbit: Orbit,
-    parameter: str,
-    ends: Sequence[float],
-    ties: Mapping[str, Function | str] | None,
+    orbit: Orbit, parameter: str, ends: Sequence[float], ties: Mapping[str, Function | str] | None
 ) -> Axis:
     """Axis of a parameter between ends around an orbit; raises InvalidInput."""
     path = parameter_path(parameter, ties, orbit.scene)

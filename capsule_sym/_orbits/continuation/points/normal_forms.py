@@ -25,23 +25,11 @@ from capsule_sym._orbits.shooting.changes import (
     zero_segments,
 )
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import (
-    STATES,
-    Matrix,
-    Vector,
-    shooting,
-    solve,
-    touched,
-)
+from capsule_sym._orbits.shooting.equations import STATES, Matrix, Vector, shooting, solve, touched
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import halved_at, whole_orbit
-from capsule_sym._orbits.shooting.taylor import (
-    carried,
-    generator,
-    quotient,
-    residual_series,
-)
+from capsule_sym._orbits.shooting.taylor import carried, generator, quotient, residual_series
 
 SUPERCRITICAL, SUBCRITICAL = "supercritical", "subcritical"
 PERSISTENCE, NON_SMOOTH_FOLD = "persistence", "non-smooth fold"
