@@ -15,12 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
-from capsule_sym._attractors.attractors import (
-    Starts,
-    checked_starts,
-    closed_orbit,
-    interval,
-)
+from capsule_sym._attractors.attractors import Starts, checked_starts, closed_orbit, interval
 from capsule_sym._attractors.branches import (
     AttractorBranch,
     Change,
@@ -36,11 +31,7 @@ from capsule_sym._native import Watch, check_time, core_of, present
 from capsule_sym._orbits.continuation.branches.branch import Branch
 from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
 from capsule_sym._orbits.continuation.families.family import Ending
-from capsule_sym._orbits.continuation.parameter_paths import (
-    Function,
-    ParameterPath,
-    parameter_path,
-)
+from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.search import orbit_at

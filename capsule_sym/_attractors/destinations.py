@@ -7,11 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._attractors.neighbourhoods import (
-    NEUTRAL,
-    Neighbourhoods,
-    stroboscopic,
-)
+from capsule_sym._attractors.neighbourhoods import NEUTRAL, Neighbourhoods, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count

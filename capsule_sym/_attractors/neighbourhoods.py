@@ -75,25 +75,14 @@ def run_rows(
     check_time()
     left = present().left
     found = simulate_many(
-        rows,
-        states,
-        phases,
-        periods,
-        keep=keep,
-        max_seconds=left,
-        threads=threads,
-        scene=scene,
+        rows, states, phases, periods, keep=keep, max_seconds=left, threads=threads, scene=scene
     )
     check_time()
     return found
 
 
 def neighbourhoods(
-    rows: Vector,
-    centres: Vector,
-    periods: NDArray[Any],
-    scene: Scene,
-    threads: int = 1,
+    rows: Vector, centres: Vector, periods: NDArray[Any], scene: Scene, threads: int = 1
 ) -> Neighbourhoods:
     """Ellipsoids about states of stable cycles that the map carries into themselves.
 

@@ -175,11 +175,7 @@ class Settling:
         return runs
 
     def identify(
-        self,
-        groups: NDArray[np.intp],
-        ends: Vector,
-        periods: NDArray[Any],
-        settled: bool = True,
+        self, groups: NDArray[np.intp], ends: Vector, periods: NDArray[Any], settled: bool = True
     ) -> NDArray[np.int16]:
         """Numbers of the orbits on which runs end, (n, 3); unknown orbits are solved and added.
 

@@ -29,12 +29,7 @@ from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._parameters import (
-    Parameters,
-    SceneDevice,
-    SceneParameters,
-    names_of,
-)
+from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters, names_of
 
 
 def optimise(

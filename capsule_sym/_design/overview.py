@@ -85,10 +85,7 @@ class Overview(NamedTuple):
 
 
 def overview(
-    program: Program,
-    points: Matrix,
-    states: Matrix | None = None,
-    longer: int = 1,
+    program: Program, points: Matrix, states: Matrix | None = None, longer: int = 1
 ) -> Overview:
     """Objective and slacks of the scenarios at points (n, k), without units.
 

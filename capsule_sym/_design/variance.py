@@ -51,10 +51,7 @@ def _indices(values: Sequence[Matrix], chosen: Any) -> tuple[Vector, Vector]:
 
 
 def spreads(
-    names: Sequence[str],
-    nominal: Vector,
-    values: tuple[Matrix, Matrix, Matrix],
-    seed: int,
+    names: Sequence[str], nominal: Vector, values: tuple[Matrix, Matrix, Matrix], seed: int
 ) -> tuple[MetricSpread, ...]:
     """Spread of each metric, from both samples and their combinations, (k, n, metrics)."""
     rng, found = np.random.default_rng(seed), []

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix as Array
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory
 from capsule_sym._map.backend import NumpyBackend
@@ -19,7 +19,6 @@ UNSETTLED = 16
 _PER_PERIOD = 240  # points; no corner is visible in a picture a page wide
 _PER_RADIAN = 16  # points per radian of a segment's fastest rate
 
-Array = NDArray[np.float64]
 Motion = Trajectory | Orbit
 """A run that ends in a steady motion, or a periodic orbit."""
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix as Array
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 
-Array = NDArray[np.float64]
 Limits = tuple[float, float]
 
 

@@ -122,7 +122,7 @@ def _number_regions(
 
     pixel, back = fix_layout(axes), axes.transData.inverted().transform
     lines = shapely.MultiLineString(drawn_lines(axes)).buffer(pixel)
-    beside = []
+    beside, fills = list[tuple[Any, str, str]](), list[str]()
     whole = float(np.ptp(plane.x) * np.ptp(plane.y))
     areas = [(region.shape().area / whole, region) for region in regions]
     seen: set[str] = set()
@@ -146,9 +146,10 @@ def _number_regions(
             if shapely.distance(free.boundary, spot) > room:
                 break
         else:
-            beside.append((name.get_position(), number, ink, colours[itinerary]))
+            beside.append((name.get_position(), number, ink))
+            fills.append(colours[itinerary])
             name.remove()
-    name_points(axes, *zip(*beside, strict=True) if beside else ((), (), ()))
+    name_points(axes, beside, fills)
 
 
 def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:

@@ -57,5 +57,5 @@ def plot_curves(
             kinds.setdefault(text, []).append(stand[place])
         words = [f"{', '.join(own)}  {text}" for text, own in kinds.items()]
         add_words(figure, [*words, said(first, second)])
-    name_points(axes, [*stand], [*stand.values()], ["black"] * len(stand))
+    name_points(axes, [(place, label, "black") for place, label in stand.items()])
     return describe(figure, "Curves of bifurcations")

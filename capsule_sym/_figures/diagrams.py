@@ -72,7 +72,7 @@ def plot_diagram(
         for branch, colour in zip(branches, colours, strict=True)
         for label in _labels(axes, branch, quantity)
     ]
-    name_points(axes, *zip(*labels, strict=True) if labels else ((), (), ()))
+    name_points(axes, labels)
     return describe(figure, "Branches of periodic orbits", **shared(records[0]))
 
 

@@ -42,21 +42,18 @@ def drawn_lines(axes: Axes) -> list[Matrix]:
 
 
 def name_points(
-    axes: Axes,
-    places: Any,
-    texts: Sequence[str],
-    colours: Sequence[str],
-    fills: Sequence[str] | None = None,
+    axes: Axes, points: Sequence[tuple[Any, str, str]], fills: Sequence[str] = ()
 ) -> None:
-    """Name points of a drawing that is complete but for these names.
+    """Name points of a drawing that is complete but for these names: place, text and colour.
 
     Where a point has no room beside it, a thin line leads to its name. With `fills` each name
     stands in a box of its own colour, and a line leads to it in any case.
     """
     import textalloc
 
-    if not texts:
+    if not points:
         return
+    places, texts, colours = zip(*points, strict=True)
     pixel, back = fix_layout(axes), axes.transData.inverted().transform
     boxes = [text.get_window_extent() for text in axes.texts]
     taken = [((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2) for box in boxes]

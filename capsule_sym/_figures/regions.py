@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Matrix as Array
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._sweeps import itineraries
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 Curve = Mapping[str, Any]
 """Curve of bifurcations as plain data; see `orbits.records.curve_record`."""
 
-Array = NDArray[np.float64]
 Limits = tuple[float, float]
 
 _GRID = 1e-9  # of the unit square: points of two curves closer than this are merged

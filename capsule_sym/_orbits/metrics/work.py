@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from capsule_sym._arrays import Vector
 from capsule_sym._map.backend import backend
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._orbits.metrics.performance import panels
 from capsule_sym._orbits.shooting.closed import ClosedForms
-
-Vector = NDArray[np.float64]
 
 
 def drive_work(run: Trajectory) -> float:

@@ -273,8 +273,8 @@ def search_orbits(
     check_count("starts", starts, most=_MOST_STARTS)
     check_count("transient", transient)
     check_count("seed", seed, 0, 2**64 - 1)
-    periods = checked_periods(period_numbers, _LONGEST_SOUGHT)
-    given = None if box is None else checked_box(box)
+    periods = _checked_periods(period_numbers)
+    given = None if box is None else _checked_box(box)
     found, done = list[Orbit](), 0
     with Watch(checked_seconds(max_seconds)):
         bounds = _reach(parameters) if given is None else given
@@ -325,7 +325,7 @@ class FoundOrbits(tuple[Orbit, ...]):
         return f"{len(self)} orbits from {self.searched} of {self.starts} starts{over}"
 
 
-def checked_box(box: Sequence[float]) -> NDArray[np.float64]:
+def _checked_box(box: Sequence[float]) -> NDArray[np.float64]:
     """Bounds of states; raises InvalidInput unless they are three finite numbers >= 0."""
     try:
         bounds = np.array([float(one) for one in box])
@@ -336,12 +336,12 @@ def checked_box(box: Sequence[float]) -> NDArray[np.float64]:
     return bounds
 
 
-def checked_periods(period_numbers: Sequence[int], most: int) -> tuple[int, ...]:
-    """Period numbers, each once; raises InvalidInput unless all are integers from 1 to `most`."""
+def _checked_periods(period_numbers: Sequence[int]) -> tuple[int, ...]:
+    """Period numbers, each once; raises InvalidInput unless all are allowed integers."""
     if not isinstance(period_numbers, Iterable):
         raise InvalidInput("period_numbers", period_numbers, "several whole numbers")
     for number in period_numbers:
-        check_count("period_numbers", number, most=most)
+        check_count("period_numbers", number, most=_LONGEST_SOUGHT)
     return tuple(sorted(set(period_numbers)))
 
 
