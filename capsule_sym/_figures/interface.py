@@ -3,8 +3,9 @@
 # ruff: noqa: F401, I001 - imported to be exported
 # fmt: off
 
+from capsule_sym._arrays import Matrix as Array
 from capsule_sym._figures import catalogue, regions
-from capsule_sym._figures.boundaries import Array, corners, Limits, lines
+from capsule_sym._figures.boundaries import corners, Limits, lines
 from capsule_sym._figures.catalogue import BEGIN, Study
 from capsule_sym._figures.charts import draw_regions
 from capsule_sym._figures.device import draw_capsule, Frame, ground, INK, SOFT

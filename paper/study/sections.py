@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym._figures.arcs import Arc, Array, interaction
-from capsule_sym._figures.interface import corners
+from capsule_sym._figures.arcs import Arc, interaction
+from capsule_sym._figures.interface import Array, corners
 from capsule_sym._map.interface import NumpyBackend
 
 SCHEMATIC = Parameters(alpha=0.4, delta=0.4, zeta=0.3, beta=0.6)
