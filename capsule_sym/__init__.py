@@ -38,7 +38,7 @@ def __getattr__(name: str) -> object:
         try:
             found: object = getattr(import_module(f"{__name__}.{homes[name]}"), name)
         except ModuleNotFoundError as missing:
-            if not str(missing.name).startswith("matplotlib"):
+            if str(missing.name).startswith(__name__):
                 raise
             from capsule_sym._errors import NotInstalled
 

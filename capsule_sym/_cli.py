@@ -18,7 +18,7 @@ import click
 
 from capsule_sym._commands.signature import Command
 from capsule_sym._commands.values import meant
-from capsule_sym._errors import CapsuleError, InvalidInput
+from capsule_sym._errors import CapsuleError, InvalidInput, NotInstalled
 
 _INTERRUPTED = 130  # the exit status of shells for it
 _COMPLETE = "_CAPSULE_SYM_COMPLETE"  # environment variable by which a shell requests completions
@@ -189,6 +189,8 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
         return _complain(error.format_message(), 2)
     except InvalidInput as error:
         return _complain(str(error), 2)
+    except ModuleNotFoundError as error:
+        return _complain(str(NotInstalled(error)), 1)
     except CapsuleError as error:
         return _complain(str(error), 1)
     except BrokenPipeError:

@@ -51,8 +51,8 @@ class NotInstalled(CapsuleError, ImportError):
     def __init__(self, missing: ModuleNotFoundError) -> None:
         name = str(missing.name).partition(".")[0]
         extra = next((extra for extra, some in _EXTRAS.items() if name in some), None)
-        brought = f"'capsule-sym[{extra}]'" if extra else name
-        super().__init__(f"{name} is missing: pip install {brought}")
+        brought = f"'.[{extra}]' in the checkout" if extra else name
+        super().__init__(f"{name} is missing: python -m pip install {brought}")
 
 
 _EXTRAS = {

@@ -113,7 +113,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         import tomllib
 
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
     except ValueError as error:  # neither UTF-8 nor TOML

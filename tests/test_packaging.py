@@ -92,7 +92,7 @@ def test_without_an_optional_library_one_line_says_what_brings_it(
     )
     done = python("-c", code, *line.split(), cwd=str(tmp_path))
     assert (done.returncode, done.stdout) == (1, "")
-    told = f"error: {absent} is missing: pip install 'capsule-sym[{extra}]'\n"
+    told = f"error: {absent} is missing: python -m pip install '.[{extra}]' in the checkout\n"
     assert done.stderr == told
 
 

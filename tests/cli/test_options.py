@@ -205,7 +205,8 @@ def test_a_missing_extra_has_one_sentence_and_one_status(
     for name in absent.split():
         monkeypatch.setitem(sys.modules, name, None)
     done = inside(*line.split(), cwd=tmp_path)
-    told = f"error: {absent.split()[0]} is missing: pip install 'capsule-sym[{extra}]'\n"
+    brought = f"python -m pip install '.[{extra}]' in the checkout"
+    told = f"error: {absent.split()[0]} is missing: {brought}\n"
     assert (done.returncode, done.stdout, done.stderr) == (1, "", told)
     assert list(tmp_path.iterdir()) == []
 

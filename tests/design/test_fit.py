@@ -346,7 +346,7 @@ def test_a_parquet_file_is_read_as_it_is(tmp_path) -> None:
 def test_a_parquet_file_without_pyarrow_names_what_is_missing(tmp_path, monkeypatch) -> None:
     for name in ("pyarrow", "pyarrow.parquet"):
         monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(NotInstalled, match=r"pyarrow is missing: pip install pyarrow$"):
+    with pytest.raises(NotInstalled, match=r"pyarrow is missing: python -m pip install pyarrow$"):
         read_measured(tmp_path / "data.parquet")
 
 

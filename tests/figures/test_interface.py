@@ -177,4 +177,7 @@ def test_without_matplotlib_a_message_says_how_to_install_it() -> None:
         "    except c.NotInstalled as missing: print(missing)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == 5 * "matplotlib is missing: pip install 'capsule-sym[plot]'\n"
+    assert (
+        done.stdout
+        == 5 * "matplotlib is missing: python -m pip install '.[plot]' in the checkout\n"
+    )

@@ -397,7 +397,7 @@ for name, call in calls.items():
     try:
         call()
     except ImportError as error:
-        assert str(error).count("pip install 'capsule-sym[") == 1 and "\\n" not in str(error), error
+        assert str(error).count("python -m pip install '.[") == 1 and "\\n" not in str(error), error
     else:
         raise AssertionError(name)
 """
