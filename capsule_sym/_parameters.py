@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from importlib import import_module
@@ -65,7 +65,7 @@ class Scene:
         return f"<Scene {self.name}>"
 
     def __reduce__(self) -> Any:
-        return scene, (self.source,)
+        return load, (self.source,)
 
     @property
     def name(self) -> str:
@@ -147,42 +147,39 @@ _known: dict[str, Scene] = {}
 
 
 def scene(source: str) -> Scene:
-    """Scene of a shipped name, or of a folder that `capsule_sym.codegen` wrote.
+    """Scene of a shipped name, or of a folder that was loaded before; it runs no code of a folder.
 
-    Raises InvalidInput if there is neither.
+    Names in files are read by it. Raises InvalidInput for any other.
     """
     if not isinstance(source, str) or "\0" in source:
         raise InvalidInput("scene", source, _ALLOWED)
-    if source not in SHIPPED:
-        given, source = source, os.path.realpath(source)
-    if source not in _known:
-        package = f"capsule_sym.generated.{source}"
-        if source not in SHIPPED:
-            package = _package(given, source)
-        _known[source] = Scene(source, package)
-    return _known[source]
+    if source in SHIPPED:
+        return _known.setdefault(source, Scene(source, f"capsule_sym.generated.{source}"))
+    if (found := _known.get(os.path.realpath(source))) is None:
+        why = "; its code runs, so name it yourself: --scene FOLDER, or scenes.load in Python"
+        raise InvalidInput("scene", source, f"{_ALLOWED}{why}")
+    return found
+
+
+def load(source: str) -> Scene:
+    """Scene of a shipped name, or of a folder that `capsule_sym.codegen` wrote, whose code runs.
+
+    Raises InvalidInput if there is neither, and for a folder that is not as it was written.
+    """
+    with suppress(InvalidInput):
+        return scene(source)
+    if not isinstance(source, str) or "\0" in source or not os.path.isdir(source):
+        raise InvalidInput("scene", source, _ALLOWED)
+    from capsule_sym._folders import imported  # loads hashlib
+
+    folder, package = os.path.realpath(source), f"_capsule_sym_scene_{len(_known)}"
+    imported(source, folder, package)
+    return _known.setdefault(folder, Scene(folder, package))
 
 
 def as_scene(given: Scene | str) -> Scene:
-    """Scene given as such, by name or by folder."""
+    """Scene given as such, by name, or by a folder that was loaded before."""
     return given if isinstance(given, Scene) else scene(given)
-
-
-def _package(given: str, folder: str) -> str:
-    """The name of a folder's package, which is imported under it."""
-    from importlib.util import module_from_spec, spec_from_file_location
-
-    if not os.path.isfile(os.path.join(folder, "facts.py")):
-        raise InvalidInput("scene", given, _ALLOWED)
-    name = f"_capsule_sym_scene_{len(_known)}"
-    spec = spec_from_file_location(
-        name, os.path.join(folder, "__init__.py"), submodule_search_locations=[folder]
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    sys.modules[name] = module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return name
 
 
 CAPSULE = scene(SHIPPED[0])
@@ -242,7 +239,7 @@ class _Frozen:
 
 def _made(source: str, kind: str, values: tuple[float, ...]) -> Any:
     """Parameters from pickled values."""
-    return getattr(scene(source), kind)(*values)
+    return getattr(load(source), kind)(*values)
 
 
 def names_of(parameters: Any) -> tuple[str, ...]:
@@ -405,10 +402,11 @@ def of_paper(parameters: SceneParameters) -> Parameters:
 def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
     """Load the parameters in a TOML file: dimensionless or physical, never a mix.
 
-    Keys are at the top level: `scene`, the name of a shipped one or a folder of generated code (by
-    default the paper's), and the fields of its `Parameters` (each missing one takes its default) or
-    of its `PhysicalParameters` (all required except those with a default). Raises `InvalidInput` if
-    the file cannot be read, is not TOML, or has a key or a value that is not allowed.
+    Keys are at the top level: `scene`, the name of a shipped one or a folder that was loaded before
+    (by default the paper's), and the fields of its `Parameters` (each missing one takes its
+    default) or of its `PhysicalParameters` (all required except those with a default). Raises
+    `InvalidInput` if the file cannot be read, is not TOML, or has a key or a value that is not
+    allowed.
     """
     return read_parameters(path, CAPSULE)
 

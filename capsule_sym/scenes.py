@@ -5,8 +5,7 @@ A scene has the classes of its parameters: `scenes.slope.Parameters(alpha=0.7, s
 
 from __future__ import annotations
 
-from capsule_sym._parameters import SHIPPED, Scene
-from capsule_sym._parameters import scene as load
+from capsule_sym._parameters import SHIPPED, Scene, load
 
 __all__ = ["SHIPPED", "Scene", "load"]
 

@@ -12,6 +12,7 @@ from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
+from capsule_sym._parameters import CAPSULE, scene_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -95,7 +96,8 @@ def branch(
     if restart is not None:
         if to is None:
             raise click.UsageError("--restart needs --to VALUE")
-        end = to[1]
+        end, file = to[1], restart[0]
+        system.check_scene(scene_in(capsule_sym.read_branch(file)) or CAPSULE, file)
         with present.stoppable(limit, "Following"):
             found = capsule_sym.continue_from(
                 *restart,

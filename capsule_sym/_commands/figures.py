@@ -17,6 +17,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
+from capsule_sym._parameters import CAPSULE, scene_in
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -156,7 +157,7 @@ def figure(
         drawn, told = _of_name(first, picture, system, colours, moving), {"figure": first}
     elif is_sweep:
         _check_own(system, "sweeps", first)
-        drawn, told = _of_sweep(Path(first), kind, curves, picture.width)
+        drawn, told = _of_sweep(system, Path(first), kind, curves, picture.width)
     else:
         drawn, told = _of_files(system, [*map(Path, subjects)], quantity, picture.width)
     if drawn is not None:
@@ -209,6 +210,8 @@ def _of_files(
         if curves:
             return plot_curves(curves, width=wide), {"of": "curves"}
         records = [capsule_sym.read_branch(path) for path in paths]
+        for path, record in zip(paths, records, strict=True):
+            system.check_scene(scene_in(record) or CAPSULE, str(path))
         return capsule_sym.plot_diagram(records, quantity, width=wide), {"of": quantity}
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
@@ -218,17 +221,19 @@ def _of_files(
 
 
 def _of_sweep(
-    store: Path, kind: str | None, curves: Sequence[Path], wide: float
+    system: options.System, store: Path, kind: str | None, curves: Sequence[Path], wide: float
 ) -> tuple[Figure, dict[str, Any]]:
     """The figure of the results of a sweep or a basin."""
     options.require("xarray", "zarr", "shapely")
     lines = [one for path in curves for one in _curves(path)]
+    from capsule_sym._sweeps.results import damaged
+
     with capsule_sym.open_results(store) as results:
         try:
             results.load()
-        except (OSError, RuntimeError, ValueError) as error:  # of Zarr, for a damaged chunk
-            allowed = "undamaged: repair its chunks with --resume"
-            raise InvalidInput("store", str(store), allowed) from error
+        except (ArithmeticError, MemoryError, OSError, RuntimeError, TypeError, ValueError):
+            raise damaged(store, "a chunk") from None
+        system.check_scene(scene_in(results.attrs) or CAPSULE, str(store))
         if kind is None:
             kind = "basin" if "attractor" in results else "chart"
         told = {"figure": kind}

@@ -22,8 +22,8 @@ from capsule_sym._parameters import (
     Scene,
     SceneDevice,
     SceneParameters,
+    load,
     read_parameters,
-    scene,
     scene_in,
 )
 
@@ -216,9 +216,9 @@ def _value_of(flag: str, words: Sequence[str]) -> str | None:
 
 
 def _named(given: str) -> Scene:
-    """Scene of --scene."""
+    """Scene of --scene, whose folder is loaded."""
     try:
-        return scene(given)
+        return load(given)
     except InvalidInput as error:
         raise InvalidInput("--scene", error.value, error.allowed) from error
 
@@ -254,8 +254,8 @@ class System:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the options that choose parameters."""
-        return (*self.of.facts.PARAMETERS, "file", "scene")
+        """Names of the options that choose parameters, without the scene."""
+        return (*self.of.facts.PARAMETERS, "file")
 
     def load(self) -> tuple[SceneParameters, Device]:
         """Parameters, and those of the device if the file is in SI units.
@@ -270,9 +270,7 @@ class System:
             if error.field != "file":
                 raise
             raise InvalidInput("--params", error.value, error.allowed) from error
-        if loaded.scene is not self.of:
-            allowed = f"{loaded.scene.shown}, as in {self.file}, or absent"
-            raise InvalidInput("--scene", self.named, allowed)
+        self.check_scene(loaded.scene, str(self.file))
         if isinstance(loaded, SceneParameters):
             for name, ends in ranges().items():
                 if name in self.of.facts.DRIVEN:
@@ -282,6 +280,11 @@ class System:
         for name, value in self.given.items():
             raise InvalidInput(name, value, f"absent if {self.file} is in SI units")
         return loaded.dimensionless(), loaded
+
+    def check_scene(self, found: Scene, file: str) -> None:
+        """Raises InvalidInput for a --scene other than that of a file."""
+        if self.named is not None and found is not self.of:
+            raise InvalidInput("--scene", self.named, f"{found.shown}, as in {file}, or absent")
 
 
 def out(what: str, metavar: str = "DIR", flag: str = "--out", **settings: Any) -> Any:

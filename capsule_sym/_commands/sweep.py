@@ -83,6 +83,7 @@ def sweep(
         for name in (*over, *system.names, *settings):
             options.check_beside(name, never=("plan",))
         loaded = capsule_sym.load_sweep(plan)
+        system.check_scene(loaded.parameters.scene, plan)
     else:
         loaded = _over(over, *system.load(), settings)
     options.check_beside("any_core", needs=("resume",))

@@ -39,10 +39,22 @@ def checksum(path: Path) -> str:
     return "" if data is None else hashlib.sha256(data).hexdigest()
 
 
-def sound(path: Path) -> bool:
-    """True for the file of a chunk that ends with the checksum of Zarr's codec crc32c."""
-    data = read(path) or b""
-    return len(data) > 4 and crc32c(data[:-4]) == int.from_bytes(data[-4:], "little")
+def ending(path: Path) -> int:
+    """Checksum of Zarr's codec crc32c at the end of a chunk's file; -1 without one."""
+    try:
+        if not stat.S_ISREG(path.lstat().st_mode):
+            return -1
+        with path.open("rb") as file:
+            file.seek(-4, os.SEEK_END)
+            return int.from_bytes(file.read(), "little")
+    except OSError:  # of a file with fewer bytes, too
+        return -1
+
+
+def own_checksum(path: Path) -> int:
+    """Checksum of a chunk's file, computed from its content; -1 if it does not end with it."""
+    found = crc32c((read(path) or b"")[:-4])
+    return found if found == ending(path) else -1
 
 
 def checksums(folder: Path) -> dict[str, str]:
@@ -56,15 +68,27 @@ def place(data: bytes, path: Path, beside: Path) -> None:
     beside.mkdir(exist_ok=True)
     part = beside / f"{path.name}.part"
     part.write_bytes(data)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent, beside.parent)
     os.replace(part, path)
 
 
 def move(keys: Iterable[str], source: Path, target: Path) -> None:
     """Move files, by their relative paths, from one folder to another."""
     for key in keys:
-        (target / key).parent.mkdir(parents=True, exist_ok=True)
+        make_folder((target / key).parent, target.parent)
         os.replace(source / key, target / key)
+
+
+def make_folder(path: Path, store: Path) -> None:
+    """Make a folder of a store; raises InvalidInput as `check_inside` does."""
+    check_inside(path, store)
+    path.mkdir(parents=True, exist_ok=True)
+
+
+def check_inside(path: Path, store: Path) -> None:
+    """Raise InvalidInput for a link on the way to a folder of a store, which may lead out."""
+    if Path(os.path.realpath(path)) != Path(os.path.realpath(store), path.relative_to(store)):
+        raise InvalidInput("store", str(path), "a folder in the store, not a link: remove it")
 
 
 def remove(path: Path) -> None:
@@ -81,8 +105,8 @@ def sealed(record: dict[str, Any]) -> bytes:
     return _text({"sha256": seal, **record}).encode()
 
 
-def unsealed(path: Path, keys: Iterable[str]) -> dict[str, Any] | None:
-    """Record with these keys in a file; None unless it is as `sealed` wrote it."""
+def unsealed(path: Path, like: Any) -> Any:
+    """Record of this kind (see `fits`) in a file; None unless it is as `sealed` wrote it."""
     data = read(path)
     if data is None:
         return None
@@ -90,11 +114,28 @@ def unsealed(path: Path, keys: Iterable[str]) -> dict[str, Any] | None:
         record = json.loads(data)
         if isinstance(record, dict):
             record.pop("sha256", None)
-            if set(record) == set(keys) and sealed(record) == data:
+            if fits(record, like) and sealed(record) == data:
                 return record
     except (ValueError, RecursionError):
         pass
     return None
+
+
+def fits(value: Any, like: Any) -> bool:
+    """True for a value of JSON that is like an example, whose types are the leaves.
+
+    `[x]` is a list of any length, `(x, y)` a list of two, `{str: x}` has any names.
+    """
+    if isinstance(like, dict):
+        if not isinstance(value, dict) or (str not in like and not value.keys() >= like.keys()):
+            return False
+        return all(fits(one, like.get(str, like.get(name, object))) for name, one in value.items())
+    if isinstance(like, list):
+        return isinstance(value, list) and all(fits(one, like[0]) for one in value)
+    if isinstance(like, tuple):
+        same = isinstance(value, list) and len(value) == len(like)
+        return same and all(map(fits, value, like))
+    return isinstance(value, like) and not isinstance(value, bool)
 
 
 def _text(record: dict[str, Any]) -> str:

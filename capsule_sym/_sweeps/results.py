@@ -14,18 +14,19 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
-from itertools import islice
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from capsule_sym._errors import CapsuleError, InvalidInput
-from capsule_sym._sweeps.files import checksum, sound, unsealed
+from capsule_sym._sweeps.files import checksum, ending, own_checksum, unsealed
 from capsule_sym._sweeps.layout import itinerary_flags
-from capsule_sym._sweeps.quantities import ATTRACTOR, variables
+from capsule_sym._sweeps.quantities import ATTRACTOR, QUANTITIES, variables
+from capsule_sym._sweeps.sweep import MOST_CELLS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,8 +35,27 @@ RESULTS, CHUNKS = "results.zarr", "chunks"
 SWEEP, COPY = "sweep.json", "chunks/sweep.copy"
 
 
-_HEAD = ("kind", "sweep", "provenance", "files", "ended")
-_RECORD = ("core", "outcomes", "itineraries", "reasons")
+_AXIS = {
+    **{"name": str, "quantities": [str], "count": int},
+    **{"first": [int | float], "last": [int | float]},
+}
+_HEAD = {
+    "format": int,
+    "kind": str,
+    "sweep": {"axes": [_AXIS], "chunk": [int], "compute": [str], "scene": str},
+    "provenance": {"command": str, "kernels": str, "core": str, "versions": {str: str}},
+    "files": {str: str},
+    "ended": {str: str},
+}
+_RECORD = {
+    "core": str,
+    "outcomes": {str: int},
+    "itineraries": {str: (int, int)},
+    "reasons": {str: str},
+    "checksums": {str: int},
+}
+FORMAT = 2
+"""Format of a store; a changed one has another number."""
 
 
 class Check(NamedTuple):
@@ -74,7 +94,8 @@ class Held:
         if not any(os.path.lexists(self.path / name) for name in (SWEEP, COPY)):
             raise InvalidInput("store", str(path), "a directory that holds a sweep")
         self.heads = {name: unsealed(self.path / name, _HEAD) for name in (SWEEP, COPY)}
-        if not (head := self.heads[SWEEP] or self.heads[COPY]):
+        head = self.heads[SWEEP] or self.heads[COPY]
+        if not head or head["format"] != FORMAT or not _is_sound(head):
             raise InvalidInput("store", str(path), f"of this version, with an undamaged {SWEEP}")
         self.head: dict[str, Any] = head
 
@@ -99,7 +120,8 @@ class Held:
 
     def record(self, index: int) -> dict[str, Any] | None:
         """Record of a finished chunk; None if there is none or it is damaged."""
-        return unsealed(self.record_path(index), _RECORD)
+        record: dict[str, Any] | None = unsealed(self.record_path(index), _RECORD)
+        return record
 
     def tally(self) -> Tally:
         """Sums over the records of all finished chunks."""
@@ -131,24 +153,26 @@ class Held:
             and checksum(self.results / key) not in {begun.get(key), ended.get(key)} - {None}
         ]
 
-    def missing(self) -> Iterator[str]:
-        """Files that finished chunks have lost."""
-        for index in self._expected():
-            for key in self.keys(index).values():
-                if not (self.results / key).is_file():
-                    yield f"{RESULTS}/{key}"
+    def is_whole(self, index: int, checksum_of: Callable[[Path], int] = ending) -> bool:
+        """True for a finished chunk whose files have the checksums in its record."""
+        record = self.record(index)
+        return record is not None and all(
+            checksum_of(self.results / key) == record["checksums"].get(name)
+            for name, key in self.keys(index).items()
+        )
+
+    def damage(self) -> str:
+        """First damaged file or chunk, by what costs little to read; empty if there is none."""
+        chunks = (f"chunk {index}" for index in self._expected() if not self.is_whole(index))
+        return next(chain(self.damaged_files(data=False), chunks), "")
 
     def check(self) -> Check:
         """Compare every file with its checksum."""
         files = [*self.damaged_files(), *(name for name, head in self.heads.items() if not head)]
-        whole, damaged = set(), []
+        whole: dict[bool, list[int]] = {True: [], False: []}
         for index in self._expected():
-            parts = (self.results / key for key in self.keys(index).values())
-            if self.record(index) and all(map(sound, parts)):
-                whole.add(index)
-            else:
-                damaged.append(index)
-        return Check(frozenset(whole), tuple(damaged), tuple(files))
+            whole[self.is_whole(index, own_checksum)].append(index)
+        return Check(frozenset(whole[True]), tuple(whole[False]), tuple(files))
 
     def _expected(self) -> Iterable[int]:
         """Numbers of the chunks that are finished, damaged or not."""
@@ -164,34 +188,57 @@ class Held:
                     yield index
 
 
+def _is_sound(head: dict[str, Any]) -> bool:
+    """True for a kind of store, and axes, chunks and results that a sweep can have."""
+    described = head["sweep"]
+    counts, sides = [axis["count"] for axis in described["axes"]], described["chunk"]
+    within = (
+        head["kind"] in ("sweep", "basin")
+        and len(sides) == len(counts) > 0
+        and all(1 <= side <= n for side, n in zip(sides, counts, strict=True))
+    )
+    return within and math.prod(counts) <= MOST_CELLS and {*described["compute"]} <= {*QUANTITIES}
+
+
+def damaged(path: Path, what: str, kind: str = "sweep") -> InvalidInput:
+    """Error about a damaged part of a store, with the command that mends it."""
+    allowed = f"undamaged, but {what} is not: the same `capsule-sym {kind}` with --resume mends it"
+    return InvalidInput("store", str(path), allowed)
+
+
 def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     """Results of a store as an xarray Dataset, loaded on access; cells not computed are PENDING.
 
     Dimensions and coordinates are the sweep's axes, attributes its provenance. `itinerary` holds
     codes; its attributes `flag_values` and `flag_meanings` give their texts, with _ between the
-    fields. Raises InvalidInput if there is no store, or if its coordinates or metadata are damaged.
+    fields. Raises InvalidInput if there is no store, or if its coordinates, metadata or chunks are
+    damaged, by what costs little to read.
     """
     import xarray as xr  # its import takes longer than a small sweep, which needs none
 
     held = Held(Path(path))
-    place, damaged = held.results, held.damaged_files(data=False) or list(islice(held.missing(), 1))
-    try:
-        if not damaged:
-            dataset: xr.Dataset = xr.open_zarr(place, chunks=None, consolidated=True)
+    if not (what := held.damage()):
+        try:
+            # Codecs of older formats of Zarr can run code.
+            dataset: xr.Dataset = xr.open_zarr(
+                held.results, chunks=None, consolidated=True, zarr_format=3
+            )
             if "itinerary" in dataset and "flag_values" not in dataset["itinerary"].attrs:
                 dataset["itinerary"].attrs.update(itinerary_flags(held.tally().itineraries))
             return dataset
-    except (OSError, ValueError):
-        damaged = [place.name]
-    raise InvalidInput("store", str(path), f"undamaged: repair {damaged[0]} with --resume")
+        except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError):
+            what = RESULTS
+    raise damaged(held.path, what, held.head["kind"])
 
 
 def info_record(path: Path, check: bool = False) -> dict[str, Any]:
     """Summary of a store in plain values; with `check` also its damaged parts.
 
-    Raises InvalidInput if there is no store.
+    Raises InvalidInput if there is no store, and without `check` for a damaged one.
     """
     held = Held(path)
+    if not check and (what := held.damage()):
+        raise damaged(path, what, held.head["kind"])
     tally = held.tally()
     described = held.head["sweep"]
     record: dict[str, Any] = {

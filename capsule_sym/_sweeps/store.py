@@ -16,9 +16,9 @@ from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._native import live
 from capsule_sym._sweeps import layout
 from capsule_sym._sweeps.cells import Block
-from capsule_sym._sweeps.files import checksums, move, place, remove, sealed
+from capsule_sym._sweeps.files import check_inside, checksums, ending, move, place, remove, sealed
 from capsule_sym._sweeps.quantities import CellOutcome
-from capsule_sym._sweeps.results import CHUNKS, COPY, RESULTS, SWEEP, Check, Held
+from capsule_sym._sweeps.results import CHUNKS, COPY, FORMAT, RESULTS, SWEEP, Check, Held
 from capsule_sym._sweeps.sweep import Sweep
 
 _PARTIAL, _LOCK = "partial", "lock"
@@ -44,8 +44,13 @@ class Store:
             remove(self.path / name)
         origin = layout.provenance(command, self.sweep.parameters.scene)
         layout.lay(self.results, self.sweep, origin)
-        head = {"kind": self.sweep.kind, "sweep": self.sweep.record(), "provenance": origin}
-        self._describe({**head, "files": checksums(self.results), "ended": {}})
+        head: dict[str, Any] = {
+            "sweep": self.sweep.record(),
+            "provenance": origin,
+            "format": FORMAT,
+        }
+        head |= {"kind": self.sweep.kind, "files": checksums(self.results), "ended": {}}
+        self._describe(head)
 
     def mend(self) -> None:
         """Find damage and rewrite the damaged files but chunks, which are computed again."""
@@ -83,6 +88,7 @@ class Store:
                 staged[region] = column.reshape(shape + column.shape[1:])
             outcomes = Counter(block.columns["outcome"].tolist())
             record = {
+                "checksums": {name: ending(self.partial / key) for name, key in keys.items()},
                 "core": block.core,
                 "outcomes": {CellOutcome(o).name.lower(): n for o, n in sorted(outcomes.items())},
                 "itineraries": block.itineraries,
@@ -156,6 +162,10 @@ def opened(
         if begun:
             if not resume:
                 raise InvalidInput("store", str(path), "new; to continue it use --resume")
+            for at, folders, _ in os.walk(path):
+                for link in (one for one in folders if os.path.islink(os.path.join(at, one))):
+                    if link != _PARTIAL:
+                        check_inside(Path(at, link), path)
             _check_same(path, sweep, any_core)
         with writing(path):
             remove(store.partial)
@@ -196,8 +206,20 @@ def _check_same(path: Path, sweep: Sweep, any_core: bool) -> None:
     there, scene = Held(path).head, sweep.parameters.scene
     origin = there["provenance"]
     before = {"kind": there["kind"], **there["sweep"], "kernels": origin["kernels"]}
-    for name, value in {"kind": sweep.kind, **sweep.record(), "kernels": scene.digest}.items():
+    now = {"kind": sweep.kind, **sweep.record(), "kernels": scene.digest}
+    for name, value in now.items():
         if before.get(name) != value:
-            raise InvalidInput(name, value, f"{before.get(name)!r}, as in {path}")
+            given, held = _told(value), _told(before.get(name))
+            raise InvalidInput(name, given, f"{held!r}, as in {path}, or --out another directory")
     if not any_core:
         check_core(path, live(scene), origin["core"])
+
+
+def _told(value: Any) -> Any:
+    """Axes as a line shows them, and any other value of a sweep as it is."""
+    if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+        return value
+    return "; ".join(
+        f"{axis['count']} values of {axis['name']} from {axis['first'][0]:g} to {axis['last'][0]:g}"
+        for axis in value
+    )

@@ -17,7 +17,7 @@ from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
 from capsule_sym._sweeps.axes import START, Axis, named
 from capsule_sym._sweeps.quantities import OF_ORBIT, QUANTITIES
 
-_MOST_CELLS = 10**10
+MOST_CELLS = 10**10
 _MOST_IN_CHUNK = 2**20  # one to two gigabytes of a worker's memory
 _PERIODS_PER_CHUNK = 2**21  # one to two seconds of the C core
 _LEAST_CHUNKS = 16
@@ -89,8 +89,8 @@ class Sweep:
         for phase in (self.phase, float(np.max(column.get("phase", 0.0)))):
             if not is_real(phase) or not 0.0 <= phase < end:
                 raise InvalidInput("phase", phase, f"a time in [0, 2 pi/omega) = [0, {end:g})")
-        if self.size > _MOST_CELLS:
-            raise InvalidInput("cells", self.size, f"at most {_MOST_CELLS}")
+        if self.size > MOST_CELLS:
+            raise InvalidInput("cells", self.size, f"at most {MOST_CELLS}")
         self._check_chunk()
         set_(self, "chunk", tuple(self.chunk) or self._chunk())
 

@@ -2,10 +2,25 @@
 
 from pathlib import Path
 
-from capsule_sym._symbolic.model import vocabulary
-from capsule_sym._symbolic.model.declaration import Model
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from capsule_sym._symbolic.model import vocabulary
+    from capsule_sym._symbolic.model.declaration import Model
 
 __all__ = ["COMMAND", "INPUTS", "Model", "vocabulary"]
 
 COMMAND = "python -m capsule_sym.codegen"
 INPUTS = Path(__file__).resolve().parents[2] / "codegen"
+
+
+def __getattr__(name: str) -> object:
+    """Names of declarations, which need SymPy; raises NotInstalled without it."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        from capsule_sym._symbolic.model import declaration, vocabulary
+    except ModuleNotFoundError as missing:
+        from capsule_sym._errors import NotInstalled
+
+        raise NotInstalled(missing) from missing
+    return vocabulary if name == "vocabulary" else declaration.Model

@@ -16,8 +16,8 @@ class NotCompiled(Exception):
     """Raised if CMake is missing or fails; the text is its output."""
 
 
-def compile_core(folder: Path) -> None:
-    """Compile the C library and its Python binding with the code in a folder, into this folder.
+def compiled_core(folder: Path) -> tuple[str, bytes]:
+    """Name and content of the C library and its Python binding, compiled with a folder's code.
 
     Needs CMake 3.26, a C compiler and Cython. Raises NotCompiled.
     """
@@ -26,8 +26,7 @@ def compile_core(folder: Path) -> None:
     cmake, ninja = (shutil.which(name, path=path) for name in ("cmake", "ninja"))
     if cmake is None:
         raise NotCompiled("no cmake: `python -m pip install cmake ninja cython`, or make test")
-    place = folder.resolve().as_posix()
-    options = ["-DCAPSULE_BINDING=ON", f"-DCAPSULE_SCENE={place}"]
+    options = ["-DCAPSULE_BINDING=ON", f"-DCAPSULE_SCENE={folder.resolve().as_posix()}"]
     options.append(f"-DPython_EXECUTABLE={Path(sys.executable).as_posix()}")
     if ninja:
         options += ["-G", "Ninja"]
@@ -35,7 +34,7 @@ def compile_core(folder: Path) -> None:
         for command in (
             [cmake, "-S", str(_SOURCES), "-B", build, *options],
             [cmake, "--build", build, "--config", "Release", "--parallel"],
-            [cmake, "--install", build, "--config", "Release", "--prefix", place],
+            [cmake, "--install", build, "--config", "Release", "--prefix", f"{build}/made"],
         ):
             done = subprocess.run(
                 command,
@@ -47,3 +46,5 @@ def compile_core(folder: Path) -> None:
             )
             if done.returncode:
                 raise NotCompiled(done.stdout)
+        (made,) = Path(build, "made").glob("_core.*")
+        return made.name, made.read_bytes()

@@ -13,6 +13,8 @@ from capsule_sym.codegen import COMMAND, INPUTS
 from capsule_sym.codegen._derived import derive
 from capsule_sym.codegen.backends import BACKENDS, Shared
 
+FORMAT = 1
+"""Format of manifests, in which folders of other versions differ."""
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -23,14 +25,20 @@ def sources() -> list[Path]:
     return sorted(set(found))
 
 
-def digest() -> str:
-    """Digest of all inputs of the generated text: files, derivations, SymPy's version."""
-    hasher = hashlib.sha256(sp.__version__.encode())
-    hasher.update(declaration.path().read_bytes())
+def generator() -> str:
+    """Digest of the project's files from which the text is generated."""
+    hasher = hashlib.sha256()
     for path in sources():
         hasher.update(path.relative_to(_PACKAGE.parent).as_posix().encode())
         hasher.update(path.read_bytes())
     return hasher.hexdigest()[:16]
+
+
+def digest() -> str:
+    """Digest of all inputs of the generated text: files, declaration, SymPy's version."""
+    inputs = sp.__version__, generator()
+    text = "".join(inputs).encode() + declaration.path().read_bytes()
+    return hashlib.sha256(text).hexdigest()[:16]
 
 
 def _header(stamp: str) -> str:
@@ -53,7 +61,9 @@ def render() -> dict[str, str]:
         files |= backend(derived).written()
     kernels = (*derived.shared, *derived.kernels, *derived.formulas, *derived.sizes)
     manifest = {
+        "format": FORMAT,
         "command": COMMAND,
+        "generator": generator(),
         "sympy": sp.__version__,
         "digest": stamp,
         "operations": {kernel.name: kernel.operations for kernel in kernels},

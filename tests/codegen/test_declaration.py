@@ -1,24 +1,60 @@
 """A declaration that cannot be derived from is refused with its file and line."""
 
 import ast
+import importlib
+import os
 import re
+import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 from typing import Any
 
 import pytest
+from sympy import Symbol
 
-from capsule_sym._symbolic.model.declaration import BadDeclaration, Model, home, load
+from capsule_sym import scenes
+from capsule_sym._cli import group
+from capsule_sym._parameters import SceneParameters
+from capsule_sym._sweeps.quantities import TAKEN
+from capsule_sym._symbolic.model.declaration import SHIPPED, BadDeclaration, Model, home, load
+from capsule_sym._symbolic.model.names import problem
 
 ZETA: dict[str, Any] = {
-    "default": 0.05,
-    "between": (0, 1),
-    "label": "damping",
-    "definition": "c",
-    "about": "Damping.",
-    "slider": (0, 1, 0.1),
+    **{"name": "zeta", "default": 0.05, "between": (0, 1), "label": "damping", "definition": "c"},
+    **{"about": "Damping.", "slider": (0, 1, 0.1)},
 }
+UNFIT: list[tuple[str, tuple[Any, ...], str]] = [
+    (
+        "name",
+        ("NAN", "INFINITY", "M_PI", "INT_MAX", "errno", "NaN", "linux", "size_t", "Py_None"),
+        "macro or a type",
+    ),
+    (
+        "name",
+        ("scene", "points", "help", "own_stop", "to_dict", "period", "outcome", "add", "count"),
+        "in use for something else",
+    ),
+    (
+        "name",
+        ("bool", "nullptr", "new", "cdef", "let", "typeof", "asm", "match", "é", "1x", "", 3),
+        "no name in C, Python, TypeScript",
+    ),
+    (
+        "label",
+        ('d"""', 'damping "', "a\nb", "C:\\n", "a\u2028b", "\ud800", "a\0", "a\x1b[2J"),
+        "quotes that end a docstring",
+    ),
+    ("about", ('d"""', "a\tb", "\\alpha"), "quotes that end a docstring"),
+    ("label", ("damping " * 10,), "longer than 60"),
+    ("label", ("", 3, None), "is empty"),
+    ("tex", (3,), "is empty"),
+    ("slider", ((), (0, 1), 3, None, "abc"[:2]), "the slider of zeta is 3 numbers"),
+    ("slider", ((1, 0, 0.1), (0, 1, 0), (0, 0, 1)), "least, largest and step"),
+    ("slider", (("a", 1, 2), (0, 1e999, 1), "abc"), "3 numbers|not finite"),
+    ("default", ("a", None, 1e999, Symbol("q")), "not finite"),
+]
 CAPSULE = home("capsule")
 IN_FULL = Path(__file__).with_name("in_full.py")
 TEXT = IN_FULL.read_text(encoding="utf-8")
@@ -163,6 +199,30 @@ def test_a_capsule_of_shared_parts_is_that_in_full() -> None:
         assert getattr(shared, name) == getattr(full, name), name
 
 
+def test_a_parameter_that_would_not_compile_or_would_lie_is_refused() -> None:
+    for fact, values, said in UNFIT:
+        for value in values:
+            with pytest.raises(BadDeclaration, match=said):
+                Model().parameter(**ZETA | {fact: value})
+    assert Model().parameter(**ZETA).name == "zeta"
+
+
+def test_what_is_said_once_is_refused_a_second_time() -> None:
+    model = load(CAPSULE)
+    x_r = model.state[0]
+    for said, act in (
+        ("a second mass", lambda: model.mass(1)),
+        ("a second capsule", lambda: model.capsule(model.inertia, model.force)),
+        ("a second interaction", lambda: model.interaction(x_r)),
+        ("a second state", model.states),
+        ("a second rest", lambda: model.rest("R", x_r > 0)),
+        ("the region is said after", lambda: model.region("B", x_r < 0, stiffness=0)),
+        ("quantity k1 is declared twice", lambda: model.device(k1=1)),
+    ):
+        with pytest.raises(BadDeclaration, match=rf"^.*{Path(__file__).name}:\d+: {said}"):
+            act()
+
+
 SHARED = [
     ("f_b=1.0", "f_a=1.0", "no part has a parameter f_a"),
     ("f_b=1.0", "mu=1.0", "no part has a parameter mu"),
@@ -222,18 +282,61 @@ def test_a_device_without_one_of_its_units_is_refused(tmp_path: Path) -> None:
 
 def test_names_in_generated_code_are_refused() -> None:
     """All names in functions into which a parameter is unpacked, but those of parameters."""
-    own = {one.name for one in load(CAPSULE).parameters}
-    found = set()
-    for file in ("kernels.py", "formulas.py"):
-        text = (CAPSULE.parents[3] / "generated" / "capsule" / file).read_text(encoding="utf-8")
-        for body in ast.walk(ast.parse(text)):
-            if isinstance(body, ast.FunctionDef) and "zeta" in ast.unparse(body):
-                found |= {one.arg for one in body.args.args}
-                found |= {one.id for one in ast.walk(body) if isinstance(one, ast.Name)}
-    assert len(found) > 100
-    for name in sorted(found - own):
-        with pytest.raises(BadDeclaration, match="in use"):
-            Model().parameter(name, **ZETA)
+    own, found = set(), set()
+    for scene in SHIPPED:
+        own |= {one.name for one in load(home(scene)).parameters}
+        for file in ("kernels.py", "formulas.py"):
+            text = (CAPSULE.parents[3] / "generated" / scene / file).read_text(encoding="utf-8")
+            for body in ast.walk(ast.parse(text)):
+                if isinstance(body, ast.FunctionDef):
+                    found |= {body.name, *(one.arg for one in body.args.args)}
+                    found |= {one.id for one in ast.walk(body) if isinstance(one, ast.Name)}
+    assert len(found) > 150
+    assert not [name for name in sorted(found - own) if "in use" not in problem(name, "parameter")]
+
+
+def test_names_of_options_results_and_members_are_refused() -> None:
+    shipped = [scenes.load(one).facts for one in SHIPPED]
+    own = {name for facts in shipped for name in (*facts.PARAMETERS, *facts.DEVICE)}
+    found = {*dir(SceneParameters), *TAKEN}
+    for entry in group.commands.values():
+        module = importlib.import_module(entry.module)
+        made = getattr(module, entry.name.replace("-", "_")).of_line([])
+        flags = (flag.lstrip("-") for one in made.params for flag in one.opts)
+        found |= {flag.replace("-", "_") for flag in flags} | {one.name for one in made.params}
+    public = {name for name in found - own if name[0] != "_" and name[0].islower()}
+    assert len(public) > 80
+    assert not [name for name in sorted(public) if not problem(name, "parameter")]
+    of_devices = {name for name in dir(scenes.slope.PhysicalParameters) if name[0] != "_"} - own
+    assert not [name for name in sorted(of_devices) if not problem(name, "quantity")]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+def test_macros_of_the_headers_of_c_and_python_are_refused() -> None:
+    names = ("complex", "errno", "float", "iso646", "limits", "math", "stdbool", "stdio", "stdlib")
+    headers = "".join(f"#include <{name}.h>\n" for name in names)
+    if os.path.exists(include := sysconfig.get_path("include")):
+        headers += "#include <Python.h>\n"
+    command = ["cc", "-std=gnu11", "-dM", "-E", f"-I{include}", "-"]
+    done = subprocess.run(command, input=headers, capture_output=True, text=True, check=True)
+    macros = set(re.findall(r"^#define ([A-Za-z]\w*) ", done.stdout, re.MULTILINE))
+    assert len(macros) > 500
+    for kind in ("parameter", "quantity"):
+        assert not [name for name in sorted(macros) if not problem(name, kind)]
+
+
+def test_a_model_without_a_declaration_names_its_file(tmp_path: Path) -> None:
+    for text, said in (
+        ("from capsule_sym.codegen import *\nmodel = Model()\n", "nothing is said of the state"),
+        ("", "declares no Model named model"),
+        ("model = 3\n", "declares no Model named model"),
+        ("import nowhere\n", "No module named 'nowhere'"),
+    ):
+        path = tmp_path / "empty.py"
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(BadDeclaration) as refused:
+            load(path)
+        assert str(refused.value) == f"{path}:1: {said}"
 
 
 def test_the_generator_says_it_in_one_line_and_writes_nothing(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -25,7 +26,7 @@ from capsule_sym import (
     run_sweep,
 )
 from capsule_sym._cli import main
-from capsule_sym._sweeps.files import sealed
+from capsule_sym._sweeps.files import move, place, sealed
 from capsule_sym._sweeps.results import info_record
 from tests.sampling import sampled, some
 from tests.sweeps import chart, contents
@@ -179,7 +180,8 @@ def test_what_is_no_longer_the_result_is_not_opened(stores, tmp_path) -> None:
     for i, (name, damage) in enumerate(cases):
         path = copied(stores("sweep"), tmp_path / str(i))
         damage(path / "results.zarr" / name)
-        with pytest.raises(InvalidInput, match=rf"repair results.zarr.{name} with --resume"):
+        what = "chunk 0" if name.startswith("itinerary/c") else f"results.zarr/{name}"
+        with pytest.raises(InvalidInput, match=rf"undamaged, but {what} is not: .* --resume mends"):
             open_results(path)
 
 
@@ -193,7 +195,7 @@ def test_no_figure_shows_a_damaged_chunk(damage, stores, tmp_path, capsys) -> No
     assert done.value.code == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert re.fullmatch(
-        rf"error: store = '{path}': must be undamaged: repair .* with --resume", line
+        rf"error: store = '{path}': must be undamaged, but a?.?chunk.* with --resume mends it", line
     )
     assert not (tmp_path / "chart.svg").exists()
 
@@ -284,3 +286,132 @@ def test_links_are_not_written_through(stores: Callable[[str], Path], tmp_path: 
     run_small(path, resume=True)
     assert contents(mine) == {"thesis": b"all of it"}
     assert contents(path) == contents(stores("sweep"))
+
+
+def test_folders_that_are_links_are_not_written_through(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    names = ("results.zarr", "results.zarr/itinerary/c/0", "chunks", "chunks/000000")
+    for i, name in enumerate((*names, "later")):
+        path, mine = (
+            copied(stores("sweep"), tmp_path / f"{i}" / "store"),
+            tmp_path / f"{i}" / "mine",
+        )
+        if name == "later":  # during a run
+            mine.mkdir()
+            (path / "partial").mkdir()
+            (path / "chunks" / "new").symlink_to(mine)
+            with pytest.raises(InvalidInput, match="a folder in the store, not a link"):
+                place(b"", path / "chunks" / "new" / "a", path / "partial")
+            with pytest.raises(InvalidInput, match="a folder in the store, not a link"):
+                move(["new/a"], path, path / "chunks")
+            assert contents(mine) == {}
+            continue
+        (path / name).rename(mine)
+        (path / name).symlink_to(mine)
+        for record in mine.rglob("*.json"):
+            if record.stem == "000000001":
+                record.unlink()
+        before = contents(mine)
+        with pytest.raises(InvalidInput, match=f"{name}': must be a folder in the store, not a l"):
+            run_small(path, resume=True)
+        assert contents(mine) == before
+
+
+def sealed_anew(path: Path, edit: Callable[[dict[str, Any]], Any]) -> None:
+    """A record with its own checksum after an edit."""
+    record = json.loads(path.read_bytes())
+    del record["sha256"]
+    edit(record)
+    path.write_bytes(sealed(record))
+
+
+HEADS: dict[str, tuple[Any, ...]] = {
+    "format": (1, None),
+    "kind": (None, 3, "other"),
+    "provenance": (None, [], {}, {"command": "", "kernels": "", "core": "", "versions": None}),
+    "files": (None, [], {"zarr.json": 1}),
+    "ended": (None, [1]),
+    "sweep": (None, {}, []),
+    "sweep.chunk": ([0, 0], [], [2], ["a", "b"], [2.5, 1], [True, 1], [10**30, 1], None),
+    "sweep.compute": (None, ["x"], "itinerary", [[]]),
+    "sweep.axes": (None, [], [{}, {}], [3, 3]),
+    "sweep.axes.0.count": (-1, 0, 10**30, "4", None),
+    "sweep.axes.0.first": (None, ["a"]),
+    "sweep.scene": (None, 3),
+}
+RECORDS: dict[str, tuple[Any, ...]] = {
+    "outcomes": (None, {"periodic": "3"}, []),
+    "itineraries": (None, {"a": 1}, {"a": [1]}, {"a": ["b", 2]}),
+    "reasons": ([], {"0": 1}),
+    "core": (None, 3),
+    "checksums": ({}, None, {"itinerary": "0"}),
+}
+
+
+def changed(name: str, value: Any) -> Callable[[dict[str, Any]], None]:
+    """Edit of one entry of a record, by a path of names and numbers."""
+
+    def edit(record: Any) -> None:
+        *way, last = (int(part) if part.isdigit() else part for part in name.split("."))
+        for part in way:
+            record = record[part]
+        record[last] = value
+
+    return edit
+
+
+def test_records_that_were_changed_and_sealed_anew_have_one_line(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path, of_chunk = copied(stores("sweep"), tmp_path / "store"), "chunks/000000/000000000.json"
+    acts = open_results, info_record, lambda store: run_small(store, resume=True)
+    held = {name: (path / name).read_bytes() for name in ("sweep.json", of_chunk)}
+    for name, values in HEADS.items():
+        for value in values:
+            for file in ("sweep.json", "chunks/sweep.copy"):
+                (path / file).write_bytes(held["sweep.json"])
+                sealed_anew(path / file, changed(name, value))
+            for act in acts:
+                with pytest.raises(InvalidInput) as refused:
+                    pytest.fail(f"{name} = {value!r}: {act(path)!r}")
+                assert "\n" not in str(refused.value)
+                assert len(str(refused.value)) < 300
+    for file in ("sweep.json", "chunks/sweep.copy"):
+        (path / file).write_bytes(held["sweep.json"])
+    for name, values in RECORDS.items():
+        for value in values:
+            sealed_anew(path / of_chunk, changed(name, value))
+            for act in acts[:2]:
+                with pytest.raises(InvalidInput, match="undamaged, but chunk 0 is not: the same `"):
+                    act(path)
+            (path / of_chunk).write_bytes(held[of_chunk])
+
+
+def test_chunks_in_each_others_places_are_damage(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    whole = stores("basin")
+    path = copied(whole, tmp_path / "store")
+    one, two = (path / "results.zarr" / "final" / "c" / name for name in ("0/0/0", "1/0/0"))
+    data = one.read_bytes()
+    assert data != two.read_bytes()
+    one.write_bytes(two.read_bytes())
+    two.write_bytes(data)
+    for act in (open_results, info_record):
+        with pytest.raises(InvalidInput, match=r"but chunk 0 is not: .* with --resume mends it$"):
+            act(path)
+    assert info_record(path, check=True)["damaged_parts"] == ["chunk 0", "chunk 1"]
+    assert run_small_basin(path, resume=True) == 2
+    assert contents(path) == contents(whole)
+
+
+def test_another_sweep_is_told_in_a_short_line(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path = copied(stores("sweep"), tmp_path / "s")
+    others = chart(5, 3, periods=5, compute=("itinerary",), chunk=(2, 3)), chart(4, 3, periods=6)
+    for other, said in zip(others, ("^axes = .5 values of alpha", "^periods = 6"), strict=True):
+        with pytest.raises(InvalidInput, match=said) as refused:
+            run_sweep(other, path, resume=True)
+        assert len(str(refused.value).replace(str(path), "s")) < 200

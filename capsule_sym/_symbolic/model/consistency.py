@@ -159,10 +159,10 @@ class Declared:
     def _check_device(self) -> None:
         """A device has all units, each parameter has a relation to it, each quantity is used."""
         own = {*self.state_labels, *(one.name for one in self.parameters)}
-        for one in self.quantities:
-            if one.name in own:
-                said = f"{one.name} is a name of the model and of the device"
-                raise self.refusal(f"quantity {one.name}", said)
+        names = {f"quantity {one.name}": one.name for one in self.quantities}
+        for word, name in (names | {f"unit {one.name}": one.letter for one in self.units}).items():
+            if name in own:
+                raise self.refusal(word, f"{name} is a name of the model and of the device")
         if missing := [one for one in UNITS if one not in [unit.name for unit in self.units]]:
             place = f"quantity {self.quantities[0].name}"
             raise self.refusal(place, f"the device has no {missing[0]}")

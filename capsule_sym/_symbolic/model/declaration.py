@@ -60,6 +60,8 @@ _STATE = {
 _NEEDED = {"region": "state", "interaction": "region"} | dict.fromkeys(
     ("drift", "rest", "mass"), "interaction"
 )
+_ONCE = ("state", "interaction", "rest", "mass", "capsule")
+_LONGEST = 60  # characters of a label, which stands in one line of code
 
 
 class Model(Declared):
@@ -126,13 +128,15 @@ class Model(Declared):
             unit_of(unit)
         except ValueError as error:
             raise self.refusal(line, f"{unit}: {error}") from error
-        self._check_fact(name, line, value, between, slider, (label, about))
+        self._check_fact(name, line, value, between, slider, (label, about, about, letter or name))
         self._check_name(name, line, "quantity")
-        low, high = between
+        if name in [one.name for one in self.quantities]:
+            raise self.refusal(line, f"quantity {name} is declared twice")
         if default is None and self.quantities and (last := self.quantities[-1]).optional:
             said = f"{name} has no default, and stands after {last.name}, which has one"
             raise self.refusal(line, said)
         told = label, about, letter or name, slider, default is not None
+        low, high = between
         self.quantities.append(Quantity(name, unit, low, high, value, *told))
 
     def unit(self, name: str, letter: str, relation: str, about: str) -> None:
@@ -141,6 +145,10 @@ class Model(Declared):
         if name not in UNITS or name in [one.name for one in self.units]:
             raise self.refusal(line, f"one unit of each of {', '.join(UNITS)}, not {name}")
         self._check_name(letter, line, "quantity")
+        self._check_texts(line, name, about)
+        taken = [one.letter for one in self.units] + [one.name for one in self.quantities]
+        if letter in (*taken, "d", "Math"):  # the last two in TypeScript
+            raise self.refusal(line, f"the letter {letter} is in use for something else")
         self.units.append(Unit(name, letter, relation, about))
 
     def parameter(
@@ -170,7 +178,8 @@ class Model(Declared):
         if least and (low < 0 or (least == "> 0" and low == 0)):
             raise self.refusal(line, f"{name} has to be {least}, and its range begins at {low:g}")
         definition = definition or shown(si)
-        self._check_fact(name, line, default, between, slider, (label, definition, about))
+        texts = label, definition, about, letter or name, tex or name
+        self._check_fact(name, line, default, between, slider, texts)
         if any(name.upper() == one.name.upper() for one in self.parameters):
             raise self.refusal(line, f"parameter {name} is declared twice, by letters of any case")
         sign = {"positive": True} if low > 0 else {"real" if low < 0 else "nonnegative": True}
@@ -193,6 +202,7 @@ class Model(Declared):
             raise self.refusal(
                 "state", f"the state is {', '.join(_STATE)}, not {', '.join(labels)}"
             )
+        self._check_texts(self._lines["state"], "the state", *labels.values())
         self.state_labels = labels
         self.state = tuple(sp.Symbol(name, real=True) for name in labels)
         return self.state
@@ -275,6 +285,10 @@ class Model(Declared):
         while frame.f_back and frame.f_globals is globals():
             frame = frame.f_back
         self._file = frame.f_code.co_filename
+        if word in self._lines and word in _ONCE:
+            raise self.refusal(frame.f_lineno, f"a second {word}: a model has one")
+        if word in ("region", "state") and "interaction" in self._lines:
+            raise self.refusal(frame.f_lineno, f"the {word} is said after the interaction")
         self._line = self._lines[word] = frame.f_lineno
         needed = _NEEDED.get(word)
         if needed and needed not in self._lines:
@@ -298,14 +312,33 @@ class Model(Declared):
         slider: Slider,
         texts: tuple[str, ...],
     ) -> None:
-        """Raise BadDeclaration unless numbers are finite, values in range and texts not empty."""
-        low, high = between
-        if not all(map(math.isfinite, (value, *between, *slider))):
+        """Raise BadDeclaration unless numbers are finite, values in range and texts not empty.
+
+        The first three texts, of which the first is the label, stand in docstrings.
+        """
+        for kind, given, count in (("range", between, 2), ("slider", slider, 3)):
+            if not isinstance(given, list | tuple) or len(given) != count:
+                raise self.refusal(line, f"the {kind} of {name} is {count} numbers, not {given!r}")
+        numbers = value, *between, *slider
+        if not all(isinstance(one, int | float) and math.isfinite(one) for one in numbers):
             raise self.refusal(line, f"{name} has a number that is not finite")
+        if not (slider[0] < slider[1] and slider[2] > 0):
+            raise self.refusal(line, f"the slider of {name} is least, largest and step > 0")
         if not all(isinstance(one, str) and one for one in texts):
             raise self.refusal(line, f"label, about or definition of {name} is empty")
+        if len(texts[0]) > _LONGEST:
+            raise self.refusal(line, f"the label of {name} is longer than {_LONGEST} characters")
+        self._check_texts(line, name, *texts[:3])
+        low, high = between
         if not low <= value <= high:
             raise self.refusal(line, f"{name} = {value:.12g} is not in [{low:.12g}, {high:.12g}]")
+
+    def _check_texts(self, line: int, name: str, *texts: str) -> None:
+        """Raise BadDeclaration for texts that cannot stand in a docstring as they are."""
+        for text in texts:
+            if not text.isprintable() or '"""' in text or "\\" in text or text[-1:] == '"':
+                said = f"a text of {name} has a line's end, \\, or quotes that end a docstring"
+                raise self.refusal(line, said)
 
     def _expression(self, value: object) -> sp.Expr:
         """Value of this line as an exact expression in declared symbols."""
@@ -336,9 +369,12 @@ class Model(Declared):
 def load(path: Path) -> Model:
     """Model declared by a file; raises BadDeclaration."""
     try:
+        if not path.stem.isprintable():
+            raise BadDeclaration(f"{str(path)!r}:1: its name has characters that cannot be shown")
         model = runpy.run_path(str(path)).get("model")
         if not isinstance(model, Model):
             raise BadDeclaration(f"{path}:1: declares no Model named model")
+        model._file = model._file or str(path)
         model.check()
     except BadDeclaration:
         raise

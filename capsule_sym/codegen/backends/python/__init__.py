@@ -49,10 +49,19 @@ class Python(PythonSpelling):
         }
 
     def written(self) -> dict[str, str]:
-        """Text of each file by its path."""
+        """Text of each file by its path; raises BadDeclaration for text that is not as declared."""
         texts = super().written()
         if not self._enclosed:
             del texts["fields.py"]
+        held: dict[str, object] = {}
+        try:
+            for name, text in texts.items():
+                compile(text, name, "exec", dont_inherit=True)
+            exec(texts["facts.py"], held)
+        except SyntaxError as error:
+            raise _not_as_declared(f"{error.filename} would not compile: {error.msg}") from error
+        if wrong := [name for name, value in facts.values().items() if held[name] != value]:
+            raise _not_as_declared(f"facts.py would not have {wrong[0]} as declared")
         return texts
 
     @property
@@ -68,6 +77,10 @@ class Python(PythonSpelling):
             f"        case {segment.index}:  # {segment.mode}\n"
             f"            own = ({', '.join((*map(str, modes), *values))})\n"
         )
+
+
+def _not_as_declared(said: str) -> declaration.BadDeclaration:
+    return declaration.BadDeclaration(f"{declaration.path()}:1: {said}")
 
 
 def _table() -> dict[str, object]:
