@@ -102,6 +102,19 @@ def animate(path: Path) -> None:
         device.animate(simulate(Parameters(), periods=64), path, width=2, dpi=30)
 
 
+@pytest.mark.parametrize("ending", [".pdf", ".svg"])
+def test_a_date_of_the_environment_does_not_matter(
+    ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written = []
+    for date in ("abc", "1" * 30, "86400"):
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", date)
+        save_figure(Figure(), tmp_path / f"a{ending}")
+        written.append((tmp_path / f"a{ending}").read_bytes())
+        assert os.environ["SOURCE_DATE_EPOCH"] == date
+    assert written[0] == written[1] == written[2]
+
+
 def command(line: str) -> Callable[[Path], None]:
     """A command line, with the file at its end."""
 

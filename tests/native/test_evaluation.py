@@ -386,12 +386,14 @@ def test_a_run_draws_itself(run: Trajectory) -> None:
 def test_optional_packages_are_imported_when_they_are_needed() -> None:
     script = """
 import sys
+import capsule_sym
 from capsule_sym import Parameters, simulate
 run = simulate(Parameters(), periods=2)
 run([1.0, 2.0]), run.segments[0], run.columns, repr(run), run.steady()
 found = {"pandas", "xarray", "matplotlib", "sympy"} & set(sys.modules)
 assert not found, found
 calls = {"xarray": run.to_xarray, "matplotlib": run.plot}
+calls |= {"zarr": lambda: capsule_sym.open_results, "flint": lambda: capsule_sym.certify_run}
 for name, call in calls.items():
     sys.modules[name] = None
     try:
