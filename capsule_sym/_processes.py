@@ -1,4 +1,4 @@
-"""Processors of this process, and work that Ctrl-C must not interrupt."""
+"""Processors of this process, and work that Ctrl-C must not interrupt or that would lose it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from capsule_sym._arrays import Matrix
 
 
 def processors() -> int:
@@ -20,7 +23,10 @@ def processors() -> int:
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Context of work that Ctrl-C must not interrupt, such as drawing: it is raised afterwards."""
+    """Context of work that Ctrl-C must not interrupt, such as drawing: it is raised afterwards.
+
+    Also for calls of libraries that drop exceptions, and with them the interrupt.
+    """
     came: list[Any] = []
     handler = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(handler):
@@ -33,3 +39,13 @@ def deferred() -> Iterator[None]:
         signal.signal(signal.SIGINT, handler)
         if came:
             handler(*came[0])
+
+
+def sobol(dimension: int, count: int, seed: int) -> Matrix:
+    """Points of a scrambled Sobol sequence in the unit cube, shape (count, dimension)."""
+    with deferred():  # SciPy loads the sequence's table in code that drops exceptions
+        from scipy.stats import qmc
+
+        sequence = qmc.Sobol(dimension, rng=seed)
+        found: Matrix = sequence.random_base2(int(count - 1).bit_length())[:count]
+    return found

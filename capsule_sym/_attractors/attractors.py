@@ -26,6 +26,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.symmetry import symmetric
 from capsule_sym._parameters import Scene, SceneParameters
+from capsule_sym._processes import deferred
 
 _MOST_STARTS = 10**6
 _MIRRORED = 1e-6  # distance below which an orbit is the mirror image of another
@@ -229,9 +230,10 @@ def checked_starts(
         allowed = f"a box with an extent in one or more of {', '.join(names)}"
         raise InvalidInput("starts", dict(starts), allowed)
     points = np.tile(low, (count, 1))
-    sampler = package("scipy.stats.qmc").Halton(len(wide), scramble=False)
-    sampler.fast_forward(1)  # the first point is a corner of the box
-    points[:, wide] += sampler.random(count) * (high - low)[wide]
+    with deferred():  # compiled code of SciPy may drop an interrupt
+        sampler = package("scipy.stats.qmc").Halton(len(wide), scramble=False)
+        sampler.fast_forward(1)  # the first point is a corner of the box
+        points[:, wide] += sampler.random(count) * (high - low)[wide]
     return points[:, :3], points[:, 3]
 
 

@@ -14,9 +14,9 @@ from capsule_sym._design.quantities import allowed, dimensionless
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import simulate
-from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 from capsule_sym._parameters import SceneDevice
+from capsule_sym._processes import sobol
 
 _PHASES = 24  # of the forcing, tried for a run's start
 _SETTLED = 100  # periods from rest, after which a motion counts as steady
@@ -57,7 +57,6 @@ def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int
     """Guesses between the bounds, or without bounds between half and twice the guess."""
     if not count:
         return []
-    Sobol = package("scipy.stats.qmc").Sobol
     low, high = limits
     guess, bounded, above = problem.guess, np.isfinite(high), np.isfinite(low)
     size = np.where(guess == 0.0, 1.0, np.abs(guess))
@@ -71,8 +70,7 @@ def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int
                 problem.linear[k] or name in run.sought or (name == "slip" and high[k] == SLIPS[1])
             ):
                 first[k] = last[k] = guess[k]
-    draws = Sobol(len(first), seed=seed).random_base2(max(0, int(count - 1).bit_length()))[:count]
-    return list(first + draws * (last - first))
+    return list(first + sobol(len(first), count, seed) * (last - first))
 
 
 def best_of(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:

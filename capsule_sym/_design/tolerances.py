@@ -37,6 +37,7 @@ from capsule_sym._map.labelled import Labelled, package
 from capsule_sym._map.result import Result
 from capsule_sym._native import Watch, check_time
 from capsule_sym._parameters import names_of
+from capsule_sym._processes import sobol
 
 _FIRST, _MOST = 64, 1024  # excitation periods before the first test of a run, and at most
 _BLOCK = 4096  # runs between two tests of the time limit
@@ -146,7 +147,7 @@ def tolerances(
         raise InvalidInput("samples", samples, "a power of two")
     check_count("seed", seed, *SEED)
     # The two halves of the columns are two samples, which the indices combine.
-    cubes = _sobol(2 * len(spread), samples, seed)
+    cubes = sobol(2 * len(spread), samples, seed).clip(2.0**-53, 1 - 2.0**-53)
     one, other = (
         np.array([spread[name].ppf(part) for name, part in zip(spread, half.T, strict=True)]).T
         for half in np.split(cubes, 2, axis=1)
@@ -155,13 +156,6 @@ def tolerances(
     with Watch(checked_seconds(max_seconds)):
         return sampling.run()
     return sampling.unfinished()
-
-
-def _sobol(dimension: int, count: int, seed: int) -> Matrix:
-    """Points of a scrambled Sobol sequence within (0, 1), shape (count, dimension)."""
-    sequence = package("scipy.stats.qmc").Sobol(dimension, rng=np.random.default_rng(seed))
-    found: Matrix = sequence.random(count).clip(2.0**-53, 1 - 2.0**-53)
-    return found
 
 
 def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:

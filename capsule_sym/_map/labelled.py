@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import NotInstalled
 from capsule_sym._parameters import CAPSULE, Scene
+from capsule_sym._processes import deferred
 from capsule_sym._units import UNITS
 
 if TYPE_CHECKING:
@@ -150,6 +151,7 @@ def _text(value: Any) -> str:
 def package(name: str) -> Any:
     """Package, imported when it is used; raises NotInstalled, which names what installs it."""
     try:
-        return import_module(name)
+        with deferred():  # modules compiled by Cython may drop an interrupt
+            return import_module(name)
     except ModuleNotFoundError as error:
         raise NotInstalled(error) from error

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, is_real
-from capsule_sym._map.labelled import package
 from capsule_sym._parameters import CAPSULE, Scene, SceneDevice
+from capsule_sym._processes import sobol
 from capsule_sym._sweeps.quantities import TAKEN
 
 START = (*CAPSULE.facts.STATE, "phase")
@@ -138,9 +138,7 @@ class Axis:
         check_count("count", count, most=_MOST_VALUES // len(box))
         check_count("seed", seed, 0)
         low, high = np.array(box).T
-        design = package("scipy.stats.qmc").Sobol(len(box), rng=np.random.default_rng(seed))
-        whole = design.random_base2(int(count - 1).bit_length())
-        values = low + (high - low) * whole[:count]
+        values = low + (high - low) * sobol(len(box), count, seed)
         return cls("sample", tuple(ranges), values, scene=scene)
 
     def record(self) -> dict[str, Any]:

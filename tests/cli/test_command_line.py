@@ -169,7 +169,10 @@ def test_an_interrupt_of_text_that_a_library_executes_exits(cut_off: str, tmp_pa
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
 
 
-def test_an_interrupt_of_which_a_library_makes_another_error_is_one_line() -> None:
+@pytest.mark.parametrize(
+    "then", ["raise RuntimeError('cannot release un-acquired lock')", "exit()"]
+)
+def test_an_interrupt_that_a_library_drops_or_makes_another_error_is_one_line(then: str) -> None:
     code = (
         "import os, runpy, signal, sys\n"
         "from capsule_sym import _cli\n"
@@ -178,7 +181,7 @@ def test_an_interrupt_of_which_a_library_makes_another_error_is_one_line() -> No
         "        os.kill(os.getpid(), signal.SIGINT)\n"
         "        sys.version_info >= (3, 11)\n"
         "    except KeyboardInterrupt:\n"
-        "        raise RuntimeError('cannot release un-acquired lock')\n"
+        f"        {then}\n"
         "_cli.main = cut_off\n"
         "runpy.run_module('capsule_sym', run_name='__main__')"
     )
