@@ -6,6 +6,7 @@ Unknown orbits are solved by Newton's method from ends of runs that nearly repea
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -34,6 +35,9 @@ _ROUNDING = 1e-11  # the same, due to rounding
 _SETTLED = 1e-9  # the same at the end of its periods
 _NEARLY = 1e-3  # the same at which it may be near to an orbit
 _NEAR = 1e-2  # distance of an orbit, over the size, from the state that starts Newton's method
+_WITHIN = 0.1  # the same of an orbit that the run is then seen to approach
+_NEARER, _SURE = 0.1, 0.01  # shrinking of its distance that is asked for, and that is awaited
+_FARTHEST = 2**15  # excitation periods that are waited for it
 _SAME = 1e-8  # the same of two equal orbits
 _BLOCK = 4096  # runs that are followed together and kept at a time limit
 _FAILURES = 20  # ends of one parameter set without a new orbit, before it is given up
@@ -220,10 +224,40 @@ class Settling:
                 left = left[numbers[left] == NONE]
         return numbers
 
+    def approached(self, states: Vector) -> list[Cycle | None]:
+        """Stable orbit that the run of each row approaches from a state at phase 0, (m, 3).
+
+        Newton's method finds the orbit, and the run then comes nearer to it. None for a run that
+        approaches none, or none of at most 16 periods.
+        """
+        found: list[Cycle | None] = [None] * len(states)
+        good, marks = self._marks(self.rows, states, 0.0, LONGEST, LONGEST)
+        (_, guess), ends = _changes(marks), marks[:, -1]
+        # Of each orbit: the run's number, and the periods after which it is nearer.
+        after = dict[int, list[tuple[int, Cycle]]]()
+        for k, cycle in enumerate(self.closed(good, ends, guess, _WITHIN)):
+            if cycle is not None:
+                wait = math.log(_SURE) / math.log(min(max(cycle.multiplier, _SURE), 1 - NEUTRAL))
+                after.setdefault(2 ** math.ceil(math.log2(wait)), []).append((k, cycle))
+        for length, some in after.items():
+            if length > _FARTHEST:
+                continue
+            chosen = np.array([k for k, _ in some])
+            run = run_rows(self.rows[good[chosen]], ends[chosen], 0.0, length, self.scene)
+            for (k, cycle), state in zip(some, run.states, strict=True):
+                before, now = cycle.distance(np.array([ends[k], state]))
+                if now <= max(_NEARER * before, _SAME * (1 + abs(cycle.states).max())):
+                    found[int(good[k])] = cycle
+        return found
+
     def closed(
-        self, groups: NDArray[np.intp], states: Vector, periods: NDArray[Any]
+        self,
+        groups: NDArray[np.intp],
+        states: Vector,
+        periods: NDArray[Any],
+        near: float = _NEAR,
     ) -> list[Cycle | None]:
-        """Stable orbits that Newton's method finds from states at phase 0, None for none."""
+        """Stable orbits that Newton's method finds near states at phase 0, None for none."""
         rows, count = self.rows[groups], len(states)
         found, multipliers = states.copy(), np.full(count, np.nan)
         scales = 1 + abs(states).max(axis=1)
@@ -242,7 +276,7 @@ class Settling:
                     found[i] = stroboscopic(orbit)[0]
                     multipliers[i] = abs(orbit.multipliers[0])
         far = abs(found - states).max(axis=1) / scales
-        good = np.flatnonzero((multipliers < 1 - NEUTRAL) & (far <= _NEAR))
+        good = np.flatnonzero((multipliers < 1 - NEUTRAL) & (far <= near))
         cycles: list[Cycle | None] = [None] * count
         for number in np.unique(periods[good]).tolist():
             these = good[periods[good] == number]
@@ -254,7 +288,7 @@ class Settling:
         return cycles
 
     def _marks(
-        self, rows: Vector, states: Vector, phases: Vector, ahead: int, short: int
+        self, rows: Vector, states: Vector, phases: ArrayLike, ahead: int, short: int
     ) -> tuple[NDArray[np.intp], Vector]:
         """Indices of runs that succeed, and their states at the last marks, (n, short + 1, 3)."""
         of = self.scene, self.threads

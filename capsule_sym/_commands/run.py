@@ -87,8 +87,9 @@ def _print(
             console.print(f"Stopped at phase {float(phase):.5f} after {periods} periods,")
             console.print(f"{trajectory.message}.")
         else:
-            why = dragged(trajectory.parameters)
-            console.print(f"Not steady within {periods} periods{why and ': '}{why}.")
+            how = "more --periods, or capsule-sym orbit, which solves the orbit of a slow approach"
+            why = dragged(trajectory.parameters) or how
+            console.print(f"Not steady within {periods} periods: {why}.", soft_wrap=True)
         console.print("The segments of the last period:")
         segments = [s for s in trajectory.segments if s.end >= (periods - 1, phase)]
         _show_segments(segments, physical)

@@ -20,7 +20,8 @@ from capsule_sym._figures.style import (
     AREAS,
     CURVES,
     DASHES,
-    NOT_PERIODIC,
+    NO_RESULT,
+    NOT_SETTLED,
     OTHER_CURVE,
     blank,
     describe,
@@ -51,10 +52,10 @@ def plot_chart(
     `results` is what `open_results` gives of a sweep over two parameters.
     Regions are bounded by the `curves` of `capsule-sym curve --json`, and by the edges of cells
     where several itineraries remain between curves. The key gives the itinerary of each number;
-    numbers ascend as areas descend, and from the 19th on itineraries are grey. White are cells in
-    which no periodic motion was found. A circle is a codimension-two point. A thin line is drawn at
-    the `levels` of the second parameter. Drawn into `axes`, without the key, if they are given.
-    Raises InvalidInput for results of another kind.
+    numbers ascend as areas descend, and from the 19th on itineraries are pale grey. Cells that have
+    not settled within the sweep's periods are dark grey, those without a result white. A circle is a
+    codimension-two point. A thin line is drawn at the `levels` of the second parameter. Drawn into
+    `axes`, without the key, if they are given. Raises InvalidInput for results of another kind.
     """
     plane, regions = by_cells(results, curves)
     return draw_regions(plane, regions, curves, levels=levels, width=width, axes=axes)
@@ -95,7 +96,7 @@ def by_area(plane: Plane, regions: Sequence[Region]) -> list[str]:
     """The itineraries of regions, that of the largest area first."""
     areas: dict[str, float] = {}
     for region in regions:
-        if region.itinerary:
+        if region.itinerary.startswith("F"):
             outline = region._replace(rings=tuple(map(plane.unit, region.rings)))
             areas[region.itinerary] = areas.get(region.itinerary, 0.0) + outline.shape().area
     return sorted(areas, key=lambda one: -areas[one])
@@ -110,7 +111,7 @@ def _fill(axes: Axes, regions: Sequence[Region], colours: Mapping[str, str]) -> 
     rings.pop("", None)
     for itinerary, paths in rings.items():
         looks: dict[str, Any] = {"linewidth": 0, "zorder": 0.5, "label": f"_{itinerary}"}
-        colour = colours.get(itinerary, _OTHERS)
+        colour = colours.get(itinerary, _OTHERS if itinerary.startswith("F") else NOT_SETTLED)
         axes.add_patch(PathPatch(Path.make_compound_path(*paths), facecolor=colour, **looks))
 
 
@@ -175,6 +176,6 @@ def _legend(
         handles.append(Patch(color=colour, label=f"{number}  {itinerary}"))
     if others:
         handles.append(Patch(color=_OTHERS, label=f"{others} other itineraries"))
-    if not all(region.itinerary for region in regions):
-        handles.append(blank(NOT_PERIODIC))
+    for said in {one.itinerary for one in regions if not one.itinerary.startswith("F")}:
+        handles.append(Patch(color=NOT_SETTLED, label=said) if said else blank(NO_RESULT))
     add_key(figure, handles, below=True, handlelength=DASHES)

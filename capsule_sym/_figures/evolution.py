@@ -17,7 +17,6 @@ from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
-    NOT_PERIODIC,
     SEAMLESS,
     Colours,
     blank,
@@ -59,7 +58,7 @@ def plot_itineraries(
     if alone:
         handles: list[Any] = [*field_handles(figure, colours, motions[0].parameters.scene)]
         if not all(map(is_periodic, motions)):
-            handles.append(blank(NOT_PERIODIC))
+            handles.append(blank("not settled"))
         add_key(figure, handles)
         name_bifurcations(record, axes, units)
         _name_fields(motions, axes, colours, units)

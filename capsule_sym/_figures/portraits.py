@@ -180,7 +180,7 @@ def unsettled_handles(motions: Sequence[Motion]) -> list[Any]:
     if all(map(is_periodic, motions)):
         return []
     return [
-        Line2D([], [], color="0.4", linewidth=0.4, label="not periodic: last periods of the run")
+        Line2D([], [], color="0.4", linewidth=0.4, label="not settled: last periods of the run")
     ]
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from capsule_sym._arrays import Matrix as Array
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._sweeps import itineraries
+from capsule_sym._sweeps.quantities import CellOutcome
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,13 +23,15 @@ Limits = tuple[float, float]
 _GRID = 1e-9  # of the unit square: points of two curves closer than this are merged
 _BESIDE = 0.1  # of half a cell
 _LEAST = 1e-7  # least area of a region, of the unit square
+_LATE = -2  # stands for the code of an itinerary where a motion has not settled
 
 
 class Region(NamedTuple):
     """Part of the plane in which all motions have one itinerary.
 
     `rings` are its outline and the outlines of its holes, each of shape (n, 2). `itinerary` has the
-    fields in order of time, such as "F5 F2"; it is empty if the motion is not periodic.
+    fields in order of time, such as "F5 F2"; it is empty where there is no result, and a sentence
+    where motions have not settled.
     """
 
     rings: tuple[Array, ...]
@@ -135,7 +138,9 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     cut = patches(plane, curves)
     import shapely
 
-    codes, texts = results["itinerary"].values, itineraries.texts(results)
+    late, said = unsettled(results)
+    codes = np.where(late, _LATE, results["itinerary"].values)
+    texts = itineraries.texts(results) | {_LATE: said}
     middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     at = plane.unit(middles.reshape(-1, 2)).reshape(middles.shape)
     within = np.clip(at, _LEAST, 1 - _LEAST)  # points on the rim count as inside
@@ -174,6 +179,13 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
                 if piece.geom_type == "Polygon" and piece.area > _LEAST
             ]
     return plane, found
+
+
+def unsettled(results: xr.Dataset) -> tuple[NDArray[np.bool_], str]:
+    """Mask of the cells of a sweep that have not settled, and the sentence that says so."""
+    outcomes = results["outcome"].values if "outcome" in results else np.array(0)
+    said = f"not settled in {results.attrs.get('periods', 0):,} periods"
+    return outcomes == CellOutcome.NOT_SETTLED, said
 
 
 def region_of(plane: Plane, polygon: Any, itinerary: str) -> Region:

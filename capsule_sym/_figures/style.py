@@ -67,8 +67,10 @@ def labels_of(scene: Scene) -> dict[str, str]:
 LABELS = labels_of(CAPSULE)
 """Those of the paper's scene; states and results have the same in each."""
 
-NOT_PERIODIC = "no periodic motion found"
+NO_RESULT = "no result"
 """Legend entry of what is left white where motions are drawn over parameters or starts."""
+NOT_SETTLED = "#8C8C8C"
+"""Colour of what has not settled within the periods of a sweep."""
 
 SEAMLESS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "rasterized": True}
 """Options of areas side by side: as pixels without antialiasing no seam shows between them."""

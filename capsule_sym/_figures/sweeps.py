@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.layout import add_key, axes_for, handles_of
+from capsule_sym._figures.regions import unsettled
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     AREAS,
     LABELS,
-    NOT_PERIODIC,
+    NO_RESULT,
+    NOT_SETTLED,
     STABLE,
     blank,
     describe,
@@ -44,10 +46,10 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     """Attractor of each start, over the two coordinates of a basin's cells.
 
     `results` is what `open_results` gives of a basin. A colour is an attractor, the most frequent
-    first; its number is that of the key, which gives its itinerary and share. White are starts of
-    which no periodic motion was found. Stars are the attractors' own stroboscopic states, where
-    both coordinates are among the state's, dimensionless. Drawn into `axes`, without the key, if
-    they are given. Raises InvalidInput for results of another kind.
+    first; its number is that of the key, which gives its itinerary and share. Grey are starts that
+    have not settled within the sweep's periods, white those without a result. Stars are the
+    attractors' own stroboscopic states, where both coordinates are among the state's,
+    dimensionless. Drawn into `axes`, without the key, if they are given. Raises InvalidInput for results of another kind.
     """
     if "attractor" not in results or len(results["attractor"].dims) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
@@ -58,7 +60,10 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     rank = np.full(codes.shape, -1)
     for place, code in enumerate(order):
         rank[codes.values == code] = place
-    colours = [AREAS[place % len(AREAS)] for place in range(max(1, len(order)))]
+    colours = [AREAS[place % len(AREAS)] for place in range(len(order))]
+    late, said = unsettled(results)
+    rank[late & (rank < 0)] = len(colours)
+    colours.append(NOT_SETTLED)
     (x, x_label), (y, y_label) = (_axis(results, name) for name in (first, second))
     alone = axes is None
     figure, axes = axes_for(axes, width, 0.62 * width)
@@ -84,8 +89,10 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
             Patch(facecolor=colours[place], label=f"{place + 1}  {_name(results, code)}")
             for place, code in enumerate(order)
         ]
+        if np.any(rank == len(order)):
+            handles.append(Patch(facecolor=NOT_SETTLED, label=said))
         if np.any(rank < 0):
-            handles.append(blank(NOT_PERIODIC))
+            handles.append(blank(NO_RESULT))
         handles += handles_of([axes])
         add_key(figure, handles)
     return describe(figure, "Basins of attraction", axes=[first, second])

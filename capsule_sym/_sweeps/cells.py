@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._attractors.settling import Settling
 from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import simulate
 from capsule_sym._map.steady import LONGEST
@@ -24,6 +25,7 @@ from capsule_sym._sweeps.sweep import Sweep
 _ROOM = 512  # bytes for the switches of two periods of a motion; longer motions are run by `slow`
 _FURTHER = 1000  # largest number of excitation periods for the Lyapunov exponent of a run
 _BLOCK = 64  # excitation periods of one run of `slow`
+_AT_ONCE = 256  # cells that `settle` closes between two looks at the watch
 
 
 class Block(NamedTuple):
@@ -51,10 +53,8 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
     Raises Abandoned soon after the watch is over.
     """
     cells = _Cells(part, watch or Watch())
-    core = core_of(cells.scene)
-    slow = np.arange(part.size) if core is None else cells.fast(core)
-    for i in slow.tolist():
-        cells.guarded(i, cells.slow)
+    cells.run(np.arange(part.size))
+    cells.settle()
     if OF_ORBIT & set(part.compute):
         open_ = (cells.columns["outcome"] != CellOutcome.FAILED) & ~cells.closed
         for i in np.flatnonzero(open_).tolist():
@@ -83,7 +83,7 @@ class _Cells:
     """
 
     def __init__(self, part: Sweep, watch: Watch) -> None:
-        self.part, self.watch = part, watch
+        self.part, self.watch, self.periods = part, watch, part.periods
         self.scene = part.parameters.scene
         rows, states, phases = part.columns()
         self.order = np.lexsort([rows[:, i] for i in _shared(self.scene)])
@@ -115,30 +115,55 @@ class _Cells:
         self.columns["outcome"][i] = CellOutcome.FAILED
         self.reasons[i] = reason
 
-    def fast(self, core: Any) -> NDArray[np.intp]:
-        """Run all cells in the C core; returns the indices of those that it could not decide."""
-        count, last, watch = self.part.size, min(self.part.periods, 2 * LONGEST), self.watch
+    def run(self, chosen: NDArray[np.intp]) -> None:
+        """Run some of the cells, by their indices."""
+        core = core_of(self.scene)
+        for i in (chosen if core is None else self.fast(core, chosen)).tolist():
+            self.guarded(i, self.slow)
+
+    def settle(self) -> None:
+        """Close cells that approach a stable orbit too slowly to repeat within the periods."""
+        outcome, number = self.columns["outcome"], self.columns["period_number"]
+        every = np.flatnonzero((outcome != CellOutcome.FAILED) & (number == 0))
+        self.periods = 2 * LONGEST
+        for first in range(0, len(every), _AT_ONCE):
+            self.look()
+            # Each twice: one that shares its flows with none is run by other code of the core, and
+            # its last digits would depend on the chunk.
+            some = np.repeat(every[first : first + _AT_ONCE], 2)
+            settling = Settling(self.rows[some], self.scene)
+            cycles = settling.approached(self.columns["final"][some])
+            for i, cycle in zip(some.tolist(), cycles, strict=True):
+                if cycle is not None:
+                    self.states[i], self.phases[i] = cycle.states[0], 0.0
+            self.run(some[[cycle is not None for cycle in cycles]])
+
+    def fast(self, core: Any, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Run cells in the C core; returns the indices of those that it could not decide."""
+        count, last, watch = len(chosen), min(self.periods, 2 * LONGEST), self.watch
+        rows, states, phases = self.rows[chosen], self.states[chosen], self.phases[chosen]
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
         strobe = np.empty((count, last + 1, self.states.shape[1]))
-        core.start_many(self.rows, self.states, self.phases, records, watch)
-        core.run_many(self.rows, records, self.part.periods - last, stops, watch=watch)
+        core.start_many(rows, states, phases, records, watch)
+        core.run_many(rows, records, self.periods - last, stops, watch=watch)
         ahead = stops != core.DONE
         records["period"] = 0
-        core.run_many(self.rows, records, last, stops, strobe, watch=watch)
+        core.run_many(rows, records, last, stops, strobe, watch=watch)
         stops[ahead] = core.OPEN
         tolerance = self.part.tolerance
-        core.steady_many(self.rows, records, strobe, tolerance, stops, motions, switches, watch)
+        core.steady_many(rows, records, strobe, tolerance, stops, motions, switches, watch)
         self.look()
         columns, done, period_number = self.columns, stops == core.DONE, motions["period_number"]
         periodic, never = period_number > 0, motions["never"] != 0
-        columns["period_number"][:] = period_number
-        columns["final"][:] = np.stack([records[name] for name in self.scene.facts.STATE], axis=-1)
-        columns["progression"][periodic] = motions["advance"][periodic] / period_number[periodic]
-        columns["outcome"][:] = np.where(
+        columns["period_number"][chosen] = period_number
+        columns["final"][chosen] = np.stack([records[name] for name in self.scene.facts.STATE], -1)
+        pace = motions["advance"][periodic] / period_number[periodic]
+        columns["progression"][chosen[periodic]] = pace
+        columns["outcome"][chosen] = np.where(
             never,
             CellOutcome.NEVER_SWITCHES,
-            np.where(periodic, CellOutcome.CONVERGED, CellOutcome.NOT_PERIODIC),
+            np.where(periodic, CellOutcome.CONVERGED, CellOutcome.NOT_SETTLED),
         )
         codes: dict[bytes, int] = {}
         field, passed = motions["field"].tolist(), motions["switches"].tolist()
@@ -146,11 +171,11 @@ class _Cells:
             key = switches[i, : passed[i]].tobytes() or bytes([field[i]])
             if key not in codes:
                 codes[key] = self.code([*key])
-            columns["itinerary"][i] = codes[key]
+            columns["itinerary"][chosen[i]] = codes[key]
         if OF_ORBIT & set(self.part.compute):
-            self.close_many(np.flatnonzero(done & periodic), switches)
+            self.close_many(chosen[done & periodic], switches[done & periodic])
             self.look()
-        return np.flatnonzero(~done)
+        return chosen[~done]
 
     def close_many(self, chosen: NDArray[np.intp], switches: NDArray[np.uint8]) -> None:
         """Requested quantities of closed orbits, for cells with a periodic motion.
@@ -169,7 +194,7 @@ class _Cells:
         # The run starts at the angle 0 and ends in the field in which it began.
         fields = found.fields.copy()
         fields[np.arange(len(chosen)), found.records["segments"] - 1] = 0
-        same = (fields == switches[chosen, : fields.shape[1]]).all(axis=1)
+        same = (fields == switches[:, : fields.shape[1]]).all(axis=1)
         good = found.closed & same
         cells, found = chosen[good], found.of(good)
         self.closed[cells] = True
@@ -206,7 +231,7 @@ class _Cells:
         """Run one cell by `simulate`, which escalates to 50 digits."""
         parameters, part = self.scene.Parameters(*self.rows[i].tolist()), self.part
         state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
-        left, escalations = part.periods, 0
+        left, escalations = self.periods, 0
         while True:
             self.look()
             # The last run is long enough to detect the longest period.
@@ -231,7 +256,7 @@ class _Cells:
         if never:
             outcome = CellOutcome.NEVER_SWITCHES
         elif motion is None:
-            outcome = CellOutcome.NOT_PERIODIC
+            outcome = CellOutcome.NOT_SETTLED
         else:
             outcome = CellOutcome.ESCALATED if escalations else CellOutcome.CONVERGED
         self.columns["outcome"][i] = outcome

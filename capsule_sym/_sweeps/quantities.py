@@ -12,12 +12,13 @@ class CellOutcome(IntEnum):
 
     #: Not computed yet.
     PENDING = 0
-    #: The motion is periodic.
+    #: The motion is periodic, or approaches a stable periodic orbit.
     CONVERGED = 1
     #: The motion is periodic, and at least one decision was made with 50 digits.
     ESCALATED = 2
-    #: The motion is not periodic within the sweep's periods and tolerance.
-    NOT_PERIODIC = 3
+    #: The motion has not settled within the sweep's periods: chaos, a period number above 16, or a
+    #: slow approach from afar.
+    NOT_SETTLED = 3
     #: It is proved that no further switch occurs.
     NEVER_SWITCHES = 4
     #: The requested quantities could not be computed; the chunk's record holds the reason.
@@ -40,7 +41,11 @@ VARIABLES = {
     },
     "progression": {"progression": Variable("f8", "advance of x_c per excitation period")},
     "final": {
-        "final": Variable("f8", "x_r, v_r and v_c at the end of the run", ("component", 3)),
+        "final": Variable(
+            "f8",
+            "x_r, v_r and v_c at the end of the run, or on the orbit that it approaches",
+            ("component", 3),
+        ),
     },
     "multipliers": {
         "multipliers": Variable(

@@ -197,7 +197,7 @@ def test_what_is_not_periodic_has_a_meaning_in_the_legend(settled, branch) -> No
     restless = simulate(Parameters(alpha=1.2, gamma=3.0), periods=3)
     motions = [settled(0.7), restless, settled(1.9)]
     figure = plot_itineraries(motions, branch)
-    white = "no periodic motion found"
+    white = "not settled"
     assert [one.get_text() for one in figure.legends[0].get_texts()][-1] == white
     columns = {
         path.vertices[:, 0].min() for c in figure.axes[0].collections for path in c.get_paths()

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.colors import to_rgba
 from shapely import Point
 
-from capsule_sym import plot_chart
+from capsule_sym import plot_basin, plot_chart
 from capsule_sym._figures.charts import by_area
 from capsule_sym._figures.regions import Plane, by_cells, patches
 
-WHITE = "no periodic motion found"
+WHITE = "no result"
 CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}
 
 
@@ -80,6 +81,22 @@ def test_regions_are_filled_and_numbered_inside(results: xr.Dataset) -> None:
     assert names["2"][0] < 0.74 < names["1"][0]
     assert axes.get_xlabel() == r"excitation amplitude $\alpha$"
     assert axes.get_ylabel() == r"mass ratio $\gamma$"
+
+
+def test_what_has_not_settled_has_a_colour_and_says_after_how_many_periods(
+    results: xr.Dataset,
+) -> None:
+    outcome = np.where(results["itinerary"] == 33, 3, 1)
+    results["outcome"] = (("alpha", "gamma"), outcome)
+    results["attractor"] = (("alpha", "gamma"), np.where(outcome == 1, 0, -1))
+    results["attractor"].attrs["attractors"] = [{"itinerary": "F5 F2", "fraction": 1.0}]
+    results.attrs["periods"] = 4000
+    for figure in (plot_chart(results, [CURVE]), plot_basin(results)):
+        key = {one.get_label(): one for one in figure.legends[0].get_patches()}
+        assert key["not settled in 4,000 periods"].get_facecolor() == to_rgba("#8C8C8C")
+    axes = plot_chart(results, [CURVE]).axes[0]
+    looks = {patch.get_label(): patch.get_facecolor() for patch in axes.patches}
+    assert looks["_not settled in 4,000 periods"] == to_rgba("#8C8C8C")
 
 
 @pytest.mark.long

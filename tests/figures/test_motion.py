@@ -167,7 +167,7 @@ def test_a_run_that_has_not_settled_is_drawn_as_it_ends_and_named() -> None:
     run = simulate(Parameters(alpha=1.2), periods=3)
     assert cycle(run)[0].time[0] == pytest.approx(0, abs=1e-12)
     assert cycle(run)[-1].time[-1] == pytest.approx(3)
-    named = "not periodic: last periods of the run"
+    named = "not settled: last periods of the run"
     for plot in (plot_motion, plot_margins):
         (key,) = plot(run, periods=2).legends
         assert [one.get_text() for one in key.get_texts()].count(named) == 1

@@ -67,7 +67,7 @@ def test_a_basin_whose_time_is_over_among_its_attractors_goes_on(tmp_path, monke
         check_time()
 
     with monkeypatch.context() as patch:
-        patch.setattr(Settling, "closed", late)
+        patch.setattr(Settling, "identify", late)
         summary, found = run_basin(sweep, tmp_path / "store", max_seconds=1e9)
     assert (summary.status, summary.computed) == ("time-limit", sweep.size)
     assert found.attractors == ()
