@@ -26,7 +26,7 @@ from capsule_sym._design.fit import FittedRun as FittedRun
 from capsule_sym._design.fit import fit as fit
 from capsule_sym._design.front import Front as Front
 from capsule_sym._design.front import FrontPart as FrontPart
-from capsule_sym._design.measured import read_measured as read_measured
+from capsule_sym._design.measurement_files import read_measured as read_measured
 from capsule_sym._design.optimise import optimise as optimise
 from capsule_sym._design.optimum import Constraint as Constraint
 from capsule_sym._design.optimum import Optimum as Optimum

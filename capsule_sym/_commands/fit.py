@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +46,9 @@ def fit(
 ) -> None:
     """Find parameters, start and phase from measured series, by least squares.
 
-    DATA is a CSV or Parquet file with times t and one or more of the columns x_m, x_c, x_r, v_m,
-    v_c, v_r, with an empty cell for a gap. Or it is a TOML file of a rig, with the files of several
+    DATA is a text or Parquet file with times t and one or more of the columns x_m, x_c, x_r, v_m,
+    v_c, v_r, with an empty cell for a gap. Separator, decimal comma, comments and units, as in
+    "x_m [mm]", are detected. Or it is a TOML file of a rig, with the files of several
     runs in a camera's units, their drives, and the unknowns. With a device, times and results are
     in SI units.
 
@@ -69,11 +70,15 @@ def fit(
         watch = Watch(checked_seconds(how["max_seconds"]))
         if rig:
             how = {name: how[name] for name in how if name not in ("state", "phase")}
-            found = capsule_sym.fit_rig(capsule_sym.read_rig(data), which, progress=progress, **how)
+            recorded = capsule_sym.read_rig(data)
+            read = [f"{run.name}: {getattr(run.data, 'message', '')}" for run in recorded.runs]
+            found = capsule_sym.fit_rig(recorded, which, progress=progress, **how)
         else:
             how["bounds"] = {name: ends for name, ends in unknown if ends is not None}
+            measured = capsule_sym.read_measured(data)
+            read = [measured.message]
             found = capsule_sym.fit(
-                capsule_sym.read_measured(data),
+                measured,
                 which,
                 tuple(name for name, _ in unknown),
                 progress=progress,
@@ -83,14 +88,19 @@ def fit(
         for name in found.values if intervals else ():
             progress(f"interval of {name}")
             ranges[name] = found.interval(name, max_seconds=watch.left)
-    extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
-    present.report(found, "fit", lambda: _print_fit(found, ranges), out, as_json, extra)
+    extra: dict[str, Any] = {"read": read}
+    extra |= {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
+    present.report(found, "fit", lambda: _print_fit(found, ranges, read), out, as_json, extra)
     if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
         present.fail("time-limit: intervals are missing")
     present.end(found)
 
 
-def _print_fit(found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
+def _print_fit(
+    found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]], read: Sequence[str]
+) -> None:
+    for line in read:
+        click.echo(line)
     units = present.units_of(found.system)
     rows = (
         (

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from capsule_sym._design.fit import Fit, checked_state, fitted
 from capsule_sym._design.guesses import SLIPS, limits_of
-from capsule_sym._design.measured import OF_STATE, measured, read_measured
+from capsule_sym._design.measured import OF_STATE, measured
+from capsule_sym._design.measurement_files import read_measured
 from capsule_sym._design.problem import Problem
 from capsule_sym._design.quantities import System, real
 from capsule_sym._design.residuals import PHASE, STATE, Recorded

@@ -53,9 +53,10 @@ def plot_chart(
     Regions are bounded by the `curves` of `capsule-sym curve --json`, and by the edges of cells
     where several itineraries remain between curves. The key gives the itinerary of each number;
     numbers ascend as areas descend, and from the 19th on itineraries are pale grey. Cells that have
-    not settled within the sweep's periods are dark grey, those without a result white. A circle is a
-    codimension-two point. A thin line is drawn at the `levels` of the second parameter. Drawn into
-    `axes`, without the key, if they are given. Raises InvalidInput for results of another kind.
+    not settled within the sweep's periods are dark grey, those without a result white. A circle is
+    a codimension-two point. A thin line is drawn at the `levels` of the second parameter. Drawn
+    into `axes`, without the key, if they are given. Raises InvalidInput for results of another
+    kind.
     """
     plane, regions = by_cells(results, curves)
     return draw_regions(plane, regions, curves, levels=levels, width=width, axes=axes)

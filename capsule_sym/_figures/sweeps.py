@@ -49,7 +49,8 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     first; its number is that of the key, which gives its itinerary and share. Grey are starts that
     have not settled within the sweep's periods, white those without a result. Stars are the
     attractors' own stroboscopic states, where both coordinates are among the state's,
-    dimensionless. Drawn into `axes`, without the key, if they are given. Raises InvalidInput for results of another kind.
+    dimensionless. Drawn into `axes`, without the key, if they are given. Raises InvalidInput for
+    results of another kind.
     """
     if "attractor" not in results or len(results["attractor"].dims) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")

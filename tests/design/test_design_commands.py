@@ -83,7 +83,8 @@ def test_fit_finds_the_parameters_of_a_file(call, tmp_path) -> None:
         len(list(csv.DictReader((tmp_path / "found" / "fit.csv").read_text().splitlines()))) == 240
     )
     status, out, _ = call("fit", "data.csv", "--alpha", "0.85", "--unknown", "alpha")
-    assert out.splitlines()[2].startswith("alpha")
+    assert out.splitlines()[0] == "read 120 rows: t, x_m, x_c"
+    assert out.splitlines()[3].startswith("alpha")
 
 
 @pytest.mark.parametrize(

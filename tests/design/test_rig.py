@@ -262,8 +262,8 @@ def test_a_bad_rig_is_named_in_one_line(name, call, folder) -> None:
         ("t,x_m,x_c\n0,1,2\n0.1,1\n", "slow.csv: row 3"),
         ("t,x_m,x_c\n0,1,2\n0.1,2,3\n0.1,3,4\n", "slow.csv: t in row 4"),
         ("t,x_m,y\n0,1,2\n0.1,2,3\n", "slow.csv: column"),
-        ("x_m,x_c\n0,1\n0.1,2\n", "slow: columns"),
-        ("t\n0\n0.1\n", "slow: columns"),
+        ("x_m,x_c\n0,1\n0.1,2\n", "slow.csv: columns"),
+        ("t\n0\n0.1\n", "slow.csv: columns"),
         ("t,x_m\n0,1\n0.1,2\n", "data"),
     ],
 )
