@@ -52,7 +52,8 @@ def fit(
     runs in a camera's units, their drives, and the unknowns. With a device, times and results are
     in SI units.
 
-    Exits with 3 if the fit does not converge, or if a parameter is not identifiable.
+    Exits with 3 if the fit does not converge or explain each column, or if a parameter is not
+    identifiable or at a bound.
     """
     from capsule_sym._map.checks import checked_seconds
     from capsule_sym._native import Watch
@@ -115,7 +116,8 @@ def _print_fit(
     present.table(heads, rows, gap=2)
     console = present.make_console()
     console.print(f"{found.status.value}: {found.message}")
-    console.print(f"noise {found.noise:.3g} of a column's spread, {found.evaluations} runs")
+    noise = ", ".join(f"{by:.3g} of {name}" for name, by in found.noise_by_column.items())
+    console.print(f"noise over spread: {noise}; {found.evaluations} runs", soft_wrap=True)
     if found.autocorrelation > _CORRELATED:
         console.print(
             f"successive residuals are correlated by {found.autocorrelation:.2f}: errors are too "

@@ -33,6 +33,7 @@ class Errors(NamedTuple):
     """Combinations of relative changes that are not identifiable."""
 
 
+@np.errstate(all="ignore")  # of residuals whose squares overflow
 def errors_of(problem: Problem, found: Least) -> Errors:
     """Errors of the fitted values to first order, those of an M-estimator.
 

@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.covariance import Errors, correlation, errors_of
-from capsule_sym._design.guesses import best_of, drawn, limits_of
-from capsule_sym._design.least_squares import LOSSES, Least, Profile, least
+from capsule_sym._design.guesses import best_of, drawn, limits_of, spectral
+from capsule_sym._design.least_squares import LOSSES, Least, Loss, Profile, least
 from capsule_sym._design.measured import measured
-from capsule_sym._design.problem import Problem
+from capsule_sym._design.problem import Problem, about_trend, spread_of
 from capsule_sym._design.quantities import System, real, record, values_of
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
@@ -35,10 +35,18 @@ class FitStatus(StrEnum):
     CONVERGED = "converged"
     #: The least squares did not converge.
     NOT_CONVERGED = "not-converged"
+    #: The noise of a column is half its spread or more: the fit does not explain it.
+    UNEXPLAINED = "unexplained"
+    #: An unknown is at one of its bounds.
+    AT_BOUND = "at-bound"
     #: The measurements do not determine some combination of the unknowns.
     NOT_IDENTIFIABLE = "not-identifiable"
     #: The time limit was reached: the values are the best that were tried.
     TIME_LIMIT = "time-limit"
+
+
+_POOR = 0.5  # noise of a column, over its spread, from which on a fit does not explain it
+_AT_BOUND = 1e-6  # distance from a bound, over the size of the value, that counts as none
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +92,8 @@ class Fit(Result):
     """Number of runs with derivatives."""
     noise: float
     """Standard deviation of the residuals, in units of each series' `scales`."""
+    noise_by_column: dict[str, float]
+    """The same of each column, in units of its own spread about its linear trend."""
     autocorrelation: float
     """Correlation of a residual with the next one of its series, weighted by the loss."""
     singular_values: Vector
@@ -124,7 +134,7 @@ class Fit(Result):
 
         Run after run, each in the order of time.
         """
-        return self.found.residuals
+        return self.found.residuals * self.problem.stretch
 
     @property
     def loss(self) -> str:
@@ -146,7 +156,7 @@ class Fit(Result):
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""
         found = super().to_dict() | {"parameters": values_of(self.system)}
-        names = "noise autocorrelation singular_values open_combinations border"
+        names = "noise noise_by_column autocorrelation singular_values open_combinations border"
         found |= record(self, f"state phase {names}")
         if self.runs[0].name:
             found["runs"] = [
@@ -276,7 +286,7 @@ def fitted(
     found, errors, border = list[Least](), None, None
     guesses = [problem.guess]
     with Watch(checked_seconds(max_seconds)):
-        guesses += drawn(problem, limits, starts, seed)
+        guesses += spectral(problem, limits) + drawn(problem, limits, starts, seed)
         guesses = best_of(problem, guesses)[:follow]
         for k, guess in enumerate(guesses, 1):
             problem.doing = f"start {k} of {len(guesses)}"
@@ -301,9 +311,16 @@ def _result(
     values = found.x
     status = FitStatus.CONVERGED if found.success else FitStatus.NOT_CONVERGED
     message = "the least squares converged" if found.success else found.message
-    bound = (values <= limits[0]) | (values >= limits[1])
+    # The least squares stay a little within the bounds.
+    least = np.minimum(values - limits[0], limits[1] - values)
+    bound = least <= _AT_BOUND * problem.sizes(values)
+    noise = _noise_by_column(problem, found)
+    poor = [f"{by:.2g} of the spread of {one}" for one, by in noise.items() if not by < _POOR]
     if border is None:
         status, message = FitStatus.TIME_LIMIT, "time limit reached: best values so far"
+    elif poor and found.success:
+        status = FitStatus.UNEXPLAINED
+        message = f"the noise is {', '.join(poor)}: try starts=64, other guesses, and check units"
     elif errors.lost:
         apart = [
             name
@@ -314,7 +331,8 @@ def _result(
         message = f"the measurements do not determine {', '.join(apart)}"
     elif bound.any():
         names = [name for name, at in zip(problem.unknown, bound, strict=True) if at]
-        message += f", with {', '.join(names)} at a bound"
+        status = FitStatus.AT_BOUND if found.success else status
+        message += f", with {', '.join(names)} at a bound: try wider bounds"
     problem.progress = None
     pairs = zip(problem.recorded, problem.places, strict=True)
     return Fit(
@@ -325,7 +343,8 @@ def _result(
         status=status,
         message=message,
         evaluations=problem.evaluations,
-        noise=errors.noise,
+        noise=errors.noise * problem.stretch,
+        noise_by_column=noise,
         autocorrelation=correlation(found.loss.influence(found.residuals)[0], problem.groups),
         singular_values=errors.singular,
         open_combinations=errors.lost,
@@ -335,6 +354,21 @@ def _result(
         found=found,
         growth=errors.growth,
     )
+
+
+def _noise_by_column(problem: Problem, found: Least) -> dict[str, float]:
+    """Spread of each column's residuals, over that of the column about its trend, by its name."""
+    noise, first = dict[str, float](), 0
+    for run in problem.recorded:
+        for k, name in enumerate(run.data.names):
+            own, of = problem.groups == first + k, run.data.column == k
+            residuals = found.residuals[own] * (problem.scales[own] / problem.stretch)
+            size = float(np.abs(residuals).max()) or 1.0
+            apart = spread_of(about_trend(run.data.times[of], run.data.values[of])) or 5e-324
+            by = Loss(found.loss.name).spread(residuals / size) * (size / apart)
+            noise[f"{run.name}.{name}" if run.name else name] = by * problem.stretch
+        first += len(run.data.names)
+    return noise
 
 
 def _run(run: Recorded, values: Vector) -> FittedRun:

@@ -9,20 +9,24 @@ from contextlib import suppress
 import numpy as np
 
 from capsule_sym._arrays import Vector
-from capsule_sym._design.problem import Problem
+from capsule_sym._design.problem import Problem, about_trend
 from capsule_sym._design.quantities import allowed, dimensionless
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import simulate
+from capsule_sym._map.labelled import package
 from capsule_sym._native import TimeUp
 from capsule_sym._parameters import SceneDevice
 from capsule_sym._processes import sobol
+from capsule_sym._systems import drives
 
 _PHASES = 24  # of the forcing, tried for a run's start
 _SETTLED = 100  # periods from rest, after which a motion counts as steady
 _WEIGHINGS = 6  # of residuals, to reduce the effect of outliers on the linear unknowns
 SLIPS = -0.5, 1.0  # range of a slip of the time base
 _SCALE = 1e-12  # least scale
+_AROUND = 4.0  # factor about a guess of the frequency within which the spectrum has its peak
+_SAMPLES, _LEAST_SAMPLES, _FREQUENCIES, _OVERSAMPLED = 2000, 7, 20_000, 4.0
 
 
 def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
@@ -71,6 +75,33 @@ def drawn(problem: Problem, limits: tuple[Vector, Vector], count: int, seed: int
             ):
                 first[k] = last[k] = guess[k]
     return list(first + sobol(len(first), count, seed) * (last - first))
+
+
+def spectral(problem: Problem, limits: tuple[Vector, Vector]) -> list[Vector]:
+    """Guesses with the frequency of the drive at the spectrum's peak, its half and its double."""
+    run, name = problem.recorded[0], [*drives(problem.recorded[0].system)][1]
+    if name not in problem.unknown or len(problem.recorded) > 1:
+        return []
+    k = problem.unknown.index(name)
+    guess, low, high = problem.guess, limits[0][k], limits[1][k]
+    ends = max(low, guess[k] / _AROUND), min(high, guess[k] * _AROUND)
+    total = np.ptp(run.data.times) * (ends[1] - ends[0])
+    tried = np.linspace(*ends, int(min(_FREQUENCIES, _OVERSAMPLED * total + 2)))
+    power = np.zeros(len(tried))
+    for column in range(len(run.data.names)):
+        own = np.flatnonzero(run.data.column == column)
+        own = own[:: -(-len(own) // _SAMPLES)]
+        times, values = run.data.times[own], run.data.values[own]
+        if len(own) > _LEAST_SAMPLES:
+            values = about_trend(times, values / (np.abs(values).max() or 1.0))
+            power += package("scipy.signal").lombscargle(times, values, tried, normalize=True)
+    peak = tried[power.argmax()]
+    found = []
+    for factor in (1.0, 0.5, 2.0):
+        if low <= factor * peak <= high:
+            found.append(guess.copy())
+            found[-1][k] = factor * peak
+    return found
 
 
 def best_of(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:

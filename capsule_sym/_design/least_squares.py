@@ -124,9 +124,12 @@ def solved(
 
     try:
         how = {"max_nfev": steps, **_PRECISE}
-        found = _least_squares(residuals, start, problem.jacobian, limits, loss, **how)
+        with np.errstate(all="ignore"):
+            found = _least_squares(residuals, start, problem.jacobian, limits, loss, **how)
     except TimeUp:
         return best
+    except (ValueError, np.linalg.LinAlgError) as error:  # of numbers that overflow
+        return best._replace(message=str(error))
     success, message = bool(found.success) and problem.complete(found.x), str(found.message)
     jacobian = problem.jacobian(found.x)
     return Least(found.x, float(found.cost), found.fun, jacobian, success, message, loss)

@@ -14,6 +14,22 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import SceneDevice
 
 _LOST = 1e3  # residual of a motion that does not reach the last of the times
+_LARGEST = 1e20  # residual of the first guess; powers of much larger ones would overflow
+
+
+def spread_of(values: Vector) -> float:
+    """Standard deviation of values, also where their squares overflow or underflow."""
+    largest = float(np.abs(values).max(initial=0.0)) or 1.0
+    return largest * float((values / largest).std())
+
+
+def about_trend(times: Vector, values: Vector) -> Vector:
+    """Values without their linear trend in time."""
+    along, size = times - times.mean(), float(np.abs(values).max()) or 1.0
+    along, scaled = along / (np.abs(along).max() or 1.0), values / size
+    slope = (along @ scaled) / ((along @ along) or 1.0)
+    found: Vector = size * (scaled - scaled.mean() - slope * along)
+    return found
 
 
 class Problem:
@@ -55,7 +71,7 @@ class Problem:
             [one.data.column + series.index((one, 0)) for one in self.recorded]
         )
         """Series of each value, numbered over all runs, (n,)."""
-        self.scales = self._scales(series)
+        self.scales, self.stretch, self._begun = self._scales(series), 1.0, False
         self._last: tuple[bytes, Vector, Matrix] | None = None
 
     def _scales(self, series: Sequence[tuple[Recorded, int]]) -> Vector:
@@ -64,12 +80,14 @@ class Problem:
         In runs with names all series in the same unit share one: those of one camera have the same
         noise, even if a body hardly moves.
         """
-        spread = np.array([self.values[self.groups == k].std() for k in range(len(series))])
+        spread = np.array([spread_of(self.values[self.groups == k]) for k in range(len(series))])
         if self.recorded[0].name:
             names = [(one, one.data.names[column]) for one, column in series]
             kinds = np.array([f"{one.scale_of(name)} {name[0]}" for one, name in names])
             for kind in set(kinds.tolist()):
-                spread[kinds == kind] = np.sqrt(np.mean(spread[kinds == kind] ** 2))
+                largest = spread[kinds == kind].max()
+                own = np.sqrt(np.mean((spread[kinds == kind] / largest) ** 2))
+                spread[kinds == kind] = largest * own
         scales: Vector = spread[self.groups]
         return scales
 
@@ -136,7 +154,7 @@ class Problem:
                 elif name == "slip":
                     found[k] = 1.0
                 elif kind in ("offset", "drift") and series in data.names:
-                    own = data.values[data.column == data.names.index(series)].std()
+                    own = spread_of(data.values[data.column == data.names.index(series)])
                     found[k] = own / (1.0 if kind == "offset" else np.ptp(data.times))
         return found
 
@@ -147,7 +165,17 @@ class Problem:
             self.progress(f"{self.doing}, {self.evaluations} runs")
 
     def _at(self, values: Vector, slopes: bool) -> tuple[Vector, Matrix]:
-        """Residuals and Jacobian, computed."""
+        """Residuals and Jacobian, computed; if the first are huge, all are divided by `stretch`."""
+        residuals, jacobian = self._unstretched(values, slopes)
+        if not self._begun:
+            self._begun = True
+            self.stretch = max(1.0, float(np.abs(residuals).max()) / _LARGEST)
+            self.scales = self.scales * self.stretch
+            residuals, jacobian = residuals / self.stretch, jacobian / self.stretch
+        return residuals, jacobian
+
+    def _unstretched(self, values: Vector, slopes: bool) -> tuple[Vector, Matrix]:
+        """Residuals and Jacobian in units of the present scales."""
         residuals = np.empty(len(self.values))
         alone = len(self.recorded) == 1
         jacobian = np.zeros((0 if alone else len(self.values), len(self.unknown)))
@@ -155,8 +183,8 @@ class Problem:
             self._count()
             model, by, itinerary = run.at(values[places], slopes)
             by /= self.scales[rows, None]
-            residuals[rows] = (model - self.values[rows]) / self.scales[rows]
-            if itinerary == "open":
+            residuals[rows] = model / self.scales[rows] - self.values[rows] / self.scales[rows]
+            if itinerary == "open" or not np.isfinite(residuals[rows]).all():
                 residuals[rows], by[:] = _LOST, 0.0
             if alone:  # its Jacobian may have a million rows
                 return residuals, by

@@ -128,8 +128,13 @@ class Recorded:
         reduced = 0.0 if reduced >= p.period else reduced
         times = reduced + self.different * ((1.0 + now["slip"]) / units[_PHASE])
         periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
-        run = simulate(p, tuple(start[:_PHASE].tolist()), reduced, periods)
-        lost = not run.success or times[-1] > run.span[1]
+        try:
+            run = simulate(p, tuple(start[:_PHASE].tolist()), reduced, periods)
+            lost = not run.success or times[-1] > run.span[1]
+        except InvalidInput:  # of values that are out of range for a run
+            if np.array_equal(values, self.guess):
+                raise
+            lost = True
         return _Run(None if lost else run, times, start, units, (phase - reduced) / p.omega)
 
     def at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:

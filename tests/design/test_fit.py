@@ -271,6 +271,52 @@ def test_a_border_within_the_errors_is_named() -> None:
     assert fit(series(), TRUE, ("alpha",), state=START, phase=PHASE).border == ""
 
 
+def times_1000(*names):
+    return lambda data: data | {name: 1000 * data[name] for name in names}
+
+
+def noise_alone(data):
+    return {"t": data["t"], "x_m": np.random.default_rng(1).normal(size=len(data["t"]))}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "poor"),
+    [
+        (times_1000("x_m", "x_c"), {"x_m", "x_c"}),
+        (times_1000("x_c"), {"x_c"}),
+        (times_1000("t"), {"x_m", "x_c"}),
+        (lambda data: data | {"x_m": data["x_c"], "x_c": data["x_m"]}, {"x_m", "x_c"}),
+        (lambda data: data | {"x_c": 1e-170 * data["x_c"]}, {"x_c"}),
+        (lambda data: {"t": data["t"], "x_c": 1e160 * data["x_c"]}, {"x_c"}),
+        (lambda data: {"t": data["t"], "x_c": 1e-300 * data["x_c"]}, {"x_c"}),
+        (noise_alone, {"x_m"}),
+    ],
+)
+def test_a_fit_that_explains_nothing_says_so_by_column(spoil, poor) -> None:
+    data = spoil(series(count=60, noise=2e-3))
+    found = fit(data, TRUE.replace(alpha=0.85), ("alpha", "zeta"), state=START, phase=PHASE)
+    assert (found.status, found.success) == ("unexplained", False)
+    assert {name for name, by in found.noise_by_column.items() if by >= 0.5} >= poor
+    assert all(f"of the spread of {name}" in found.message for name in poor)
+    assert "starts" in found.message
+    assert "units" in found.message
+
+
+@pytest.mark.parametrize("omega", [0.4, 0.6, 1.1, 1.7])
+def test_a_poor_guess_of_the_frequency_comes_from_the_spectrum(omega) -> None:
+    data = series(count=150, noise=2e-3)
+    found = fit(data, TRUE.replace(omega=omega), ("omega", "alpha"), state=START, phase=PHASE)
+    assert found.status == "converged"
+    assert found.values["omega"] == pytest.approx(TRUE.omega, abs=1e-3)
+
+
+def test_an_unknown_at_its_bound_is_a_status() -> None:
+    how = {"state": START, "phase": PHASE, "bounds": {"alpha": (0.831, 1.0)}}
+    found = fit(series(count=60), TRUE.replace(alpha=0.9), ("alpha",), **how)
+    assert (found.status, found.success) == ("at-bound", False)
+    assert "alpha at a bound" in found.message
+
+
 def test_gaps_in_a_file_are_left_out(tmp_path) -> None:
     data = series(count=60)
     lines = ["t, x_m, x_c"]
