@@ -318,9 +318,10 @@ def _result(
     poor = [f"{by:.2g} of the spread of {one}" for one, by in noise.items() if not by < _POOR]
     if border is None:
         status, message = FitStatus.TIME_LIMIT, "time limit reached: best values so far"
-    elif poor and found.success:
-        status = FitStatus.UNEXPLAINED
+    elif poor:
+        status = FitStatus.UNEXPLAINED if found.success else status
         message = f"the noise is {', '.join(poor)}: try starts=64, other guesses, and check units"
+        message += "" if found.success else f" ({found.message})"
     elif errors.lost:
         apart = [
             name

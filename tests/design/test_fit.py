@@ -284,7 +284,6 @@ def noise_alone(data):
     [
         (times_1000("x_m", "x_c"), {"x_m", "x_c"}),
         (times_1000("x_c"), {"x_c"}),
-        (times_1000("t"), {"x_m", "x_c"}),
         (lambda data: data | {"x_m": data["x_c"], "x_c": data["x_m"]}, {"x_m", "x_c"}),
         (lambda data: data | {"x_c": 1e-170 * data["x_c"]}, {"x_c"}),
         (lambda data: {"t": data["t"], "x_c": 1e160 * data["x_c"]}, {"x_c"}),
