@@ -146,7 +146,7 @@ def _text(file: Path) -> _Table:
         for i, cell in enumerate(row):
             if cell.lower() not in _GAPS:
                 columns[i, j] = _value(f"{head[i]} in row {k}", cell, mark)
-    return list(zip(head, below, strict=True)), columns, [k for k, _ in body]
+    return list(zip(head, below, strict=True)), list(columns), [k for k, _ in body]
 
 
 def _separator(head: str) -> str:
