@@ -222,6 +222,7 @@ def test_a_speed_holds_that_of_each_frequency() -> None:
         assert found.contains(arb(displaced * (0.8 + 0.05 * s_w) / math.tau, 1e-14))
 
 
+@pytest.mark.long
 def test_the_best_is_the_best_of_a_grid() -> None:
     best = float(optimum.best().mid())
     assert best == pytest.approx(average(2.0, float(optimum.BEST["omega"])), abs=1e-11)

@@ -40,12 +40,6 @@ def module() -> ModuleType:
     return second_checker
 
 
-@pytest.fixture
-def few() -> int:
-    """Number of a kind and a certificate."""
-    return 1
-
-
 @pytest.fixture(autouse=True)
 def second(monkeypatch: pytest.MonkeyPatch) -> None:
     """Puts certificates to the second checker, where the tests name none."""
