@@ -297,6 +297,7 @@ def test_saltations_are_those_of_all_members(monkeypatch: pytest.MonkeyPatch) ->
     assert min(seen) > 1e-6
 
 
+@pytest.mark.long
 def test_a_box_smaller_than_it_has_to_be_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(attraction, "_ROOM", 0.5)
     with pytest.raises(Unproved, match="is not within it"):
@@ -428,6 +429,7 @@ def test_a_plan_of_something_else_is_refused(tmp_path: Path, lines: str) -> None
         refused(plan=packed)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("alpha", "ratio"), [(0.003, BOTH), (0.1, BOTH), (0.25, 1)])
 def test_one_proof_is_for_both_mass_ratios_while_the_capsule_rests(
     alpha: float, ratio: int
