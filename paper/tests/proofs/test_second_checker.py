@@ -14,7 +14,11 @@ from paper.tests.proofs.test_checker_tampered import (  # noqa: F401 - the same 
     test_tampered_certificates_are_refused_and_the_schema_agrees,
     test_tampered_files_are_refused_in_one_line,
 )
-from paper.tests.proofs.test_checker_terms import test_no_last_digit_may_change  # noqa: F401
+from paper.tests.proofs.test_checker_terms import (  # noqa: F401
+    bits,
+    test_a_zero_of_the_equations_that_is_no_motion_is_rejected,
+    test_no_last_digit_may_change,
+)
 from tests.enclosures import certified
 from tests.enclosures.test_checker_orbits import (  # noqa: F401
     test_a_checker_works_from_its_file_alone,
