@@ -13,14 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule_sym import (
-    CapsuleError,
-    InvalidInput,
-    Parameters,
-    PhysicalParameters,
-    load_parameters,
-    scenes,
-)
+import capsule_sym as cs
 
 CASE_STUDY = {
     "alpha": 0.7,
@@ -45,7 +38,7 @@ DEVICE = {
 }
 UNIT_ROUNDOFF = 2.0**-53
 POSITIVE = {"omega", "gamma", "f_b", "M_m", "M_c", "k1", "Omega", "mu", "g"}
-BOTH_KINDS = [(Parameters, CASE_STUDY), (PhysicalParameters, DEVICE)]
+BOTH_KINDS = [(cs.Parameters, CASE_STUDY), (cs.PhysicalParameters, DEVICE)]
 EVERY_FIELD = [
     pytest.param(kind, values, name, id=f"{kind.__name__}-{name}")
     for kind, values in BOTH_KINDS
@@ -53,7 +46,7 @@ EVERY_FIELD = [
 ]
 
 moderate = st.floats(1e-6, 1e6)
-devices = st.builds(PhysicalParameters, **dict.fromkeys(DEVICE, moderate))
+devices = st.builds(cs.PhysicalParameters, **dict.fromkeys(DEVICE, moderate))
 
 
 def close(actual: float, expected: mpmath.mpf) -> bool:
@@ -62,10 +55,10 @@ def close(actual: float, expected: mpmath.mpf) -> bool:
 
 
 def test_defaults_are_the_case_study_in_order() -> None:
-    assert list(Parameters().to_dict().items()) == list(CASE_STUDY.items())
-    assert [field.name for field in fields(PhysicalParameters)] == list(DEVICE)
+    assert list(cs.Parameters().to_dict().items()) == list(CASE_STUDY.items())
+    assert [field.name for field in fields(cs.PhysicalParameters)] == list(DEVICE)
     del (without_g := dict(DEVICE))["g"]
-    assert PhysicalParameters(**without_g).g == 9.81
+    assert cs.PhysicalParameters(**without_g).g == 9.81
 
 
 @pytest.mark.parametrize(("kind", "values"), BOTH_KINDS)
@@ -107,7 +100,7 @@ def test_every_real_number_becomes_a_float(kind, values, name, value) -> None:
 )
 @pytest.mark.parametrize(("kind", "values", "name"), EVERY_FIELD)
 def test_what_is_no_real_number_is_refused(kind, values, name, value) -> None:
-    with pytest.raises(InvalidInput) as caught:
+    with pytest.raises(cs.InvalidInput) as caught:
         kind(**values | {name: value})
     bound = "> 0" if name in POSITIVE else ">= 0"
     assert str(caught.value) == f"{name} = {value!r}: must be a real number, finite and {bound}"
@@ -119,7 +112,7 @@ def test_what_is_no_real_number_is_refused(kind, values, name, value) -> None:
 )
 @pytest.mark.parametrize(("kind", "values", "name"), EVERY_FIELD)
 def test_what_is_out_of_range_is_refused(kind, values, name, value) -> None:
-    with pytest.raises(InvalidInput) as caught:
+    with pytest.raises(cs.InvalidInput) as caught:
         kind(**values | {name: value})
     assert caught.value.field == name
     assert not 0 <= caught.value.value < math.inf
@@ -131,7 +124,7 @@ def test_what_is_out_of_range_is_refused(kind, values, name, value) -> None:
 def test_zero_is_allowed_exactly_where_it_makes_sense(kind, values, name) -> None:
     zero = values | {name: 0.0}
     if name in POSITIVE:
-        with pytest.raises(InvalidInput, match=rf"^{name} = 0\.0: must be finite and > 0$"):
+        with pytest.raises(cs.InvalidInput, match=rf"^{name} = 0\.0: must be finite and > 0$"):
             kind(**zero)
     else:
         assert getattr(kind(**zero), name) == 0.0
@@ -139,23 +132,23 @@ def test_zero_is_allowed_exactly_where_it_makes_sense(kind, values, name) -> Non
 
 def test_an_error_says_field_value_and_range_and_survives_pickling() -> None:
     with pytest.raises(ValueError, match=r"^zeta = -0\.1: must be finite and >= 0$") as caught:
-        Parameters(zeta=-0.1)
+        cs.Parameters(zeta=-0.1)
     error = caught.value
-    assert isinstance(error, CapsuleError)
+    assert isinstance(error, cs.CapsuleError)
     copy = pickle.loads(pickle.dumps(error))
-    assert type(copy) is InvalidInput
+    assert type(copy) is cs.InvalidInput
     assert (copy.field, copy.value, copy.allowed) == ("zeta", -0.1, "finite and >= 0")
     assert str(copy) == str(error)
 
 
 def test_replace_changes_what_is_named_and_validates() -> None:
-    changed = Parameters().replace(alpha=1.9, gamma=3)
+    changed = cs.Parameters().replace(alpha=1.9, gamma=3)
     assert changed.to_dict() == CASE_STUDY | {"alpha": 1.9, "gamma": 3.0}
-    assert Parameters(**changed.to_dict()) == changed
-    with pytest.raises(InvalidInput, match=r"^omega = 0\.0: must be finite and > 0$"):
-        Parameters().replace(omega=0)
-    with pytest.raises(InvalidInput) as caught:
-        Parameters().replace(zet=0.1)
+    assert cs.Parameters(**changed.to_dict()) == changed
+    with pytest.raises(cs.InvalidInput, match=r"^omega = 0\.0: must be finite and > 0$"):
+        cs.Parameters().replace(omega=0)
+    with pytest.raises(cs.InvalidInput) as caught:
+        cs.Parameters().replace(zet=0.1)
     assert str(caught.value) == (
         "parameter = 'zet': must be one of alpha, omega, delta, zeta, beta, gamma, f_b"
     )
@@ -164,12 +157,12 @@ def test_replace_changes_what_is_named_and_validates() -> None:
 @given(omega=moderate)
 def test_the_forcing_turns_once_in_a_period(omega: float) -> None:
     with mpmath.workdps(50):
-        turn = mpmath.mpf(omega) * mpmath.mpf(Parameters(omega=omega).period)
+        turn = mpmath.mpf(omega) * mpmath.mpf(cs.Parameters(omega=omega).period)
         assert close(2.0, turn / mpmath.pi)
 
 
 @given(devices)
-def test_scaling_follows_the_table_of_section_2(device: PhysicalParameters) -> None:
+def test_scaling_follows_the_table_of_section_2(device: cs.PhysicalParameters) -> None:
     with mpmath.workdps(50):
         M_m, M_c, k1, k2, c, G, P_d, Omega, mu, g = (
             mpmath.mpf(getattr(device, name)) for name in DEVICE
@@ -217,7 +210,7 @@ def test_newtons_equation_in_si_units_is_the_scaled_one(device, x_r, v_r, tau) -
 
 
 @given(device=devices)
-def test_scales_apply_to_each_element_of_an_array(device: PhysicalParameters) -> None:
+def test_scales_apply_to_each_element_of_an_array(device: cs.PhysicalParameters) -> None:
     values = np.array([[0.0, 1.0, -2.5], [3.0, 1e-3, 7.0]])
     for scale in (device.time, device.displacement, device.velocity, device.acceleration):
         scaled = scale(values)
@@ -238,32 +231,32 @@ def test_scales_apply_to_each_element_of_an_array(device: PhysicalParameters) ->
     ],
 )
 def test_a_device_beyond_double_precision_is_refused(changes: dict[str, float], field: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        PhysicalParameters(**DEVICE | changes)
+    with pytest.raises(cs.InvalidInput) as caught:
+        cs.PhysicalParameters(**DEVICE | changes)
     assert caught.value.field == field
 
 
 class TestFile:
-    def load(self, folder: Path, text: str) -> Parameters | PhysicalParameters:
+    def load(self, folder: Path, text: str) -> cs.Parameters | cs.PhysicalParameters:
         file = folder / "parameters.toml"
         file.write_text(text, encoding="utf-8")
-        return load_parameters(file)
+        return cs.load_parameters(file)
 
     def refusal(self, folder: Path, text: str) -> str:
-        with pytest.raises(InvalidInput) as caught:
+        with pytest.raises(cs.InvalidInput) as caught:
             self.load(folder, text)
         return str(caught.value)
 
     def test_dimensionless_keys_complete_the_case_study(self, tmp_path: Path) -> None:
         loaded = self.load(tmp_path, "alpha = 1.9  # strong\ngamma = 3\n")
-        assert loaded == Parameters(alpha=1.9, gamma=3.0)
-        assert self.load(tmp_path, "") == Parameters()
+        assert loaded == cs.Parameters(alpha=1.9, gamma=3.0)
+        assert self.load(tmp_path, "") == cs.Parameters()
 
     def test_physical_keys_give_a_device(self, tmp_path: Path) -> None:
         text = "".join(f"{name} = {value}\n" for name, value in DEVICE.items())
-        assert self.load(tmp_path, text) == PhysicalParameters(**DEVICE)
+        assert self.load(tmp_path, text) == cs.PhysicalParameters(**DEVICE)
         without_g = text.replace("g = 10.0\n", "")
-        assert self.load(tmp_path, without_g) == PhysicalParameters(**DEVICE | {"g": 9.81})
+        assert self.load(tmp_path, without_g) == cs.PhysicalParameters(**DEVICE | {"g": 9.81})
 
     @pytest.mark.parametrize("missing", [{"M_m"}, {"G", "k1"}, DEVICE.keys() - {"g"}])
     def test_all_missing_physical_keys_are_named(self, tmp_path: Path, missing: set[str]) -> None:
@@ -304,24 +297,24 @@ class TestFile:
     def test_what_is_not_toml_is_refused(self, tmp_path: Path, content: bytes) -> None:
         file = tmp_path / "parameters.toml"
         file.write_bytes(content)
-        with pytest.raises(InvalidInput) as caught:
-            load_parameters(file)
+        with pytest.raises(cs.InvalidInput) as caught:
+            cs.load_parameters(file)
         assert str(caught.value).startswith(f"file = '{file}': must be a TOML file (")
 
     def test_an_unreadable_file_is_refused(self, tmp_path: Path) -> None:
         missing = tmp_path / "missing.toml"
-        with pytest.raises(InvalidInput) as caught:
-            load_parameters(str(missing))
+        with pytest.raises(cs.InvalidInput) as caught:
+            cs.load_parameters(str(missing))
         assert str(caught.value) == (
             f"file = '{missing}': must be readable (No such file or directory)"
         )
-        with pytest.raises(InvalidInput, match="must be readable"):
-            load_parameters(tmp_path)
+        with pytest.raises(cs.InvalidInput, match="must be readable"):
+            cs.load_parameters(tmp_path)
 
 
 @pytest.mark.parametrize("share", [1.0, 1.5, 1e-12])
 def test_a_duty_cycle_is_a_share_of_the_period(share: float) -> None:
-    with pytest.raises(InvalidInput, match=rf"D = {share!r}: must be in \[1e-09, 0.999999999\]"):
-        scenes.prototype.Parameters(D=share)
-    with pytest.raises(InvalidInput, match="D = "):
-        scenes.prototype.Parameters().replace(D=share)
+    with pytest.raises(cs.InvalidInput, match=rf"D = {share!r}: must be in \[1e-09, 0.999999999\]"):
+        cs.scenes.prototype.Parameters(D=share)
+    with pytest.raises(cs.InvalidInput, match="D = "):
+        cs.scenes.prototype.Parameters().replace(D=share)

@@ -12,18 +12,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import (
-    Parameters,
-    PhysicalParameters,
-    continue_orbit,
-    floquet_multipliers,
-    load_parameters,
-    performance,
-    read_plan,
-    scenes,
-    simulate,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._cli import group
 
 from .conftest import AXE
@@ -74,36 +63,38 @@ def _anew(tab, change):
 
 
 def _same_motion(tab, parameters):
-    motion = simulate(parameters, periods=400).steady()
-    orbit = solve_orbit(parameters)
+    motion = cs.simulate(parameters, periods=400).steady()
+    orbit = cs.solve_orbit(parameters)
     assert _itinerary(tab) == motion.itinerary
     assert tab.locator("#map").inner_text().replace("_", "") == re.sub(
         r"[_{}]", "", motion.global_map
     )
     assert _quantity(tab, "progression") == pytest.approx([motion.progression], abs=1e-9)
-    assert _quantity(tab, "work") == pytest.approx([performance(orbit).work.value], rel=1e-8)
-    known = [performance(orbit).damper_loss.value, performance(orbit).friction_loss.value]
+    assert _quantity(tab, "work") == pytest.approx([cs.performance(orbit).work.value], rel=1e-8)
+    known = [cs.performance(orbit).damper_loss.value, cs.performance(orbit).friction_loss.value]
     assert _quantity(tab, "losses") == pytest.approx(known, rel=1e-4)
-    assert _quantity(tab, "multipliers") == pytest.approx(abs(floquet_multipliers(orbit)), abs=1e-4)
+    assert _quantity(tab, "multipliers") == pytest.approx(
+        abs(cs.floquet_multipliers(orbit)), abs=1e-4
+    )
 
 
 def test_the_motion_is_the_package_s(open_page):
     tab = open_page()
-    _same_motion(tab, Parameters())
+    _same_motion(tab, cs.Parameters())
     _settled(tab, lambda: tab.fill("#field-alpha", "1.2"))
-    _same_motion(tab, Parameters(alpha=1.2))
+    _same_motion(tab, cs.Parameters(alpha=1.2))
     slider = tab.get_by_label("excitation amplitude, slider")
     slider.focus()
     _settled(tab, lambda: slider.press("ArrowRight"))
     assert tab.input_value("#field-alpha") == "1.201"
-    _same_motion(tab, Parameters(alpha=1.201))
+    _same_motion(tab, cs.Parameters(alpha=1.201))
     _settled(tab, lambda: tab.get_by_role("button", name="Back to the defaults").click())
     assert tab.input_value("#field-alpha") == "0.7"
 
 
-@pytest.mark.parametrize("name", scenes.SHIPPED[1:])
+@pytest.mark.parametrize("name", cs.scenes.SHIPPED[1:])
 def test_the_motion_of_each_scene_is_the_package_s(open_page, name):
-    own = scenes.load(name)
+    own = cs.scenes.load(name)
     tab = open_page()
     tab.click("#theme")
     _anew(tab, lambda: tab.select_option("#scene", name))
@@ -122,7 +113,7 @@ def test_the_motion_of_each_scene_is_the_package_s(open_page, name):
     _settled(tab, lambda: tab.select_option("#units-choice", "device"))
     values = tab.locator("#controls .control:visible .entry input").all()
     device = {one.get_attribute("id")[6:]: float(one.input_value()) for one in values}
-    motion = simulate(own.PhysicalParameters(**device).dimensionless(), periods=400).steady()
+    motion = cs.simulate(own.PhysicalParameters(**device).dimensionless(), periods=400).steady()
     assert _itinerary(tab) == motion.itinerary
     # The scene before is two changes back.
     _until(tab, "location.hash.includes('device')")
@@ -132,9 +123,9 @@ def test_the_motion_of_each_scene_is_the_package_s(open_page, name):
     assert tab.input_value("#scene") == "capsule"
 
 
-@pytest.mark.parametrize("name", scenes.SHIPPED)
+@pytest.mark.parametrize("name", cs.scenes.SHIPPED)
 def test_what_a_scene_has_is_drawn(open_page, tmp_path, name):
-    facts = scenes.load(name).facts
+    facts = cs.scenes.load(name).facts
     tab = open_page(f"#scene={name}")
     tab.click("#share-open")
     drawn = {}
@@ -164,12 +155,12 @@ EVENTS = {
 }
 
 
-@pytest.mark.parametrize("name", scenes.SHIPPED)
+@pytest.mark.parametrize("name", cs.scenes.SHIPPED)
 def test_bifurcations_of_each_scene_are_the_package_s(open_page, name):
     low, high = EVENTS[name]
-    own = scenes.load(name)
-    orbit = solve_orbit(own.Parameters(alpha=low))
-    known = continue_orbit(orbit, "alpha", high).bifurcations
+    own = cs.scenes.load(name)
+    orbit = cs.solve_orbit(own.Parameters(alpha=low))
+    known = cs.continue_orbit(orbit, "alpha", high).bifurcations
     assert len(known) > 1
     tab = open_page(f"#scene={name}&view=diagram&d_from={low}&d_to={high}&d_count=30&d_way=up")
     _until(tab, "/Points in/.test(document.getElementById('diagram-status').textContent)")
@@ -190,16 +181,16 @@ def test_presets_say_what_the_paper_prints(open_page):
 
 def test_a_device_is_that_of_the_package(open_page):
     tab = open_page("#units=device&P_d=4.5")
-    device = PhysicalParameters(M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=4.5,
+    device = cs.PhysicalParameters(M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=4.5,
                                 Omega=8, mu=0.2)  # fmt: skip
-    motion = simulate(device.dimensionless(), periods=400).steady()
+    motion = cs.simulate(device.dimensionless(), periods=400).steady()
     assert _itinerary(tab) == motion.itinerary
     friction = 0.2 * (0.5 + 1.65) * 9.81  # N
     length, time = friction / 50, (0.5 / 50) ** 0.5  # m, s
     assert _quantity(tab, "progression") == pytest.approx([1e3 * motion.progression * length])
     speed = motion.progression * length * 8 / (2 * np.pi)
     assert _quantity(tab, "velocity") == pytest.approx([1e3 * speed])
-    work = performance(solve_orbit(device.dimensionless())).work.value
+    work = cs.performance(cs.solve_orbit(device.dimensionless())).work.value
     assert _quantity(tab, "work") == pytest.approx([1e3 * work * friction * length])
     assert sum(_quantity(tab, "losses")) == pytest.approx(1e3 * work * friction * length, rel=1e-4)
     first = motion.segments[0]
@@ -355,11 +346,11 @@ def test_what_is_copied_of_a_scene_is_taken(open_page, tmp_path, monkeypatch, ad
         tab.click("#share-open")
         text = tab.inner_text("#share-file")
         if "motion" not in view:
-            scene = read_plan(tomllib.loads(text)).parameters.scene
+            scene = cs.read_plan(tomllib.loads(text)).parameters.scene
             assert address.startswith(f"#scene={scene.source}")
             continue
         Path("device.toml").write_text(text)
-        given = load_parameters("device.toml")
+        given = cs.load_parameters("device.toml")
         assert address.startswith(f"#scene={given.scene.source}")
         command = tab.inner_text("#share-command").split()
         assert CliRunner().invoke(group, [*command[1:], "--json"]).exit_code == 0

@@ -7,15 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    InvalidInput,
-    Parameters,
-    continue_orbit,
-    load_parameters,
-    read_plan,
-    simulate,
-    solve_orbit,
-)
+import capsule_sym as cs
 
 from .test_browser import _itinerary, _quantity, _settled, _until
 
@@ -53,10 +45,10 @@ def test_a_chart_runs_from_the_phase_that_is_set(open_page, tmp_path):
     differ = 0
     for row in rows[::5]:
         state = (float(row["x_r"]), float(row["v_r"]), 0.0)
-        motion = simulate(Parameters(**BASIN), state, 8.0, 300).steady()
+        motion = cs.simulate(cs.Parameters(**BASIN), state, 8.0, 300).steady()
         assert row["itinerary"] == _digits(motion)
         assert float(row["progression"]) == pytest.approx(motion.progression, abs=1e-6)
-        differ += _digits(simulate(Parameters(**BASIN), state, 0.0, 300).steady()) != _digits(
+        differ += _digits(cs.simulate(cs.Parameters(**BASIN), state, 0.0, 300).steady()) != _digits(
             motion
         )
     assert differ > 3
@@ -69,7 +61,7 @@ def test_a_diagram_begins_at_the_phase_that_is_set(open_page, tmp_path):
         tab = open_page(f"#{at}&{COEXISTING}&phase={phase}")
         _finished(tab, "diagram")
         row = _rows(tab, "points-csv", tmp_path / "points.csv")[0]
-        motion = simulate(Parameters(**BASIN), phase=float(phase), periods=300).steady()
+        motion = cs.simulate(cs.Parameters(**BASIN), phase=float(phase), periods=300).steady()
         found.append(_digits(motion))
         assert sorted(row["itinerary"]) == sorted(found[-1])
     assert found[0] != found[1]
@@ -146,9 +138,9 @@ def test_folds_are_those_of_the_package(open_page):
     tab = open_page(f"#view=diagram&{given}&{ends}")
     _finished(tab, "diagram")
     rows = [row for row in tab.locator("#marks tr").all_inner_texts() if "fold" in row]
-    start = solve_orbit(Parameters(**system, omega=0.8015))
+    start = cs.solve_orbit(cs.Parameters(**system, omega=0.8015))
     known = [
-        one for one in continue_orbit(start, "omega", 0.8025).bifurcations if one.type == "fold"
+        one for one in cs.continue_orbit(start, "omega", 0.8025).bifurcations if one.type == "fold"
     ]
     assert len(rows) >= 1
     value = float(re.search(r"= ([\d.]+)", rows[0])[1])
@@ -217,8 +209,8 @@ def test_files_are_taken_as_by_the_package(open_page, tmp_path, text):
     path = tmp_path / "device.toml"
     path.write_text(text)
     try:
-        loaded = load_parameters(path)
-    except InvalidInput:
+        loaded = cs.load_parameters(path)
+    except cs.InvalidInput:
         loaded = None
     tab = open_page("#alpha=0.31")
     tab.set_input_files("#file", path)
@@ -228,7 +220,7 @@ def test_files_are_taken_as_by_the_package(open_page, tmp_path, text):
         return
     _until(tab, "document.documentElement.dataset.motions !== '1'")
     assert not tab.locator("#file-error").is_visible()
-    device = not isinstance(loaded, Parameters)
+    device = not isinstance(loaded, cs.Parameters)
     assert tab.input_value("#units-choice") == ("device" if device else "dimensionless")
     names = ("M_m", "k2", "P_d", "g") if device else ("alpha", "gamma", "beta")
     for name in names:
@@ -310,7 +302,7 @@ def test_a_sweep_is_taken_along(open_page):
     tab = open_page("#view=chart&c_size=16&phase=1&v_r=0.25&zeta=0.1")
     _finished(tab, "chart")
     tab.click("#share-open")
-    plan = read_plan(tomllib.loads(tab.inner_text("#share-file")))
+    plan = cs.read_plan(tomllib.loads(tab.inner_text("#share-file")))
     assert plan.shape == (16, 16)
     assert (plan.phase, plan.state, plan.parameters.zeta) == (1.0, (0.0, 0.25, 0.0), 0.1)
     np.testing.assert_allclose(plan.axes[1].values[:, 0], 1 + 4 * (np.arange(16) + 0.5) / 16)

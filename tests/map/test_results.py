@@ -6,25 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Curve,
-    Ending,
-    InvalidInput,
-    OrbitStatus,
-    Parameters,
-    continue_orbit,
-    simulate,
-    simulate_many,
-    solve_itinerary,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._native import core
 from capsule_sym._orbits.shooting.orbit import NoOrbit
 
 
 def test_many_times_in_many_segments_take_one_call_a_field(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = simulate(Parameters(), periods=20, backend="numpy")
+    run = cs.simulate(cs.Parameters(), periods=20, backend="numpy")
     times = np.random.default_rng(1).uniform(0, 20 * run.parameters.period, (50, 40))
     one_by_one = np.array([run(t) for t in times[0]])
     kernels, calls = NumpyBackend().kernels, []
@@ -45,21 +34,21 @@ KEPT = ("segments", "switches", "stroboscopic")
 
 
 def test_no_times_give_no_states() -> None:
-    run = simulate(Parameters(), periods=2)
+    run = cs.simulate(cs.Parameters(), periods=2)
     assert run([]).shape == (0, 3)
     assert run.position(np.empty((2, 0))).shape == (2, 0)
 
 
 def test_reprs_fit_a_line() -> None:
-    run = simulate(Parameters(), periods=60)
-    orbit = solve_orbit(Parameters())
+    run = cs.simulate(cs.Parameters(), periods=60)
+    orbit = cs.solve_orbit(cs.Parameters())
     assert orbit.success, orbit.message
-    near = solve_itinerary(Parameters(alpha=0.94), orbit.itinerary, list(orbit.z))
+    near = cs.solve_itinerary(cs.Parameters(alpha=0.94), orbit.itinerary, list(orbit.z))
     assert near.success, near.message
-    branch = continue_orbit(near, "alpha", 0.943, points=2)
-    ends = (Ending.REACHED, ""), (Ending.REACHED, "")
-    curve = Curve("grazing", ("alpha", "gamma"), (), (), ends)
-    none = NoOrbit(OrbitStatus.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)
+    branch = cs.continue_orbit(near, "alpha", 0.943, points=2)
+    ends = (cs.Ending.REACHED, ""), (cs.Ending.REACHED, "")
+    curve = cs.Curve("grazing", ("alpha", "gamma"), (), (), ends)
+    none = NoOrbit(cs.OrbitStatus.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)
     parts = [run, run.segments[0], run.segments[-1], run.steady(), orbit, orbit.itinerary]
     parts += [orbit.system, orbit.system.flows[0], branch, branch.points[0]]
     parts += [branch.bifurcations[0], none, curve]
@@ -69,31 +58,34 @@ def test_reprs_fit_a_line() -> None:
         assert type(part).__name__ in text
     assert f"{len(run.segments)} segments" in repr(run)
     assert "F5 F4 F1 F2" in repr(run.steady())
-    assert repr(simulate(Parameters(), periods=9, max_segments=2)).count("after 2 segments") == 1
+    assert (
+        repr(cs.simulate(cs.Parameters(), periods=9, max_segments=2)).count("after 2 segments") == 1
+    )
 
 
 @pytest.mark.parametrize("tolerance", [math.nan, math.inf, 0.0, -1e-9, True, "1e-9", None])
 def test_a_tolerance_that_is_none_is_refused(tolerance: Any) -> None:
-    with pytest.raises(InvalidInput, match=r"tolerance = .* finite number > 0"):
-        simulate(Parameters(), periods=2).steady(tolerance)
+    with pytest.raises(cs.InvalidInput, match=r"tolerance = .* finite number > 0"):
+        cs.simulate(cs.Parameters(), periods=2).steady(tolerance)
 
 
 def test_arrays_that_a_result_keeps_are_read_only() -> None:
     """And what a caller gave, or gets as a copy, stays the caller's."""
-    rows = np.array([[*Parameters().to_dict().values()]])
+    rows = np.array([[*cs.Parameters().to_dict().values()]])
     times = np.array([0.5, 1.0])
     for backend in ("c", "numpy") if core is not None else ("numpy",):
         runs = {
-            keep: simulate(Parameters(), periods=3, keep=keep, backend=backend) for keep in KEPT
+            keep: cs.simulate(cs.Parameters(), periods=3, keep=keep, backend=backend)
+            for keep in KEPT
         }
-        at = simulate(Parameters(), periods=3, keep=times, backend=backend)
+        at = cs.simulate(cs.Parameters(), periods=3, keep=times, backend=backend)
         kept = [runs["segments"].records, runs["switches"].switches, at.times, at.states]
         kept += [at.positions, runs["stroboscopic"].stroboscopic]
         kept += [runs["stroboscopic"].stroboscopic_periods]
         for array in kept:
             with pytest.raises(ValueError, match="read-only"):
                 array[...] = array[0]
-    many = simulate_many(rows, periods=3, keep="stroboscopic")
+    many = cs.simulate_many(rows, periods=3, keep="stroboscopic")
     for array in (
         many.parameters,
         many.states,
@@ -105,7 +97,7 @@ def test_arrays_that_a_result_keeps_are_read_only() -> None:
         with pytest.raises(ValueError, match="read-only"):
             array[...] = array[0]
     rows[0, 0] = times[0] = 2.0
-    assert many.parameters[0, 0] == Parameters().alpha
+    assert many.parameters[0, 0] == cs.Parameters().alpha
     assert at.times[0] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         runs["segments"].columns["x_r"][:] = 9.0
@@ -116,12 +108,12 @@ def test_a_run_of_which_the_end_is_kept_takes_the_steps_of_one_that_keeps_all() 
     """Some have more segments than are written at a time; 106 bits decide some switches."""
     low, high = (0.3, 0.3, 0, 0, 0, 1, 1), (3, 2, 1, 0.3, 9, 4, 1)
     rows = np.random.default_rng(5).uniform(low, high, (30, 7)).tolist()
-    drawn = [(Parameters(*row), (row[2] - 0.2, 0.0, 0.0), 60) for row in rows]
-    drawn.append((Parameters(alpha=3.0, omega=1.3, delta=0.1, f_b=0.2), (0.1, 0.5, 0.0), 400))
+    drawn = [(cs.Parameters(*row), (row[2] - 0.2, 0.0, 0.0), 60) for row in rows]
+    drawn.append((cs.Parameters(alpha=3.0, omega=1.3, delta=0.1, f_b=0.2), (0.1, 0.5, 0.0), 400))
     longest = 0
     for parameters, state, periods in drawn:
-        whole = simulate(parameters, state, periods=periods, backend="c")
-        end = simulate(parameters, state, periods=periods, keep="final", backend="c")
+        whole = cs.simulate(parameters, state, periods=periods, backend="c")
+        end = cs.simulate(parameters, state, periods=periods, keep="final", backend="c")
         assert (end.final, end.advance, end.status) == (whole.final, whole.advance, whole.status)
         assert end.statistics == whole.statistics
         longest = max(longest, whole.statistics.segments)

@@ -74,6 +74,7 @@ def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> Non
         assert abs(events[0].values["alpha"] - square.sqrt()) < arb("1e-80")
 
 
+@pytest.mark.long
 def test_the_force_of_the_graze_is_checked_too() -> None:
     (closed,) = resting_orbit()
     force = closed.claim["force_squared"]
