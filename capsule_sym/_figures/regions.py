@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix as Array
 from capsule_sym._errors import InvalidInput, NotInstalled
