@@ -43,6 +43,15 @@ def __getattr__(name: str) -> object:
             from capsule_sym._errors import NotInstalled
 
             raise NotInstalled(missing) from missing
+        except ValueError as error:
+            if not str(error).startswith("Key backend"):
+                raise
+            import os
+
+            from capsule_sym._errors import InvalidInput
+
+            backend = os.environ.get("MPLBACKEND")
+            raise InvalidInput("MPLBACKEND", backend, "a backend of Matplotlib") from error
     elif name == "scenes":
         found = import_module(f"{__name__}.scenes")
     elif name == "__version__":

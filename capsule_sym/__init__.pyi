@@ -72,6 +72,7 @@ from capsule_sym._figures.shocks import plot_shock as plot_shock
 from capsule_sym._figures.style import figure_style as figure_style
 from capsule_sym._figures.style import save_figure as save_figure
 from capsule_sym._figures.sweeps import plot_basin as plot_basin
+from capsule_sym._figures.sweeps import plot_metric as plot_metric
 from capsule_sym._figures.sweeps import plot_pareto as plot_pareto
 from capsule_sym._figures.tolerances import plot_tolerances as plot_tolerances
 from capsule_sym._map.many import Trajectories as Trajectories

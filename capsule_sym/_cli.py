@@ -19,6 +19,7 @@ import click
 from capsule_sym._commands.signature import Command
 from capsule_sym._commands.values import meant
 from capsule_sym._errors import CapsuleError, InvalidInput, NotInstalled
+from capsule_sym._figures.sizes import UNLISTED
 
 _INTERRUPTED = 130  # the exit status of shells for it
 _COMPLETE = "_CAPSULE_SYM_COMPLETE"  # environment variable by which a shell requests completions
@@ -144,8 +145,12 @@ def main(arguments: Sequence[str] | None = None, commands: click.Group = group) 
     stderr is closed or cannot be written, or the core was compiled from other files. `arguments`
     are those of the process if not given.
     """
+    if arguments is None:
+        os.environ["MPLBACKEND"] = "agg"  # pictures are written, and no window is opened
+    token = UNLISTED.set(True)
     given = list(sys.argv[1:] if arguments is None else arguments)
     status = _closed() or _status(given, commands)
+    UNLISTED.reset(token)
     # Ctrl-C within an `exec` of text, as in SymPy, would kill `python -m` by a signal at its end.
     exec("")  # Python forgets it
     sys.exit(status)

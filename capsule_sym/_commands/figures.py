@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,11 +15,13 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
+from capsule_sym._commands.values import Range
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
 from capsule_sym._parameters import CAPSULE, scene_in
+from capsule_sym._units import METRIC_UNITS
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -110,22 +114,28 @@ def figure(
     picture: Picture = PICTURE,
     system: options.System = options.parameters(),
     colours: Any = COLOURS,
-    quantity: str = option(
-        "Of branches: stroboscopic x_r, v_r or v_c, average velocity, or progression in a period.",
+    quantity: str | None = option(
+        "Of branches: stroboscopic x_r, v_r or v_c [default: x_r]. Of branches and sweeps: a "
+        "metric, such as velocity or work.",
         "--of",
-        type=click.Choice(["x_r", "v_r", "v_c", "velocity", "progression"]),
-        default="x_r",
-        show_default=True,
+        type=click.Choice(["x_r", "v_r", "v_c", *METRIC_UNITS, "lift", "lyapunov"]),
+        metavar="NAME",
+    ),
+    xlim: tuple[float, ...] | None = option(
+        "Range of the horizontal axis that is drawn.", type=Range()
+    ),
+    ylim: tuple[float, ...] | None = option(
+        "Range of the vertical axis, of a figure of one panel.", type=Range()
     ),
     kind: str | None = option(
-        "Of a sweep: itineraries over two axes, attractors over two starts, or speed against cost "
-        "of transport.  [default: what the sweep is]",
+        "Of a sweep without --of: itineraries over two axes, attractors over two starts, or speed "
+        "against cost of transport.  [default: what the sweep is]",
         "--as",
         type=click.Choice(["chart", "basin", "pareto"]),
     ),
     curves: tuple[Path, ...] = option(
-        "Of a sweep: a file of `curve --json` or --out, whose curves bound a chart's regions; any "
-        "number.",
+        "Of a sweep: a file of `curve --json` or --out, whose curves bound a chart's regions, or "
+        "lie on a metric; any number.",
         "--curve",
         type=click.Path(path_type=Path, dir_okay=False),
         multiple=True,
@@ -140,9 +150,10 @@ def figure(
     takes a second; the parameters are in the picture's metadata.
 
     A RESULT is a file that `branch --out` wrote, or several, a file of `curve --out`, or the
-    directory of `sweep` or `basin`. Of branches, with those that leave theirs, a colour is a
-    branch; stable orbits are solid, unstable ones dashed; every bifurcation has its label. Of
-    curves a colour is a type of bifurcation; a circle is a point of codimension two.
+    directory of `sweep` or `basin`, of which --of draws a metric. Of branches, with those that
+    leave theirs, a colour is a branch; stable orbits are solid, unstable ones dashed; every
+    bifurcation has its label, and the key its type and value. Of curves a colour is a type of
+    bifurcation; a circle is a point of codimension two.
     """
     first = subjects[0]
     moving = first == "motion" and picture.out.suffix.lower() in MOVING
@@ -150,30 +161,52 @@ def figure(
     by_name, is_sweep = first in FIGURES, os.path.isdir(first)
     if (by_name or is_sweep) and len(subjects) > 1:
         raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")
-    drawn: Figure | None
-    told: dict[str, Any]
-    if by_name:
-        _check_own(system, "figures by name", first)
-        drawn, told = _of_name(first, picture, system, colours, moving), {"figure": first}
-    elif is_sweep:
-        _check_own(system, "sweeps", first)
-        drawn, told = _of_sweep(system, Path(first), kind, curves, picture.width)
-    else:
-        drawn, told = _of_files(system, [*map(Path, subjects)], quantity, picture.width)
+    with _chosen_view(xlim, ylim):
+        drawn: Figure | None
+        told: dict[str, Any]
+        if by_name:
+            _check_own(system, "figures by name", first)
+            drawn, told = _of_name(first, picture, system, colours, moving), {"figure": first}
+        elif is_sweep:
+            _check_own(system, "sweeps", first)
+            drawn, told = _of_sweep(system, Path(first), quantity, kind, curves, picture.width)
+        else:
+            paths = [*map(Path, subjects)]
+            drawn, told = _of_files(system, paths, quantity or "x_r", picture.width)
     if drawn is not None:
         capsule_sym.save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
     files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
     present.tell_written(*files, as_json=as_json, **told)
 
 
-_OWN = {"branches": ("quantity",), "sweeps": ("kind", "curves")}
+@contextmanager
+def _chosen_view(*ranges: tuple[float, ...] | None) -> Iterator[None]:
+    """Draw these ranges of x and y; errors name what was typed."""
+    from capsule_sym._figures.layout import VIEW
+
+    for name, ends in zip(("--xlim", "--ylim"), ranges, strict=True):
+        if ends and not (ends[0] < ends[1] and all(map(math.isfinite, ends))):
+            raise InvalidInput(name, ":".join(f"{end:g}" for end in ends), "two numbers, ascending")
+    token: Any = VIEW.set(ranges)  # type: ignore[arg-type]
+    try:
+        yield
+    except InvalidInput as error:
+        typed = {"quantity": "--of", "metric": "--of", "xlim": "--xlim", "ylim": "--ylim"}
+        raise InvalidInput(
+            typed.get(error.field, error.field), error.value, error.allowed
+        ) from error
+    finally:
+        VIEW.reset(token)
+
+
+_OWN = {"branches": ("quantity",), "sweeps": ("quantity", "kind", "curves")}
 
 
 def _check_own(system: options.System, what: str, subject: str) -> None:
     """Raises UsageError for an option that is for other subjects."""
     own = {"figures by name": (*system.names, "colours"), **_OWN}
     for other in own.keys() - {what}:
-        for name in filter(options.is_given, own[other]):
+        for name in filter(options.is_given, {*own[other]} - {*own.get(what, ())}):
             raise click.UsageError(f"{options.flag(name)} is for {other}, which {subject} is not")
 
 
@@ -221,7 +254,12 @@ def _of_files(
 
 
 def _of_sweep(
-    system: options.System, store: Path, kind: str | None, curves: Sequence[Path], wide: float
+    system: options.System,
+    store: Path,
+    metric: str | None,
+    kind: str | None,
+    curves: Sequence[Path],
+    wide: float,
 ) -> tuple[Figure, dict[str, Any]]:
     """The figure of the results of a sweep or a basin."""
     options.require("xarray", "zarr", "shapely")
@@ -234,6 +272,10 @@ def _of_sweep(
         except (ArithmeticError, MemoryError, OSError, RuntimeError, TypeError, ValueError):
             raise damaged(store, "a chunk") from None
         system.check_scene(scene_in(results.attrs) or CAPSULE, str(store))
+        if metric is not None:
+            if kind is not None:
+                raise click.UsageError(f"--as {kind} draws no metric: leave --of out")
+            return capsule_sym.plot_metric(results, metric, lines, width=wide), {"of": metric}
         if kind is None:
             kind = "basin" if "attractor" in results else "chart"
         told = {"figure": kind}

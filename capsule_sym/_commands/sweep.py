@@ -16,6 +16,8 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
+from capsule_sym._sweeps.quantities import VARIABLES
+from capsule_sym._units import METRIC_UNITS
 
 _EXTRA = ("xarray", "zarr", "filelock", "google_crc32c")
 _store = partial(option, "Directory of the results.", "--out", metavar="DIR")
@@ -35,6 +37,13 @@ def sweep(
     system: options.System = options.ranged_parameters(counted=True),
     periods: int | None = option("Excitation periods to run.  [default: 300]"),
     compute: str | None = option("Quantities, such as itinerary,energies.", metavar="NAMES"),
+    metric: str | None = option(
+        "Draw this metric, such as velocity, over one or two axes into DIR/NAME.svg, and compute "
+        "what it needs.",
+        "--of",
+        type=click.Choice([*METRIC_UNITS, "lyapunov"]),
+        metavar="NAME",
+    ),
     info: Path | None = option(
         "Show axes, progress, outcomes, attractors and provenance of a store, also of a basin.",
         type=click.Path(path_type=Path),
@@ -76,8 +85,13 @@ def sweep(
             if one.name not in ("info", "check", "as_json"):
                 options.check_beside(str(one.name), never=("info",))
         return _show_store(info, check, as_json)
+    options.check_beside("metric", never=("plan",))
     over = options.ranges()
-    settings = {"periods": periods, "compute": compute and compute.split(",")}
+    settings: dict[str, Any] = {"periods": periods, "compute": compute and compute.split(",")}
+    if metric is not None:
+        options.require("matplotlib", "shapely")
+        needed = (of for of, results in VARIABLES.items() if metric in results)
+        settings["compute"] = [*(settings["compute"] or ["itinerary"]), next(needed, "energies")]
     settings = {name: value for name, value in settings.items() if value is not None}
     if plan is not None:
         for name in (*over, *system.names, *settings):
@@ -91,6 +105,11 @@ def sweep(
         raise click.UsageError("Missing option '--out'.")
     with _executor(**how) as given:
         summary = capsule_sym.run_sweep(loaded, store, **given)
+    if metric is not None and summary.success:
+        with capsule_sym.open_results(store) as results:
+            drawn = capsule_sym.plot_metric(results.load(), metric)
+        capsule_sym.save_figure(drawn, picture := Path(store) / f"{metric}.svg")
+        click.echo(f"wrote {picture}", err=True)
     _tell(_summary(summary, loaded.periods, store), as_json)
 
 

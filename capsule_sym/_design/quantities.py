@@ -18,6 +18,8 @@ from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.result import record as record
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
+from capsule_sym._orbits.metrics.performance import performance, shown
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters, names_of
 from capsule_sym._systems import System as System
 from capsule_sym._systems import dimensionless as dimensionless
@@ -96,6 +98,20 @@ def _with_derived(metrics: Mapping[str, Slope], p: SceneParameters) -> dict[str,
         "speed_per_work": way / work if work.value > 0 else 0 * work,
         "cost_of_transport": work / (own[bound] * way) if bound and way.value > 0 else nowhere,
     }
+
+
+def metric_of(orbit: Orbit, name: str) -> float:
+    """A dimensionless metric of an orbit; nan at a fold, where `performance` has no gradient."""
+    try:
+        found = performance(orbit)
+    except np.linalg.LinAlgError:
+        return math.nan
+    none = np.zeros(len(orbit.scene.facts.PARAMETERS))
+    plain = {one: Slope(float(getattr(found, one).value), none) for one in shown(orbit.scene)}
+    every = _with_derived(plain, orbit.parameters)
+    if name not in every:
+        raise InvalidInput("quantity", name, f"one of {', '.join(every)} in this scene")
+    return float(every[name].value)
 
 
 class Limit(NamedTuple):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 UNSETTLED = 16
 """Largest number of excitation periods drawn of a run without a steady motion."""
 _PER_PERIOD = 240  # points; no corner is visible in a picture a page wide
+_ROUNDED = 1e-9  # periods
 _PER_RADIAN = 16  # points per radian of a segment's fastest rate
 
 Motion = Trajectory | Orbit
@@ -61,7 +63,7 @@ def arcs(motion: Motion, periods: int) -> list[Arc]:
     if not 1 <= periods <= end.period:
         raise InvalidInput("periods", periods, f"from 1 to the run's {end.period}")
     period, (_, stop) = motion.parameters.period, motion.span
-    return _between(motion, stop - periods * period, stop, period / _PER_PERIOD)
+    return _between(motion, (end.period - periods) * period, stop, period / _PER_PERIOD)
 
 
 def opening(trajectory: Trajectory, duration: float) -> list[Arc]:
@@ -76,13 +78,19 @@ def is_periodic(motion: Motion) -> bool:
 
 
 def cycle(motion: Motion) -> list[Arc]:
-    """Arcs of one period of an orbit, or of the steady motion at the end of a run.
+    """Arcs of one period of an orbit, or of the steady motion at the end of a run, from phase 0.
 
     Of a run without a steady motion, those of its last excitation periods, at most `UNSETTLED`.
     """
     if not isinstance(motion, Trajectory):
-        run = motion.trajectory()
-        return _between(run, *run.span, motion.parameters.period / _PER_PERIOD)
+        run, period = motion.trajectory(), motion.parameters.period
+        begin, end = run.span
+        first = math.ceil(begin / period)
+        late = _between(run, begin, first * period, period / _PER_PERIOD)
+        turns, advance = motion.itinerary.period_number, run.position(end) - run.position(begin)
+        return _between(run, first * period, end, period / _PER_PERIOD) + [
+            replace(arc, time=arc.time + turns, x_c=arc.x_c + advance) for arc in late
+        ]
     steady = motion.steady()
     shown = steady.period_number if steady else min(UNSETTLED, motion.final[0].period)
     return arcs(motion, shown)
@@ -108,6 +116,11 @@ def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> l
             x_r, v_r, v_c = states.T
             found.append(Arc(segment.field, time / period, x_r, v_r, v_c, x_c, scene))
     return found
+
+
+def phase_zero(drawn: Sequence[Arc]) -> int:
+    """Number of the excitation period in which arcs begin, at whose phase 0 their axis begins."""
+    return math.floor(float(drawn[0].time[0]) + _ROUNDED)
 
 
 def interaction(arc: Arc, parameters: SceneParameters) -> Array:

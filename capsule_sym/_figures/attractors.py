@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from capsule_sym._figures.layout import add_key, axes_for
+from capsule_sym._figures.layout import add_key, axes_for, limit
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import AREAS, LABELS, blank, describe, readable, styled
+from capsule_sym._figures.style import (
+    AREAS,
+    LABELS,
+    area_colours,
+    blank,
+    describe,
+    readable,
+    styled,
+)
 
 if TYPE_CHECKING:
-    from capsule_sym._attractors.branches import ContinuedAttractors
+    from capsule_sym._attractors.branches import AttractorBranch, ContinuedAttractors
 
 _NAMED = 0.08  # fraction from which on an area has its number
 _NARROW = 0.01  # share of the axis over which it goes then
@@ -29,28 +39,33 @@ def plot_attractors(
 ) -> Figure:
     """The fractions of starts that lead to each attractor, stacked, along a parameter.
 
-    `found` is what `continue_attractors` gives. Each attractor has a colour and its number; marks
-    above are births (filled) and deaths (open) at the bifurcations of their branches, where
-    fractions jump. White are starts that have not settled. Drawn into `axes` if they are given.
+    `found` is what `continue_attractors` gives. Each attractor has a colour and its number, for
+    which the key gives the itinerary and the least and largest fraction; marks above are births
+    (filled) and deaths (open) at the bifurcations of their branches, where fractions jump. White
+    are starts that have not settled. Drawn into `axes`, without the key, if they are given.
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
-    places, shares = _columns(found)
-    below = np.zeros(len(places))
+    places, heights = _stacked(found)
     fine = np.linspace(found.values[0], found.values[-1], 401)
-    for branch in found.branches:
-        turn, place = divmod(branch.number, len(AREAS))
-        colour, hatch = AREAS[place], _HATCHES[turn % len(_HATCHES)]
-        fractions = np.zeros(len(found.values))
-        fractions[np.searchsorted(found.values, branch.values)] = branch.fractions
-        height = shares @ fractions
+    names = [_name(branch) for branch in found.branches]
+    handles: list[Any] = []
+    below = np.zeros(len(places))
+    shown = zip(found.branches, names, area_colours(figure, names), heights, strict=True)
+    for branch, name, colour, height in shown:
+        hatch = _HATCHES[branch.number // len(AREAS) % len(_HATCHES)]
         looks: dict[str, Any] = {"facecolor": colour, "edgecolor": readable(colour), "linewidth": 0}
-        axes.fill_between(places, below, below + height, hatch=hatch, **looks)
-        heights = np.interp(fine, places, height)
-        large = np.flatnonzero(heights >= _LARGE * heights.max())
+        looks |= {"hatch": hatch, "label": f"{branch.number}  {name} {_range(branch)}"}
+        there = height > 0
+        there[1:] |= height[:-1] > 0
+        there[:-1] |= height[1:] > 0
+        axes.fill_between(places, below, below + height, where=there, **looks)
+        handles.append(Patch(**looks))
+        tall = np.interp(fine, places, height)
+        large = np.flatnonzero(tall >= _LARGE * tall.max())
         most = int(large[abs(fine[large] - fine[large].mean()).argmin()])
         wide = np.ptp(branch.values) >= _NARROW * np.ptp(found.values)
-        if heights[most] >= _NAMED and wide:
+        if tall[most] >= _NAMED and wide:
             middle = np.interp(fine[most], places, below + height / 2)
             text: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(colour)}
             axes.text(_inward(fine, most), middle, str(branch.number), **text)
@@ -69,39 +84,76 @@ def plot_attractors(
                 "label": label,
             }
             axes.plot(values, np.full(len(values), level), mark, linestyle="none", **kind)
-    axes.set_xlim(found.values[0], found.values[-1])
-    axes.set_ylim(0, 1.12)
+    limit(axes, (found.values[0], found.values[-1]), (0, 1.12))
     axes.set_yticks(np.linspace(0, 1, 6))
     axes.set_xlabel(LABELS.get(found.name, found.name))
     axes.set_ylabel("fraction of the starts")
     if alone:
-        handles = axes.get_legend_handles_labels()[0]
-        if found.unsettled.any():
-            handles = [*handles, blank("not settled")]
-        if handles:
-            add_key(figure, handles)
+        marks = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
+        late = [blank("not settled")] * bool(found.unsettled.any())
+        add_key(figure, [*handles, *marks, *late])
     title = f"Attractors along {found.name}"
     return describe(figure, title, parameters=found.base, starts=found.starts)
 
 
-def _columns(found: ContinuedAttractors) -> tuple[_Values, _Values]:
-    """Places along the axis, and the shares of the values' fractions there, (k, m).
+def _name(branch: AttractorBranch) -> str:
+    """The itinerary of an attractor where most starts lead to it, and the number of others."""
+    texts = [text for text, _ in branch.shown]
+    others = len({*texts}) - 1
+    more = f" and {others} other{'s' * (others > 1)}" * bool(others)
+    return f"{texts[int(np.argmax(branch.fractions))]}{more}"
 
-    Fractions are drawn as lines from value to value; where attractors are born or die in between,
-    those of both values reach to the first bifurcation.
+
+def _range(branch: AttractorBranch) -> str:
+    low, high = (f"{100 * end:.3g}" for end in (branch.fractions.min(), branch.fractions.max()))
+    return f"({low} %)" if low == high else f"({low} to {high} %)"
+
+
+def _stacked(found: ContinuedAttractors) -> tuple[_Values, _Values]:
+    """Places along the axis, and the height of each attractor there, (n, k).
+
+    Fractions are drawn as lines from value to value. Between two values an attractor ends exactly
+    at its birth and at its death; there the others, of which no fraction is known, share the height
+    in proportion to their fractions at both values.
     """
     values = found.values
-    events = sorted(one.value for one in found.changes if np.isfinite(one.value))
-    places, shares = [], []
-    eye = np.eye(len(values))
-    for i, value in enumerate(values):
-        places.append(value)
-        shares.append(eye[i])
-        inside = [at for at in events if i + 1 < len(values) and value < at < values[i + 1]]
+    of = np.zeros((len(found.branches), len(values)))
+    for row, branch in zip(of, found.branches, strict=True):
+        row[np.searchsorted(values, branch.values)] = branch.fractions
+    ends = [
+        [
+            one.value if one is not None and np.isfinite(one.value) else nowhere
+            for one, nowhere in both
+        ]
+        for branch in found.branches
+        for both in [((branch.birth, -np.inf), (branch.death, np.inf))]
+    ]
+    places, heights = [values[0]], [of[:, 0]]
+    for i, (low, high) in enumerate(pairwise(values)):
+        inside = sorted({at for both in ends for at in both if low < at < high})
         if inside:
-            places += [inside[0], inside[0]]
-            shares += [eye[i], eye[i + 1]]
-    return np.array(places), np.array(shares)
+            total = of[:, i : i + 2].sum(axis=0)
+            edges = [low, *inside, high]
+            for k, (left, right) in enumerate(pairwise(edges)):
+                middle = (left + right) / 2
+                alive = np.array([birth < middle < death for birth, death in ends])
+                known = (
+                    of[:, i]
+                    if k == 0
+                    else of[:, i + 1]
+                    if right == high
+                    else of[:, i : i + 2].max(1)
+                )
+                share = np.where(alive, known, 0.0)
+                whole = np.interp(middle, [low, high], total)
+                share = (
+                    share * whole / share.sum() if k > 0 and right < high and share.any() else share
+                )
+                places += [left, right]
+                heights += [share, share]
+        places.append(high)
+        heights.append(of[:, i + 1])
+    return np.array(places), np.array(heights).T
 
 
 def _inward(places: _Values, at: int) -> float:

@@ -12,13 +12,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import offset_copy
 
-from capsule_sym._figures.layout import NARROW, add_key, add_words, axes_for, handles_of, label_row
+from capsule_sym._figures.layout import (
+    NARROW,
+    add_key,
+    add_words,
+    axes_for,
+    handles_of,
+    label_row,
+    limit,
+)
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     SEAMLESS,
     STABLE,
     UNSTABLE,
-    column_edges,
     describe,
     draw_points,
     figure_of,
@@ -60,16 +67,17 @@ def plot_bifurcations(
     units = units_of(record, device)
     record = in_units(record, units)
     figure, rows = axes_for(axes, width, 4.2, nrows=3, sharex=True)
-    points, found = record["points"], record["bifurcations"]
+    found, (nodes, stable) = record["bifurcations"], in_order(record)
     labels = (
         units.label("x_r", "stroboscopic $x_r$", "strobed displacement"),
         units.label("v_r", "stroboscopic $v_r$", "strobed velocity"),
         units.label("velocity"),
     )
     for row, index, label in zip(rows, (0, 1, None), labels, strict=True):
-        draw_runs(row, points, [_values(one, index) for one in points], _BY_STABILITY)
-        values = [_values(one, index)[0] for one in found]
-        draw_points(row, [one["value"] for one in found], values, "exact bifurcation point")
+        at, values = [one["value"] for one in nodes], [_values(one, index) for one in nodes]
+        draw_runs(row, at, values, stable, _BY_STABILITY)
+        marked = [_values(one, index)[0] for one in found]
+        draw_points(row, [one["value"] for one in found], marked, "exact bifurcation point")
         label_row(row, label)
     key = handles_of(rows[:1]) if axes is None else None
     _finish(record, units, rows, key)
@@ -110,33 +118,84 @@ def _values(point: Record, index: int | None) -> list[float]:
     return [float(state[index]) for state in point["stroboscopic"]]
 
 
+def in_order(record: Record) -> tuple[list[Record], list[bool]]:
+    """Points and bifurcations along a branch, and the stability of each stretch between them."""
+    points, after = record["points"], 0
+    beside: dict[int, list[Record]] = {}  # bifurcations by the number of points before them
+    for one in record["bifurcations"]:
+        fits = [_fits(one, *ends) for ends in pairwise(points[after:])]
+        after += fits.index(max(fits)) if fits else 0
+        ends = [abs(point["value"] - one["value"]) for point in points[after : after + 2]]
+        last = after + 2 == len(points) and _fits(one, *points[after:])[0] < 0 and ends[1] < ends[0]
+        beside.setdefault(after + last, []).append(one)
+    nodes, stable = [], []
+    for k, point in enumerate(points):
+        between = beside.get(k, [])
+        nodes += [point, *between]
+        following = points[min(k + 1, len(points) - 1)]["stable"]
+        stable.append(point["stable"])
+        # Stability is that of the orbits beside: between two bifurcations the first one knows it.
+        stable += [_stable_after(one, following) for one in between[:-1]]
+        stable += [following] * bool(between)
+    return nodes, stable[: len(nodes) - 1]
+
+
+def _fits(one: Record, before: Record, after: Record) -> tuple[float, int]:
+    """How well a bifurcation fits between two points: by its value, then by their orbits."""
+    low, high = sorted((before["value"], after["value"]))
+    changed = before["stable"] != after["stable"]
+    alike = (
+        one.get("itinerary_before") == before["itinerary"],
+        one.get("itinerary_after") == after["itinerary"],
+        changed and one["type"] in ("fold", "period doubling"),
+    )
+    return -max(low - one["value"], one["value"] - high, 0.0), sum(alike)
+
+
+def _stable_after(one: Record, otherwise: bool) -> bool:
+    largest = one.get("multipliers_after")
+    return abs(complex(*largest[0])) < 1 if largest else otherwise
+
+
 def draw_runs(
     axes: Axes,
-    points: Sequence[Record],
+    at: Sequence[float],
     values: Sequence[Sequence[float]],
+    stable: Sequence[bool],
     looks: Mapping[bool, Mapping[str, Any]],
 ) -> list[Line2D]:
-    """A line for each excitation period and each run of orbits of one stability.
+    """A line for each excitation period and each run of stretches of one stability.
 
     Stable ones are solid; `looks` are further options, by stability. Orbits of fewer periods than
     others of their run repeat their values.
     """
-    turns = [i for i, (a, b) in enumerate(pairwise(points), 1) if a["stable"] != b["stable"]]
+    ordered: list[Sequence[float]] = []
+    for these in values:
+        ordered.append(_turned(these, ordered[-1]) if ordered else these)
+    stable = stable or [True]
+    turns = [i for i, (a, b) in enumerate(pairwise(stable), 1) if a != b]
     drawn = []
-    for first, last in pairwise([0, *turns, len(points)]):
-        # A run reaches to the first point of the next one.
-        run, stable = slice(first, last + 1), points[first]["stable"]
-        at = [point["value"] for point in points[run]]
-        for place in range(max(map(len, values[run]))):
-            of = [one[place % len(one)] for one in values[run]]
-            drawn += axes.plot(at, of, "-" if stable else "--", **looks[stable])
+    for first, last in pairwise([0, *turns, len(stable)]):
+        run = slice(first, last + 1)
+        for place in range(max(map(len, ordered[run]))):
+            of = [one[place % len(one)] for one in ordered[run]]
+            style = "-" if stable[first] else "--"
+            drawn += axes.plot(at[run], of, style, **looks[stable[first]])
     return drawn
+
+
+def _turned(values: Sequence[float], before: Sequence[float]) -> Sequence[float]:
+    """The values of successive periods, begun at the one where they are nearest to those before."""
+    turned = [[*values[k:], *values[:k]] for k in range(len(values))]
+    return min(
+        turned, key=lambda these: sum(abs(a - b) for a, b in zip(these, before, strict=False))
+    )
 
 
 def _finish(record: Record, units: Units, rows: Sequence[Axes], key: list[Any] | None) -> None:
     """Label the common axis, mark bifurcations on all rows, and name them if there is a key."""
     rows[-1].set_xlabel(axis_label(record, units))
-    rows[-1].set_xlim(*span(record))
+    limit(rows[-1], span(record))
     for row in rows:
         for one in record["bifurcations"]:
             row.axvline(one["value"], color="0.6", linewidth=0.5, zorder=0)
@@ -174,7 +233,7 @@ def name_bifurcations(record: Record, axes: Axes, units: Units) -> None:
     found = [one for one in found if low <= one["value"] <= high]
     page = figure_of(axes)
     unit = units.unit(record["parameter"])
-    add_words(page, [f"{_title(one)} {unit}".rstrip() for one in found])
+    add_words(page, [f"{title_of(one)} {unit}".rstrip() for one in found])
     wide = page.get_figwidth() - _BESIDE
     if page.get_figwidth() < NARROW:  # numbers of many digits have no room
         axes.locator_params(axis="x", nbins=5)
@@ -199,7 +258,7 @@ def name_bifurcations(record: Record, axes: Axes, units: Units) -> None:
         )
 
 
-def _title(one: Record) -> str:
+def title_of(one: Record) -> str:
     line = one["line"] or ""
     where = f" {mathematical(line) if line[1:2].isdigit() else line}" if line else ""
     return f"{one['label']}  {one['type']}{where}, {one['value']:.6f}"
@@ -237,35 +296,35 @@ def plot_energies(
 ) -> Figure:
     """Energy per excitation period along a branch: work of the drive, and losses.
 
-    The losses in damper and friction are stacked bars, the drive's work is a line. On level ground
-    the line is at the top of the bars, up to rounding. On a slope the work of lifting the bodies is
-    a bar too: on top of the losses where they rise, and below zero where they sink, since gravity
+    The losses in damper and friction are stacked areas, the drive's work is a line. On level ground
+    the line is at the top of the areas, up to rounding. On a slope the work of lifting the bodies
+    is an area too: on top of the losses where they rise, and below zero where they sink, as gravity
     then adds to the drive's work. The lower panel has the share of the work that friction takes.
     Drawn into two `axes` if they are given, then without labels of bifurcations. In SI units with
     a `device`, as by `plot_bifurcations`.
     """
     units = units_of(record, device)
     record = in_units(record, units)
-    points = [point for point in record["points"] if point["energy"]]
+    points = [one for one in in_order(record)[0] if one.get("energy")]
     values = np.array([point["value"] for point in points])
-    work, damper, friction = (
-        np.array([point["energy"][name] for point in points])
-        for name in ("work", "damper_loss", "friction_loss")
+    work, damper, friction, lift = (
+        np.array([point["energy"].get(name, 0.0) for point in points])
+        for name in ("work", "damper_loss", "friction_loss", "lift")
     )
     rows = {"height_ratios": (1.6, 1)}
     figure, (upper, lower) = axes_for(axes, width, 3.4, nrows=2, sharex=True, gridspec_kw=rows)
-    edges = column_edges(values)
-    left, wide = edges[:-1], np.diff(edges)
-    bars: dict[str, Any] = {"align": "edge", **SEAMLESS}
-    upper.bar(left, damper, wide, color=DAMPER, label="lost in the damper", **bars)
-    upper.bar(left, friction, wide, damper, color=FRICTION, label="lost to friction", **bars)
-    if any("lift" in point["energy"] for point in points):
-        lift = np.array([point["energy"]["lift"] for point in points])
-        base = np.where(lift > 0, damper + friction, 0.0)
-        upper.bar(left, lift, wide, base, color=LIFT, label="lift of the bodies", **bars)
+    losses, rise = damper + friction, np.maximum(lift, 0.0)
+    for low, high, colour, label in (
+        (0.0 * damper, damper, DAMPER, "lost in the damper"),
+        (damper, losses, FRICTION, "lost to friction"),
+        (losses, losses + rise, LIFT, "lift of the bodies"),
+        (np.minimum(lift, 0.0), 0.0 * lift, LIFT, "lift of the bodies"),
+    ):
+        if np.any(high > low):
+            upper.fill_between(values, low, high, color=colour, label=label, **SEAMLESS)
     upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")
     upper.set_ylabel(units.label("work", "energy per period"))
-    key = upper.get_legend_handles_labels()[0] if axes is None else None
+    key = handles_of([upper]) if axes is None else None
     if key is None:
         upper.legend(loc="upper left")
     with np.errstate(invalid="ignore"):

@@ -13,16 +13,17 @@ from matplotlib.path import Path
 from matplotlib.patheffects import Stroke
 
 from capsule_sym._figures.labels import CENTRED, drawn_lines, fix_layout, name_points
-from capsule_sym._figures.layout import add_key, axes_for, handles_of
+from capsule_sym._figures.layout import add_key, axes_for, handles_of, limit
 from capsule_sym._figures.regions import Curve, Plane, Region, by_cells
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
-    AREAS,
     CURVES,
     DASHES,
     NO_RESULT,
     NOT_SETTLED,
     OTHER_CURVE,
+    OTHERS,
+    area_colours,
     blank,
     describe,
     draw_points,
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SMALL, _TINY = 0.01, 0.001  # of a chart: regions that have a number, beside others and alone
-_OTHERS = "#dddddd"
 
 
 @styled
@@ -75,18 +75,19 @@ def draw_regions(
     """A `plot_chart` of given regions."""
     alone = axes is None
     figure, axes = axes_for(axes, width, 4.2)
-    axes.set(xlim=plane.x, ylim=plane.y)
+    limit(axes, plane.x, plane.y)
     axes.set_xlabel(named(plane.first))
     axes.set_ylabel(named(plane.second))
     itineraries = by_area(plane, regions)
-    shown = dict(zip(itineraries, AREAS, strict=False))
+    coloured = zip(itineraries, area_colours(figure, itineraries, again=False), strict=True)
+    shown = {itinerary: colour for itinerary, colour in coloured if colour != OTHERS}
     _fill(axes, regions, shown)
     said = f"{named(plane.second)} = {', '.join(f'{level:g}' for level in sorted(levels))}"
     for level in levels:
         dashes: Any = (0, (6, 4))
         axes.axhline(level, color="0.2", linewidth=0.5, linestyle=dashes, label=said)
     for curve in curves:
-        _draw_curve(axes, curve, plane)
+        draw_curve(axes, curve, plane)
     if alone:
         _legend(figure, axes, regions, shown, len(itineraries) - len(shown))
     _number_regions(axes, plane, regions, shown)
@@ -112,7 +113,7 @@ def _fill(axes: Axes, regions: Sequence[Region], colours: Mapping[str, str]) -> 
     rings.pop("", None)
     for itinerary, paths in rings.items():
         looks: dict[str, Any] = {"linewidth": 0, "zorder": 0.5, "label": f"_{itinerary}"}
-        colour = colours.get(itinerary, _OTHERS if itinerary.startswith("F") else NOT_SETTLED)
+        colour = colours.get(itinerary, OTHERS if itinerary.startswith("F") else NOT_SETTLED)
         axes.add_patch(PathPatch(Path.make_compound_path(*paths), facecolor=colour, **looks))
 
 
@@ -154,7 +155,8 @@ def _number_regions(
     name_points(axes, beside, fills)
 
 
-def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
+def draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
+    """A curve of bifurcations, and its codimension-two points, over a plane."""
     colour, style = CURVES.get(curve["type"], OTHER_CURVE)
     # On a white rim, so that it is seen on dark regions as well.
     axes.plot(
@@ -176,7 +178,7 @@ def _legend(
     for number, (itinerary, colour) in enumerate(colours.items(), 1):
         handles.append(Patch(color=colour, label=f"{number}  {itinerary}"))
     if others:
-        handles.append(Patch(color=_OTHERS, label=f"{others} other itineraries"))
+        handles.append(Patch(color=OTHERS, label=f"{others} other itineraries"))
     for said in {one.itinerary for one in regions if not one.itinerary.startswith("F")}:
         handles.append(Patch(color=NOT_SETTLED, label=said) if said else blank(NO_RESULT))
     add_key(figure, handles, below=True, handlelength=DASHES)

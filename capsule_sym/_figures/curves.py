@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import name_points
-from capsule_sym._figures.layout import add_key, add_words, axes_for
+from capsule_sym._figures.layout import add_key, add_words, axes_for, limit
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import CURVES, DASHES, OTHER_CURVE, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
@@ -47,6 +47,7 @@ def plot_curves(
     if places:
         draw_points(axes, [x for x, _ in places], [y for _, y in places], "codimension-two point")
     axes.margins(x=0.04, y=0.1)
+    limit(axes)
     axes.set_xlabel(named(first))
     axes.set_ylabel(named(second))
     stand = {place: f"C{number}" for number, place in enumerate(places, 1)}

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from capsule_sym._figures.layout import add_key, axes_for, canvas, handles_of
+from capsule_sym._figures.layout import add_key, axes_for, canvas, handles_of, limit
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, styled
+from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, bulk, describe, styled
 from capsule_sym._parameters import SceneDevice
 
 if TYPE_CHECKING:
@@ -62,6 +62,22 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
         chosen = [str(point.status) == status for point in front.points]
         mark, colour, label = kinds.get(status, ("x", "0.4", "not proved an optimum"))
         axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=label)
+    if len(front.points):
+        limits = [bulk(values) for values in (front.costs, front.values)]
+        beyond = False
+        for values, (low, high), view in zip(
+            (front.costs, front.values), limits, (axes.set_xlim, axes.set_ylim), strict=True
+        ):
+            if values.min() < low or values.max() > high:
+                room, beyond = 0.05 * (high - low), True
+                view(low - room, high + room)
+        if beyond:
+            (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+            x, y = np.clip(front.costs, left, right), np.clip(front.values, bottom, top)
+            out = (x != front.costs) | (y != front.values)
+            looks: dict[str, Any] = {"color": "0.4", "clip_on": False, "linestyle": ""}
+            axes.plot(x[out], y[out], ">", label="outlier beyond the axes", **looks)
+    limit(axes)
     axes.set_ylabel(metric_label(front.metrics[0], system))
     axes.set_xlabel(metric_label(front.metrics[1], system))
     if alone:

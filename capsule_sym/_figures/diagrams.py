@@ -8,21 +8,24 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from capsule_sym._design.quantities import metric_of
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.branches import Record, draw_runs, shared
+from capsule_sym._figures.branches import Record, draw_runs, in_order, shared, title_of
 from capsule_sym._figures.labels import name_points
-from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of
+from capsule_sym._figures.layout import Limits, add_key, add_words, axes_for, handles_of, limit
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.store import orbit_of, strobe
 from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
+from capsule_sym._units import METRIC_UNITS
 
 if TYPE_CHECKING:
     from capsule_sym._orbits.shooting.orbit import Orbit
 
 _STATES = ("x_r", "v_r", "v_c")
 _MEANS = {"velocity": "average_velocity", "progression": "progression"}
-QUANTITIES = (*_STATES, *_MEANS)
+QUANTITIES = (*_STATES, *METRIC_UNITS, "lift")
+"""Quantities of an orbit that are drawn along branches."""
 _POINT = "bifurcation"
 _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 
@@ -35,12 +38,14 @@ def plot_diagram(
     width: float = PAGE,
     axes: Axes | None = None,
 ) -> Figure:
-    """Branches and those that leave them: stroboscopic states, average velocity or progression.
+    """Branches and those that leave them: stroboscopic states, or a metric of the orbits.
 
-    The quantity is x_r, v_r, v_c, velocity or progression, that of an excitation period. A colour
-    is a branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its label.
-    Drawn into `axes`, without the keys, if they are given. Raises InvalidInput for another
-    quantity, and for branches in different parameters.
+    The quantity is x_r, v_r, v_c or a metric: velocity, speed, progression, work, damper_loss,
+    friction_loss, power, peak_force, peak_contact, speed_per_work or cost_of_transport, and lift in
+    a scene with a load; energies and progression are those of an excitation period. A colour is a
+    branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its label, and the
+    key its type and value. Drawn into `axes`, without the keys, if they are given. Raises
+    InvalidInput for another quantity, and for branches in different parameters.
     """
     if quantity not in QUANTITIES:
         raise InvalidInput("quantity", quantity, f"one of {', '.join(QUANTITIES)}")
@@ -58,15 +63,18 @@ def plot_diagram(
     for style, name, stable in (("-", "stable", True), ("--", "unstable", False)):
         if stable in drawn:
             axes.plot([], [], style, color="0.4", label=name)
-    if any(branch["bifurcations"] for branch in branches):
-        draw_points(axes, [], [], _POINT)
     axes.margins(x=0.04, y=0.1)
+    limit(axes)
+    names = _names(records)
+    titles = _titles(branches, names, axes.get_xlim())
+    if titles:
+        draw_points(axes, [], [], _POINT)
     axes.set_xlabel(named(parameters[0]))
-    label = f"stroboscopic ${quantity}$" if quantity in _STATES else LABELS[quantity]
-    axes.set_ylabel(label)
+    label = LABELS.get(quantity, quantity.replace("_", " "))
+    axes.set_ylabel(f"stroboscopic ${quantity}$" if quantity in _STATES else label)
     if alone:
         add_key(figure, handles_of([axes]))
-        add_words(figure, [*_kinds(branches), said(*parameters)])
+        add_words(figure, [*titles, said(*parameters)])
     labels = [
         (*label, colour)
         for branch, colour in zip(branches, colours, strict=True)
@@ -87,36 +95,31 @@ def _names(records: Sequence[Record]) -> list[str]:
     return found
 
 
-def _kinds(branches: Sequence[Record]) -> list[str]:
-    """Key of the letters of the labels."""
-    found = [one for branch in branches for one in branch["bifurcations"]]
-    kinds = {one["label"].rstrip("0123456789"): one["type"] for one in found}
-    return [f"{letters}  {kind}" for letters, kind in sorted(kinds.items())]
+def _titles(branches: Sequence[Record], names: Sequence[str], view: Limits) -> list[str]:
+    """Label, type and value of the bifurcations in view, after the name of their branch."""
+    return [
+        title_of(one) if name == "branch" else f"{name}: {title_of(one)}"
+        for branch, name in zip(branches, names, strict=True)
+        for one in branch["bifurcations"]
+        if view[0] <= one["value"] <= view[1]
+    ]
 
 
 def _values(orbit: Orbit, quantity: str) -> list[float]:
     """The quantity at each excitation period of an orbit."""
     if quantity in _MEANS:
         return [float(getattr(orbit, _MEANS[quantity]))]
+    if quantity not in _STATES:
+        return [metric_of(orbit, quantity)]
     return [state[_STATES.index(quantity)] for state in strobe(orbit)]
 
 
 def _curves(axes: Axes, branch: Record, quantity: str, colour: str, name: str) -> None:
-    values: list[list[float]] = []
-    for point in branch["points"]:
-        these = _values(orbit_of(point), quantity)
-        values.append(_in_order(these, values[-1]) if values else these)
+    nodes, stable = in_order(branch)
+    values = [_values(orbit_of(one), quantity) for one in nodes]
     looks = {stable: {"color": colour} for stable in (True, False)}
-    draw_runs(axes, branch["points"], values, looks)[0].set_label(name)
-
-
-def _in_order(values: list[float], before: Sequence[float]) -> list[float]:
-    """The values of successive periods, begun at the one where they are nearest to those before."""
-    count = len(values)
-    turned = [values[k:] + values[:k] for k in range(count)]
-    return min(
-        turned, key=lambda these: sum(abs(a - b) for a, b in zip(these, before, strict=False))
-    )
+    at = [one["value"] for one in nodes]
+    draw_runs(axes, at, values, stable, looks)[0].set_label(name)
 
 
 def _labels(axes: Axes, branch: Record, quantity: str) -> Iterator[tuple[tuple[float, float], str]]:
@@ -125,9 +128,11 @@ def _labels(axes: Axes, branch: Record, quantity: str) -> Iterator[tuple[tuple[f
     places = [(one["value"], _values(orbit_of(one), quantity)[0]) for one in found]
     draw_points(axes, [x for x, _ in places], [y for _, y in places], _POINT)
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    chosen = zip(places, found, strict=True)
+    shown = [(at, one) for at, one in chosen if left <= at[0] <= right and low <= at[1] <= high]
     room = _ROOM[0] * (right - left), _ROOM[1] * (high - low)
     groups: list[tuple[tuple[float, float], list[str]]] = []
-    for (x, y), one in zip(places, found, strict=True):
+    for (x, y), one in shown:
         near = (names for (a, b), names in groups if abs(a - x) < room[0] and abs(b - y) < room[1])
         names = next(near, None)
         if names is None:

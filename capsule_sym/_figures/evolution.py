@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from difflib import SequenceMatcher
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,17 +12,17 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from capsule_sym._figures.arcs import Motion, cycle, is_periodic
+from capsule_sym._figures.arcs import Arc, Motion, cycle, is_periodic, phase_zero
 from capsule_sym._figures.branches import Record, axis_label, in_units, name_bifurcations, units_of
 from capsule_sym._figures.labels import CENTRED, fix_layout
-from capsule_sym._figures.layout import add_key, axes_for
+from capsule_sym._figures.layout import add_key, axes_for, limit
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.store import orbit_of
 from capsule_sym._figures.style import (
     SEAMLESS,
     Colours,
     blank,
-    column_edges,
     describe,
     field_colour,
     readable,
@@ -51,7 +53,7 @@ def plot_itineraries(
     for motion in motions:
         Units.of_motion(device, motion.parameters)
     record = in_units(record, units)
-    draw_itineraries(motions, axes, colours, units)
+    draw_itineraries(motions, axes, colours, units, record["bifurcations"])
     axes.set_xlabel(axis_label(record, units))
     for one in record["bifurcations"]:
         axes.axvline(one["value"], color="white", linewidth=0.6)
@@ -65,6 +67,8 @@ def plot_itineraries(
     return describe(figure, "Which field acts when", parameters=motions[0].parameters)
 
 
+_EMPTY = 1e-9  # excitation periods
+_JUMP = 0.2  # excitation periods by which a switch moves between neighbouring motions, if they jump
 _TALL = 0.06  # share of a column from which on a segment can hold its name
 
 
@@ -84,7 +88,7 @@ def _name_fields(motions: Sequence[Motion], axes: Axes, colours: Colours, units:
     for motion in filter(is_periodic, motions):
         drawn = cycle(motion)
         for arc in drawn:
-            low, high = arc.time[0] - drawn[0].time[0], arc.time[-1] - drawn[0].time[0]
+            low, high = arc.time[[0, -1]] - phase_zero(drawn)
             at = scale * motion.parameters.alpha
             if high - low >= _TALL * top:
                 places.setdefault(arc.field, []).append((high - low, at, (low + high) / 2))
@@ -98,34 +102,107 @@ def _name_fields(motions: Sequence[Motion], axes: Axes, colours: Colours, units:
         axes.text(*place, f"$F_{{{field}}}$", color=readable(colour), bbox=patch, **CENTRED)
 
 
-def draw_itineraries(
-    motions: Sequence[Motion], axes: Axes, colours: Colours = "safe", units: Units | None = None
-) -> None:
-    """A column for each motion: the phase of the excitation upwards, alpha to the right.
+_Column = list[tuple[int, float, float]]
+"""Fields of a motion over time, each from a phase to a phase."""
 
-    All are drawn over the excitation periods of the longest motion; the column of a run that does
-    not end in a steady motion stays white.
+
+def draw_itineraries(
+    motions: Sequence[Motion],
+    axes: Axes,
+    colours: Colours = "safe",
+    units: Units | None = None,
+    found: Sequence[Record] = (),
+) -> None:
+    """The phase of the excitation upwards, alpha to the right: an area for the runs of each field.
+
+    Switches are joined from motion to motion, through the orbits of the bifurcations `found`
+    between them. Where motions jump, the areas end at a bifurcation or halfway. All are drawn over
+    the excitation periods of the longest motion; around a run that does not end in a steady motion
+    it stays white.
     """
     motions = sorted(motions, key=lambda m: m.parameters.alpha)
-    units = units or Units()
-    alphas = units.scale("alpha") * np.array([m.parameters.alpha for m in motions])
-    edges = column_edges(alphas)
-    scene = motions[0].parameters.scene
-    bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in scene.facts.FIELDS}
+    units, scene = units or Units(), motions[0].parameters.scene
     cycles = [cycle(motion) if is_periodic(motion) else [] for motion in motions]
-    longest = max((round(one[-1].time[-1] - one[0].time[0]) for one in cycles if one), default=1)
-    for drawn, left, right in zip(cycles, edges[:-1], edges[1:], strict=True):
-        for arc in drawn:
-            first, period_number = drawn[0].time[0], round(drawn[-1].time[-1] - drawn[0].time[0])
-            # Beside motions of more periods it is drawn over as many.
-            for turn in range(0, longest, period_number):
-                low, high = (min(turn + t - first, longest) for t in (arc.time[0], arc.time[-1]))
-                bars[arc.field].append([(left, low), (right, low), (right, high), (left, high)])
-    for field, corners in bars.items():
-        if not corners:
-            continue
-        colour = field_colour(field, colours, scene)
-        axes.add_collection(PolyCollection(corners, color=colour, label=f"F{field}", **SEAMLESS))
-    axes.set(xlim=(alphas[0], alphas[-1]), ylim=(0, longest))
+    longest = max((_turns(one) for one in cycles if one), default=1)
+    nodes = [
+        (motion.parameters.alpha, _column(drawn, longest))
+        for motion, drawn in zip(motions, cycles, strict=True)
+    ]
+    ends = float(nodes[0][0]), float(nodes[-1][0])
+    orbits = [orbit_of(one) for one in found if "orbit" in one]
+    within = [one for one in orbits if ends[0] < one.parameters.alpha < ends[1]]
+    cuts = [one.parameters.alpha for one in within]
+    for one in within:
+        k = next(k for k, (alpha, _) in enumerate(nodes) if alpha > one.parameters.alpha)
+        exact = one.parameters.alpha, _column(cycle(one), longest)
+        # A motion from rest may be on another branch.
+        if _joined(nodes[k - 1][1], exact[1]) and _joined(exact[1], nodes[k][1]):
+            nodes.insert(k, exact)
+    areas: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in scene.facts.FIELDS}
+    for (left, before), (right, after) in pairwise(nodes):
+        joined = _joined(before, after)
+        inside = [at for at in cuts if left < at < right] if before and after else []
+        middle = inside[0] if inside else (left + right) / 2
+        pieces: list[tuple[float, float, Any]] = [(left, right, joined)]
+        if joined is None:
+            pieces = [
+                (begin, end, [(field, (low, low), (high, high)) for field, low, high in column])
+                for begin, end, column in ((left, middle, before), (middle, right, after))
+            ]
+        for begin, end, parts in pieces:
+            x = units.scale("alpha") * np.array([begin, end])
+            for field, lows, highs in parts:
+                outline = zip((x[0], x[1], x[1], x[0]), (*lows, *highs[::-1]), strict=True)
+                areas[field].append(list(outline))
+    for field, corners in areas.items():
+        if corners:
+            colour = field_colour(field, colours, scene)
+            axes.add_collection(
+                PolyCollection(corners, color=colour, label=f"F{field}", **SEAMLESS)
+            )
+    low, high = (units.scale("alpha") * end for end in ends)
+    limit(axes, (low, high), (0, longest))
     axes.set_xlabel(units.label("alpha"))
     axes.set_ylabel(r"phase $\omega\tau/2\pi$")
+
+
+def _turns(drawn: Sequence[Arc]) -> int:
+    return round(float(drawn[-1].time[-1] - drawn[0].time[0]))
+
+
+def _column(drawn: Sequence[Arc], longest: int) -> _Column:
+    """A motion over as many excitation periods as the longest one, without empty segments."""
+    return [
+        (arc.field, turn + arc.time[0] - first, min(turn + arc.time[-1] - first, longest))
+        for first in [phase_zero(drawn) if drawn else 0]
+        for turn in range(0, longest, _turns(drawn) if drawn else longest)
+        for arc in drawn
+        if turn + arc.time[0] - first < longest and np.ptp(arc.time) > _EMPTY
+    ]
+
+
+def _joined(before: _Column, after: _Column) -> list[tuple[int, Any, Any]] | None:
+    """Segments with their phases in two motions; None where a motion jumps to the other.
+
+    A segment that only one of them has shrinks to a switch of the other.
+    """
+    if not (before and after):
+        return None
+    same = SequenceMatcher(None, [f for f, *_ in before], [f for f, *_ in after], autojunk=False)
+    found: list[tuple[int, Any, Any]] = []
+    i = j = 0
+    for block in same.get_matching_blocks():
+        here = after[j][1] if j < len(after) else after[-1][2]
+        found += [(field, (low, here), (high, here)) for field, low, high in before[i : block.a]]
+        there = before[block.a][1] if block.a < len(before) else before[-1][2]
+        found += [(field, (there, low), (there, high)) for field, low, high in after[j : block.b]]
+        i, j = block.a + block.size, block.b + block.size
+        pairs = zip(before[block.a : i], after[block.b : j], strict=True)
+        found += [(a[0], (a[1], b[1]), (a[2], b[2])) for a, b in pairs]
+    moved = max(abs(b - a) for _, *ends in found for a, b in ends)
+    lost = sum(
+        abs(h[0] - low[0] - h[1] + low[1])
+        for _, low, h in found
+        if 0.0 in (h[0] - low[0], h[1] - low[1])
+    )
+    return found if max(moved, lost) < _JUMP else None

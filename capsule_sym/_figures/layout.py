@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextvars import ContextVar
 from typing import Any
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
-from capsule_sym._figures.notebook import NotebookFigure
+from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.notebook import StyledFigure, new_figure
 from capsule_sym._figures.style import figure_of
 
 NARROW = 5.0
@@ -21,6 +25,20 @@ NARROW = 5.0
 
 _RIM = 0.03  # inches that stay free beside a key, and between it and the panels
 _LABEL = 22  # letters that fit beside a row
+
+
+Limits = tuple[float, float]
+VIEW: ContextVar[tuple[Limits | None, Limits | None]] = ContextVar("VIEW", default=(None, None))
+"""Ranges of x and y that a figure shows, where they are chosen."""
+
+
+def limit(axes: Axes, x: Limits | None = None, y: Limits | None = None) -> None:
+    """Set the ranges that axes show: chosen ones, else those given, None leaving one as it is."""
+    chosen = VIEW.get()
+    if x := chosen[0] or x:
+        axes.set_xlim(x)
+    if y := chosen[1] or y:
+        axes.set_ylim(y)
 
 
 def across(width: float, least: float, most: int) -> int:
@@ -90,7 +108,7 @@ def _size(legend: Legend) -> tuple[float, float]:
 def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:
     whole = figure_of(page)
     high = page.bbox.height / whole.dpi
-    if isinstance(page, NotebookFigure):
+    if isinstance(page, StyledFigure):
         page.set_figheight(high + inches)
         share = high / (high + inches)
     else:
@@ -104,11 +122,6 @@ def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:
         )
 
 
-def new_figure(width: float, height: float, **options: Any) -> Figure:
-    """An empty figure, sizes in inches, that no global list of figures keeps."""
-    return NotebookFigure(figsize=(width, height), **options)
-
-
 def canvas(figure: Figure | SubFigure | None, width: float, height: float, **options: Any) -> Any:
     """Figure, or part of one, for a composed picture: the given one, or a new one.
 
@@ -118,8 +131,18 @@ def canvas(figure: Figure | SubFigure | None, width: float, height: float, **opt
 
 
 def axes_for(axes: Any, width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
-    """The axes to draw into and their figure: those given, or a grid of a new one, in inches."""
-    if axes is not None:
-        return figure_of(axes[0] if hasattr(axes, "__len__") else axes), axes
-    figure = new_figure(width, height, layout="constrained")
-    return figure, figure.subplots(**grid)
+    """The axes to draw into and their figure: those given, or a grid of a new one, in inches.
+
+    Raises InvalidInput for others than so many axes.
+    """
+    x, y = VIEW.get()
+    if grid and (y or (x and not grid.get("sharex"))):
+        raise InvalidInput("ylim" if y else "xlim", y or x, "absent for panels of different axes")
+    if axes is None:
+        figure = new_figure(width, height, layout="constrained")
+        return figure, figure.subplots(**grid)
+    given = list(np.ravel([*axes.values()] if isinstance(axes, Mapping) else axes))
+    count = grid.get("nrows", 1) * grid.get("ncols", 1)
+    if len(given) != count or not all(isinstance(one, Axes) for one in given):
+        raise InvalidInput("axes", axes, f"{count} axes of Matplotlib")
+    return figure_of(given[0]), given if count > 1 else given[0]

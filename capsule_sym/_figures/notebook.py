@@ -1,15 +1,22 @@
-"""A figure that a notebook shows, with or without Matplotlib's own support for notebooks."""
+"""Figures where a person looks for them: in pyplot, and once in a notebook."""
 
 from __future__ import annotations
 
 import io
+import threading
+from contextlib import suppress
+from typing import Any
 
+from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 
+from capsule_sym._figures.sizes import UNLISTED
 from capsule_sym._figures.style import figure_style
 
 _DENSE = 2  # dots of the picture in each of the page, for screens that have so many
 _PAGE_DOTS = 96  # dots of a page in each inch
+_WRITERS = {"agg", "cairo", "pdf", "pgf", "ps", "svg"}  # backends that open no window
+_MOST = 10  # figures that are open at a time then; matplotlib warns from 20 on
 
 
 def on_page(figure: Figure) -> tuple[int, int]:
@@ -18,13 +25,39 @@ def on_page(figure: Figure) -> tuple[int, int]:
     return across, down
 
 
-class NotebookFigure(Figure):
-    """A figure, and its picture where it is the value of a notebook's cell."""
+class StyledFigure(Figure):
+    """A figure in the style of the package, on whichever page or screen it is drawn."""
+
+    def draw(self, renderer: Any) -> None:
+        """Draw in the style."""
+        with figure_style():
+            super().draw(renderer)
+
+    def savefig(self, *given: Any, **named: Any) -> None:
+        """Write in the style."""
+        with figure_style():
+            super().savefig(*given, **named)
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         """The picture, and the size at which it is shown."""
         picture = io.BytesIO()
-        with figure_style():
-            self.savefig(picture, format="png", dpi=_DENSE * _PAGE_DOTS)
+        self.savefig(picture, format="png", dpi=_DENSE * _PAGE_DOTS)
         across, down = on_page(self)
         return picture.getvalue(), {"width": across, "height": down}
+
+
+def new_figure(width: float, height: float, **options: Any) -> Figure:
+    """An empty figure, sizes in inches: pyplot's current one, except in commands and threads."""
+    made: dict[str, Any] = {"figsize": (width, height), **options}
+    if not UNLISTED.get() and threading.current_thread() is threading.main_thread():
+        # A window that no screen can show is a matter of `show`: the file can be written.
+        with suppress(ImportError):
+            import matplotlib.pyplot as plt
+
+            every = [manager.canvas.figure for manager in Gcf.get_all_fig_managers()]
+            ours = [one for one in every if isinstance(one, StyledFigure)]
+            # A loop that writes files does not collect figures, which no window shows.
+            if plt.get_backend().lower() in _WRITERS and len(ours) >= _MOST:
+                plt.close(ours[0])
+            return plt.figure(FigureClass=StyledFigure, **made)
+    return StyledFigure(**made)

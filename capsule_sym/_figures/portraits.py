@@ -17,9 +17,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
+from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic, phase_zero
 from capsule_sym._figures.boundaries import lines, within
-from capsule_sym._figures.layout import across, add_key, axes_for, label_row
+from capsule_sym._figures.layout import across, add_key, axes_for, label_row, limit
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     GREY,
@@ -50,12 +50,13 @@ def plot_displacements(
 ) -> None:
     """Displacements of mass (dashed) and capsule (solid) against time (Fig. 7, left).
 
-    Draws the last `periods` of a run or one period of an orbit; time and x_c count from the
-    beginning. In SI units with the `device` whose motion it is.
+    Draws the last `periods` of a run or one period of an orbit; time counts from a phase 0 of the
+    forcing, x_c from the beginning. In SI units with the `device` whose motion it is.
     """
     units = Units.of_motion(device, result.parameters)
-    drawn = [units.arc(arc) for arc in arcs(result, periods)]
-    begin, origin = drawn[0].time[0], drawn[0].x_c[0]
+    shown = arcs(result, periods)
+    drawn, begin = [units.arc(arc) for arc in shown], phase_zero(shown) * units.scale("time")
+    origin = drawn[0].x_c[0]
     for arc in drawn:
         colour = field_colour(arc.field, colours, arc.scene)
         x_c = arc.x_c - origin
@@ -127,13 +128,13 @@ def _mark_edges(axes: Axes, drawn: Sequence[Arc], closed: bool) -> None:
 
 
 def _frame(axes: Axes, drawn: list[Arc]) -> None:
-    for values, limit in (
+    for values, view in (
         (np.concatenate([arc.x_r for arc in drawn]), axes.set_xlim),
         (np.concatenate([arc.v_r for arc in drawn]), axes.set_ylim),
     ):
         low, high = float(values.min()), float(values.max())
         room = _MARGIN * (high - low) or 1.0
-        limit(low - room, high + room)
+        view(low - room, high + room)
 
 
 @styled
@@ -303,16 +304,14 @@ def plot_margins(
     """
     parameters = result.parameters
     units = Units.of_motion(device, parameters)
-    pushes = [
-        interaction(arc, parameters) * units.scale("peak_force") for arc in arcs(result, periods)
-    ]
-    drawn = [units.arc(arc) for arc in arcs(result, periods)]
-    begin = drawn[0].time[0]
+    shown = arcs(result, periods)
+    pushes = [interaction(arc, parameters) * units.scale("peak_force") for arc in shown]
+    drawn, begin = [units.arc(arc) for arc in shown], phase_zero(shown) * units.scale("time")
     rows = {"height_ratios": (0.18, 1, 1, 1)}
     figure, (bar, gap, velocity, force) = axes_for(
         axes, width, 4.4, nrows=4, sharex=True, gridspec_kw=rows
     )
-    itinerary_bar(drawn, bar, colours)
+    itinerary_bar(drawn, bar, begin, colours)
     places = [at * units.scale("x_r") for at in stops_of(parameters)]
     stop = places[0] if len(places) == 1 else 0.0  # the gap is that of the one stop
     for arc, push in zip(drawn, pushes, strict=True):
@@ -331,7 +330,7 @@ def plot_margins(
     own = parameters.scene is CAPSULE
     force.set_ylabel(units.label("peak_force", "force $P_3$, $P_4$" if own else "pull $Q$"))
     force.set_xlabel(units.label("time"))
-    force.set_xlim(0, drawn[-1].time[-1] - begin)
+    limit(force, (0, drawn[-1].time[-1] - begin))
     for row in (gap, velocity, force):
         shade_pulses(row, parameters, begin, units)
     if axes is None:
@@ -346,9 +345,10 @@ def plot_margins(
     return describe(figure, "Guards over time", parameters=parameters)
 
 
-def itinerary_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -> None:
-    """The itinerary as one bar over time from the first arc, a piece for each segment."""
-    begin = drawn[0].time[0]
+def itinerary_bar(
+    drawn: Sequence[Arc], axes: Axes, begin: float, colours: Colours = "safe"
+) -> None:
+    """The itinerary as one bar over time from an instant, a piece for each segment."""
     for arc in drawn:
         left, width = arc.time[0] - begin, arc.time[-1] - arc.time[0]
         colour = field_colour(arc.field, colours, arc.scene)

@@ -1,5 +1,7 @@
 """Sizes and formats of pictures, known without a library that draws."""
 
+from contextvars import ContextVar
+
 COLUMN, PAGE = 3.35, 7.0
 """Widths that fit a column and a page of the journals of this field, in inches."""
 
@@ -16,3 +18,6 @@ RESOLUTIONS = 30.0, 2400.0
 
 MOVING = (".gif", ".mp4")
 """Formats of animations."""
+
+UNLISTED: ContextVar[bool] = ContextVar("UNLISTED", default=False)
+"""True in commands, which write pictures: pyplot does not list them."""

@@ -140,8 +140,8 @@ def branch_record(branch: Branch) -> dict[str, Any]:
     """Branch as from `capsule-sym branch --json`, with more to draw.
 
     Points and bifurcations have `stroboscopic`, the states at the beginning of each excitation
-    period of the orbit, and the average velocity. Points have `energy`: per excitation period
-    `work`, `damper_loss` and `friction_loss`, and `lift` if progression lifts the bodies.
+    period of the orbit, the average velocity, and `energy`: per excitation period `work`,
+    `damper_loss` and `friction_loss`, and `lift` if progression lifts the bodies.
     """
     from capsule_sym._orbits.continuation import records
 
@@ -151,6 +151,7 @@ def branch_record(branch: Branch) -> dict[str, Any]:
     for one, plain in zip(branch.bifurcations, record["bifurcations"], strict=True):
         velocity = float(one.orbit.average_velocity)
         plain |= {"stroboscopic": strobe(one.orbit), "average_velocity": velocity}
+        plain["energy"] = _energies(one.orbit)
     return record
 
 

@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from importlib.resources import as_file, files
 from io import BytesIO
 from pathlib import Path
@@ -19,7 +19,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 import capsule_sym
 from capsule_sym._errors import InvalidInput
@@ -111,6 +110,27 @@ AREAS = (*REGIONS, *map(paler, REGIONS))
 """Colours of areas, twice as many."""
 
 
+_PAGES: WeakKeyDictionary[Figure, dict[str, str]] = WeakKeyDictionary()
+OTHERS = "#dddddd"
+"""Colour of areas for which none is left."""
+
+
+def area_colours(figure: Figure, names: Sequence[str], again: bool = True) -> list[str]:
+    """Colours of areas on a page, where a name such as an itinerary has one colour in all charts.
+
+    A name that is there twice has a colour for each place. Where none is left, colours are used
+    `again`, or the rest is grey.
+    """
+    known, seen = _PAGES.setdefault(figure, {}), list[str]()
+    for name in names:
+        key = f"{name} {'·' * seen.count(name)}"
+        seen.append(name)
+        if key not in known:
+            left = again or len(known) < len(AREAS)
+            known[key] = AREAS[len(known) % len(AREAS)] if left else OTHERS
+    return [known[f"{name} {'·' * names[:k].count(name)}"] for k, name in enumerate(names)]
+
+
 def blank(label: str) -> Patch:
     """Legend entry of what is left white."""
     return Patch(facecolor="white", edgecolor="0.5", label=label)
@@ -153,7 +173,11 @@ def figure_style(width: float | Literal["column", "page"] | None = None) -> Iter
             raise InvalidInput("width", width, "column, page or a number of inches")
         ours["figure.figsize"] = inches, inches
     with rc_context(ours):
-        yield
+        try:
+            yield
+        finally:
+            interactive = rcParams["interactive"]
+    rcParams["interactive"] = interactive  # a notebook sets it with pyplot's first figure
 
 
 def styled(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
@@ -180,9 +204,33 @@ def draw_points(axes: Axes, x: Sequence[float], y: Sequence[float], label: str) 
     axes.plot(x, y, "o", color="white", zorder=5, label=label, **rim)
 
 
-def column_edges(middles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Edges, shape (n + 1,), of columns that meet halfway between their middles, shape (n,)."""
-    return np.concatenate([middles[:1], (middles[1:] + middles[:-1]) / 2, middles[-1:]])
+def bulk(values: Any) -> tuple[float, float]:
+    """Range of values without outliers: few, and over ten times as far from the median as half."""
+    away = abs(values - np.median(values))
+    near = away <= 10 * np.median(away)
+    few = np.sum(~near) <= max(1, len(values) // 20)
+    inside = values[near] if few and np.any(away[near]) else values
+    return float(np.min(inside)), float(np.max(inside))
+
+
+def show_once(figure: Figure) -> None:
+    """Make a notebook show a figure once: as the value of a cell, or at the cell's end by pyplot.
+
+    IPython calls the method `_ipython_display_` of a value, and shows nothing else of it.
+    """
+    figure._ipython_display_ = partial(_display, figure)  # type: ignore[attr-defined]
+
+
+def _display(figure: Figure) -> None:
+    import matplotlib.pyplot as plt
+    from IPython.display import display  # type: ignore[import-not-found]
+
+    plt.close(figure)  # pyplot would show it again
+    del figure._ipython_display_  # type: ignore[attr-defined]
+    try:
+        display(figure)
+    finally:
+        show_once(figure)
 
 
 _ABOUT: WeakKeyDictionary[Any, dict[str, Any]] = WeakKeyDictionary()
@@ -194,6 +242,7 @@ def describe(drawn: Figure | SubFigure, title: str, **about: Any) -> Figure:
     Gives the whole figure. Values are plain data for JSON, or have `to_dict`, as parameters do.
     """
     figure = figure_of(drawn)
+    show_once(figure)
     plain = {k: v.to_dict() if hasattr(v, "to_dict") else v for k, v in about.items()}
     _ABOUT[figure] = {**_ABOUT.get(figure, {}), **plain, "title": title}
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,23 +14,26 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.layout import add_key, axes_for, handles_of
-from capsule_sym._figures.regions import unsettled
+from capsule_sym._figures.charts import draw_curve
+from capsule_sym._figures.layout import add_key, axes_for, handles_of, limit
+from capsule_sym._figures.regions import Plane, unsettled
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
-    AREAS,
     LABELS,
     NO_RESULT,
     NOT_SETTLED,
     STABLE,
+    area_colours,
     blank,
     describe,
+    labels_of,
     readable,
     styled,
 )
 from capsule_sym._figures.units import named, prefixed
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._sweeps import itineraries
+from capsule_sym._units import METRIC_UNITS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,9 +49,9 @@ _ROOM = 0.04  # of a basin: distance from its border to a number
 def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Attractor of each start, over the two coordinates of a basin's cells.
 
-    `results` is what `open_results` gives of a basin. A colour is an attractor, the most frequent
-    first; its number is that of the key, which gives its itinerary and share. Grey are starts that
-    have not settled within the sweep's periods, white those without a result. Stars are the
+    `results` is what `open_results` gives of a basin. A colour is an attractor; its number is that
+    of the results and of `sweep --info`, and the key gives its itinerary and share. Grey are starts
+    that have not settled within the sweep's periods, white those without a result. Stars are the
     attractors' own stroboscopic states, where both coordinates are among the state's,
     dimensionless. Drawn into `axes`, without the key, if they are given. Raises InvalidInput for
     results of another kind.
@@ -56,43 +60,41 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
     codes = results["attractor"]
     first, second = map(str, codes.dims)
-    known, counts = np.unique(codes.values[codes.values >= 0], return_counts=True)
-    order = [int(code) for code in known[np.argsort(-counts, kind="stable")]]
-    rank = np.full(codes.shape, -1)
-    for place, code in enumerate(order):
-        rank[codes.values == code] = place
-    colours = [AREAS[place % len(AREAS)] for place in range(len(order))]
+    known = [int(code) for code in np.unique(codes.values[codes.values >= 0])]
+    named_so = [(code, _itinerary(results, code)) for code in known]
     late, said = unsettled(results)
-    rank[late & (rank < 0)] = len(colours)
-    colours.append(NOT_SETTLED)
+    late = late & (codes.values < 0)
     (x, x_label), (y, y_label) = (_axis(results, name) for name in (first, second))
     alone = axes is None
     figure, axes = axes_for(axes, width, 0.62 * width)
+    colours = area_colours(figure, [text or f"attractor {code}" for code, text in named_so])
+    place = np.where(late, len(known), np.searchsorted(known, codes.values))
     axes.pcolormesh(
         x,
         y,
-        np.ma.masked_less(rank.T, 0),
-        cmap=ListedColormap(colours),
-        norm=BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours)),
+        np.ma.masked_where((codes.values < 0) & ~late, place).T,
+        cmap=ListedColormap([*colours, NOT_SETTLED]),
+        norm=BoundaryNorm(np.arange(len(colours) + 2) - 0.5, len(colours) + 1),
         shading="nearest",
         rasterized=True,
     )
-    for place, colour in enumerate(colours[: len(order)]):
-        (i, j), depth = _deepest(rank == place)
-        if depth >= _ROOM * min(rank.shape):
+    for code, colour in zip(known, colours, strict=True):
+        (i, j), depth = _deepest(codes.values == code)
+        if depth >= _ROOM * min(codes.shape):
             middle: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(colour)}
-            axes.text(x[i], y[j], str(place + 1), **middle)
+            axes.text(x[i], y[j], str(code), **middle)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
-    _draw_attractors(axes, results, order)
+    _draw_attractors(axes, results, known)
+    limit(axes)
     if alone:
         handles = [
-            Patch(facecolor=colours[place], label=f"{place + 1}  {_name(results, code)}")
-            for place, code in enumerate(order)
+            Patch(facecolor=colour, label=f"{code}  {text} ({np.mean(codes.values == code):.1%})")
+            for (code, text), colour in zip(named_so, colours, strict=True)
         ]
-        if np.any(rank == len(order)):
+        if np.any(late):
             handles.append(Patch(facecolor=NOT_SETTLED, label=said))
-        if np.any(rank < 0):
+        if np.any(~late & (codes.values < 0)):
             handles.append(blank(NO_RESULT))
         handles += handles_of([axes])
         add_key(figure, handles)
@@ -135,13 +137,113 @@ def _axis(results: xr.Dataset, name: str) -> tuple[Array, str]:
     return values * factor, f"{LABELS.get(name, name).partition(' $')[0]} ({unit})"
 
 
-def _name(results: xr.Dataset, code: int) -> str:
-    """An attractor's number, itinerary and share."""
+def _itinerary(results: xr.Dataset, code: int) -> str:
+    """Itinerary of an attractor."""
+    known = [one["itinerary"] for one in results["attractor"].attrs.get("attractors", ())]
+    if code < len(known):
+        return str(known[code])
     cells = results["attractor"].values == code
-    share = 100 * np.mean(cells)
     code = int(results["itinerary"].values[cells].flat[0])
-    itinerary = itineraries.texts(results).get(code, "")
-    return f"{itinerary or 'attractor'} ({share:.1f} %)"
+    return itineraries.texts(results).get(code, "")
+
+
+METRICS = (*METRIC_UNITS, "lift", "lyapunov")
+"""Metrics of a motion that are drawn over parameters."""
+
+
+@styled
+def plot_metric(
+    results: xr.Dataset,
+    metric: str = "velocity",
+    curves: Sequence[Mapping[str, Any]] = (),
+    *,
+    width: float = PAGE,
+    axes: Axes | None = None,
+) -> Figure:
+    """A metric of a sweep's cells, such as the average velocity, over its one or two axes.
+
+    `results` is what `open_results` gives of a sweep. Metrics are velocity, speed, progression,
+    work, damper_loss, friction_loss, power, peak_force, peak_contact, speed_per_work,
+    cost_of_transport and lyapunov, as far as the sweep computes what they need; those of a device
+    are in SI units. Over two axes a colour bar has the scale, in two hues around 0 where the
+    metric has both signs; grey are cells without a result, and bifurcation `curves` of
+    `capsule-sym curve --json` lie on top. Over one axis each cell is a dot. Drawn into `axes` if
+    they are given. Raises InvalidInput for results of another kind.
+    """
+    values = metric_of(results, metric)
+    if not 1 <= values.ndim <= 2 or any(name not in results.coords for name in values.dims):
+        raise InvalidInput("results", dict(values.sizes), "a sweep over one or two axes")
+    factor, unit = 1.0, values.attrs.get("si_units", "")
+    if unit:
+        factor, unit = prefixed(values.attrs["si_scale"], unit)
+    name = labels_of(scene_in(results.attrs) or CAPSULE).get(metric, metric.replace("_", " "))
+    label = f"{name.partition(' $')[0]} ({unit})" if unit else name
+    sides = [_axis(results, str(name)) for name in values.dims]
+    alone = axes is None
+    figure, axes = axes_for(axes, width, (0.62 if values.ndim == 2 else 0.5) * width)
+    shown = np.ma.masked_invalid(values.values * factor)
+    axes.set_xlabel(sides[0][1])
+    if values.ndim == 1:
+        axes.plot(sides[0][0], shown, ".", color=STABLE)
+        axes.set_ylabel(label)
+    else:
+        low, high = (float(shown.min()), float(shown.max())) if shown.count() else (0.0, 1.0)
+        both = max(-low, high) if low < 0 < high else None
+        ends: dict[str, Any] = {"vmin": -both, "vmax": both, "cmap": "PuOr_r"} if both else {}
+        mesh = axes.pcolormesh(
+            sides[0][0], sides[1][0], shown.T, shading="nearest", rasterized=True, **ends
+        )
+        axes.set_facecolor(NOT_SETTLED)  # the middle of two hues is white
+        figure.colorbar(mesh, ax=axes, label=label)
+        axes.set_ylabel(sides[1][1])
+        x, y = ((float(side[0]), float(side[-1])) for side, _ in sides)
+        plane = Plane(str(values.dims[0]), str(values.dims[1]), x, y)
+        for curve in curves:
+            draw_curve(axes, curve, plane)
+    limit(axes)
+    if alone:
+        late, said = unsettled(results)
+        reason = said if np.any(late) else NO_RESULT
+        missing = [Patch(facecolor=NOT_SETTLED, label=reason)] * bool(np.any(shown.mask))
+        add_key(figure, handles_of([axes]) + missing if values.ndim == 2 else [])
+    return describe(figure, f"{label} over parameters", metric=metric)
+
+
+def _of_work(velocity: Any, work: Any, omega: Any, results: xr.Dataset) -> dict[str, Any]:
+    """Metrics that compare the work of a period with the advance; those of no unit for a device."""
+    bounds = (scene_in(results.attrs) or CAPSULE).facts.BOUNDS
+    forward, backward = (
+        results[name] if name in results.coords else results.attrs.get(name, 0.0)
+        for name in map(bounds.get, (1, -1))
+    )
+    back = velocity < 0
+    bound, way = back * backward + ~back * forward, abs(velocity) * 2 * np.pi / omega
+    found = {"cost_of_transport": work / (bound * way)}
+    if "si_units" in work.attrs:
+        return found
+    return found | {"power": work * omega / (2 * np.pi), "speed_per_work": way / work}
+
+
+def metric_of(results: xr.Dataset, name: str) -> xr.DataArray:
+    """A metric of each cell; raises InvalidInput for one that the sweep does not compute."""
+    known: dict[Any, Any] = {**results.data_vars}
+    omega = results.get("omega", results.attrs.get("omega"))
+    if (
+        "progression" in known
+        and omega is not None
+        and "si_units" not in known["progression"].attrs
+    ):
+        known.setdefault("velocity", known["progression"] * omega / (2 * np.pi))
+    if "velocity" in known:
+        velocity = known["velocity"]
+        known["speed"] = abs(velocity).assign_attrs(velocity.attrs)
+        if "work" in known and omega is not None:
+            known |= _of_work(velocity, known["work"], omega, results)
+    if name in known and name in METRICS:
+        found: xr.DataArray = known[name]
+        return found
+    allowed = ", ".join(one for one in METRICS if one in known) or "progression or energies"
+    raise InvalidInput("metric", name, f"what the sweep computes: {allowed}")
 
 
 @styled
@@ -185,17 +287,8 @@ def speed_and_cost(results: xr.Dataset) -> tuple[Array, Array]:
     """
     if not {"velocity", "work"} <= set(results):
         raise InvalidInput("results", sorted(map(str, results)), "a sweep that computes energies")
-    velocity, work = results["velocity"], results["work"]
-    bounds = (scene_in(results.attrs) or CAPSULE).facts.BOUNDS
-    omega, forward, backward = (
-        results[name] if name in results.coords else results.attrs.get(name, 0.0)
-        for name in ("omega", bounds.get(1), bounds.get(-1))
-    )
-    back = velocity < 0
-    bound = back * backward + ~back * forward
-    way = abs(velocity) * 2 * np.pi / omega
-    cost = (work / (bound * way)).values.ravel()
-    speed = abs(velocity).values.ravel()
+    cost = metric_of(results, "cost_of_transport").values.ravel()
+    speed = abs(results["velocity"]).values.ravel()
     moves = np.isfinite(cost) & (speed > 1e-12)
     if not moves.any():
         raise InvalidInput("results", "no cell in which the capsule advances", "some that do")

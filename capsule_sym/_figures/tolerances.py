@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,12 +12,11 @@ from matplotlib.lines import Line2D
 from capsule_sym._figures.design import metric_label
 from capsule_sym._figures.layout import add_key, canvas, handles_of
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, describe, styled
+from capsule_sym._figures.style import SERIES, STABLE, UNSTABLE, bulk, describe, styled
 
 if TYPE_CHECKING:
     from capsule_sym._design.tolerances import Tolerances
 
-_BINS = 40
 _BARS = STABLE, SERIES[5]  # apart in grey too
 _HALF = 0.2  # height of half a bar, and how far it is from the middle of its pair
 
@@ -38,7 +38,15 @@ def plot_tolerances(
     for k, one in enumerate(found.metrics):
         left, right = panels[k]
         numbers = found.values[:, k]
-        left.hist(numbers[np.isfinite(numbers)], _BINS, color=STABLE, alpha=0.7)
+        numbers = numbers[np.isfinite(numbers)]
+        if len(numbers):
+            low, high = bulk(numbers)
+            inside = numbers[(low <= numbers) & (numbers <= high)]
+            # As many bins as these samples fill, by the rule of Rice.
+            left.hist(inside, math.ceil(2 * len(inside) ** (1 / 3)), color=STABLE, alpha=0.7)
+            beyond = f"outside, of {one.metric}: {len(numbers) - len(inside)} of {len(numbers)}"
+            if len(inside) < len(numbers):
+                left.plot([], [], linestyle="", label=beyond)
         left.axvline(one.nominal, color=UNSTABLE, label="nominal value")
         for end in (one.quantiles[0], one.quantiles[-1]) if one.quantiles else ():
             left.axvline(end, color="0.2", linestyle=":", label="middle 95 % of the samples")

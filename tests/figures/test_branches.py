@@ -15,15 +15,20 @@ from scipy.optimize import isotonic_regression
 
 from capsule_sym import (
     Parameters,
+    continue_orbit,
     figure_style,
+    performance,
     plot_bifurcations,
+    plot_diagram,
     plot_energies,
     plot_itineraries,
     simulate,
+    solve_orbit,
 )
 from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.branches import spread
 from capsule_sym._figures.evolution import draw_itineraries
+from capsule_sym._figures.store import branch_record, orbit_of
 from tests.figures import SAFE
 from tests.figures.layout import problems
 
@@ -57,6 +62,7 @@ SMALL = {
             "value": 1.15,
             "stroboscopic": [[0.25, 0.35, 0.0]],
             "average_velocity": 0.65,
+            "multipliers_after": [[0.5, 0.0]],
         },
         {
             "label": "LP1",
@@ -65,6 +71,7 @@ SMALL = {
             "value": 1.16,
             "stroboscopic": [[0.26, 0.36, 0.0]],
             "average_velocity": 0.66,
+            "multipliers_after": [[1.2, 0.0]],
         },
     ],
 }
@@ -82,18 +89,19 @@ def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
             next(line for line in axes.lines if line.get_label() == name)
             for name in ("stable", "unstable")
         )
-        assert list(stable.get_xdata()) == [1.0, 1.1, 1.2]
-        assert list(stable.get_ydata()) == [*first, second[0]]
+        # The style changes at the second of the two bifurcations between samples.
+        assert list(stable.get_xdata()) == [1.0, 1.1, 1.15, 1.16]
+        assert list(stable.get_ydata()) == [*first, *markers]
         assert not stable.is_dashed()
-        assert list(unstable.get_xdata()) == [1.2, 1.3]
-        assert list(unstable.get_ydata()) == second
+        assert list(unstable.get_xdata()) == [1.16, 1.2, 1.3]
+        assert list(unstable.get_ydata()) == [markers[1], *second]
         assert unstable.is_dashed()
         (marked,) = [line for line in axes.lines if line.get_marker() == "o"]
         assert list(marked.get_xdata()) == [1.15, 1.16]
         assert list(marked.get_ydata()) == markers
     # The second state of a doubled orbit is a curve of its own.
     doubled = [line for line in x_r.lines if line.get_label() == "unstable"][1]
-    assert list(doubled.get_ydata()) == [0.5, 0.6]
+    assert list(doubled.get_ydata()) == [0.26, 0.5, 0.6]
     assert [text.get_text() for text in x_r.texts] == ["GR1", "LP1"]
     key, stand = ([text.get_text() for text in one.get_texts()] for one in figure.legends)
     assert key == ["stable", "unstable", "exact bifurcation point"]
@@ -127,21 +135,35 @@ def test_names_stay_where_there_is_room() -> None:
     assert spread([0.1, 0.5, 0.9], 0.03) == pytest.approx([0.1, 0.5, 0.9], abs=1e-15)
 
 
+def bands(axes: Any, label: str) -> list[dict[float, tuple[float, float]]]:
+    """Lower and upper edge of each area of a label, by its places."""
+    found = []
+    for area in (one for one in axes.collections if one.get_label() == label):
+        edges: dict[float, list[float]] = {}
+        for x, y in area.get_paths()[0].vertices:
+            edges.setdefault(x, []).append(y)
+        found.append({x: (min(ys), max(ys)) for x, ys in edges.items()})
+    return found
+
+
 @pytest.mark.long
-def test_losses_stack_to_the_work(branch) -> None:
+def test_losses_stack_to_the_work_at_every_orbit_and_bifurcation(branch) -> None:
     upper, lower = plot_energies(branch).axes
-    damper, friction = (container.patches for container in upper.containers)
+    (damper,), (friction,) = (bands(upper, f"lost {where}") for where in DAMPED)
+    orbits = [orbit_of(one) for one in (*branch["points"], *branch["bifurcations"])]
+    assert sorted(damper) == sorted(friction) == sorted({one.value("alpha") for one in orbits})
     (work,) = [line for line in upper.lines if line.get_label() == "work of the drive"]
-    tops = [bar.get_y() + bar.get_height() for bar in friction]
-    assert tops == pytest.approx(work.get_ydata(), abs=1e-12)
-    assert [bar.get_y() for bar in friction] == [bar.get_height() for bar in damper]
-    for bars in (damper, friction):
-        assert all(a.get_x() + a.get_width() == pytest.approx(b.get_x()) for a, b in pairwise(bars))
-    share = lower.lines[0].get_ydata()
-    assert share[0] == 0
-    assert share == pytest.approx(
-        [bar.get_height() for bar in friction] / np.array(work.get_ydata())
-    )
+    (share,) = (dict(zip(*line.get_data(), strict=True)) for line in lower.lines[:1])
+    for at, done in zip(*work.get_data(), strict=True):
+        assert damper[at][0] == 0
+        assert friction[at] == (damper[at][1], pytest.approx(done, abs=1e-12))
+        assert share[at] * done == pytest.approx(np.ptp(friction[at]), abs=1e-12)
+    for orbit in orbits[:: len(orbits) // 4]:
+        lost = float(performance(orbit).damper_loss.value)
+        assert damper[orbit.value("alpha")][1] == pytest.approx(lost, abs=1e-12)
+
+
+DAMPED = ("in the damper", "to friction")
 
 
 @pytest.mark.parametrize("lift", [0.5, -0.5])
@@ -151,11 +173,44 @@ def test_lift_lies_on_the_losses_or_below_zero(lift: float) -> None:
         {**one, "energy": {**one["energy"], "work": 3 * one["value"] + lift, "lift": lift}}
         for one in SMALL["points"]
     ]
-    upper = plot_energies({**SMALL, "points": points}).axes[0]
-    ends = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in upper.containers[2].patches]
-    losses = [3 * one["value"] for one in points]
-    below = losses if lift > 0 else [0.0] * len(points)
-    assert ends == [(pytest.approx(at), pytest.approx(at + lift)) for at in below]
+    (area,) = bands(plot_energies({**SMALL, "points": points}).axes[0], "lift of the bodies")
+    for one in points:
+        base = 3 * one["value"] if lift > 0 else 0.0
+        assert area[one["value"]] == pytest.approx(sorted((base, base + lift)))
+
+
+def test_styles_change_at_the_solved_bifurcation(doubling) -> None:
+    """Not at the next sample, in the diagram of states as in one of several branches."""
+    exact = doubling.bifurcations[0].value
+    assert exact not in [point.value for point in doubling.points]
+    record = branch_record(doubling)
+    for axes in (
+        plot_bifurcations(record).axes[2],
+        plot_diagram({**record, "switched": []}).axes[0],
+    ):
+        drawn = [line for line in axes.lines if len(line.get_xdata()) > 2]
+        before, after = (
+            np.concatenate([line.get_xdata() for line in drawn if line.is_dashed() == dashed])
+            for dashed in (False, True)
+        )
+        assert max(before) == min(after) == exact
+
+
+@pytest.fixture(scope="module")
+def doubling() -> Any:
+    return continue_orbit(solve_orbit(Parameters(alpha=0.04, zeta=0.005)), "alpha", 0.046, points=3)
+
+
+def test_an_area_of_itineraries_ends_at_the_solved_bifurcation(settled, branch) -> None:
+    """Between two motions the backward drift begins where the branch says, and joins switches."""
+    exact = next(one["value"] for one in branch["bifurcations"] if one["label"] == "AS2")
+    runs = [settled(exact - 0.01), settled(exact + 0.01)]
+    areas = {one.get_label(): one for one in plot_itineraries(runs, branch).axes[0].collections}
+    corners = np.concatenate([path.vertices for path in areas["F3"].get_paths()])
+    assert corners[:, 0].min() == pytest.approx(exact, abs=1e-15)
+    (backward,) = [arc for arc in cycle(runs[1]) if arc.field == 3]
+    at_end = corners[corners[:, 0] == runs[1].parameters.alpha, 1]
+    assert [at_end.min(), at_end.max()] == pytest.approx(backward.time[[0, -1]] % 1, abs=1e-9)
 
 
 def test_a_column_of_itineraries_is_a_motions_word(settled) -> None:
@@ -170,10 +225,11 @@ def test_a_column_of_itineraries_is_a_motions_word(settled) -> None:
             (left, low), (_, high) = path.vertices.min(axis=0), path.vertices.max(axis=0)
             columns[left] = columns.get(left, 0.0) + high - low
             fields.setdefault(left, set()).add(collection.get_label())
-    assert sorted(columns) == pytest.approx([0.7, 0.95, 1.55])
-    assert list(columns.values()) == pytest.approx([1.0] * 3, abs=1e-12)
+    # Motions so far apart jump halfway.
+    assert sorted(columns) == pytest.approx([0.7, 0.95, 1.2, 1.55])
+    assert list(columns.values()) == pytest.approx([1.0] * 4, abs=1e-12)
     assert [fields[left] for left in sorted(fields)] == [
-        set(run.steady().itinerary) for run in (runs[2], runs[0], runs[1])
+        set(run.steady().itinerary) for run in (runs[2], runs[0], runs[0], runs[1])
     ]
     colours = {c.get_label(): to_hex(c.get_facecolor()[0]) for c in axes.collections}
     assert colours["F4"] == to_hex(SAFE[3])

@@ -27,7 +27,7 @@ def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
     keys = [[text.get_text() for text in key.get_texts()] for key in figure.legends]
     assert keys == [
         ["branch", "from PD1", "stable", "unstable", "bifurcation"],
-        ["PD  period doubling", WORD],
+        [f"PD1  period doubling, {record['bifurcations'][0]['value']:.6f}", WORD],
     ]
     assert {text.get_text() for text in axes.texts} == {"PD1"}
     drawn = [line for line in axes.lines if len(line.get_xdata()) > 1]
@@ -38,6 +38,7 @@ def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
     for line in drawn:
         if line.get_color() == drawn[0].get_color():
             assert (line.get_linestyle() == "--") == (np.mean(line.get_xdata()) > value)
+            assert value in line.get_xdata()[[0, -1]]
     doubled = [line for line in drawn if line.get_color() != drawn[0].get_color()]
     assert [line.get_linestyle() for line in doubled] == ["-", "-"]
     # The last orbit's states are those on which the map settles, from rest.
@@ -71,5 +72,5 @@ def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
         main(["figure", str(file), "--out", str(out)])
     assert stopped.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
-    with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity, progression"):
+    with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity, speed, progression"):
         plot_diagram(record, "x")

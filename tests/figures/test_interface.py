@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import csv
+import io
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+import capsule_sym
 from capsule_sym import InvalidInput, figure_style, plot, plot_motion, save_figure
 from capsule_sym._figures.arcs import cycle
-from capsule_sym._figures.layout import new_figure
+from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.points import points_of
-from capsule_sym._figures.sizes import COLUMN, PAGE
+from capsule_sym._figures.sizes import COLUMN, PAGE, UNLISTED
 from capsule_sym._figures.style import styled
 from tests.figures.test_parts import fitted
 from tests.sampling import sampled, some
@@ -26,10 +30,66 @@ def test_matplotlib_is_imported_when_something_is_drawn() -> None:
         "import sys\nfrom capsule_sym import Parameters, simulate, plot\n"
         "print('matplotlib' in sys.modules)\n"
         "plot(simulate(Parameters(), periods=4))\n"
-        "print('matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
+        "print('matplotlib' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "False\nTrue False\n"
+    assert done.stdout == "False\nTrue\n"
+
+
+def test_a_script_shows_and_saves_what_it_draws(settled) -> None:
+    import matplotlib.pyplot as plt
+
+    run, before = settled(1.2), plt.get_fignums()
+    figures = [plot(run), plot_motion(run)]
+    assert [one.number for one in figures] == [n for n in plt.get_fignums() if n not in before]
+    assert plt.gcf() is figures[-1]
+    written = [io.BytesIO(), io.BytesIO()]
+    plt.savefig(written[0])
+    figures[-1].savefig(written[1])
+    assert written[0].getvalue() == written[1].getvalue()
+    own, axes = plt.subplots(1, 2)
+    assert plot(run, axes=axes) is own
+    assert plt.gcf() is own
+    for _ in range(20):  # neither a warning, nor figures without end
+        plot(run)
+    assert len(plt.get_fignums()) < plt.rcParams["figure.max_open_warning"]
+    assert plt.fignum_exists(own.number)
+    plt.close("all")
+    token = UNLISTED.set(True)
+    plot(run)
+    UNLISTED.reset(token)
+    assert not plt.get_fignums()
+
+
+@pytest.mark.parametrize("axes", [1, 3, None])
+def test_axes_of_another_number_or_kind_are_one_line(settled, axes) -> None:
+    given = "axes" if axes is None else Figure().subplots(1, axes)
+    with pytest.raises(InvalidInput, match="must be 2 axes of Matplotlib"):
+        plot(settled(1.2), axes=given)
+
+
+def test_a_notebook_shows_a_figure_once(settled, monkeypatch: pytest.MonkeyPatch) -> None:
+    import matplotlib.pyplot as plt
+
+    shown: list[Figure] = []
+    for name in ("IPython", "IPython.display"):
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace(display=shown.append))
+    _, axes = plt.subplots(1, 2)
+    for figure in (plot(settled(1.2)), plot(settled(1.2), axes=axes)):
+        figure._ipython_display_()
+        assert shown.pop() is figure
+        assert not plt.fignum_exists(figure.number)  # at the cell's end it would be there again
+        assert callable(figure._ipython_display_)
+
+
+def test_a_backend_that_does_not_exist_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: str) -> None:
+        raise ValueError("Key backend: 'nonsense' is not a valid value for backend")
+
+    monkeypatch.setenv("MPLBACKEND", "nonsense")
+    monkeypatch.setattr("importlib.import_module", fail)
+    with pytest.raises(InvalidInput, match="MPLBACKEND = 'nonsense': must be a backend"):
+        capsule_sym.__getattr__("plot_motion")
 
 
 def test_plot_draws_what_it_is_given(settled, branch) -> None:

@@ -15,6 +15,7 @@ from capsule_sym import (
     FrontPart,
     Parameters,
     continue_attractors,
+    continue_orbit,
     figure_style,
     minimal_shock,
     plot_attractors,
@@ -222,3 +223,25 @@ def test_turned_names_side_by_side_do_not_meet() -> None:
     for x in (0.2, 0.3):
         axes.text(x, 0.3, "a long name", rotation=45, rotation_mode="anchor")
     assert problems(figure) == []
+
+
+def test_areas_of_attractors_end_at_the_solved_bifurcations_and_are_named() -> None:
+    found = coexisting()
+    figure = plot_attractors(found)
+    (axes,) = figure.axes
+    for branch, area in zip(found.branches, axes.collections, strict=True):
+        places = area.get_paths()[0].vertices[:, 0]
+        for change, end, row in ((branch.birth, places.min(), 0), (branch.death, places.max(), -1)):
+            if change is not None and branch.fractions[row]:
+                # The bifurcation by itself, on the orbit's branch from inside.
+                at = float(branch.values[row])
+                beyond = change.interval[0] if row == 0 else change.interval[1]
+                followed = continue_orbit(branch.orbit(row), found.name, beyond, points=5)
+                assert any(end == pytest.approx(o.value, rel=1e-9) for o in followed.bifurcations)
+                assert end != at
+    shown = [text.get_text() for text in figure.legends[0].get_texts()]
+    for branch, text in zip(found.branches, shown, strict=False):
+        low, high = 100 * branch.fractions.min(), 100 * branch.fractions.max()
+        assert text.startswith(f"{branch.number}  {branch.shown[branch.fractions.argmax()][0]}")
+        assert text.endswith(f"{high:.3g} %)")
+        assert f"({low:.3g}" in text

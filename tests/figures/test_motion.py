@@ -19,6 +19,7 @@ from capsule_sym import (
     plot_motion,
     plot_phase_portrait,
     simulate,
+    solve_orbit,
 )
 from capsule_sym._figures.arcs import arcs, cycle, opening
 from tests.figures import PAPER, SAFE, integrated
@@ -148,6 +149,34 @@ def test_an_orbit_is_drawn_as_its_motion_is(settled) -> None:
     assert left.get_xlim() == pytest.approx(right.get_xlim(), abs=1e-4)
     assert left.get_ylim() == pytest.approx(right.get_ylim(), abs=1e-3)
     assert {colour for colour, _, _ in curves(left)} == {colour for colour, _, _ in curves(right)}
+
+
+@pytest.mark.parametrize(("alpha", "zeta"), [(1.2, 0.05), (0.4, 0.01)])
+def test_time_begins_at_phase_0_of_the_forcing(alpha: float, zeta: float) -> None:
+    """On an orbit, whose segments begin at a switch, and on a run from a later phase."""
+    orbit = solve_orbit(Parameters(alpha=alpha, zeta=zeta))
+    period, turns = orbit.parameters.period, orbit.itinerary.period_number
+    begin, _ = orbit.trajectory().span
+    assert begin > 0.1 * period
+    run = simulate(orbit.parameters, orbit.trajectory()(period), periods=turns)
+    late = simulate(orbit.parameters, (0.0, 1.0, 0.5), phase=1.0, periods=2)
+    for drawn, exact, first in ((orbit, run, 0.0), (late, late, 1.0 / period)):
+        axes = axes_of()
+        plot_displacements(drawn, axes, periods=2)
+        mass, capsule = axes.lines[::2], axes.lines[1::2]
+        time, x_m, x_c = (
+            np.concatenate(parts)
+            for parts in (
+                [line.get_xdata() for line in capsule],
+                [line.get_ydata() for line in mass],
+                [line.get_ydata() for line in capsule],
+            )
+        )
+        assert (axes.get_xlim()[0], time[0]) == (0.0, pytest.approx(first, abs=1e-12))
+        at = np.clip(time, first, exact.span[1] / period) * period
+        assert x_m - x_c == pytest.approx(exact(at)[:, 0], abs=1e-9)
+    bar = plot_margins(orbit).axes[0]
+    assert min(one.get_paths()[0].get_extents().x0 for one in bar.collections) == 0
 
 
 def test_opening_is_the_first_part_of_a_run() -> None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,6 +17,7 @@ import capsule_sym
 from capsule_sym import (
     Parameters,
     fit,
+    plot_front,
     plot_pulse,
     plot_residuals,
     plot_tolerances,
@@ -121,3 +125,33 @@ def test_an_outlier_does_not_flatten_the_residuals() -> None:
     beyond = [line for line in panel.lines if str(line.get_label()).startswith("outlier")]
     assert times[30] in np.concatenate([line.get_xdata() for line in beyond])
     assert np.abs(panel.get_ylim()).max() < 20
+
+
+def test_a_histogram_has_the_bins_that_its_samples_deserve() -> None:
+    """Some times the cube root of their number, without samples far from all others."""
+    found, counts = spread(), []
+    for size in (64, 4096):
+        samples = np.random.default_rng(0).normal(size=(size, 2))
+        samples[0] = 1e6
+        axes = plot_tolerances(replace(found, values=samples)).axes[0]
+        counts.append(len(axes.patches))
+        assert axes.get_xlim()[1] < 10
+        assert sum(bar.get_height() for bar in axes.patches) == size - 1
+    assert counts[0] <= math.sqrt(64)
+    assert counts[1] == pytest.approx(4 * counts[0], abs=1)
+
+
+def test_an_outlier_of_a_front_does_not_squeeze_it() -> None:
+    points = [SimpleNamespace(system=Parameters(), status="optimal")] * 6
+    costs, values = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 1e5]), np.linspace(1.0, 2.0, 6)
+    parts = [SimpleNamespace(first=0, last=4), SimpleNamespace(first=5, last=5)]
+    front = SimpleNamespace(
+        points=points, parts=parts, costs=costs, values=values, metrics=("speed", "work")
+    )
+    (axes,) = plot_front(front).axes
+    low, high = axes.get_xlim()
+    assert low < 0.1 < 0.5 < high < 1.0
+    (beyond,) = [one for one in axes.lines if str(one.get_label()).startswith("outlier")]
+    assert (list(beyond.get_xdata()), list(beyond.get_ydata())) == ([high], [2.0])
+    (dots,) = [one for one in axes.lines if one.get_label() == "optimum"]
+    assert list(dots.get_xdata()) == list(costs)

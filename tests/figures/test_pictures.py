@@ -16,7 +16,7 @@ from PIL import Image
 
 from capsule_sym import InvalidInput, Parameters, animate, plot_margins, plot_motion, save_figure
 from capsule_sym._figures import device, sweeps
-from capsule_sym._figures.layout import new_figure
+from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.style import describe
 from tests.figures.test_command import run_here
 

@@ -7,7 +7,7 @@ from capsule_sym import InvalidInput, plot_margins, plot_motion, scenes, simulat
 from capsule_sym._figures.arcs import arcs
 from capsule_sym._figures.device import Frame, draw_capsule
 from capsule_sym._figures.evolution import draw_itineraries
-from capsule_sym._figures.layout import new_figure
+from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.portraits import PULSE, borders, labels_of, stops_of
 from capsule_sym._figures.style import field_colour
 from capsule_sym._figures.units import Units, named

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import capsule_sym
-from capsule_sym import InvalidInput, Parameters, performance, solve_orbit
+from capsule_sym import InvalidInput, Parameters, performance, plot_metric, solve_orbit
 from capsule_sym._figures import sweeps
 from capsule_sym._figures.store import strobe
 from tests.figures.test_command import run_here
@@ -60,7 +60,11 @@ def test_stars_of_basins_are_the_attractors_and_numbers_stand_in_their_areas(sto
     (star,) = (np.transpose(line.get_data()) for line in axes.lines)
     assert star == pytest.approx(np.array([strobe(solve_orbit(Parameters()))[0][:2]]), abs=1e-3)
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert [text[:3] for text in shown[:-1]] == [f"{1 + k}  " for k in range(len(shown) - 1)]
+    # The numbers are those of the results, with the itineraries that they have there.
+    with open_results(stores / "basin") as results:
+        known = results["attractor"].attrs["attractors"]
+    each = [f"{k}  {one['itinerary']} ({one['fraction']:.1%})" for k, one in enumerate(known)]
+    assert shown[:-1] == each
     assert shown[-1] == "attractor, once a period"
     assert {text.get_text() for text in axes.texts} <= {text[0] for text in shown}
 
@@ -114,6 +118,60 @@ def test_curves_that_the_command_wrote_are_drawn(alone, stores, tmp_path, monkey
     assert run_here(*line, cwd=tmp_path).returncode == 0
     ((curve,),) = drawn
     assert (curve["type"], curve["points"]) == ("adding-sliding", whole["curves"][0]["points"])
+
+
+METRICS = {"velocity": "velocity", "speed": "velocity", "work": "work", "cost_of_transport": "work"}
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_a_metric_over_two_parameters_is_that_of_the_orbits(stores: Path, metric: str) -> None:
+    from capsule_sym import open_results
+
+    with open_results(stores / "grid") as results:
+        axes, bar = plot_metric(results, metric).axes
+    (mesh,) = axes.collections
+    drawn = np.ma.filled(mesh.get_array().astype(float), np.nan)
+    for i, alpha in enumerate((0.9, 1.5), 1):
+        for j, omega in enumerate((0.7, 0.9)):
+            orbit = solve_orbit(Parameters(alpha=alpha, omega=omega))
+            value = float(getattr(performance(orbit), METRICS[metric]).value)
+            value = abs(value) if metric == "speed" else value
+            if metric == "cost_of_transport":
+                value /= abs(float(orbit.progression))
+            assert drawn[j, i] == pytest.approx(value, rel=1e-9)
+    assert bar.get_ylabel().startswith({"velocity": "average velocity"}.get(metric, metric[:4]))
+    if metric == "velocity":  # of both signs or not, 0 is the middle of two hues
+        low, high = mesh.get_clim()
+        assert low == -high or low >= 0 or high <= 0
+
+
+def test_a_metric_over_one_parameter_is_dots_and_others_are_refused(stores: Path) -> None:
+    from capsule_sym import open_results
+
+    with open_results(stores / "grid") as results:
+        (axes,) = plot_metric(results.isel(omega=0), "velocity").axes
+        (line,) = axes.lines
+        assert list(line.get_xdata()) == pytest.approx([0.3, 0.9, 1.5])
+        assert line.get_linestyle() == "None"
+        with pytest.raises(InvalidInput, match="what the sweep computes: velocity, speed, work"):
+            plot_metric(results, "lyapunov")
+
+
+def test_an_itinerary_has_one_colour_on_a_page(stores: Path) -> None:
+    from capsule_sym import open_results, plot_chart
+
+    left, right = Figure().subplots(1, 2)
+    with open_results(stores / "grid") as results:
+        plot_chart(results, axes=left)
+        plot_chart(results.isel(alpha=[1, 2]), axes=right)  # other areas, in another order
+    shown = [
+        {str(one.get_label()): one.get_facecolor() for one in axes.patches}
+        for axes in (left, right)
+    ]
+    both = shown[0].keys() & shown[1].keys()
+    assert both
+    assert [shown[0][one] for one in both] == [shown[1][one] for one in both]
+    assert len({*shown[1].values()}) == len(shown[1])
 
 
 @pytest.mark.parametrize("order", [("Omega", "duty"), ("duty", "Omega")])
