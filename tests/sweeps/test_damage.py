@@ -176,7 +176,10 @@ def test_folders_that_are_gone_are_made_again_and_files_in_their_place_told_in_o
 
 def test_what_is_no_longer_the_result_is_not_opened(stores, tmp_path) -> None:
     names = ("alpha/c/0", "alpha/zarr.json", "itinerary/zarr.json", "zarr.json")
-    cases = [*product(names, (delete, truncate, flip)), ("itinerary/c/0/0", delete)]
+    cases = [
+        *product(names, (delete, truncate, flip)),
+        *(("itinerary/c/0/0", damage) for damage in (*DAMAGES[:3], link)),
+    ]
     for i, (name, damage) in enumerate(cases):
         path = copied(stores("sweep"), tmp_path / str(i))
         damage(path / "results.zarr" / name)
