@@ -254,7 +254,7 @@ def test_bytecode_beside_the_sources_does_not_run(tmp_path: Path) -> None:
     assert {path.name for path in (folder / "__pycache__").iterdir()} == {
         Path(importlib.util.cache_from_source(f"{name}.py")).name for name in ("__init__", "facts")
     }
-    # What is imported later is what was checked.
+    # Modules that are imported later are those that were checked.
     (folder / "switching.py").write_text(PLANTED)
     assert own.switching.TRANSITIONS == scenes.slope.switching.TRANSITIONS
     assert sys.modules[own.package].__file__ == str(folder / "__init__.py")
