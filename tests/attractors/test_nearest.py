@@ -84,6 +84,7 @@ def descended(surface: Any, time: float, direction: Vector) -> Place:
     return nearest(surface, Place(time, unit, radius), np.random.default_rng(0))
 
 
+@pytest.mark.long
 def test_slopes_of_the_boundary_are_differences_of_its_radii() -> None:
     orbit = solve_orbit(BISTABLE)
     (edge,) = (one for one in search_orbits(BISTABLE, 30) if abs(one.multipliers[0]) > 1)

@@ -87,6 +87,7 @@ def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_o
     assert shock.attractor.progression == pytest.approx(lost.steady().progression, rel=1e-9)
 
 
+@pytest.mark.long
 def test_no_random_knock_that_is_smaller_loses_the_motion(shock: Shock) -> None:
     assert losses(shock.orbit, (1 - 1e-6) * shock.size, 2000, 1) == 0
     assert losses(shock.orbit, 1.5 * shock.size, 2000, 1) > 20

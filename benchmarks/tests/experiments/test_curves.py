@@ -101,6 +101,7 @@ def test_random_curves_are_the_judge_s(judge: Integrator, scene: str) -> None:
     assert tally.right.total() > 4 * tally.open.total()
 
 
+@pytest.mark.long
 def test_where_a_symmetry_breaks_the_judge_finds_both_orbits_and_the_curve(
     judge: Integrator,
 ) -> None:

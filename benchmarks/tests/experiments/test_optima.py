@@ -13,6 +13,7 @@ SMALL = 1, 2
 LARGE = range(11)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", SMALL)
 def test_brute_force_finds_nothing_better(number: int) -> None:
     known, found = forced(number, 256), answered(number, 0)
