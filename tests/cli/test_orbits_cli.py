@@ -242,6 +242,7 @@ def test_a_branch_in_the_friction_bound_is_asked_for_either_way(capsys, name: st
     assert (status, json.loads(out)["parameter"]) == (0, "f_b")
 
 
+@pytest.mark.long
 def test_curves_that_leave_a_point_are_followed_and_drawn(capsys, tmp_path: Path) -> None:
     arguments = "--alpha 0.3:0.4 --zeta 0.0478:0.05 --at 0.05 --points 4 --leaving --json"
     status, out, _ = call(
@@ -354,6 +355,7 @@ def test_the_sign_of_a_leading_term_is_not_that_of_rounding() -> None:
     assert largest_entry((0.1, -2.0, 3.0)) == 3.0
 
 
+@pytest.mark.long
 def test_a_pulsed_branch_with_a_start_at_a_rise_is_drawn_and_restarted(capsys, tmp_path) -> None:
     """The phase of such a start is a whole period, or 0: rounding decides."""
     scene = ("--scene", "prototype", "--D", "0.3:0.35", "--points", "3")

@@ -165,6 +165,7 @@ def test_commands_follow_orbits_in_a_parameter_of_the_scene(inside: Command, fil
     assert "scene" not in json.loads(inside("run", "--periods", "2", "--json").stdout)
 
 
+@pytest.mark.long
 def test_a_sweep_over_options_is_of_the_scene_of_its_line(command: Command, tmp_path: Path) -> None:
     line = f"sweep --scene prototype --D 0.2:0.4:2 --periods 3 --out {tmp_path / 'store'}"
     assert command(*line.split()).returncode == 0

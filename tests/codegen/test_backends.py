@@ -179,6 +179,7 @@ def test_no_two_backends_write_one_file_and_no_template_is_left_over() -> None:
     assert {path.name for path in CODEGEN.rglob("*.in")} == used
 
 
+@pytest.mark.long
 def test_every_text_of_a_backend_stands_in_a_template(derived: Derived) -> None:
     common = set(Backend.texts(Python(derived)))
     for kind in (*BACKENDS, Shared):

@@ -83,6 +83,7 @@ def test_double_agrees_with_truth(gamma: str, alpha: str) -> None:
     assert trajectory.statistics.escalations == 0
 
 
+@pytest.mark.long
 @SOME_QUICK
 def test_50_digits_agree_with_truth_and_double_with_them(gamma: str, alpha: str) -> None:
     with mp.workdps(60):

@@ -56,6 +56,7 @@ def test_no_optimum_is_worse_than_a_place_that_is_known_to_be_within_the_limits(
     assert found.value - 1e-3 < max(values) < found.value
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "function",
     [

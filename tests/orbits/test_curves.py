@@ -285,6 +285,7 @@ def test_a_period_doubling_curve_goes_on_where_a_slip_vanishes() -> None:
     assert {str(p.orbit.itinerary) for p in curve.points} == {"F5 F4 F5 F2", "F5 F2"}
 
 
+@pytest.mark.long
 def test_two_sliding_curves_end_in_the_same_degenerate_point() -> None:
     branch = cs.continue_orbit(settled(alpha=1.34, gamma=4.1), "alpha", 1.37, points=4)
     found = []

@@ -39,6 +39,7 @@ def of_period_three(parameters: cs.Parameters) -> int:
     return int(((apart[0] > 1e-3) & (apart[1] < 1e-6)).sum())
 
 
+@pytest.mark.long
 def test_motions_of_three_periods_lie_on_an_isola() -> None:
     begin, _, closed = isola()
     assert (closed.status, closed.success) == (cs.Ending.RETURNED, False)

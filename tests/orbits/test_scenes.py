@@ -132,6 +132,7 @@ BRANCHES = [
 ]
 
 
+@pytest.mark.long
 @sampled
 @pytest.mark.parametrize(("name", "parameter", "to"), some(BRANCHES, 2))
 def test_on_both_sides_of_a_bifurcation_runs_have_its_itineraries(name, parameter, to) -> None:
@@ -346,6 +347,7 @@ def test_two_branches_of_mirror_images_leave_where_a_symmetry_breaks(judge: Inte
     assert form.growth * apart**2 == pytest.approx(grown, rel=1e-2)
 
 
+@pytest.mark.long
 def test_a_branch_ends_where_its_orbits_become_their_own_mirror_images() -> None:
     (_, one, _) = cs.continue_from(broken(), "SB1", 0.98, points=10)
     (back,) = cs.continue_from(one, "EP2", 0.93, points=10)

@@ -67,6 +67,7 @@ def events(found: tuple[tuple[Bifurcation, ...], Orbit]) -> list[Event]:
     return [threshold(one, EXACT | {"gamma": "3.3"}) for one in found[0]]
 
 
+@pytest.mark.long
 def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> None:
     values = {symbol: sp.Rational(EXACT[str(symbol)]) for symbol in GRAZE.free_symbols}
     with precision(320):
