@@ -1,5 +1,7 @@
-"""Ctrl-C in calls of libraries that drop it."""
+"""Ctrl-C in calls of libraries that drop it, and limits of searches."""
 
+import inspect
+import math
 import signal
 from collections.abc import Callable
 from contextlib import suppress
@@ -9,8 +11,10 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from capsule_sym import Axis, Parameters, attractors, fit, tolerances
+import capsule_sym
+from capsule_sym import Axis, Parameters, attractors, fit, simulate_many, tolerances
 from capsule_sym._map import labelled
+from capsule_sym._native import core
 
 SERIES = {"t": np.arange(9.0), "x_r": np.sin(np.arange(9.0))}
 
@@ -38,3 +42,20 @@ def test_an_interrupt_that_a_library_drops_ends_the_call(
     monkeypatch.setattr(*place, drops)
     with pytest.raises(KeyboardInterrupt):
         call()
+
+
+SEARCHES = ["attractors", "continue_attractors", "fit", "fit_rig", "minimal_shock", "optimise"]
+SEARCHES += ["pareto", "run_sweep", "search_orbits", "switch_by_pulse", "tolerances"]
+
+
+@pytest.mark.parametrize("name", SEARCHES)
+def test_a_search_ends_by_itself(name: str) -> None:
+    limit = inspect.signature(getattr(capsule_sym, name)).parameters["max_seconds"].default
+    assert 60 <= limit < math.inf
+
+
+@pytest.mark.skipif(core is None, reason="the C core was not compiled")
+@pytest.mark.parametrize(("most", "status"), [(0, "segment-limit"), (100, "finished")])
+def test_a_run_that_the_core_leaves_open_is_bounded(most: int, status: str) -> None:
+    state = 0.02, 0.0, 1e-300
+    assert simulate_many([Parameters()], state, periods=3, max_open=most).status == [status]

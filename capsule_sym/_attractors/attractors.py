@@ -15,7 +15,7 @@ from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
 from capsule_sym._errors import InvalidInput, Status, check_one_of
-from capsule_sym._map.checks import check_count, checked_seconds, is_real
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.labelled import Labelled, package
 from capsule_sym._map.many import spread
@@ -163,7 +163,7 @@ def attractors(
     phases: ArrayLike = 0.0,
     periods: int = 4096,
     threads: int = 1,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[int, int], object] | None = None,
 ) -> Attractors:
     """Attractors of a set of starts, each as a closed orbit, with the fraction of the starts.

@@ -26,7 +26,7 @@ from capsule_sym._attractors.branches import (
 from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
 from capsule_sym._errors import InvalidInput, Status
-from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import Watch, check_time, core_of, present
 from capsule_sym._orbits.continuation.branches.branch import Branch
 from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
@@ -54,7 +54,7 @@ def continue_attractors(
     ties: Mapping[str, Function | str] | None = None,
     periods: int = 1024,
     threads: int = 1,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[int, int], object] | None = None,
 ) -> ContinuedAttractors:
     """Attractors at several values of a parameter, continued from value to value.

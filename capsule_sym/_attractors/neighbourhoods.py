@@ -36,6 +36,7 @@ _INSIDE = 0.25
 # sides, such as where the drive's edge ends a stick at phase 0.
 _TURNS = (1, 2, 4, 8, 16, 32)
 NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
+_MOST_OPEN = 100  # segments that the core may leave open of a run, before it counts as unknown
 _AT_ONCE = 10**5  # distances that are computed together
 
 
@@ -75,7 +76,15 @@ def run_rows(
     check_time()
     left = present().left
     found = simulate_many(
-        rows, states, phases, periods, keep=keep, max_seconds=left, threads=threads, scene=scene
+        rows,
+        states,
+        phases,
+        periods,
+        keep=keep,
+        max_seconds=left,
+        max_open=_MOST_OPEN,
+        threads=threads,
+        scene=scene,
     )
     check_time()
     return found

@@ -7,7 +7,6 @@ work is that of the drive during the pulse.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -19,7 +18,7 @@ from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWin
 from capsule_sym._attractors.pulse_search import Case, intervals
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._map.checks import check_count, check_start, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.continuing import continue_straight
 from capsule_sym._orbits.metrics.work import drive_work
@@ -50,7 +49,7 @@ def switch_by_pulse(
     margin: float = 0.05,
     tolerances: Mapping[str, float] | None = None,
     values: int = 2000,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Pulse:
     """Pulse of the drive that leads from one stable orbit to another.

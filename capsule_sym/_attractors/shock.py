@@ -15,7 +15,7 @@ from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.smallest import Search, ShockStatus
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._map.checks import check_count, checked_seconds, is_real
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
 from capsule_sym._map.result import Result, record
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -134,7 +134,7 @@ def minimal_shock(
     periods: int | None = None,
     samples: int = 20_000,
     seed: int = 0,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Shock:
     """Smallest knock of (x_r, v_r, v_c), at any time, after which a stable motion is lost.

@@ -295,7 +295,7 @@ def out(what: str, metavar: str = "DIR", flag: str = "--out", **settings: Any) -
 tables = out("Write the JSON and its tables as CSV here.")
 
 
-def max_seconds(default: float = math.inf, shown: str = "no limit") -> Any:
+def max_seconds(default: float = 600.0, shown: str = "no limit") -> Any:
     """The option --max-seconds, the time limit of a long command."""
     return option(
         "Time limit in seconds, after which the results so far are shown; inf for none.",

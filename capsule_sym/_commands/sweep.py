@@ -27,7 +27,7 @@ _running = several(
         "Resume with a different core; results then differ in the last bits.", is_flag=True
     ),
     workers=option("Number of parallel chunks.  [default: one per core]", type=int),
-    max_seconds=options.max_seconds(),
+    max_seconds=options.max_seconds(3600.0),
 )
 
 

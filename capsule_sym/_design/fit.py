@@ -21,7 +21,7 @@ from capsule_sym._design.problem import Problem, about_trend, spread_of
 from capsule_sym._design.quantities import System, real, record, values_of
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
-from capsule_sym._map.checks import check_count, checked_seconds, is_real
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
 from capsule_sym._map.labelled import package
 from capsule_sym._map.result import Result
 from capsule_sym._native import Watch, check_time
@@ -228,7 +228,7 @@ def fit(
     follow: int = 4,
     seed: int = 0,
     steps: int = 200,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
     """Fit unknown values of a system to measured time series, by least squares.

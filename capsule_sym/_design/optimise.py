@@ -7,7 +7,6 @@ an optimum follows.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -27,7 +26,7 @@ from capsule_sym._design.quantities import (
 )
 from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput, check_one_of
-from capsule_sym._map.checks import check_count, check_start, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters, names_of
 
@@ -46,7 +45,7 @@ def optimise(
     samples: int = 2048,
     seed: int = 0,
     follow: int = 12,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Optimum:
     """Parameters at which a metric of the steady motion is greatest, or least.

@@ -28,7 +28,7 @@ from capsule_sym._design.quantities import Function, System, function_of
 from capsule_sym._design.survey import Survey
 from capsule_sym._design.tradeoffs import Tradeoffs
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import Watch
 
 _NEARER = (0.03, 0.01, 0.003)  # of the bounds: distances of cells around the points found
@@ -57,7 +57,7 @@ def pareto(
     samples: int = 256,
     seed: int = 0,
     follow: int = 3,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Front:
     """Pareto front of a metric to maximise, or minimise, against one to minimise.

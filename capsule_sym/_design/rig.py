@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -21,6 +20,7 @@ from capsule_sym._design.quantities import System, real
 from capsule_sym._design.residuals import PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
+from capsule_sym._map.checks import SEARCH_SECONDS
 from capsule_sym._parameters import names_of
 from capsule_sym._systems import drives
 
@@ -76,7 +76,7 @@ def fit_rig(
     follow: int = 4,
     seed: int = 0,
     steps: int = 200,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Fit:
     """Fit unknown values of a rig to its recorded runs, by least squares.

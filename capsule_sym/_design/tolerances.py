@@ -32,7 +32,7 @@ from capsule_sym._design.quantities import (
 from capsule_sym._design.settled import Settled, joined, settle_many
 from capsule_sym._design.variance import MetricSpread, spreads
 from capsule_sym._errors import InvalidInput, Status
-from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.labelled import Labelled, package
 from capsule_sym._map.result import Result
 from capsule_sym._native import Watch, check_time
@@ -120,7 +120,7 @@ def tolerances(
     start: Sequence[float] = (0.0, 0.0, 0.0),
     samples: int = 4096,
     seed: int = 0,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Tolerances:
     """Spread of metrics of the steady motion under tolerances of parameters.

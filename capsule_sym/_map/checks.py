@@ -14,6 +14,8 @@ from capsule_sym._parameters import SceneDevice, SceneParameters
 
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
+SEARCH_SECONDS = 600.0
+"""Limit of time of a search, if none is given."""
 
 
 def is_real(value: object) -> TypeGuard[float]:

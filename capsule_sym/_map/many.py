@@ -97,6 +97,7 @@ def simulate_many(
     *,
     keep: str | ArrayLike = "final",
     max_segments: int | None = None,
+    max_open: int = -1,
     max_seconds: float = math.inf,
     threads: int = 1,
     scene: Scene | str | None = None,
@@ -107,8 +108,9 @@ def simulate_many(
     folder; by default the paper's). States are (n, 3) or (3,), phases (n,) or one number. `keep` is
     as in `simulate`; times are the same for all runs. Final and stroboscopic states are computed in
     vector lanes unless `max_segments` is set, and agree with those of single runs up to rounding.
-    `max_segments` limits each run, `max_seconds` all runs together. Kept data take at most 4 GiB,
-    of which each run has an equal part. A run that uses up its part ends with the status
+    `max_segments` limits each run, `max_seconds` all runs together. With `max_open` a run of which
+    the core leaves more segments open ends with the status segment-limit. Kept data take at most
+    4 GiB, of which each run has an equal part. A run that uses up its part ends with the status
     memory-limit; counts of runs, periods or times that certainly need more are refused. All
     quantities are dimensionless.
 
@@ -144,7 +146,9 @@ def simulate_many(
 
     if by_lanes and chosen == "c" and max_segments is None:
         strobed = what == "stroboscopic"
-        ends, data = _side_by_side(scene, rows, starts, times, periods, strobed, watch, threads)
+        ends, data = _side_by_side(
+            scene, rows, starts, times, periods, strobed, watch, threads, max_open
+        )
     else:
         ends, data = _one_by_one(starts, kept, what, shared(one, count, threads, watch))
     return Trajectories(rows, *ends, what, *data, scene)
@@ -305,6 +309,7 @@ def _side_by_side(
     strobed: bool,
     watch: Watch,
     threads: int,
+    most: int,
 ) -> tuple[_Ends, _Data]:
     """Final or stroboscopic states by the lanes of the core."""
     binding, count, periods = core(scene), len(rows), int(periods)
@@ -326,7 +331,7 @@ def _side_by_side(
         for i in np.flatnonzero(stops == binding.OPEN).tolist():
             marks = None if strobe is None else strobe[i]
             run = Run(NumpyBackend(scene), scene.Parameters(*rows[i].tolist()), True, watch)
-            status[i] = _finish(run, records[i : i + 1].reshape(()), periods, marks).value
+            status[i] = _finish(run, records[i : i + 1].reshape(()), periods, marks, most).value
     passed = records["period"].copy()
     if watch.over:
         status[(passed < periods) & (status == Status.FINISHED.value)] = Status.TIME_LIMIT.value
@@ -342,12 +347,18 @@ def _side_by_side(
 
 
 def _finish(
-    run: Run, record: NDArray[np.void], periods: int, strobe: NDArray[np.float64] | None
+    run: Run, record: NDArray[np.void], periods: int, strobe: NDArray[np.float64] | None, most: int
 ) -> Status:
-    """Finish a run, with the reference map wherever the core cannot decide a switch."""
+    """Finish a run, with the reference map wherever the core cannot decide a switch.
+
+    It ends after `most` such segments, unless that is below 0.
+    """
     native = core(run.scene).Map(np.array([*run.parameters.to_dict().values()]))
     run.marks = 0 if strobe is None else periods
     while record["period"] < periods and not run.watch.over:
+        if not most:
+            return Status.SEGMENT_LIMIT
+        most -= 1
         run.segments.clear()
         run.stroboscopic.clear()
         run.stroboscopic_periods.clear()

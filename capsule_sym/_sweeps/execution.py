@@ -15,7 +15,7 @@ from time import perf_counter
 from typing import Any
 
 from capsule_sym._errors import CapsuleError, InvalidInput
-from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import TimeUp, Watch, check_time, present
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block, compute
@@ -105,7 +105,7 @@ def run_sweep(
     any_core: bool = False,
     command: str = "",
     progress: Progress = lambda done, total: None,
-    max_seconds: float = math.inf,
+    max_seconds: float = 6 * SEARCH_SECONDS,
 ) -> Summary:
     """Run all cells that a store does not hold yet; each finished chunk is written at once.
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import Segment, Trajectory, simulate
-from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.drift import dragged
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch
@@ -259,7 +259,7 @@ def search_orbits(
     transient: int = 50,
     seed: int = 0,
     report: Callable[[int, int], None] | None = None,
-    max_seconds: float = math.inf,
+    max_seconds: float = SEARCH_SECONDS,
 ) -> FoundOrbits:
     """Periodic orbits found from random initial states, stable or not, each once.
 
