@@ -182,7 +182,7 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     return plane, found
 
 
-def unsettled(results: xr.Dataset) -> tuple[Any, str]:
+def unsettled(results: xr.Dataset) -> tuple[NDArray[np.bool_], str]:
     """Mask of the cells of a sweep that have not settled, and the sentence that says so."""
     outcomes = results["outcome"].values if "outcome" in results else np.array(0)
     said = f"not settled in {results.attrs.get('periods', 0):,} periods"
