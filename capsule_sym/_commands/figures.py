@@ -205,7 +205,7 @@ _OWN = {"branches": ("quantity",), "sweeps": ("quantity", "kind", "curves")}
 def _check_own(system: options.System, what: str, subject: str) -> None:
     """Raises UsageError for an option that is for other subjects."""
     own = {"figures by name": (*system.names, "colours"), **_OWN}
-    for other in own.keys() - {what}:
+    for other in (one for one in own if one != what):
         for name in filter(options.is_given, {*own[other]} - {*own.get(what, ())}):
             raise click.UsageError(f"{options.flag(name)} is for {other}, which {subject} is not")
 

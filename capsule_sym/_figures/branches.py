@@ -134,14 +134,14 @@ def in_order(record: Record) -> tuple[list[Record], list[bool]]:
         nodes += [point, *between]
         following = points[min(k + 1, len(points) - 1)]["stable"]
         stable.append(point["stable"])
-        # Stability is that of the orbits beside: between two bifurcations the first one knows it.
+        # Stability is that of the orbits beside: between two bifurcations that after the first.
         stable += [_stable_after(one, following) for one in between[:-1]]
         stable += [following] * bool(between)
     return nodes, stable[: len(nodes) - 1]
 
 
 def _fits(one: Record, before: Record, after: Record) -> tuple[float, int]:
-    """How well a bifurcation fits between two points: by its value, then by their orbits."""
+    """Rank of a place between two points for a bifurcation: by its value, then by their orbits."""
     low, high = sorted((before["value"], after["value"]))
     changed = before["stable"] != after["stable"]
     alike = (

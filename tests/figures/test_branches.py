@@ -202,7 +202,7 @@ def doubling() -> Any:
 
 
 def test_an_area_of_itineraries_ends_at_the_solved_bifurcation(settled, branch) -> None:
-    """Between two motions the backward drift begins where the branch says, and joins switches."""
+    """Between two motions the backward drift begins at the branch's point, and joins switches."""
     exact = next(one["value"] for one in branch["bifurcations"] if one["label"] == "AS2")
     runs = [settled(exact - 0.01), settled(exact + 0.01)]
     areas = {one.get_label(): one for one in plot_itineraries(runs, branch).axes[0].collections}
