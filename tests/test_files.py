@@ -103,9 +103,7 @@ def animate(path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", [".pdf", ".svg"])
-def test_a_date_of_the_environment_does_not_matter(
-    ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_date_of_the_environment_does_not_matter(ending, tmp_path, monkeypatch) -> None:
     written = []
     for date in ("abc", "1" * 30, "86400"):
         monkeypatch.setenv("SOURCE_DATE_EPOCH", date)

@@ -3,7 +3,6 @@
 import inspect
 import math
 import signal
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -29,9 +28,7 @@ SERIES = {"t": np.arange(9.0), "x_r": np.sin(np.arange(9.0))}
         ((labelled, "import_module"), lambda: labelled.package("scipy.stats")),
     ],
 )
-def test_an_interrupt_that_a_library_drops_ends_the_call(
-    place: Any, call: Callable[[], object], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupt_that_a_library_drops_ends_the_call(place, call, monkeypatch) -> None:
     true = getattr(*place)
 
     def drops(*given: Any, **how: Any) -> Any:

@@ -128,8 +128,7 @@ def test_a_branch_that_ctrl_c_ends_is_kept_to_go_on_from(shown: Callable[..., Sh
 
 @terminals((200, False))
 @pytest.mark.parametrize(
-    "name",
-    [n if n == "orbit" else pytest.param(n, marks=pytest.mark.long) for n in ENDS],
+    "name", [n if n == "orbit" else pytest.param(n, marks=pytest.mark.long) for n in ENDS]
 )
 def test_progress_is_gone_in_the_end(name, columns, colour, shown) -> None:
     found = shown(name, *ENDS[name], columns=columns, colour=colour)

@@ -133,9 +133,7 @@ def test_the_entries_of_a_core_stay_while_its_code_does(run: Run, copy: Path) ->
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "c/mine.c", "setup.py", "link.py"])
-def test_a_folder_with_files_of_others_is_not_written_to(
-    name: str, run: Run, tmp_path: Path
-) -> None:
+def test_a_folder_with_files_of_others_is_not_written_to(name, run, tmp_path) -> None:
     folder, other = tmp_path / "home", tmp_path / "home" / name
     other.parent.mkdir(parents=True)
     if name == "link.py":
@@ -151,7 +149,7 @@ def test_a_folder_with_files_of_others_is_not_written_to(
 
 @pytest.mark.parametrize("room", [0, 1, 7, 13])
 def test_a_full_disk_leaves_the_earlier_scene_or_none(
-    room: int, run: Run, copy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    room, run, copy, tmp_path, monkeypatch
 ) -> None:
     manifest, left, write = copy / "manifest.json", room, Path.write_bytes
     manifest.write_text(manifest.read_text("utf-8").replace("  ", " "), encoding="utf-8")

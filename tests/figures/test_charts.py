@@ -83,9 +83,7 @@ def test_regions_are_filled_and_numbered_inside(results: xr.Dataset) -> None:
     assert axes.get_ylabel() == r"mass ratio $\gamma$"
 
 
-def test_what_has_not_settled_has_a_colour_and_says_after_how_many_periods(
-    results: xr.Dataset,
-) -> None:
+def test_what_has_not_settled_has_a_colour_and_says_after_how_many_periods(results) -> None:
     outcome = np.where(results["itinerary"] == 33, 3, 1)
     results["outcome"] = (("alpha", "gamma"), outcome)
     results["attractor"] = (("alpha", "gamma"), np.where(outcome == 1, 0, -1))

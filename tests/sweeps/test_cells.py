@@ -173,13 +173,7 @@ SLOW = [
 
 
 @pytest.mark.parametrize(("name", "over", "fixed", "late"), SLOW)
-def test_slow_motions_are_those_of_long_runs(
-    name: str,
-    over: dict[str, tuple[float, float, int]],
-    fixed: dict[str, float],
-    late: int,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_slow_motions_are_those_of_long_runs(name, over, fixed, late, monkeypatch) -> None:
     own = CAPSULE if name == "numpy" else scene(name)
     axes = tuple(Axis.linear(one, *values, own) for one, values in over.items())
     sweep = Sweep(axes, own.Parameters(**fixed), compute=("itinerary", "energies"), periods=60)

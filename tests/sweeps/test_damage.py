@@ -291,9 +291,7 @@ def test_links_are_not_written_through(stores: Callable[[str], Path], tmp_path: 
     assert contents(path) == contents(stores("sweep"))
 
 
-def test_folders_that_are_links_are_not_written_through(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_folders_that_are_links_are_not_written_through(stores, tmp_path) -> None:
     names = ("results.zarr", "results.zarr/itinerary/c/0", "chunks", "chunks/000000")
     for i, name in enumerate((*names, "later")):
         path, mine = (
@@ -364,9 +362,7 @@ def changed(name: str, value: Any) -> Callable[[dict[str, Any]], None]:
     return edit
 
 
-def test_records_that_were_changed_and_sealed_anew_have_one_line(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_records_that_were_changed_and_sealed_anew_have_one_line(stores, tmp_path) -> None:
     path, of_chunk = copied(stores("sweep"), tmp_path / "store"), "chunks/000000/000000000.json"
     acts = open_results, info_record, lambda store: run_small(store, resume=True)
     held = {name: (path / name).read_bytes() for name in ("sweep.json", of_chunk)}
@@ -391,9 +387,7 @@ def test_records_that_were_changed_and_sealed_anew_have_one_line(
             (path / of_chunk).write_bytes(held[of_chunk])
 
 
-def test_chunks_in_each_others_places_are_damage(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_chunks_in_each_others_places_are_damage(stores, tmp_path) -> None:
     whole = stores("basin")
     path = copied(whole, tmp_path / "store")
     one, two = (path / "results.zarr" / "final" / "c" / name for name in ("0/0/0", "1/0/0"))
@@ -409,9 +403,7 @@ def test_chunks_in_each_others_places_are_damage(
     assert contents(path) == contents(whole)
 
 
-def test_another_sweep_is_told_in_a_short_line(
-    stores: Callable[[str], Path], tmp_path: Path
-) -> None:
+def test_another_sweep_is_told_in_a_short_line(stores, tmp_path) -> None:
     path = copied(stores("sweep"), tmp_path / "s")
     others = chart(5, 3, periods=5, compute=("itinerary",), chunk=(2, 3)), chart(4, 3, periods=6)
     for other, said in zip(others, ("^axes = .5 values of alpha", "^periods = 6"), strict=True):

@@ -19,15 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    Axis,
-    CapsuleError,
-    InvalidInput,
-    Sweep,
-    open_results,
-    run_basin,
-    run_sweep,
-)
+from capsule_sym import Axis, CapsuleError, InvalidInput, Sweep, open_results, run_basin, run_sweep
 from capsule_sym._native import check_time, live, present
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._sweeps import cells as cells_module
