@@ -5,6 +5,7 @@ listed in `__init__.pyi`, which type checkers read as well.
 """
 
 from functools import cache as _cache
+from types import FunctionType as _FunctionType
 
 # Modules that cannot be imported without an extra; others raise when they are called.
 _NEEDS = {
@@ -52,6 +53,11 @@ def __getattr__(name: str) -> object:
 
             backend = os.environ.get("MPLBACKEND")
             raise InvalidInput("MPLBACKEND", backend, "a backend of Matplotlib") from error
+        if isinstance(found, _FunctionType):
+            from capsule_sym._arguments import checked
+
+            found = checked(found)
+            found.__module__ = __name__  # where pickle finds it
     elif name == "scenes":
         found = import_module(f"{__name__}.scenes")
     elif name == "__version__":
@@ -70,7 +76,10 @@ def __getattr__(name: str) -> object:
             *sorted(n for n, module in homes.items() if module not in absent),
         ]
     else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from capsule_sym._errors import suggestion
+
+        more = suggestion(name, homes) if name[0] != "_" else ""
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{more}")
     globals()[name] = found
     return found
 

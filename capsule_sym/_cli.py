@@ -18,7 +18,7 @@ import click
 
 from capsule_sym._commands.signature import Command
 from capsule_sym._commands.values import meant
-from capsule_sym._errors import CapsuleError, InvalidInput, NotInstalled
+from capsule_sym._errors import CapsuleError, InvalidInput, NotInstalled, counted, suggestion
 from capsule_sym._figures.sizes import UNLISTED
 
 _INTERRUPTED = 130  # the exit status of shells for it
@@ -81,7 +81,7 @@ def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> No
     from capsule_sym._native import core
 
     count = 0 if core is None else core.lanes()
-    lanes = f"C core, {count} lane{'s' * (count > 1)}"
+    lanes = f"C core, {counted(count, 'lane')}"
     click.echo(f"{__version__} ({lanes if count else 'no C core: NumPy'})")
     context.exit()
 
@@ -185,9 +185,12 @@ def _ended(arguments: list[str], commands: click.Group) -> int:
     except click.exceptions.Exit as done:
         return done.exit_code
     except click.BadParameter as error:
-        number = re.match(r"'(.*)' is not a valid float", error.message)
-        more = meant(number[1]) if number and not error.message.endswith("?") else ""
-        return _complain(error.format_message() + more, 2)
+        more, message = "", error.format_message()
+        given = re.match(r"'(.*?)' is .*?(?:valid float|not one of|none of)(.*)", error.message)
+        if given and not message.endswith("?"):
+            close = suggestion(given[1], re.findall(r"[\w-]+", given[2]))
+            more = meant(given[1]) or close.replace("; did", " Did")
+        return _complain(message + more, 2)
     except click.NoSuchOption as error:
         return _complain(_elsewhere(error) or error.format_message(), 2)
     except click.ClickException as error:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import re
+from collections.abc import Collection, Iterable
 from enum import StrEnum
 
 
@@ -24,7 +25,28 @@ class InvalidInput(CapsuleError, ValueError):
         self.allowed = allowed
 
     def __str__(self) -> str:
-        return f"{self.field} = {_shown(self.value)}: must be {self.allowed}"
+        line = f"{self.field} = {_shown(self.value)}: must be {self.allowed}"
+        names = re.split(r", (?:or )?| or | and |\bof ", self.allowed)
+        return line + suggestion(self.value, names)
+
+
+def counted(count: int, name: str, names: str = "") -> str:
+    """A number of things in words, such as "1 period" and "2 periods"."""
+    return f"{count:,} {name if count == 1 else names or f'{name}s'}"
+
+
+def suggestion(value: object, names: Iterable[str]) -> str:
+    """Question after a text of which a word is nearly one of the names; empty for others."""
+    words = re.findall(r"[A-Za-z_][\w.-]+", value) if isinstance(value, str) else []
+    close = [one for word in words if word not in names for one in close_names(word, names)]
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def close_names(word: str, names: Iterable[str], count: int = 1, least: float = 0.6) -> list[str]:
+    """Names that are much like a word, the nearest first."""
+    from difflib import get_close_matches
+
+    return get_close_matches(word, names, count, least)
 
 
 _LONGEST = 300  # characters of a value in a message

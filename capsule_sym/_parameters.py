@@ -17,6 +17,7 @@ from os import PathLike
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
+from capsule_sym._arguments import checked
 from capsule_sym._errors import InvalidInput
 from capsule_sym._units import Scales
 from capsule_sym.generated.capsule.parameters import DeviceFields, Fields, Relations
@@ -140,7 +141,7 @@ class Scene:
             "__qualname__": f"{self.name}.{name}",
         }
         made: type[_Kind] = type(name, (*generated, base), held)
-        return dataclass(frozen=True)(made)
+        return checked(dataclass(frozen=True)(made))
 
 
 _known: dict[str, Scene] = {}
@@ -349,6 +350,7 @@ class SceneDevice(_Frozen, Scales):
                 return float(getattr(self, name))
         return self.dimensionless().omega * self.natural_frequency
 
+    @checked
     def tie(self, name: str) -> tuple[str, float]:
         """Parameter proportional to a quantity, such as P_d, and the factor (1/SI).
 
@@ -369,6 +371,7 @@ class SceneDevice(_Frozen, Scales):
         return tied, one.ratios()[tied]
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class Parameters(Fields, SceneParameters):
     """Dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
@@ -380,6 +383,7 @@ class Parameters(Fields, SceneParameters):
     scene: ClassVar[Scene] = CAPSULE
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class PhysicalParameters(DeviceFields, Relations, SceneDevice):
     """Parameters of the device in SI units, with the scales of results in SI units.

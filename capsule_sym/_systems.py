@@ -28,6 +28,16 @@ def values_of(system: System) -> dict[str, float]:
     return {name: getattr(system, name) for name in names_of(system)}
 
 
+def check_parameter(field: str, name: str, system: System, *further: str) -> None:
+    """Raise InvalidInput unless a name is that of a system's parameter, or a further one."""
+    if name not in (names := (*names_of(system), *further)):
+        facts, device = system.scene.facts, isinstance(system, SceneDevice)
+        known = name in (facts.PARAMETERS if device else facts.DEVICE)
+        why = "dimensionless, and a device is" if device else "a quantity of a device, and none is"
+        more = f"; {name} is {why} given" * known
+        raise InvalidInput(field, name, f"one of {', '.join(names)}{more}")
+
+
 def drives(system: System) -> dict[str, float]:
     """Parameters of the drive, amplitude and frequency first, each with its unit (SI)."""
     facts = system.scene.facts
@@ -42,12 +52,9 @@ def drives(system: System) -> dict[str, float]:
 
 def factors_of(tolerances: Mapping[str, float] | None, system: System) -> list[dict[str, float]]:
     """Factors of parameters by name: none, and all ends of the tolerances; raises InvalidInput."""
-    tolerances = {} if tolerances is None else tolerances
-    if not isinstance(tolerances, Mapping):
-        raise InvalidInput("tolerances", tolerances, "a share for each of some parameters")
+    tolerances = tolerances or {}
     for name, by in tolerances.items():
-        if name not in names_of(system):
-            raise InvalidInput("tolerances", name, f"of {', '.join(names_of(system))}")
+        check_parameter("tolerances", name, system)
         if not (real(by) and 0 < by < 1):
             raise InvalidInput(f"tolerance of {name}", by, "a share between 0 and 1")
     ends = product(*((1 - by, 1 + by) for by in tolerances.values()))

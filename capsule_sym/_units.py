@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from capsule_sym._arguments import checked
 from capsule_sym._errors import check_one_of
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ class Scales:
         """Length that friction stretches the spring, the unit of length (m)."""
         raise NotImplementedError
 
+    @checked
     def scale(self, name: str) -> float:
         """The SI unit of a result: what its dimensionless value is multiplied with.
 
@@ -84,26 +86,32 @@ class Scales:
         force, length, rate, _ = UNITS[name]
         return self.friction_force**force * self.length_scale**length * self.natural_frequency**rate
 
+    @checked
     def time(self, tau: _Quantity) -> _Quantity:
         """Time in s, from dimensionless time: a float or an array of any shape."""
         return tau / self.natural_frequency
 
+    @checked
     def displacement(self, x: _Quantity) -> _Quantity:
         """Displacement in m, from a dimensionless one: a float or an array of any shape."""
         return x * self.length_scale
 
+    @checked
     def velocity(self, v: _Quantity) -> _Quantity:
         """Velocity in m/s, from a dimensionless one: a float or an array of any shape."""
         return v * self.scale("velocity")
 
+    @checked
     def acceleration(self, a: _Quantity) -> _Quantity:
         """Acceleration in m/s^2, from a dimensionless one: a float or an array of any shape."""
         return a * (self.length_scale * self.natural_frequency**2)
 
+    @checked
     def force(self, p: _Quantity) -> _Quantity:
         """Force in N, from a dimensionless one: a float or an array of any shape."""
         return p * self.friction_force
 
+    @checked
     def energy(self, e: _Quantity) -> _Quantity:
         """Energy in J, from a dimensionless one: a float or an array of any shape."""
         return e * (self.friction_force * self.length_scale)

@@ -5,6 +5,7 @@ A scene has the classes of its parameters: `scenes.slope.Parameters(alpha=0.7, s
 
 from __future__ import annotations
 
+from capsule_sym._errors import suggestion
 from capsule_sym._parameters import SHIPPED, Scene, load
 
 __all__ = ["SHIPPED", "Scene", "load"]
@@ -12,7 +13,8 @@ __all__ = ["SHIPPED", "Scene", "load"]
 
 def __getattr__(name: str) -> Scene:
     if name not in SHIPPED:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        more = suggestion(name, SHIPPED)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{more}")
     return load(name)
 
 

@@ -150,7 +150,8 @@ def test_replace_changes_what_is_named_and_validates() -> None:
     with pytest.raises(cs.InvalidInput) as caught:
         cs.Parameters().replace(zet=0.1)
     assert str(caught.value) == (
-        "parameter = 'zet': must be one of alpha, omega, delta, zeta, beta, gamma, f_b"
+        "parameter = 'zet': must be one of alpha, omega, delta, zeta, beta, gamma, f_b; "
+        "did you mean zeta?"
     )
 
 
@@ -275,7 +276,7 @@ class TestFile:
     def test_an_unknown_key_is_refused(self, tmp_path: Path, text: str) -> None:
         assert self.refusal(tmp_path, text) == (
             "parameter = 'zet': must be one of alpha, omega, delta, zeta, beta, gamma, f_b, "
-            "or of M_m, M_c, k1, k2, c, G, P_d, Omega, mu, g"
+            "or of M_m, M_c, k1, k2, c, G, P_d, Omega, mu, g; did you mean zeta?"
         )
 
     @pytest.mark.parametrize(

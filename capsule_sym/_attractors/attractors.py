@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
-from capsule_sym._errors import InvalidInput, Status, check_one_of
+from capsule_sym._errors import InvalidInput, Status, check_one_of, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.labelled import Labelled, package
 from capsule_sym._map.many import spread
-from capsule_sym._map.result import Result, record
+from capsule_sym._map.result import Result, brief, record
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -49,6 +49,9 @@ class Attractor:
     fraction: float
     interval: tuple[float, float]
     mirror: int | None = None
+
+    def __repr__(self) -> str:
+        return brief(self, self.orbit.summary, f"of {self.fraction:.3g}")
 
     @cached_property
     def states(self) -> Vector:
@@ -121,11 +124,13 @@ class Attractors(Result, Labelled):
     def message(self) -> str:
         """Number of attractors and of unsettled starts, as a sentence."""
         found = len(self.attractors)
-        text = f"{self.starts} starts lead to {found} attractor{'s' * (found != 1)}"
+        lead = "leads" if self.starts == 1 else "lead"
+        text = f"{counted(self.starts, 'start')} {lead} to {counted(found, 'attractor')}"
         if self.status is not Status.FINISHED:
             why = "time limit reached, or interrupted"
             return f"{text}; {why}, before {self.unsettled} of them had settled"
-        late = f"{self.unsettled} have not settled within {self.periods} excitation periods"
+        periods = counted(self.periods, "excitation period")
+        late = f"{counted(self.unsettled, 'has', 'have')} not settled within {periods}"
         return f"{text}; {late}" if self.unsettled else text
 
     @property

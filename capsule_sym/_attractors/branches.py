@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.attractors import closed_orbit, shown_itinerary
 from capsule_sym._attractors.settling import Cycle
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._map.result import Result, plain, record
+from capsule_sym._map.result import Result, brief, by_fields, plain, record
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._native import core_of
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
@@ -38,6 +38,9 @@ class Change(NamedTuple):
     interval: tuple[float, float]
     bifurcation: Bifurcation | None
     message: str
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Change as plain values."""
@@ -69,6 +72,10 @@ class AttractorBranch:
     """States at phase 0 and largest multiplier, for each value."""
     birth: Change | None
     death: Change | None
+
+    def __repr__(self) -> str:
+        ends = " to ".join(f"{value:.6g}" for value in self.values[[0, -1]])
+        return brief(self, f"{self.path.name} from {ends}", str(self.number))
 
     def orbit(self, i: int) -> Orbit:
         """Periodic orbit at value i; raises InvalidInput if Newton's method finds none there."""
@@ -133,13 +140,14 @@ class ContinuedAttractors(Result, Labelled):
     @property
     def message(self) -> str:
         """Number of attractors, births, deaths and unsettled runs, as a sentence."""
-        found = len(self.branches)
-        text = f"{found} attractor{'s' * (found != 1)} at {len(self.values)} values of {self.name}"
+        values = counted(len(self.values), "value")
+        text = f"{counted(len(self.branches), 'attractor')} at {values} of {self.name}"
         if self.changes:
             located = sum(one.bifurcation is not None for one in self.changes)
-            text += f", {located} of {len(self.changes)} births and deaths at a located bifurcation"
+            ends = counted(len(self.changes), "birth or death", "births and deaths")
+            text += f", {located} of {ends} at a located bifurcation"
         if late := int(self.unsettled.sum()):
-            text += f"; {late} of {self.starts * len(self.values)} runs have not settled"
+            text += f"; {late} of {counted(self.starts * len(self.values), 'run')} not settled"
         if self.status is not Status.FINISHED:
             text += "; time limit reached, or interrupted, before the end"
         return text

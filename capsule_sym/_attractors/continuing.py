@@ -25,7 +25,7 @@ from capsule_sym._attractors.branches import (
 )
 from capsule_sym._attractors.neighbourhoods import NONE, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import Watch, check_time, core_of, present
 from capsule_sym._orbits.continuation.branches.branch import Branch
@@ -80,7 +80,9 @@ def continue_attractors(
     check_count("threads", threads)
     states, times = checked_starts(starts, count, phases, parameters)
     if len(states) * len(grid) > _MOST_RUNS:
-        raise InvalidInput("values", len(grid), f"at most {_MOST_RUNS // len(states)} values")
+        raise InvalidInput(
+            "values", len(grid), f"at most {counted(_MOST_RUNS // len(states), 'value')}"
+        )
     rows = np.array([row_at(path, parameters, value) for value in grid])
     settling = Settling(rows, parameters.scene, threads)
     following = _Following(parameters, path, grid, settling)

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arguments import checked
 from capsule_sym._attractors.neighbourhoods import NEUTRAL, Neighbourhoods, stroboscopic
 from capsule_sym._attractors.settling import Arrivals, Cycle, Settling
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.checks import check_count
+from capsule_sym._map.many import spread
+from capsule_sym._map.result import brief
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
@@ -18,6 +21,7 @@ MOST = 8192
 """Largest number of excitation periods of a run."""
 
 
+@checked
 class Destinations:
     """Known attractors of one parameter set, to which starts are assigned.
 
@@ -46,6 +50,10 @@ class Destinations:
         """Neighbourhoods of the attractors' states within which a run has arrived."""
         return self._settling.near[0]
 
+    def __repr__(self) -> str:
+        return brief(self, counted(len(self.states), "attractor"))
+
+    @checked
     def of(
         self, states: ArrayLike, phases: ArrayLike = 0.0, periods: int = MOST
     ) -> NDArray[np.int16]:
@@ -55,6 +63,7 @@ class Destinations:
         """
         return self.arrivals(states, phases, periods).numbers
 
+    @checked
     def arrivals(self, states: ArrayLike, phases: ArrayLike = 0.0, periods: int = MOST) -> Arrivals:
         """Attractors at which runs from states, (n, 3), at phases, (n,) or one, arrive.
 
@@ -64,5 +73,6 @@ class Destinations:
         """
         check_count("periods", periods, 2)
         starts = np.atleast_2d(np.asarray(states, dtype=float))
+        starts = spread("states", starts, (len(starts), 3))
         groups = np.zeros(len(starts), np.intp)
         return self._settling.follow(groups, Arrivals.begun(starts), phases, periods, find=False)

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.neighbourhoods import stroboscopic
+from capsule_sym._errors import counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._map.result import Result, record
+from capsule_sym._map.result import Result, brief, by_fields, record
 from capsule_sym._orbits.metrics.work import drive_force
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene, SceneDevice, SceneParameters
@@ -48,6 +49,9 @@ class PulseWindow(NamedTuple):
     begins: int
     low: float
     high: float
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
     @property
     def width(self) -> float:
@@ -94,9 +98,9 @@ class Pulse(Result, Labelled):
 
     def __repr__(self) -> str:
         if not self.periods:
-            return f"<Pulse: {self.status}>"
-        drive = f"{self.parameter} = {self.value:.6g}"
-        return f"<Pulse of {drive} over {self.periods} periods, {self.status}>"
+            return brief(self, str(self.status))
+        drive = f"of {self.parameter} = {self.value:.6g}"
+        return brief(self, f"{counted(self.periods, 'period')}, {self.status}", drive)
 
     @property
     def scene(self) -> Scene:

@@ -16,7 +16,7 @@ import numpy as np
 from capsule_sym._attractors.neighbourhoods import NEUTRAL, stroboscopic
 from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
 from capsule_sym._attractors.pulse_search import Case, intervals
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
@@ -25,7 +25,7 @@ from capsule_sym._orbits.metrics.work import drive_work
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
 from capsule_sym._parameters import SceneDevice, SceneParameters
-from capsule_sym._systems import System, dimensionless, drives, factors_of, real
+from capsule_sym._systems import System, check_parameter, dimensionless, drives, factors_of, real
 
 _MOST_PERIODS = 1000
 _VALUES = 9, 10**6
@@ -95,10 +95,8 @@ def _checked(
 ) -> tuple[str, Interval]:
     """Parameter that the pulse changes, and its bounds; raises InvalidInput for all arguments."""
     for field_, orbit in (("start", start), ("end", end)):
-        if not isinstance(orbit, Orbit) or not orbit.success or not _stable(orbit.multipliers):
+        if not orbit.success or not _stable(orbit.multipliers):
             raise InvalidInput(field_, orbit, "a stable periodic orbit")
-    if not isinstance(system, SceneParameters | SceneDevice):
-        raise InvalidInput("base", system, "Parameters, or PhysicalParameters of a device")
     if end.parameters != start.parameters:
         raise InvalidInput("end", end.parameters, "an orbit at the parameters of the start")
     if dimensionless(system) != start.parameters:
@@ -111,7 +109,9 @@ def _checked(
     if over is None:
         name = next(iter(allowed))
         over = {name: (0.0, 2 * getattr(system, name))}
-    if not isinstance(over, Mapping) or len(over) != 1 or next(iter(over)) not in allowed:
+    for name in over:
+        check_parameter("over", name, system)
+    if len(over) != 1 or next(iter(over)) not in allowed:
         raise InvalidInput("over", over, f"bounds of one of {', '.join(allowed)}")
     ((name, given),) = over.items()
     ends = tuple(given) if isinstance(given, Sequence | np.ndarray) else ()
@@ -174,7 +174,7 @@ class _Search:
             self.lost = str(lost)
             return
         for periods in range(1, most + 1):
-            progress(f"pulses of {periods} of {most} periods")
+            progress(f"pulses of {periods} of {counted(most, 'period')}")
             for thorough in (False, True):
                 found = [
                     PulseWindow(periods, begins, *part)
@@ -295,7 +295,7 @@ class _Search:
     def result(self, most: int) -> Pulse:
         """Best pulse found, or the reason why there is none."""
         low, high = self.bounds
-        told = f"of at most {most} periods with {self.name} from {low:.6g} to {high:.6g}"
+        told = f"of at most {counted(most, 'period')} with {self.name} from {low:.6g} to {high:.6g}"
         if self.lost:
             status, message = PulseStatus.ATTRACTOR_LOST, self.lost
         elif not self.done:

@@ -23,6 +23,7 @@ from capsule_sym._attractors.neighbourhoods import (
     stroboscopic,
 )
 from capsule_sym._map.many import spread
+from capsule_sym._map.result import by_fields
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import check_time, core_of
 from capsule_sym._orbits.metrics.many import performance_many
@@ -74,6 +75,9 @@ class Arrivals(NamedTuple):
     """Final states of the runs at phase 0, (n, 3)."""
     periods: NDArray[np.int64]
     """Excitation periods of each run."""
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
     @classmethod
     def begun(cls, states: Vector) -> Arrivals:

@@ -13,10 +13,10 @@ import numpy as np
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.smallest import Search, ShockStatus
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
-from capsule_sym._map.result import Result, record
+from capsule_sym._map.result import Result, brief, record
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Scene
@@ -65,7 +65,7 @@ class Shock(Result):
     _recorded = "size phase tried"
 
     def __repr__(self) -> str:
-        return f"<Shock of size {self.size:.6g}: {self.status}>"
+        return brief(self, str(self.status), f"of size {self.size:.6g}")
 
     @property
     def scene(self) -> Scene:
@@ -201,20 +201,21 @@ def _result(search: Search, weights: tuple[float, ...]) -> Shock:
 
 def _message(search: Search) -> str:
     """Status of a search, as a sentence."""
+    tried = counted(search.tried, "knock")
     if search.status is ShockStatus.NOT_LOST:
-        return f"none of {search.tried} knocks up to {search.radius:.6g} loses the motion"
+        return f"none of {tried} up to {search.radius:.6g} loses the motion"
     if search.best is None:
         return "time limit reached before a knock was found that loses the motion"
     if search.status is ShockStatus.TIME_LIMIT:
-        return f"time limit reached: smallest of {search.tried} knocks so far"
+        return f"time limit reached: smallest of {tried} so far"
     where = "to another motion" if search.attractor is not None else "to no periodic motion"
     edge = (
         "has no periodic edge state, and may be fractal"
         if search.edge is None
         else f"leads to an edge state of multiplier {search.edge.multipliers[0].real:.6g}"
     )
-    before = search.tried - search.samples
+    before = counted(search.tried - search.samples, "knock was", "knocks were")
     return (
-        f"the boundary {edge}; beyond it runs lead {where}; {before:,} knocks were tried to find "
-        f"it, then {search.samples:,} smaller ones, after which the motion returned"
+        f"the boundary {edge}; beyond it runs lead {where}; {before} tried to find "
+        f"it, then {counted(search.samples, 'smaller one')}, after which the motion returned"
     )

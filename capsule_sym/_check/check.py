@@ -17,6 +17,7 @@ from capsule_sym._check.matching import Pair, matched
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, evaluation, simulate
 from capsule_sym._map.backend import backend
+from capsule_sym._map.result import brief
 from capsule_sym._parameters import Scene, SceneParameters
 
 _MOST = 10_000  # switches
@@ -156,7 +157,7 @@ class SwitchCheck:
         }
 
     def __repr__(self) -> str:
-        return f"<SwitchCheck: {self.message}>"
+        return brief(self, self.message)
 
 
 def check_switches(

@@ -11,6 +11,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
+from capsule_sym._errors import counted
 
 
 @command()
@@ -58,7 +59,7 @@ def attractors(
         how["periods"] = periods
     found: capsule_sym.Attractors | capsule_sym.ContinuedAttractors
     with present.stoppable(limit, "Settling") as tell:
-        how["progress"] = lambda done, total: tell(f"{done:,} of {total:,} runs")
+        how["progress"] = lambda done, total: tell(f"{done:,} of {counted(total, 'run')}")
         if over is None:
             found = capsule_sym.attractors(parameters, starts, **how)
         else:

@@ -11,7 +11,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._parameters import CAPSULE, scene_in
 
 if TYPE_CHECKING:
@@ -215,7 +215,7 @@ def _print_branches(found: Sequence[capsule_sym.Branch]) -> None:
     for one in found:
         if one.origin:
             console.print(f"\nfrom {one.origin}")
-        console.print(f"{len(one.points)} points, {one.status.value}: {one.message}\n")
+        console.print(f"{counted(len(one.points), 'point')}, {one.status.value}: {one.message}\n")
         columns = {
             one.parameter: "{0.value:.6g}",
             "progression": "{1:.6g}",

@@ -11,7 +11,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.branch import followed, tell_early_end
 from capsule_sym._commands.signature import command, option
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 
 
 @command()
@@ -186,7 +186,7 @@ def _print_curves(curves: Sequence[capsule_sym.Curve], device: options.Device) -
         begin, end = one.points[0], one.points[-1]
         origin = f", from {one.origin}" if one.origin else ""
         met = f" {begin.line}" * (one.type == "edge")
-        console.print(f"{number}  {one.type}{met}: {len(one.points)} points{origin}")
+        console.print(f"{number}  {one.type}{met}: {counted(len(one.points), 'point')}{origin}")
         for itinerary, point in (("from", begin), ("to", end)):
             named = [*zip(one.parameters, point.values, strict=True)]
             named = [*named, *in_si(device, dict(named)).items()]

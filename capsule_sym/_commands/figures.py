@@ -42,7 +42,7 @@ class _Subject(click.ParamType):  # type: ignore[type-arg]
             self.fail(f"{value!r} is a figure and a sweep: write ./{value} for the sweep", param)
         if value not in FIGURES and not os.path.exists(value):
             names = ", ".join(FIGURES)
-            self.fail(f"{value!r} is no file, no directory and none of the figures {names}", param)
+            self.fail(f"{value!r} is no file, no directory and none of {names}.", param)
         return value
 
     def shell_complete(self, ctx: Any, param: Any, incomplete: str) -> list[CompletionItem]:

@@ -13,6 +13,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._design.counts import SEED, STARTS
+from capsule_sym._errors import counted
 
 _CORRELATED = 0.2  # correlation of residuals above which errors are reported as too small
 
@@ -117,7 +118,8 @@ def _print_fit(
     console = present.make_console()
     console.print(f"{found.status.value}: {found.message}")
     noise = ", ".join(f"{by:.3g} of {name}" for name, by in found.noise_by_column.items())
-    console.print(f"noise over spread: {noise}; {found.evaluations} runs", soft_wrap=True)
+    runs = counted(found.evaluations, "run")
+    console.print(f"noise over spread: {noise}; {runs}", soft_wrap=True)
     if found.autocorrelation > _CORRELATED:
         console.print(
             f"successive residuals are correlated by {found.autocorrelation:.2f}: errors are too "

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from capsule_sym._commands.signature import ByLine, option, several
+from capsule_sym._commands.signature import RANGES, ByLine, option, several
 from capsule_sym._commands.values import Named as Named
 from capsule_sym._commands.values import Range, Seconds, WritablePath, meant
 from capsule_sym._errors import InvalidInput, NotInstalled
@@ -115,16 +115,13 @@ class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
                 if not more and meant(value, 1):  # a range without its count
                     more = f" A range is {self.range.name}, such as 0.1:2:20."
                 self.fail(error.message + more, param, ctx)
-        ctx.meta.setdefault(_RANGES, {})[param.name] = self.range.convert(value, param, ctx)
+        ctx.meta.setdefault(RANGES, {})[param.name] = self.range.convert(value, param, ctx)
         return None
-
-
-_RANGES = f"{__name__}.ranges"
 
 
 def ranges() -> dict[str, tuple[float, ...]]:
     """Ranges given to parameters of the running command, in that order."""
-    return dict(click.get_current_context().meta.get(_RANGES, {}))
+    return dict(click.get_current_context().meta.get(RANGES, {}))
 
 
 def only_range() -> tuple[str, tuple[float, ...]] | None:

@@ -10,6 +10,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command
+from capsule_sym._errors import counted
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
@@ -84,7 +85,7 @@ def _record(one: capsule_sym.Orbit, device: options.Device) -> dict[str, Any]:
 def _print_found(found: Sequence[capsule_sym.Orbit], searched: int, device: options.Device) -> None:
     for one in found:
         _print_orbit(one, device)
-    click.echo(f"{len(found)} orbits from {searched} random states")
+    click.echo(f"{counted(len(found), 'orbit')} from {counted(searched, 'random state')}")
 
 
 def settled(

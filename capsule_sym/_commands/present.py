@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 import click
 
 import capsule_sym
-from capsule_sym._errors import NotInstalled
+from capsule_sym._errors import NotInstalled, counted
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -174,7 +174,9 @@ def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) ->
     if proved:
         write_whole(path, dumps(file_of(proved)) + "\n", "--certify")
         if any(one["kind"] == "run" for one in proved):
-            claims = f"{sum(len(one['fields']) for one in proved)} segments, switch by switch"
+            claims = (
+                f"{counted(sum(len(one['fields']) for one in proved), 'segment')}, switch by switch"
+            )
         else:
             stable = sum(one.get("stable", False) for one in proved)
             claims = f"existence, uniqueness, itinerary; {stable} stable"

@@ -10,7 +10,7 @@ import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.orbit import settled
 from capsule_sym._commands.signature import command, option, several
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 
 if TYPE_CHECKING:
     from capsule_sym._native import Watch
@@ -141,7 +141,7 @@ def _show(found: capsule_sym.Pulse) -> None:
             ("begins in state", f"{state} (period {found.begins} of the motion)"),
             ("duration", present.with_unit(found.duration, "s" if units else "")),
             ("work", present.with_unit(found.work, units.get("work", ""))),
-            ("transient", f"{found.transient} periods"),
+            ("transient", counted(found.transient, "period")),
             ("velocity", " to ".join(present.with_unit(one, velocity) for one in ways)),
         )
     )

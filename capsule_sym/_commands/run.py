@@ -12,6 +12,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
+from capsule_sym._errors import counted
 
 
 @command()
@@ -82,16 +83,17 @@ def _print(
     console.print("  ".join(f"{name} = {value:.6g}" for name, value in values))
     console.print()
     if motion is None:
-        (periods, phase), _ = trajectory.final
+        (count, phase), _ = trajectory.final
+        periods = counted(count, "period")
         if not trajectory.success:
-            console.print(f"Stopped at phase {float(phase):.5f} after {periods} periods,")
+            console.print(f"Stopped at phase {float(phase):.5f} after {periods},")
             console.print(f"{trajectory.message}.")
         else:
             how = "more --periods, or capsule-sym orbit, which solves the orbit of a slow approach"
             why = dragged(trajectory.parameters) or how
-            console.print(f"Not steady within {periods} periods: {why}.", soft_wrap=True)
+            console.print(f"Not steady within {periods}: {why}.", soft_wrap=True)
         console.print("The segments of the last period:")
-        segments = [s for s in trajectory.segments if s.end >= (periods - 1, phase)]
+        segments = [s for s in trajectory.segments if s.end >= (count - 1, phase)]
         _show_segments(segments, physical)
         return
     console.print("The segments of the steady motion:")

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import click
 
+from capsule_sym._errors import InvalidInput
+
 # Settings of click by the annotation of a parameter.
 _KINDS: dict[str, dict[str, Any]] = {
     "bool": {"is_flag": True},
@@ -17,6 +19,22 @@ _KINDS: dict[str, dict[str, Any]] = {
     "str": {"type": str},
     "tuple[float, float, float]": {"type": float, "nargs": 3},
     "tuple[str, ...]": {"type": str, "multiple": True},
+}
+
+
+RANGES = f"{__name__}.ranges"
+"""Key of the ranges of parameters in a command's context."""
+# Options of arguments by other names.
+_OPTIONS = {
+    "to": "along",
+    "over": "shares",
+    "store": "out",
+    "metric": "maximise minimise",
+    "metrics": "metric",
+    "start": "state",
+    "starts": "state",
+    "most_periods": "max_periods",
+    "threads": "workers",
 }
 
 
@@ -79,6 +97,20 @@ class Command(click.Command):
             re.sub("^--[^=]+", lambda flag: flag[0].replace("_", "-"), word) for word in args[:stop]
         ]
         return super().parse_args(ctx, dashed + args[stop:])
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Call the command; an error about a value of an option names the option."""
+        try:
+            return super().invoke(ctx)
+        except InvalidInput as error:
+            # The file of --params is named where it is read; other files are of other options.
+            names = {error.field, *_OPTIONS.get(error.field, "").split()} - {"file"}
+            names |= set(ctx.meta.get(RANGES, ())) if error.field == "to" else set()
+            for one in self.params:
+                given = ctx.get_parameter_source(str(one.name))
+                if one.name in names and given is click.core.ParameterSource.COMMANDLINE:
+                    error.field = one.opts[0] if isinstance(one, click.Option) else error.field
+            raise
 
 
 def command(

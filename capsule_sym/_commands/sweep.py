@@ -16,6 +16,7 @@ import click
 import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import argument, command, option, several
+from capsule_sym._errors import counted
 from capsule_sym._sweeps.quantities import VARIABLES
 from capsule_sym._units import METRIC_UNITS
 
@@ -202,7 +203,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             # The number of cells is known once the store is open.
             if task.total is None:
                 return Text("starting")
-            done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
+            done = f"{task.completed:,.0f} of {counted(int(task.total), 'cell')}"
             # Before a second chunk there is no rate.
             return Text(f"{done}, {task.speed:,.0f} a second" if task.speed else done)
 
@@ -232,7 +233,8 @@ def _lines(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Lines of a record, each with its label."""
     for axis in record.get("axes", ()):
         names, ends = ", ".join(axis["quantities"]), map(_numbers, (axis["first"], axis["last"]))
-        yield f"axis {axis['name']}", f"{axis['count']} values of {names} from {' to '.join(ends)}"
+        values = f"{counted(axis['count'], 'value')} of {names}"
+        yield f"axis {axis['name']}", f"{values} from {' to '.join(ends)}"
     for name in ("cells", "done", "computed", "damaged"):
         if name in record:
             yield name.replace("_", " "), f"{record[name]:,}"

@@ -14,7 +14,7 @@ import click
 
 from capsule_sym._commands import options, present
 from capsule_sym._commands.signature import command, option
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
@@ -65,7 +65,9 @@ def verify(
                 # Above the bar: click's own stdout would write through it.
                 click.echo(line(result), file=sys.stdout)
 
-        each = everything or (only is not None and only not in chosen)
+        # Groups of a family, such as "appendix", are shown as groups too.
+        whole = only is None or all(f"{group}.".startswith(f"{only}.") for group in chosen)
+        each = everything or not whole
         report = run(chosen, advance)
     results = [result for group in report.values() for result in group]
     if as_json:
@@ -77,7 +79,7 @@ def verify(
         click.echo(f"wrote {out}", err=True)
     unproved = [result.statement.name for result in results if not result.settled]
     took = f"{perf_counter() - start:.0f} s"
-    click.echo(f"{len(results)} statements, {len(unproved)} unproved, {took}", err=True)
+    click.echo(f"{counted(len(results), 'statement')}, {len(unproved)} unproved, {took}", err=True)
     if unproved:
         present.fail(f"not proved: {', '.join(unproved)}", 1)
     return results

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._arguments import checked
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.covariance import Errors, correlation, errors_of
@@ -23,9 +24,9 @@ from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
 from capsule_sym._map.labelled import package
-from capsule_sym._map.result import Result
+from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import Watch, check_time
-from capsule_sym._parameters import names_of
+from capsule_sym._systems import check_parameter
 
 
 class FitStatus(StrEnum):
@@ -65,6 +66,7 @@ class FittedRun:
     """Relative error of the time base: true time is 1 + slip times the measured one."""
     series: dict[str, tuple[float, float, float]]
     """Scale, offset and drift of each series, by name."""
+    __repr__ = by_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +153,7 @@ class Fit(Result):
             f"{name} = {value:.6g} +/- {self.standard_errors[name]:.1g}"
             for name, value in self.values.items()
         )
-        return f"<Fit: {told}, {self.status}>"
+        return brief(self, f"{told}, {self.status}")
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""
@@ -183,6 +185,7 @@ class Fit(Result):
             "residual": self.residuals / (self.noise or 1.0),
         }
 
+    @checked
     def deviations(self, level: float = 0.95) -> float:
         """Half-width in standard errors of an interval with this probability.
 
@@ -194,6 +197,7 @@ class Fit(Result):
         freedom = len(self.residuals) - len(self.values)
         return float(package("scipy.stats").t.ppf((1 + level) / 2, freedom))
 
+    @checked
     def interval(
         self, name: str, level: float = 0.95, *, max_seconds: float = math.inf
     ) -> tuple[float, float]:
@@ -247,10 +251,8 @@ def fit(
     best values so far. `progress` is called with a text. Raises InvalidInput for columns, names,
     bounds or values that are not allowed.
     """
-    own = names_of(system)
     for name in unknown:
-        if name not in own and name not in OF_START:
-            raise InvalidInput("unknown", name, f"one of {', '.join((*own, *OF_START))}")
+        check_parameter("unknown", name, system, *OF_START)
     if not unknown or len(set(unknown)) < len(unknown):
         raise InvalidInput("unknown", ", ".join(unknown), "one or more different names")
     given = dict(zip(STATE, checked_state(state), strict=True)) | {PHASE: phase}

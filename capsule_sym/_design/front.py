@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._design.optimum import Optimum, OptimumStatus
+from capsule_sym._errors import counted
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._map.result import Result
+from capsule_sym._map.result import Result, brief, by_fields
 
 
 class FrontPart(NamedTuple):
@@ -21,6 +22,9 @@ class FrontPart(NamedTuple):
     last: int
     begins: str
     ends: str
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +61,8 @@ class Front(Result, Labelled):
 
     def __repr__(self) -> str:
         first, second = self.metrics
-        return f"<Front of {first} against {second}: {len(self.points)} points, {self.status}>"
+        points = counted(len(self.points), "point")
+        return brief(self, f"{points}, {self.status}", f"of {first} against {second}")
 
     @property
     def values(self) -> Vector:

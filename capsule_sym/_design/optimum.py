@@ -14,7 +14,7 @@ from capsule_sym._design.borders import distances
 from capsule_sym._design.polish import BASIN, KINK, Rest
 from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.quantities import System, of, values_of
-from capsule_sym._map.result import Result
+from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import SceneDevice, names_of
 from capsule_sym._units import METRIC_UNITS
@@ -54,6 +54,7 @@ class Constraint:
     multiplier: float
     active: bool
     scenario: int = 0
+    __repr__ = by_fields
 
 
 class Tightest(NamedTuple):
@@ -66,6 +67,9 @@ class Tightest(NamedTuple):
     inequality: str
     value: float
     distance: float
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
 
 NOWHERE = Tightest("", math.nan, math.nan)
@@ -132,7 +136,7 @@ class Optimum(Result):
     def __repr__(self) -> str:
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.over.items())
         kind = "greatest" if self.maximised else "least"
-        return f"<Optimum: {kind} {self.metric} {self.value:.6g} at {where}, {self.status}>"
+        return brief(self, f"{kind} {self.metric} {self.value:.6g} at {where}, {self.status}")
 
     def to_dict(self) -> dict[str, Any]:
         """Result by name, as numbers, texts, lists and dicts."""

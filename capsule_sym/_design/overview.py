@@ -15,6 +15,7 @@ from capsule_sym._design.cells import Grid
 from capsule_sym._design.program import Program, Scenario
 from capsule_sym._design.quantities import dimensionless, of, valued
 from capsule_sym._design.settled import Settled, joined, settle_many
+from capsule_sym._errors import counted
 from capsule_sym._native import core_of, present
 from capsule_sym._parameters import SceneParameters
 
@@ -102,7 +103,9 @@ def overview(
             worst[first:] = np.nan
             break
         block = slice(first, first + _CELLS)
-        program.tell(f"survey, {first * len(scenarios) + k * len(points[block])} of {total} runs")
+        program.tell(
+            f"survey, {first * len(scenarios) + k * len(points[block])} of {counted(total, 'run')}"
+        )
         grid = Grid(program, one, points[block])
         springs = [grid.scene.facts.PARAMETERS.index(name) for _, name in grid.scene.facts.STOPS]
         stiff |= bool((grid.rows[:, springs] > 0).any())

@@ -27,7 +27,7 @@ from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, System, function_of
 from capsule_sym._design.survey import Survey
 from capsule_sym._design.tradeoffs import Tradeoffs
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import Watch
 
@@ -366,7 +366,7 @@ class _Fronts:
         kept = self.undominated
         if len(kept) == 1:
             return self.front(kept, OptimumStatus.OPTIMAL, "one point is best in both metrics")
-        told = f"{len(kept)} points"
+        told = counted(len(kept), "point")
         if not self.done:
             message = f"time limit reached: {told} of {self.count} were found"
             return self.front(kept, OptimumStatus.TIME_LIMIT, message)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.residuals import OF_START, Recorded
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._parameters import SceneDevice
 
 _LOST = 1e3  # residual of a motion that does not reach the last of the times
@@ -65,7 +65,9 @@ class Problem:
         self.rows = [slice(*pair) for pair in pairwise(ends.tolist())]
         self.values = np.concatenate([one.data.values for one in self.recorded])
         if len(self.unknown) >= len(self.values):
-            raise InvalidInput("data", f"{len(self.values)} values", "more values than unknowns")
+            raise InvalidInput(
+                "data", counted(len(self.values), "value"), "more values than unknowns"
+            )
         series = [(one, column) for one in self.recorded for column in range(len(one.data.names))]
         self.groups = np.concatenate(
             [one.data.column + series.index((one, 0)) for one in self.recorded]
@@ -162,7 +164,7 @@ class Problem:
         """Count a run, and report it."""
         self.evaluations += 1
         if self.progress is not None:
-            self.progress(f"{self.doing}, {self.evaluations} runs")
+            self.progress(f"{self.doing}, {counted(self.evaluations, 'run')}")
 
     def _at(self, values: Vector, slopes: bool) -> tuple[Vector, Matrix]:
         """Residuals and Jacobian, computed; if the first are huge, all are divided by `stretch`."""

@@ -11,6 +11,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from capsule_sym._arguments import checked
 from capsule_sym._design.fit import Fit, checked_state, fitted
 from capsule_sym._design.guesses import SLIPS, limits_of
 from capsule_sym._design.measured import OF_STATE, measured
@@ -21,6 +22,7 @@ from capsule_sym._design.residuals import PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
 from capsule_sym._map.checks import SEARCH_SECONDS
+from capsule_sym._map.result import by_fields
 from capsule_sym._parameters import names_of
 from capsule_sym._systems import drives
 
@@ -28,6 +30,7 @@ _OF_RUN = ("name", "file", "state", "phase")
 _OF_RIG = ("unknown", "each", "scale", "slip", "bounds", "run")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class RigRun:
     """Recorded run: its series, its drive, and the known values of its start."""
@@ -43,8 +46,10 @@ class RigRun:
     along the steady motion from rest; a known one is rest."""
     phase: float | None = None
     """Phase at the first time, or a guess; an unknown one is searched over a period."""
+    __repr__ = by_fields
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Rig:
     """Recorded runs of one device, and the unknowns of device, camera and runs.
@@ -65,6 +70,7 @@ class Rig:
     """Relative error of the camera's time base; a guess if unknown."""
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Bounds of the unknowns by name; those of a run as "run.phase"."""
+    __repr__ = by_fields
 
 
 def fit_rig(

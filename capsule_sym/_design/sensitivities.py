@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import Status, check_one_of
+from capsule_sym._arguments import checked
+from capsule_sym._errors import Status, check_one_of, counted
 from capsule_sym._map import Trajectory, evaluation
 from capsule_sym._map.backend import backend
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
+from capsule_sym._map.result import brief
 from capsule_sym._map.segments import Records
 from capsule_sym._native import Watch, check_time, core_of, present
 from capsule_sym._orbits.shooting.closed import ClosedForms, guard_by
@@ -79,10 +81,10 @@ class Sensitivities:
         return "complete" if self.success else "time limit: later derivatives are nan"
 
     def __repr__(self) -> str:
-        return (
-            f"<Sensitivities at {len(self.times)} times, over {len(self.switching_times)} switches>"
-        )
+        switches = counted(len(self.switching_times), "switch", "switches")
+        return brief(self, f"{counted(len(self.times), 'time')} and {switches}")
 
+    @checked
     def by(self, *names: str) -> NDArray[np.float64]:
         """Derivatives of the states by some of `columns`, shape (n, 4), or (n, 4, names).
 

@@ -31,13 +31,13 @@ from capsule_sym._design.quantities import (
 )
 from capsule_sym._design.settled import Settled, joined, settle_many
 from capsule_sym._design.variance import MetricSpread, spreads
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.labelled import Labelled, package
-from capsule_sym._map.result import Result
+from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import Watch, check_time
-from capsule_sym._parameters import names_of
 from capsule_sym._processes import sobol
+from capsule_sym._systems import check_parameter
 
 _FIRST, _MOST = 64, 1024  # excitation periods before the first test of a run, and at most
 _BLOCK = 4096  # runs between two tests of the time limit
@@ -50,6 +50,9 @@ class Probability(NamedTuple):
     value: float
     low: float
     high: float
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +97,7 @@ class Tolerances(Result, Labelled):
         told = ", ".join(
             f"{one.metric} {one.mean:.4g} +- {one.deviation:.2g}" for one in self.metrics
         )
-        return f"<Tolerances of {', '.join(self.names)}: {told}>"
+        return brief(self, told, f"of {', '.join(self.names)}")
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -160,12 +163,11 @@ def tolerances(
 
 def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
     """Frozen distribution of each varied parameter; raises InvalidInput."""
-    if not isinstance(over, Mapping) or not over:
+    if not over:
         raise InvalidInput("over", over, "one parameter or more, each with its tolerance")
     found, stats = {}, package("scipy.stats")
     for name, by in over.items():
-        if name not in names_of(system):
-            raise InvalidInput("over", name, f"of {', '.join(names_of(system))}")
+        check_parameter("over", name, system)
         nominal = float(getattr(system, name))
         if real(by) and 0 < by < 1:
             if not nominal:
@@ -220,7 +222,7 @@ class _Sampling:
         """Motions on which the start settles."""
         state, parts = self.program.scenarios[0].state, []
         for first in range(0, grid.count, _BLOCK):
-            self.program.tell(f"{doing}, {first} of {grid.count} runs")
+            self.program.tell(f"{doing}, {first} of {counted(grid.count, 'run')}")
             rows = grid.rows[first : first + _BLOCK]
             parts.append(settle_many(rows, state, first=_FIRST, most=_MOST, scene=grid.scene))
             check_time()
@@ -281,7 +283,7 @@ class _Sampling:
             parameters=self.pair[0],
             values=values[0],
             status=Status.FINISHED,
-            message=f"{n} samples",
+            message=counted(n, "sample"),
         )
 
     def unfinished(self) -> Tolerances:
@@ -299,7 +301,7 @@ def _shown(branch: tuple[int, ...]) -> str:
     if not branch:
         return "no periodic motion"
     fields = " ".join(f"F{field}" for field in branch[1:])
-    return fields if branch[0] == 1 else f"{fields}, {branch[0]} periods"
+    return fields if branch[0] == 1 else f"{fields}, {counted(branch[0], 'period')}"
 
 
 def _probability(chosen: ArrayLike) -> Probability:

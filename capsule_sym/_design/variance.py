@@ -13,6 +13,7 @@ import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._map.labelled import package
+from capsule_sym._map.result import by_fields
 
 QUANTILES = 0.025, 0.25, 0.5, 0.75, 0.975
 """Shares of the samples below the listed quantiles."""
@@ -39,6 +40,9 @@ class MetricSpread(NamedTuple):
     total: Vector
     total_interval: Matrix
     numbers: float
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
 
 def _indices(values: Sequence[Matrix], chosen: Any) -> tuple[Vector, Vector]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import threading
 from contextlib import suppress
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import UNLISTED
 from capsule_sym._figures.style import figure_style
 
@@ -48,6 +50,8 @@ class StyledFigure(Figure):
 
 def new_figure(width: float, height: float, **options: Any) -> Figure:
     """An empty figure, sizes in inches: pyplot's current one, except in commands and threads."""
+    if not 0 < width < math.inf:
+        raise InvalidInput("width", width, "a number of inches > 0")
     made: dict[str, Any] = {"figsize": (width, height), **options}
     if not UNLISTED.get() and threading.current_thread() is threading.main_thread():
         # A window that no screen can show is a matter of `show`: the file can be written.

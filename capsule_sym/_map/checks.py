@@ -5,23 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from numbers import Integral
-from typing import TypeGuard
 
-import numpy as np
-
+from capsule_sym._arguments import is_real as is_real
 from capsule_sym._errors import InvalidInput
-from capsule_sym._parameters import SceneDevice, SceneParameters
+from capsule_sym._parameters import SceneParameters
 
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
 SEARCH_SECONDS = 600.0
 """Limit of time of a search, if none is given."""
-
-
-def is_real(value: object) -> TypeGuard[float]:
-    """True for a number that a double can represent, but not for bool or digits as text."""
-    kinds = int | float | np.integer | np.floating
-    return isinstance(value, kinds) and not isinstance(value, bool)
 
 
 def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
@@ -61,10 +53,6 @@ def check_start(
     parameters: SceneParameters, state: Sequence[float], phase: float, periods: int
 ) -> tuple[float, float, float]:
     """State as three floats; raises InvalidInput for any argument that is not allowed."""
-    if not isinstance(parameters, SceneParameters):
-        device = isinstance(parameters, SceneDevice)
-        allowed = "Parameters" + ", which .dimensionless() of a device gives" * device
-        raise InvalidInput("parameters", parameters, allowed)
     values = _checked_state(state)
     _check_scales(parameters)
     _check_phase(phase, parameters)
@@ -74,7 +62,7 @@ def check_start(
 
 def check_count(field: str, value: object, least: int = 1, most: int = _LARGEST_COUNT) -> None:
     """Raise InvalidInput unless the value is a whole number from `least` to `most`, 10^12."""
-    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    whole = type(value) is int or (isinstance(value, Integral) and not isinstance(value, bool))
     if not (whole and least <= value <= most):  # type: ignore[operator]
         raise InvalidInput(field, value, f"a whole number from {least} to {most}")
 

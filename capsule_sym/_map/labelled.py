@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arguments import checked
 from capsule_sym._errors import NotInstalled
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym._processes import deferred
@@ -37,10 +38,11 @@ _NAMES = {
     "largest_multiplier": "largest modulus of a Floquet multiplier",
     "line": "line of the switching surfaces on which the orbit bifurcates",
     "residual": "largest entry of the equations' residual",
-    "status": "whether the equations are solved",
+    "periods": "whole excitation periods completed",
+    "status": "whether the equations are solved, or the run is finished",
 }
 """Long names of the columns of all tables, except parameters and states of their scene."""
-_COUNTED = ("period", "evaluations", "period_number")
+_COUNTED = ("period", "periods", "evaluations", "period_number")
 _MOST_ROWS = 8  # of a table in a notebook
 
 
@@ -58,6 +60,8 @@ class Labelled:
 
     dimension: ClassVar[str]
     """Name of a row, such as "segment"."""
+    place: ClassVar[str] = "at the start"
+    """Place of the row's states."""
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -90,6 +94,7 @@ class Labelled:
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
         return f"{said}{table}{more}"
 
+    @checked
     def to_dataframe(self, device: SceneDevice | None = None) -> DataFrame:
         """Return the columns as a pandas DataFrame, with texts as categories.
 
@@ -104,6 +109,7 @@ class Labelled:
         )
         return made
 
+    @checked
     def to_xarray(self, device: SceneDevice | None = None) -> Dataset:
         """Return the columns as an xarray Dataset, each with its `units` and `long_name`.
 
@@ -111,7 +117,7 @@ class Labelled:
         Raises ImportError without xarray.
         """
         xarray = package("xarray")
-        variables, count, names = {}, 0, _names(self.scene)
+        variables, count, names = {}, 0, _names(self.scene, self.place)
         for name, column in in_units(self.columns, device).items():
             about, count = {"long_name": names.get(name, name)}, len(column)
             if column.dtype.kind != "U" and name in names:
@@ -125,11 +131,12 @@ class Labelled:
         return made
 
 
-def _names(scene: Scene) -> dict[str, str]:
+def _names(scene: Scene, place: str) -> dict[str, str]:
     """Long names of columns; a column without one keeps its name."""
     facts = scene.facts
     own = {
-        name: text + " at the start" * (name in facts.STATE) for name, text in facts.LABELS.items()
+        name: f"{text} {place}" if name in facts.STATE else text
+        for name, text in facts.LABELS.items()
     }
     return _NAMES | own
 

@@ -7,18 +7,20 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
+from numbers import Integral
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map.backend import NumpyBackend, default_backend
 from capsule_sym._map.checks import LARGEST_STATE, check_count
 from capsule_sym._map.keep import STATE, STROBE, check_memory, checked
-from capsule_sym._map.labelled import lock
+from capsule_sym._map.labelled import Labelled, lock
 from capsule_sym._map.native import core
 from capsule_sym._map.reference import Run, step, write
+from capsule_sym._map.result import brief
 from capsule_sym._map.segments import SEGMENT, SWITCH, Segments, Tangencies, records_of
 from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.simulate import watch_of
@@ -33,7 +35,7 @@ _Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectories:
+class Trajectories(Labelled):
     """Result of many runs of the exact map: final states, statuses, and kept data.
 
     `kept[offsets[i]:offsets[i + 1]]` is the kept data of run i, and `self[i]` gives it: records of
@@ -61,6 +63,8 @@ class Trajectories:
     """Contacts that did not end a segment, by the index of the segment in `kept`."""
     scene: Scene = CAPSULE
     """Scene of the parameters."""
+    dimension = "run"
+    place = "at the end"
 
     def __post_init__(self) -> None:
         lock(self)
@@ -69,7 +73,7 @@ class Trajectories:
         return len(self.parameters)
 
     def __getitem__(self, index: int) -> Any:
-        if isinstance(index, slice | bool):
+        if not isinstance(index, Integral) or isinstance(index, bool):
             raise InvalidInput("index", index, "a whole number")
         place = range(len(self))[index]
         first, last = self.offsets[place : place + 2].tolist()
@@ -80,8 +84,17 @@ class Trajectories:
         return Segments(part, omega, self.tangencies, first, self.scene)
 
     def __repr__(self) -> str:
-        done = int(self.success.sum())
-        return f"<Trajectories: {done} of {len(self)} runs finished, kept {self.what}>"
+        done, runs = int(self.success.sum()), counted(len(self), "run")
+        return brief(self, f"{done} of {runs} finished, kept {self.what}")
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Runs as columns (n,): parameters, final state, advance, periods and status."""
+        facts = self.scene.facts
+        values = [*self.parameters.T, *self.states.T]
+        known = zip(facts.PARAMETERS + facts.STATE, values, strict=True)
+        ends = {"advance": self.advances, "periods": self.periods, "status": self.status}
+        return {**dict(known), **ends}
 
     @property
     def success(self) -> NDArray[np.bool_]:

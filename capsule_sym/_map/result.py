@@ -45,7 +45,35 @@ class Result:
         return record(self, f"success status message {self._recorded}")
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {self.message}>"
+        return brief(self, self.message)
+
+
+def brief(result: object, text: str, of: str = "") -> str:
+    """A result in one line of a terminal, from the text that a person asks for first."""
+    line = f"{type(result).__name__}{of and ' '}{of}: {text}"
+    return f"<{line}>" if len(line) < _LINE else f"<{line[: _LINE - 5].rstrip()} ...>"
+
+
+def by_fields(result: Any) -> str:
+    """A small result in one line, by its fields."""
+    names = getattr(result, "_fields", None) or [one.name for one in fields(result)]
+    return brief(result, ", ".join(f"{name} {_short(getattr(result, name))}" for name in names))
+
+
+_LINE = 78  # characters of a line of a terminal, without < and >
+
+
+def _short(value: Any) -> str:
+    """A value in few words: numbers with six digits, arrays by their shapes, dicts by names."""
+    if isinstance(value, np.ndarray) and value.size > 3:
+        return f"{value.shape} array"
+    if isinstance(value, Mapping):
+        return f"({', '.join(map(str, value))})"
+    if isinstance(value, list | tuple | np.ndarray) and not hasattr(value, "_fields"):
+        return f"({', '.join(map(_short, value))})"
+    if isinstance(value, Enum):
+        return str(value.value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def record(result: object, names: str) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import Outcome
+from capsule_sym._errors import Outcome, counted
 from capsule_sym._map.backend import Number
 from capsule_sym._parameters import CAPSULE, Scene
 from capsule_sym.generated.interface import OUTCOMES
@@ -146,7 +146,7 @@ class Segments(Sequence[Segment]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        return f"<{len(self)} segments>"
+        return f"<{counted(len(self), 'segment')}>"
 
     def _made(self, index: int, values: tuple[Any, ...]) -> Segment:
         start_period, end_period, angle, end_angle, start, end, duration, position, advance = (

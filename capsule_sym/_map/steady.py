@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +15,7 @@ from capsule_sym._map.backend import Number, NumpyBackend
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
+from capsule_sym._map.result import brief
 from capsule_sym._map.segments import Instant, Segment, Triple
 from capsule_sym._parameters import SceneParameters
 
@@ -35,9 +37,9 @@ class SteadyMotion:
     parameters: SceneParameters
 
     def __repr__(self) -> str:
-        itinerary = abbreviated(" ".join(self.itinerary))
-        pace = f"{shown_progression(self):.6g} per excitation period"
-        return f"<SteadyMotion {itinerary}: period number {self.period_number}, {pace}>"
+        itinerary, pace = abbreviated(" ".join(self.itinerary), 20), shown_progression(self)
+        text = f"period number {self.period_number}, progression {pace:.6g}"
+        return brief(self, text, itinerary)
 
     @property
     def itinerary(self) -> tuple[str, ...]:
@@ -184,6 +186,6 @@ def _steady(
     return SteadyMotion(whole, period_number, advance / period_number, parameters)
 
 
-def abbreviated(text: str) -> str:
-    """Text, shortened if it is longer than 60 characters."""
-    return text if len(text) <= 60 else f"{text[:56]} ..."
+def abbreviated(text: str, most: int = 60) -> str:
+    """Text, shortened between words if it is longer than `most` characters."""
+    return textwrap.shorten(text, most, placeholder=" ...")

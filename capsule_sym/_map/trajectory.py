@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._arguments import checked
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import evaluation
 from capsule_sym._map.backend import Number
 from capsule_sym._map.checks import check_count
 from capsule_sym._map.labelled import Labelled, lock, package
+from capsule_sym._map.result import brief
 from capsule_sym._map.segments import (
     Instant,
     Records,
@@ -41,7 +43,7 @@ MEMORY_IS_FULL = "as what it keeps takes all the memory that it may"
 
 def after(most: int) -> str:
     """Reason of a run that ended at its limit of segments."""
-    return f"after {most} segments"
+    return f"after {counted(most, 'segment')}"
 
 
 class Statistics(NamedTuple):
@@ -134,7 +136,7 @@ class Trajectory(Labelled):
         at = f"at ({periods}, {float(phase):.6g}) in ({state})"
         stopped = "" if self.success else f", stopped {self.message}"
         count = self.statistics.segments
-        return f"<Trajectory by {self.backend}: {count} segments, {at}{stopped}>"
+        return brief(self, f"{counted(count, 'segment')}{stopped}, {at}", f"by {self.backend}")
 
     @property
     def scene(self) -> Scene:
@@ -224,6 +226,7 @@ class Trajectory(Labelled):
         """
         return columns_of(self.records, self.parameters.omega, self.scene)
 
+    @checked
     def __call__(self, t: ArrayLike, *, position: bool = False) -> NDArray[np.float64]:
         """Evaluate the states (x_r, v_r, v_c) at times t, shape t.shape + (3,), in closed form.
 
@@ -233,6 +236,7 @@ class Trajectory(Labelled):
         states = self._evaluate(t)
         return states if position else states[..., :3]
 
+    @checked
     def position(self, t: ArrayLike) -> NDArray[np.float64]:
         """Capsule positions x_c at times t, shape t.shape, zero at the start of the run."""
         return self._evaluate(t)[..., 3]
@@ -268,6 +272,7 @@ class Trajectory(Labelled):
         """Parameters, backend and status."""
         return {**self.parameters.to_dict(), "backend": self.backend, "status": str(self.status)}
 
+    @checked
     def plot(
         self, *, axes: Axes | None = None, of: str = "displacements", points: int = 400
     ) -> Axes:

@@ -10,8 +10,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._arguments import checked
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.checks import check_count, is_real
+from capsule_sym._map.result import brief
 from capsule_sym._parameters import CAPSULE, Scene, SceneDevice
 from capsule_sym._processes import sobol
 from capsule_sym._sweeps.quantities import TAKEN
@@ -22,6 +24,7 @@ _MOST_VALUES = 10**8  # of one axis, which is held in memory
 _LONGEST_NAME = 100
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Axis:
     """One dimension of a sweep: values, shape (n, k), of k quantities that change together.
@@ -39,8 +42,6 @@ class Axis:
     scene: Scene = CAPSULE
 
     def __post_init__(self) -> None:
-        if not isinstance(self.quantities, list | tuple):
-            raise InvalidInput("quantities", self.quantities, "a tuple of names")
         object.__setattr__(self, "quantities", tuple(self.quantities))
         ranges = [_range(self.scene, quantity) for quantity in self.quantities]
         check_name(self.name)
@@ -62,11 +63,16 @@ class Axis:
     def __len__(self) -> int:
         return len(self.values)
 
+    def __repr__(self) -> str:
+        ends = " to ".join(f"{value:.6g}" for value in (self.values[0, 0], self.values[-1, 0]))
+        return brief(self, f"{counted(len(self), 'value')}, {ends}", self.name)
+
     def within(self, scene: Scene) -> Axis:
         """This axis for another scene; raises InvalidInput if the scene does not allow it."""
         return self if scene is self.scene else replace(self, scene=scene)
 
     @classmethod
+    @checked
     def of(cls, name: str, values: ArrayLike, scene: Scene = CAPSULE) -> Self:
         """Axis of one quantity with given values, shape (n,), dimensionless.
 
@@ -79,6 +85,7 @@ class Axis:
         return cls(name, (name,), column[:, None], scene=scene)
 
     @classmethod
+    @checked
     def of_device(cls, device: SceneDevice, name: str, values: ArrayLike) -> Self:
         """Axis of a quantity of a device, such as P_d, with values (n,) in SI units.
 
@@ -92,6 +99,7 @@ class Axis:
         return cls(name, (tied,), whole, (column, unit), device.scene)
 
     @classmethod
+    @checked
     def linear(cls, name: str, low: float, high: float, count: int, scene: Scene = CAPSULE) -> Self:
         """`count` evenly spaced values of one quantity, including both ends.
 
@@ -101,6 +109,7 @@ class Axis:
         return cls.of(name, np.linspace(low, high, count), scene)
 
     @classmethod
+    @checked
     def log(cls, name: str, low: float, high: float, count: int, scene: Scene = CAPSULE) -> Self:
         """`count` values of one quantity in geometric progression, including both ends (above 0).
 
@@ -113,6 +122,7 @@ class Axis:
         return cls.of(name, values.clip(min(low, high), max(low, high)), scene)
 
     @classmethod
+    @checked
     def sobol(
         cls,
         ranges: Mapping[str, Sequence[float]],
@@ -125,7 +135,7 @@ class Axis:
         The sequence is balanced if `count` is a power of two. Raises InvalidInput for ranges, a
         count or a seed that are not allowed.
         """
-        if not isinstance(ranges, Mapping) or not ranges:
+        if not ranges:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")
         box = []
         for name, ends in ranges.items():

@@ -20,7 +20,7 @@ from capsule_sym._sweeps.execution import Summary, run_sweep
 from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.quantities import ATTRACTOR
 from capsule_sym._sweeps.results import open_results
-from capsule_sym._sweeps.sweep import Sweep, check_sweep
+from capsule_sym._sweeps.sweep import Sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +42,6 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
     `how` has the further arguments of `run_sweep`. Raises as `run_sweep` does, and InvalidInput for
     an axis that is not of the start, or for more than 10^8 cells.
     """
-    check_sweep(sweep)
     for axis in sweep.axes:
         for quantity in axis.quantities:
             if quantity not in START:

@@ -14,15 +14,16 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from capsule_sym._errors import CapsuleError, InvalidInput
+from capsule_sym._errors import CapsuleError, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
+from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp, Watch, check_time, present
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block, compute
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import Store, opened
-from capsule_sym._sweeps.sweep import Sweep, check_sweep
+from capsule_sym._sweeps.sweep import Sweep
 
 MOST_WORKERS = 1024  # more than the one writer keeps busy
 _LOOK = 5.0  # seconds between two looks at the time limit; Windows notices Ctrl-C only then
@@ -85,6 +86,9 @@ class Summary:
             return told
         return f"time limit reached; continue with --resume: {told or 'no cell yet'}"
 
+    def __repr__(self) -> str:
+        return brief(self, f"{counted(self.cells, 'cell')}: {self.message}")
+
     @property
     def statistics(self) -> dict[str, Any]:
         """All cells, cells computed now, damaged parts, seconds, workers, and cells by outcome."""
@@ -125,11 +129,8 @@ def run_sweep(
     Finished chunks are always kept: also on KeyboardInterrupt, which reports their number of cells,
     and after `max_seconds`, when unfinished chunks are abandoned and the status is "time-limit".
     """
-    check_sweep(sweep)
     path, count = Path(store), processors() if workers is None else workers
     check_count("workers", count, most=MOST_WORKERS)
-    if not isinstance(executor, futures.Executor | None):
-        raise InvalidInput("executor", executor, "a concurrent.futures.Executor")
     limit = Watch(checked_seconds(max_seconds))
     begin, work, finished = perf_counter(), None, False
     to_store = opened(path, sweep, resume=resume, command=command, any_core=any_core)
@@ -143,7 +144,7 @@ def run_sweep(
     except KeyboardInterrupt:
         if work is None:
             raise KeyboardInterrupt(f"no cell was started; {path} is unchanged") from None
-        kept = f"{work.done:,} of {sweep.size:,} cells are kept in {path}"
+        kept = f"{work.done:,} of {counted(sweep.size, 'cell')} kept in {path}"
         raise KeyboardInterrupt(f"{kept}; continue with --resume") from None
     assert work is not None  # opening a store has no time limit
     seconds, outcomes = perf_counter() - begin, dict(Held(path).tally().outcomes)

@@ -11,8 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._arguments import checked
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.checks import check_start, is_real
+from capsule_sym._map.result import brief
 from capsule_sym._parameters import Parameters, SceneDevice, SceneParameters
 from capsule_sym._sweeps.axes import START, Axis, named
 from capsule_sym._sweeps.quantities import OF_ORBIT, QUANTITIES
@@ -25,12 +27,7 @@ _LEAST_CHUNKS = 16
 _ORBIT, _EXPONENT = 100, 20_000
 
 
-def check_sweep(sweep: object) -> None:
-    """Raises InvalidInput unless the argument is a Sweep."""
-    if not isinstance(sweep, Sweep):
-        raise InvalidInput("sweep", sweep, "a Sweep")
-
-
+@checked
 @dataclass(frozen=True, eq=False)
 class Sweep:
     """Runs at every combination of the axes' values; all other values are fixed.
@@ -57,11 +54,9 @@ class Sweep:
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        if not isinstance(self.axes, list | tuple) or not self.axes:
+        if not self.axes:
             raise InvalidInput("axes", self.axes, "at least one axis")
         for axis in self.axes:
-            if not isinstance(axis, Axis):
-                raise InvalidInput("axes", axis, "an Axis")
             if axis.device and self.device is None:
                 raise InvalidInput("device", None, f"given for the axis {axis.name} in SI units")
         if self.device is not None:
@@ -93,6 +88,11 @@ class Sweep:
             raise InvalidInput("cells", self.size, f"at most {MOST_CELLS}")
         self._check_chunk()
         set_(self, "chunk", tuple(self.chunk) or self._chunk())
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{axis.name} ({len(axis)})" for axis in self.axes)
+        cells, periods = counted(self.size, "cell"), counted(self.periods, "period")
+        return brief(self, f"{cells} of {periods}, {', '.join(self.compute)}", f"over {axes}")
 
     def _check_chunk(self) -> None:
         given = self.chunk

@@ -70,7 +70,7 @@ def test_along_a_quantity_of_a_device(call, tmp_path) -> None:
     [
         ((), "give a range of starts"),
         (("--x-r", "1:1"), "extent"),
-        (("--x-r", "0:1", "--starts", "0"), "count"),
+        (("--x-r", "0:1", "--starts", "0"), "--starts"),
         (("--x-r", "0:1", "--alpha", "1:2:3", "--beta", "1:2:3"), "only parameter with a range"),
         (("--x-r", "0:1", "--alpha", "1:2:0"), "values"),
         (("--x-r", "0:1", "--alpha", "2:1:3"), "ascending"),

@@ -324,7 +324,7 @@ def test_orbits_that_are_one_or_elsewhere_are_refused(reversal) -> None:
     (other,) = motions(Parameters(), (0.0, 0.0, 0.0))
     with pytest.raises(InvalidInput, match="at the parameters of the start"):
         switch_by_pulse(reversal.start, other)
-    with pytest.raises(InvalidInput, match="a stable periodic orbit"):
+    with pytest.raises(InvalidInput, match="an Orbit, as solve_orbit"):
         switch_by_pulse(reversal.start, None)  # type: ignore[arg-type]
 
 

@@ -32,7 +32,7 @@ REFUSED = [
     ("run --json --zeta -0.1", "zeta = -0.1: must be finite and >= 0"),
     ("run --omega 0", "omega = 0.0: must be finite and > 0"),
     ("run --alpha nan", "alpha = nan: must be finite and >= 0"),
-    ("run --f-b 0", "f_b = 0.0: must be finite and > 0"),
+    ("run --f-b 0", "--f-b = 0.0: must be finite and > 0"),
     ("run --gamma 1e400", "gamma = inf: must be finite and > 0"),
     ("run --json --alpha x", "--alpha ... 'x' ... float"),
     ("run --periods 0", "periods = 0: must be a whole number"),
@@ -60,7 +60,7 @@ REFUSED = [
     ("run --params physical.toml --beta 2", "beta = 2.0 ... absent ... physical.toml"),
     ("jog", "jog"),
     ("branch --along speed=0:1", "parameter = 'speed': must be one of"),
-    ("branch --alpha 0.5:0.5", "to = 0.5: must be other than 0.5"),
+    ("branch --alpha 0.5:0.5", "--alpha = 0.5: must be other than 0.5"),
     ("branch --gamma 3:0", "gamma = 0.0: must be"),
     (
         "curve --alpha 0.9:1 --gamma 3:4 --bifurcation fold",
@@ -105,8 +105,8 @@ REFUSED = [
     ("branch --along alpha=1:2 --alpha 0.7", "--alpha and --along exclude each other"),
     ("branch --along s=1:2 --alpha 1:2", "--alpha and --along exclude each other"),
     ("branch --alpha 1:2 --to 3", "--to needs --restart, which is missing"),
-    ("branch --P-d 1:2", "P_d = '1:2': must be absent unless --params is a device"),
-    ("sweep --P-d 1:2:3 --out s", "P_d = '1:2:3': must be absent unless --params is a device"),
+    ("branch --P-d 1:2", "--P-d = '1:2': must be absent unless --params is a device"),
+    ("sweep --P-d 1:2:3 --out s", "--P-d = '1:2:3': must be absent unless --params is a device"),
     ("curve --alpha 1:2 --P-d 1:2 --bifurcation all", "must be absent unless --params is a device"),
     ("sweep --alpha 1:2:3 --out s --workers 1025", "workers = 1025: must be a whole number from"),
     (
@@ -122,7 +122,7 @@ REFUSED = [
     # times that are none
     ("run --max-seconds nan", "'--max-seconds': nan is not in the range x>0"),
     ("run --max-seconds -1", "'--max-seconds': -1.0 is not in the range x>0"),
-    ("run --f_b 0", "f_b = 0.0: must be finite and > 0"),
+    ("run --f_b 0", "--f-b = 0.0: must be finite and > 0"),
     # files that cannot be written
     ("run --certify=", "'--certify': '' is no path"),
     ("figure motion --out=", "'--out': '' is no path"),
@@ -181,9 +181,9 @@ def test_what_is_near_a_number_or_a_range_is_suggested(text: str, marks: int, to
 
 
 def test_a_device_is_told_how_to_become_parameters() -> None:
-    with pytest.raises(InvalidInput, match=r"Parameters, which \.dimensionless\(\) of a device"):
+    with pytest.raises(InvalidInput, match=r"or \.dimensionless\(\) of a device"):
         simulate(DEVICE)  # type: ignore[arg-type]
-    with pytest.raises(InvalidInput, match=r"must be Parameters$"):
+    with pytest.raises(InvalidInput, match="must be a Parameters, as"):
         simulate(None)  # type: ignore[arg-type]
 
 

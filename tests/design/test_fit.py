@@ -491,7 +491,7 @@ def test_a_fit_that_is_out_of_time_has_the_best_that_was_tried(monkeypatch, run,
     how = {"state": START, "phase": PHASE, "loss": loss}
     whole = fit(data, guess, ("alpha", "beta"), **how)
     assert whole.success
-    clock = Clock(monkeypatch, f", {run} runs")
+    clock = Clock(monkeypatch, rf", {run} runs?\b")
     limited = {"max_seconds": LIMIT, "progress": clock.progress}
     found = fit(data, guess, ("alpha", "beta"), **limited, **how)
     assert (found.status, found.success) == ("time-limit", False)
@@ -535,7 +535,7 @@ def test_a_fit_of_many_rows_takes_few_derivatives_and_blocks_of_memory(monkeypat
     found = fit(data, TRUE.replace(alpha=0.85), ("alpha", "beta"), follow=1, **how)
     assert found.success
     assert max(rows) == 100
-    assert told[0] == "guess 1 of 9, 1 runs"
+    assert told[0] == "guess 1 of 9, 1 run"
     # Guesses and the itineraries beside the minimum are looked at without derivatives.
     assert sum(rows) == 250 * sum(text.startswith("start 1 of 1") for text in told)
     assert len(told) >= sum(rows) / 250 + 9 + 5

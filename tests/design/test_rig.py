@@ -237,7 +237,7 @@ BAD = {
     "a phase in words": (HEAD + RUN + 'phase = "late"\n', "phase"),
     "a slip in words": ("slip = true\n" + HEAD + RUN, "slip"),
     "a slip beyond all": ("slip = -2\n" + HEAD + RUN, "slip"),
-    "a drive in words": (HEAD + RUN.replace("0.25", "'large'"), "slow: P_d"),
+    "a drive in words": (HEAD + RUN.replace("0.25", "'large'"), "drive"),
     "a drive below 0": (HEAD + RUN.replace("0.25", "-1"), "slow: P_d"),
     "a name in numbers": (HEAD + RUN + "name = 3\n", "name"),
     "no table of runs": ("run = 3\n" + HEAD, "run"),

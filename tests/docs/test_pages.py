@@ -285,7 +285,7 @@ def test_a_docstring_has_shapes_and_units(name: str) -> None:
         types = types.replace("max_seconds: 'float'", "")  # its name has its unit
         if re.search(ARRAY, types):
             assert re.search(SHAPE, text), f"{each}: of which shape is {types}?"
-        drawn = getattr(capsule_sym, name).__module__.startswith(DRAWN)
+        drawn = inspect.unwrap(getattr(capsule_sym, name)).__module__.startswith(DRAWN)
         if not drawn and re.search(rf"\bfloat\b|\bNumber\b|{ARRAY}", types):
             assert re.search(UNIT, text), f"{each}: in which units is {types}?"
 

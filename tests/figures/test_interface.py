@@ -139,7 +139,7 @@ def test_a_style_gives_the_width_of_all_figures(settled) -> None:
         with figure_style(width):
             assert empty().get_figwidth() == inches
             assert empty(width=6.0).get_figwidth() == 6.0
-    with pytest.raises(InvalidInput, match="column, page or a number of inches"):
+    with pytest.raises(InvalidInput, match="a number or one of column, page"):
         figure_style("wide").__enter__()
 
 

@@ -66,7 +66,7 @@ CALLS: dict[str, Callable[..., object]] = {
 @pytest.mark.parametrize("name", CALLS)
 @pytest.mark.parametrize("given", [{}, None, "fine"])
 def test_what_is_no_settings_is_refused_at_the_door(name: str, given: object) -> None:
-    with pytest.raises(cs.InvalidInput, match=r"settings = .* must be ContinuationSettings"):
+    with pytest.raises(cs.InvalidInput, match=r"settings = .* must be a ContinuationSettings"):
         CALLS[name](settings=given)
 
 

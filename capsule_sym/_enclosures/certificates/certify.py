@@ -8,6 +8,7 @@ of least phase on.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from fractions import Fraction
@@ -21,6 +22,7 @@ from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, held, prove_admissible, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
 from capsule_sym._enclosures.passage.runs import enclose_run, exactly
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map import Trajectory
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._native import Watch
@@ -70,6 +72,10 @@ def _first(tube: Tube, still: Sequence[int] = ()) -> int:
 
 def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[str, str]:
     """Parameters by name: those in `exact`, or the decimals as which the doubles print."""
+    for name, text in (exact or {}).items():
+        check_one_of("exact", name, PARAMETERS)
+        if not re.fullmatch(r"-?\d+(\.\d*)?", text):
+            raise InvalidInput(f"exact {name}", text, "a decimal such as 0.05")
     given = zip(PARAMETERS, values, strict=True)
     return {name: _shortest((exact or {}).get(name, exactly(value))) for name, value in given}
 
@@ -146,12 +152,12 @@ def certify_run(
 
 
 def _certified_run(trajectory: Trajectory, exact: Mapping[str, str] | None) -> dict[str, Any]:
+    given = trajectory.parameters.to_dict()
+    parameters = _decimals((given[name] for name in PARAMETERS), exact)
     passage = enclose_run(trajectory, exact)
     segments, (begin, start) = trajectory.segments, trajectory.origin
     if segments[-1].end.phase != 0:
         raise Unproved("certificate", "the run does not end with a period")
-    given = trajectory.parameters.to_dict()
-    parameters = _decimals((given[name] for name in PARAMETERS), exact)
     angle = Fraction(parameters["omega"]) * Fraction(exactly(begin.phase))
     with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
         periods = int(segments[-1].end.period - begin.period)

@@ -13,6 +13,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Number
+from capsule_sym._map.result import brief
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 
@@ -95,6 +96,10 @@ class ParameterPath:
     ties: tuple[tuple[str, Function], ...] = ()
     texts: tuple[tuple[str, str | None], ...] = ()
     scene: Scene = CAPSULE
+
+    def __repr__(self) -> str:
+        tied = (f"{name} = {text or 'a function'}" for name, text in self.texts)
+        return brief(self, "; ".join([self.name, *tied]))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -57,7 +57,7 @@ def orbit_record(orbit: Orbit) -> dict[str, Any]:
     return {
         **_place(orbit),
         "multipliers": plain(multipliers),
-        "stable": abs(multipliers[0]) < 1,
+        "stable": orbit.stable,
         "admissibility": _inequality(tightest(orbit), orbit.itinerary),
         **{
             name: {
@@ -96,7 +96,7 @@ def _branch_point(point: BranchPoint) -> dict[str, Any]:
         "progression": float(point.orbit.progression),
         "average_velocity": float(point.orbit.average_velocity),
         "multipliers": plain(point.multipliers),
-        "stable": abs(point.multipliers[0]) < 1,
+        "stable": point.orbit.stable,
         "admissibility": _inequality(point.admissibility, point.orbit.itinerary),
     }
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from capsule_sym._arguments import checked
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
@@ -28,6 +30,7 @@ def _whole(default: int, most: int) -> Any:
     return field(default=default, metadata={"most": most, "whole": True, "least": 1})
 
 
+@partial(checked, types=False)
 @dataclass(frozen=True, kw_only=True)
 class ContinuationSettings:
     """Step lengths and tolerances of continuations; dimensionless.
@@ -126,6 +129,11 @@ class ContinuationSettings:
     most_curve_points: int = _whole(5_000, 1_000_000)
     """Largest number of points of each half of a curve. Larger: more time and memory."""
 
+    def __repr__(self) -> str:
+        known = ((one.name, getattr(self, one.name), one.default) for one in fields(self))
+        changed = (f"{name}={value}" for name, value, default in known if value != default)
+        return f"ContinuationSettings({', '.join(changed)})"
+
     def __post_init__(self) -> None:
         for one in fields(self):
             value, many = getattr(self, one.name), isinstance(one.default, tuple)
@@ -172,8 +180,6 @@ def computing(
     The limit holds within `with limit:`.
     """
     check_points(points)
-    if not isinstance(settings, ContinuationSettings):
-        raise InvalidInput("settings", settings, "ContinuationSettings")
     limit = Watch(checked_seconds(max_seconds))
     with backend("numpy", scene) as numbers, np.errstate(all="ignore"):
         yield numbers, limit

@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._arguments import checked
+from capsule_sym._errors import InvalidInput, check_one_of, counted
 from capsule_sym._map.checks import check_count
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import checked_rows, shared, spread
 from capsule_sym._map.native import core
+from capsule_sym._map.result import brief
 from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
 from capsule_sym._parameters import CAPSULE, Scene
@@ -52,7 +54,7 @@ class Performances:
         return self.records[metric]
 
     def __repr__(self) -> str:
-        return f"<Performances: {int(self.closed.sum())} of {len(self)} motions closed>"
+        return brief(self, f"{int(self.closed.sum())} of {counted(len(self), 'motion')} closed")
 
     def of(self, chosen: NDArray[Any]) -> Performances:
         """Some of the motions, by their indices, shape (k,), or a mask, shape (n,)."""
@@ -96,6 +98,7 @@ class Performances:
         """The three Floquet multipliers, the largest modulus first, shape (n, 3)."""
         return multipliers_of(self.records["monodromy"].reshape(-1, 3, 3), self.records["sticks"])
 
+    @checked
     def itinerary(self, i: int) -> tuple[str, ...]:
         """Names of the fields of one period of motion i, as in `SteadyMotion.itinerary`."""
         return tuple(f"F{field}" for field in self.cycle(i))

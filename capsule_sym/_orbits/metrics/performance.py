@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._map.result import brief
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms, chained
 from capsule_sym._orbits.shooting.equations import (
@@ -67,6 +68,9 @@ class Metric(NamedTuple):
     value: Number
     gradient: dict[str, Number]
 
+    def __repr__(self) -> str:
+        return brief(self, f"{float(self.value):.6g}, gradient by {', '.join(self.gradient)}")
+
 
 @dataclass(frozen=True)
 class Performance:
@@ -90,6 +94,10 @@ class Performance:
     imbalance: Number
     peak_force: Metric
     peak_contact: Metric
+
+    def __repr__(self) -> str:
+        names = ("velocity", "progression", "work")
+        return brief(self, ", ".join(f"{n} {float(getattr(self, n).value):.6g}" for n in names))
 
 
 def performance(orbit: Orbit) -> Performance:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
+from capsule_sym._map.result import by_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
 from capsule_sym._orbits.shooting.extrema import extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, field_of, level
@@ -44,6 +45,9 @@ class Inequality(NamedTuple):
     guard: Guard | None
     value: Number
     time: Number
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
     def named(self, itinerary: Itinerary) -> str:
         """Name of the inequality; segments count from 1, from the start of the cyclic itinerary."""

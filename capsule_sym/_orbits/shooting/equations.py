@@ -22,8 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._errors import counted
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
+from capsule_sym._map.result import brief
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms, chained
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment, contact, level
@@ -100,7 +102,7 @@ class ShootingSystem:
     def __repr__(self) -> str:
         largest = float(max(abs(self.residual)))
         count = len(self.residual) - STATES - 1
-        return f"<ShootingSystem of {count} segments: largest residual {largest:.1e}>"
+        return brief(self, f"largest residual {largest:.1e}", f"of {counted(count, 'segment')}")
 
 
 def shooting(

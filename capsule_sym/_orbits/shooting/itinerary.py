@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from capsule_sym._arguments import checked
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.itinerary import cyclic_start
@@ -84,6 +85,7 @@ class ItinerarySegment:
     guard: Guard | None
 
 
+@checked
 @dataclass(frozen=True)
 class Itinerary:
     """Segments of a motion's period in cyclic order, over `period_number` excitation periods.
@@ -99,8 +101,6 @@ class Itinerary:
     scene: Scene = CAPSULE
 
     def __post_init__(self) -> None:
-        if isinstance(self.period_number, bool) or not isinstance(self.period_number, int):
-            raise InvalidInput("period_number", self.period_number, "a whole number >= 1")
         if self.period_number < 1:
             raise InvalidInput("period_number", self.period_number, "a whole number >= 1")
         if self.mirrored and self.period_number % 2 == 0:
@@ -112,6 +112,7 @@ class Itinerary:
             raise InvalidInput("period_number", self.period_number, allowed)
 
     @classmethod
+    @checked
     def of(
         cls,
         fields: Iterable[int],
@@ -142,6 +143,7 @@ class Itinerary:
         return cls(tuple(segments), period_number, mirrored, scene)
 
     @classmethod
+    @checked
     def parse(cls, text: str, period_number: int = 1, scene: Scene | str = CAPSULE) -> Itinerary:
         """Itinerary from a text such as "52", "F5 F2" or "F5,F2"; raises InvalidInput as `of` does.
 
@@ -156,6 +158,7 @@ class Itinerary:
         return cls.of(fields, period_number, scene=scene)
 
     @classmethod
+    @checked
     def of_motion(cls, motion: SteadyMotion) -> Itinerary:
         """Itinerary of a steady motion."""
         fields = (segment.field for segment in motion.segments)

@@ -12,12 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, Outcome
+from capsule_sym._arguments import checked
+from capsule_sym._errors import InvalidInput, Outcome, check_one_of, counted
 from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import brief
+from capsule_sym._map.steady import abbreviated
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import (
@@ -90,8 +93,14 @@ class Orbit(Labelled):
     dimension = "segment"
 
     def __repr__(self) -> str:
-        found = f"residual {float(self.residual):.1e}, by {self.backend}"
-        return f"<Orbit {self.itinerary!r} at {self.parameters}: {found}>"
+        return brief(self, f"{self.summary}, progression {float(self.progression):.6g}")
+
+    @property
+    def summary(self) -> str:
+        """Itinerary, period number and stability, in words."""
+        itinerary, number = abbreviated(str(self.itinerary), 20), self.itinerary.period_number
+        state = ("stable" if self.stable else "unstable") if self.success else str(self.status)
+        return f"{itinerary}, period number {number}, {state}"
 
     @property
     def scene(self) -> Scene:
@@ -109,8 +118,10 @@ class Orbit(Labelled):
         """Parameters, rounded to double precision."""
         return self.scene.Parameters(*(float(value) for value in self.values))
 
+    @checked
     def value(self, name: str) -> Number:
         """Parameter by its name, in the number system of the orbit."""
+        check_one_of("name", name, self.scene.facts.PARAMETERS)
         return self.values[self.scene.facts.PARAMETERS.index(name)]
 
     @property
@@ -160,6 +171,11 @@ class Orbit(Labelled):
         """The three Floquet multipliers, complex, shape (3,), the largest modulus first."""
         return floquet_multipliers(self)
 
+    @property
+    def stable(self) -> bool:
+        """True if the orbit attracts: all Floquet multipliers are within the unit circle."""
+        return bool(abs(self.multipliers[0]) < 1)
+
     @cached_property
     def by_parameter(self) -> Matrix:
         """Derivative dz/dp along the branch, by the implicit function theorem.
@@ -195,6 +211,7 @@ class Orbit(Labelled):
         progression = {"progression": float(self.progression), "status": str(self.status)}
         return {**self.parameters.to_dict(), **progression}
 
+    @checked
     def refined(self, max_seconds: float = math.inf) -> Orbit:
         """The same orbit in 50 digits; arguments are those of `solve_itinerary`."""
         given = self.values, self.itinerary, list(self.z)
@@ -226,7 +243,7 @@ class NoOrbit(Orbit):
         )
 
     def __repr__(self) -> str:
-        return f"<NoOrbit ({self.status}): {self.message}>"
+        return brief(self, self.message, f"({self.status})")
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -288,8 +305,6 @@ def solve_itinerary(
     Raises InvalidInput for a guess of the wrong size.
     """
     given: Iterable[Number]
-    if not isinstance(itinerary, Itinerary):
-        raise InvalidInput("itinerary", itinerary, "an Itinerary, such as Itinerary.parse(text)")
     if isinstance(parameters, SceneParameters):
         given, itinerary = parameters.to_dict().values(), itinerary.in_scene(parameters.scene)
     else:
@@ -300,7 +315,9 @@ def solve_itinerary(
             guess = _stick_guess(numbers, values, itinerary)
         if len(guess) != len(itinerary) + 4:
             raise InvalidInput(
-                "guess", guess, f"{len(itinerary) + 4} numbers for the itinerary {itinerary}"
+                "guess",
+                guess,
+                f"{counted(len(itinerary) + 4, 'number')} for the itinerary {itinerary}",
             )
         z = np.array([numbers.number(value) for value in guess])
         with np.errstate(all="ignore"), Watch(checked_seconds(max_seconds)):

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._errors import InvalidInput, Status, counted
 from capsule_sym._map import Segment, Trajectory, simulate
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.drift import dragged
+from capsule_sym._map.result import brief
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.admissibility import is_admissible, rerun, tightest
@@ -322,7 +323,11 @@ class FoundOrbits(tuple[Orbit, ...]):
     def message(self) -> str:
         """Number of orbits and of searched starts, as a sentence."""
         over = "" if self.success else "; time limit reached"
-        return f"{len(self)} orbits from {self.searched} of {self.starts} starts{over}"
+        starts = counted(self.starts, "start")
+        return f"{counted(len(self), 'orbit')} from {self.searched} of {starts}{over}"
+
+    def __repr__(self) -> str:
+        return brief(self, "; ".join([self.message, *(str(one.itinerary) for one in self)]))
 
 
 def _checked_box(box: Sequence[float]) -> NDArray[np.float64]:
@@ -338,8 +343,6 @@ def _checked_box(box: Sequence[float]) -> NDArray[np.float64]:
 
 def _checked_periods(period_numbers: Sequence[int]) -> tuple[int, ...]:
     """Period numbers, each once; raises InvalidInput unless all are allowed integers."""
-    if not isinstance(period_numbers, Iterable):
-        raise InvalidInput("period_numbers", period_numbers, "several whole numbers")
     for number in period_numbers:
         check_count("period_numbers", number, most=_LONGEST_SOUGHT)
     return tuple(sorted(set(period_numbers)))

@@ -22,10 +22,13 @@ from capsule_sym._map import Segment, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard, pulsed
+from capsule_sym._map.result import by_fields
 from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+
+Constants = Any  # of a segment's closed form, by the kernels of a scene
 
 
 class Orbit(Protocol):
@@ -51,12 +54,15 @@ def field(c: Any, state: Sequence[Number] | Vector, cosine: Number) -> Vector:
     return np.array([v_r, acceleration, c.v_c_rate(c.margin_at(*place))])
 
 
-def saltation_matrix(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:
+def saltation_matrix(before: Constants, after: Constants, state: Vector, cosine: Number) -> Matrix:
     """Saltation matrix (3, 3) where the capsule stops and passes from one field to another.
 
     `before` and `after` are the constants of the two segments, `state` and `cosine` the state and
-    the cosine of the forcing angle at the switch; all dimensionless.
+    the cosine of the forcing angle at the switch; all dimensionless. Raises InvalidInput for a
+    state that is not three numbers.
     """
+    if len(state) != 3:
+        raise InvalidInput("state", state, "three numbers (x_r, v_r, v_c)")
     f, g = field(before, state, cosine), field(after, state, cosine)
     # v_r' and v_c' have opposite jumps. In stick v_c' = 0, even if a soft landing has no v_c' in
     # drift either.
@@ -135,6 +141,7 @@ class LyapunovExponents:
     """Duration of the part of the trajectory that they cover."""
     status: Status
     """FINISHED or TIME_LIMIT."""
+    __repr__ = by_fields
 
     @property
     def success(self) -> bool:

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from functools import cached_property, partial
 from time import perf_counter
 from typing import Any, Literal
 
 import sympy as sp
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, close_names
 from capsule_sym._symbolic.model.elimination import Relation, Undecided
 from capsule_sym._symbolic.model.proof import consistent, implies
 
@@ -158,7 +157,7 @@ def named(
                 found[title] = tuple(derived[k] for k in chosen)
     if found:
         return found
-    close = get_close_matches(name, names, n=5, cutoff=0.3) or list(sections)
+    close = close_names(name, names, 5, 0.3) or list(sections)
     raise InvalidInput(
         "--only", name, f"a group, or the name of statements, such as {', '.join(close)}"
     )

@@ -11,8 +11,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, check_one_of
+from capsule_sym._arguments import checked
+from capsule_sym._errors import InvalidInput, check_one_of, counted
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import brief
 from capsule_sym._orbits.continuation.families.family import (
     Ending,
     Event,
@@ -54,6 +56,9 @@ class BranchPoint:
     value: float
     orbit: Orbit
     admissibility: Inequality
+
+    def __repr__(self) -> str:
+        return brief(self, self.orbit.summary, f"at {self.value:.6g}")
 
     @cached_property
     def multipliers(self) -> tuple[complex, ...]:
@@ -118,6 +123,7 @@ class Branch(Labelled):
         """Name of the varied parameter."""
         return self.axis.name
 
+    @checked
     def at(self, label: str) -> Bifurcation | BranchPoint:
         """Bifurcation with this label, such as "PD2"; "EP1" and "EP2" are the ends of the branch.
 
@@ -130,8 +136,12 @@ class Branch(Labelled):
 
     def __repr__(self) -> str:
         ends = " to ".join(f"{p.value:.6g}" for p in (self.points[:1] + self.points[-1:]))
-        counts = f"{len(self.points)} points, {len(self.bifurcations)} bifurcations"
-        return f"<Branch in {self.parameter} from {ends}: {counts}, ended {self.status}>"
+        points, found = (
+            counted(len(self.points), "point"),
+            counted(len(self.bifurcations), "bifurcation"),
+        )
+        text = f"{points}, {found}, {self.status}"
+        return brief(self, text, f"in {self.parameter} from {ends}")
 
 
 class BranchRun(Run):

@@ -140,7 +140,7 @@ def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
     """Axis from an orbit on a path to a value of the varied parameter; raises InvalidInput."""
     if isinstance(orbit, NoOrbit):
         raise InvalidInput("orbit", orbit, f"an orbit that was found ({orbit.message})")
-    if isinstance(to, bool) or not isinstance(to, int | float) or not math.isfinite(to):
+    if not math.isfinite(to):
         raise InvalidInput(path.name, to, "finite")
     if path.name in path.names:
         orbit.parameters.replace(**{path.name: to})

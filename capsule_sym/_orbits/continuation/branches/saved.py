@@ -128,7 +128,7 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
     return Bifurcation(**given, orbit=orbit, path=path, segment=segment)
 
 
-def orbit_from_record(record: Record) -> Orbit:
+def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
     """Orbit of a record with parameters, itinerary, phase, state and durations; dimensionless.
 
     Raises InvalidInput for a record that lacks one of these, and ValueError if they do not solve

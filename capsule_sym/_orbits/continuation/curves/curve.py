@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._errors import counted
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp
 from capsule_sym._orbits.continuation.families.family import (
     OUT_OF_TIME,
@@ -102,9 +104,9 @@ class Curve(Labelled):
         return {"type": self.type, "endings": [str(ending) for ending, _ in self.endings]}
 
     def __repr__(self) -> str:
-        counts = f"{len(self.points)} points, {len(self.codimension_two)} of codimension two"
-        ends = " and ".join(ending for ending, _ in self.endings)
-        return f"<Curve of {self.type} in {', '.join(self.parameters)}: {counts}, ending {ends}>"
+        points, two = counted(len(self.points), "point"), len(self.codimension_two)
+        text = f"{points}, {two} codimension-two, {self.type}"
+        return brief(self, text, f"in {' and '.join(self.parameters)}")
 
 
 _SADDLES = "the multipliers of product 1 are real"

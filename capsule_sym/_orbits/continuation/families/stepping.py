@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._native import TimeUp
 from capsule_sym._native.watch import TOLD
 from capsule_sym._orbits.continuation.families.family import (
@@ -414,7 +414,7 @@ class Run(ABC):
             for count in range(1, self.most):
                 before = self.last
                 at = ", ".join(f"{value:.4g}" for value in self.problem.values(before.orbit))
-                TOLD.get()(f"{count} points, at {at}")
+                TOLD.get()(f"{counted(count, 'point')}, at {at}")
                 self.last, length = self._step(before, length)
                 if self.closes(before, self.last):
                     return Ending.RETURNED, self.problem.where(self.last.orbit)
@@ -422,7 +422,7 @@ class Run(ABC):
             return stop.ending, stop.detail
         except TimeUp:
             return OUT_OF_TIME
-        return Ending.TOO_MANY_POINTS, f"{self.most} points"
+        return Ending.TOO_MANY_POINTS, counted(self.most, "point")
 
     def _step(self, state: State, length: float) -> tuple[State, float]:
         step = self.continuation.advance(state, length, self.largest)

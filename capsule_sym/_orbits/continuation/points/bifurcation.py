@@ -10,6 +10,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
+from capsule_sym._map.result import brief
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points.extended import EventSolution, ExtendedSystem, orbit_at
 from capsule_sym._orbits.continuation.points.normal_forms import NormalForm, normal_form
@@ -17,7 +18,6 @@ from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment, zero_segments
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
-from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, whole_orbit
 
 _SAME = 1e-9  # parameters of a point found twice differ by less
@@ -25,7 +25,7 @@ _SAME = 1e-9  # parameters of a point found twice differ by less
 
 def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
     """Floquet multipliers of an orbit as plain numbers, the largest modulus first."""
-    return tuple(complex(value) for value in floquet_multipliers(orbit))
+    return tuple(complex(value) for value in orbit.multipliers)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,6 +128,11 @@ class Bifurcation(BifurcationPoint):
     label: str = ""
     path: ParameterPath | None = None
 
+    def __repr__(self) -> str:
+        place = f"{self.parameter} = {self.value:.9g}"
+        after = "the end" if self.itinerary_after is None else self.itinerary_after
+        return brief(self, f"{place}, {self.itinerary_before} to {after}", self.label or self.type)
+
     @cached_property
     def normal_form(self) -> NormalForm | None:
         """Leading terms of the orbits beside the bifurcation; None if it has no normal form."""
@@ -153,6 +158,9 @@ class CurvePoint(BifurcationPoint):
     line: str
     admissibility: Inequality
 
+    def __repr__(self) -> str:
+        return brief(self, self.orbit.summary, "at {:.6g}, {:.6g}".format(*self.values))
+
 
 @dataclass(frozen=True, kw_only=True)
 class CodimensionTwoPoint(SolvedPoint):
@@ -172,6 +180,9 @@ class CodimensionTwoPoint(SolvedPoint):
     itinerary_before: Itinerary
     itinerary_after: Itinerary | None
     segments: tuple[int, ...] = ()
+
+    def __repr__(self) -> str:
+        return brief(self, " and ".join(self.types), "at {:.6g}, {:.6g}".format(*self.values))
 
     def at(self, values: tuple[float, float]) -> bool:
         """True if these are the point's parameter values, within the absolute tolerance 1e-9."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
+from capsule_sym._map.result import by_fields
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.shooting.changes import (
@@ -76,6 +77,9 @@ class NormalForm(NamedTuple):
     discontinuity: tuple[float, float, float] | None
     power: int
     scenario: str
+
+    def __repr__(self) -> str:
+        return by_fields(self)
 
     @property
     def exponent(self) -> float:

@@ -1,0 +1,375 @@
+"""Public functions, constructors and methods called with typical mistakes: one line each."""
+
+import inspect
+import math
+import signal
+import zlib
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import capsule_sym as cs
+from capsule_sym import CapsuleError
+from capsule_sym._errors import counted
+from capsule_sym._figures.store import branch_record
+from tests.sampling import ALL
+
+_BOX = {"x_r": (-1.0, 1.0), "v_r": (-1.0, 1.0)}
+_TIMES = np.linspace(0.0, 20.0, 40)
+_PULSED = dict(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
+# A case of each class: an expression of others.
+_CASES = {
+    "p": "cs.Parameters()",
+    "device": "cs.PhysicalParameters(1.0, 3.0, 1.0, 1.0, 0.05, 0.1, 1.0, 1.0, 0.1)",
+    "run": "cs.simulate(p, periods=3)",
+    "runs": "cs.simulate_many([p, p], periods=3)",
+    "orbit": "cs.solve_orbit(p)",
+    "itinerary": "orbit.itinerary",
+    "branch": "cs.continue_orbit(orbit, 'alpha', 0.4, points=5)",
+    "record": "branch_record(branch)",
+    "point": "branch.bifurcations[0]",
+    "curve": "cs.continue_bifurcation(point, 'zeta', ((0.1, 2.0), (0.01, 0.1)), points=3)",
+    "found": "cs.attractors(p, BOX, count=4)",
+    "continued": "cs.continue_attractors(p, 'alpha', [0.6, 0.7], BOX, count=4)",
+    "destinations": "cs.Destinations([orbit])",
+    "shock": "cs.minimal_shock(orbit, samples=100)",
+    "back": "cs.solve_orbit(cs.Parameters(**PULSED), (0.5, -0.9, -0.9))",
+    "forth": "cs.solve_orbit(cs.Parameters(**PULSED), (0.4, 0.9, 0.1))",
+    "pulse": "cs.switch_by_pulse(back, forth, values=200)",
+    "data": "{'t': TIMES, 'x_r': cs.simulate(p, periods=3)(TIMES)[:, 0]}",
+    "fitted": "cs.fit(data, p, ['zeta'])",
+    "rig_run": "cs.RigRun('first', data, {'alpha': 0.7})",
+    "rig": "cs.Rig([rig_run], ['zeta'])",
+    "optimum": "cs.optimise('velocity', {'alpha': (0.5, 0.6)}, p)",
+    "front": "cs.pareto('velocity', 'work', {'alpha': (0.5, 0.6)}, p, points=3)",
+    "spread": "cs.tolerances('velocity', {'alpha': 0.01}, p, samples=128)",
+    "slopes": "cs.sensitivities(run, [1.0, 2.0])",
+    "performances": "cs.performance_many([[*p.to_dict().values()]], [[0.0, 0.0, 0.0]])",
+    "axis": "cs.Axis.linear('alpha', 0.1, 1.0, 2)",
+    "sweep": "cs.Sweep((axis,), periods=3)",
+    "axes": "__import__('matplotlib.figure').figure.Figure().subplots()",
+    "cells": "xr.Dataset({'itinerary': ('alpha', [1, 2])}, {'alpha': [0.5, 0.6]})",
+}
+# Right arguments of functions, constructors and methods: those that are required.
+_CALLS = {
+    "animate": "run, 'x.gif'",
+    "attractors": "p, BOX",
+    "certify_bifurcation": "point",
+    "certify_orbit": "orbit",
+    "certify_run": "run",
+    "check_certificate": "{}",
+    "check_switches": "[1.0], ['F2'], p",
+    "continue_attractors": "p, 'alpha', [0.6, 0.7], BOX",
+    "continue_bifurcation": "point, 'zeta', ((0.1, 2.0), (0.01, 0.1))",
+    "continue_both_ways": "orbit, 'alpha', (0.6, 0.8)",
+    "continue_from": "branch, 'BI1', 0.4",
+    "continue_orbit": "orbit, 'alpha', 0.6",
+    "curves_from": "curve, ((0.1, 2.0), (0.01, 0.1))",
+    "device_path": "device, 'P_d'",
+    "figure_style": "7.0",
+    "fit": "data, p, ['zeta']",
+    "fit_rig": "rig, p",
+    "floquet_multipliers": "orbit",
+    "half_orbit": "orbit",
+    "is_admissible": "orbit",
+    "jacobian": "run",
+    "labelled_point": "'branch.json', 'BI1'",
+    "load_parameters": "'parameters.toml'",
+    "load_sweep": "'sweep.toml'",
+    "lyapunov_exponents": "run",
+    "minimal_shock": "orbit",
+    "mirror_image": "orbit",
+    "monodromy_matrix": "orbit",
+    "open_results": "'store'",
+    "optimise": "'velocity', {'alpha': (0.5, 0.6)}",
+    "orbit_at": "p, (0.0, 0.0, 0.0), 1",
+    "orbit_from_record": "record['points'][0]",
+    "parameter_path": "'alpha'",
+    "pareto": "'velocity', 'work', {'alpha': (0.5, 0.6)}",
+    "performance": "orbit",
+    "performance_many": "[[*p.to_dict().values()]], [[0.0, 0.0, 0.0]]",
+    "period_doubling_cascade": "branch, 1",
+    "plot": "run",
+    "plot_attractors": "continued",
+    "plot_basin": "cells",
+    "plot_bifurcations": "record",
+    "plot_chart": "cells",
+    "plot_diagram": "record",
+    "plot_displacements": "run, axes",
+    "plot_energies": "record",
+    "plot_front": "front",
+    "plot_itineraries": "[run], record",
+    "plot_margins": "run",
+    "plot_metric": "cells",
+    "plot_motion": "run",
+    "plot_pareto": "cells",
+    "plot_phase_portrait": "run, axes",
+    "plot_pulse": "pulse",
+    "plot_residuals": "fitted",
+    "plot_shock": "shock",
+    "plot_tolerances": "spread",
+    "read_branch": "'branch.json'",
+    "read_measured": "'data.csv'",
+    "read_plan": "{'axes': {'alpha': [0.5]}}",
+    "read_rig": "'rig.toml'",
+    "read_switches": "'switches.csv'",
+    "run_basin": "sweep, 'store'",
+    "run_sweep": "sweep, 'store'",
+    "saltation_matrix": "orbit.system.flows[0].c, orbit.system.flows[1].c, (0.0, 0.0, 0.0), 1.0",
+    "save_figure": "axes.figure, 'x.svg'",
+    "search_orbits": "p",
+    "sensitivities": "run, [1.0]",
+    "simulate": "p",
+    "simulate_many": "[p]",
+    "solve_admissible": "p, itinerary",
+    "solve_itinerary": "p, itinerary",
+    "solve_orbit": "p",
+    "switch_by_pulse": "back, forth",
+    "tightest": "orbit",
+    "tolerances": "'velocity', {'alpha': 0.01}",
+    "whole_orbit": "orbit",
+    "Axis": "'alpha', ('alpha',), np.array([[1.0]])",
+    "Axis.linear": "'alpha', 0.1, 1.0, 2",
+    "Axis.log": "'alpha', 0.1, 1.0, 2",
+    "Axis.of": "'alpha', [0.1, 1.0]",
+    "Axis.of_device": "device, 'P_d', [1.0, 2.0]",
+    "Axis.sobol": "{'alpha': (0.1, 1.0)}, 4, 0",
+    "ContinuationSettings": "",
+    "Destinations": "[orbit]",
+    "Itinerary.of": "[5, 4, 1, 2]",
+    "Itinerary.of_motion": "orbit.motion",
+    "Itinerary.parse": "'F5 F4 F1 F2'",
+    "Parameters": "",
+    "PhysicalParameters": "1.0, 3.0, 1.0, 1.0, 0.05, 0.1, 1.0, 1.0, 0.1",
+    "Rig": "[rig_run], ['zeta']",
+    "RigRun": "'first', data, {'alpha': 0.7}",
+    "Sweep": "(axis,)",
+    "branch.at": "'BI1'",
+    "destinations.arrivals": "[0.0, 0.0, 0.0]",
+    "destinations.of": "[0.0, 0.0, 0.0]",
+    "device.displacement": "1.0",
+    "device.replace": "",
+    "device.scale": "'x_r'",
+    "device.tie": "'P_d'",
+    "device.time": "1.0",
+    "fitted.deviations": "",
+    "fitted.interval": "'zeta'",
+    "orbit.refined": "",
+    "orbit.to_dataframe": "",
+    "orbit.to_xarray": "",
+    "orbit.value": "'alpha'",
+    "p.replace": "",
+    "performances.itinerary": "0",
+    "run.__call__": "1.0",
+    "run.plot": "",
+    "run.position": "1.0",
+    "run.steady": "",
+    "run.to_dataframe": "",
+    "runs.__getitem__": "0",
+    "runs.to_dataframe": "",
+    "slopes.by": "'alpha'",
+}
+_OWN = {
+    "cs": cs,
+    "np": np,
+    "xr": xr,
+    "BOX": _BOX,
+    "TIMES": _TIMES,
+    "branch_record": branch_record,
+    "PULSED": _PULSED,
+}
+_MISTAKES: list[Any] = [
+    *(None, True, "x", "0.5", "data.csv", Path("data.csv"), b"x", 10**400, -(10**400), math.nan),
+    *(
+        -math.inf,
+        -1,
+        0,
+        1.5,
+        1j,
+        Fraction(1, 2),
+        Decimal("0.5"),
+        [],
+        [1.0],
+        [1.0, 2.0],
+        (1, 2, 3, 4),
+    ),
+    *(
+        ["x"],
+        [None],
+        [[1.0], [1.0, 2.0]],
+        [True],
+        [math.nan] * 3,
+        [10**400],
+        {},
+        {"x": "y"},
+        {1: 2},
+    ),
+    *({"alpha": "x"}, {"alpha": None}, {"alpha": (1.0,)}, {1.0, 2.0}, object(), int, len),
+    *(np.array("x"), np.array([1j]), np.array([True]), np.float64(math.nan), np.datetime64("2020")),
+    *(pd.DataFrame({"a": ["x"]}), pd.Series([1.0]), pd.Timestamp("2020"), xr.Dataset()),
+    *(xr.DataArray(["x"]), cs.Status.FINISHED, cs.scenes.slope, cs),
+]
+_GIVEN = ("p", "device", "run", "runs", "orbit", "itinerary", "branch", "record", "point", "axes")
+
+
+class _Late(BaseException):
+    """Raised in a call that takes its time: its arguments are taken."""
+
+
+class _Cases(dict[str, Any]):
+    """Cases by name, each made on its first use."""
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = value = eval(_CASES[name], _OWN, self)
+        return value
+
+
+@cache
+def cases() -> _Cases:
+    return _Cases()
+
+
+def called(name: str) -> Any:
+    """Function, class or method by its name."""
+    first, _, method = name.partition(".")
+    return getattr(cases()[first], method) if first in _CASES else eval(f"cs.{name}", _OWN)
+
+
+def wrong_calls(name: str) -> list[tuple[str, tuple[Any, ...], dict[str, Any]]]:
+    """Calls with one wrong argument, each with its description."""
+    right = eval(f"({_CALLS[name]},)" if _CALLS[name] else "()", _OWN, cases())
+    wrong = [*_MISTAKES, *(cases()[one] for one in _GIVEN)]
+    made = [("misspelt", right, {"maximum_seconds": 1.0}), ("too many", (*right, *[1.0] * 20), {})]
+    made += [("too few", right[:-1], {})] if right else []
+    for place, (argument, about) in enumerate(inspect.signature(called(name)).parameters.items()):
+        for value in wrong:
+            shown = f"{argument} = {type(value).__name__} {value!r:.40}"
+            if place < len(right):
+                made.append((shown, (*right[:place], value, *right[place + 1 :]), {}))
+            elif about.kind not in (about.VAR_KEYWORD, about.VAR_POSITIONAL):
+                made.append((shown, right, {argument: value}))
+    return made
+
+
+def foreign(name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> BaseException | None:
+    """Exception of a call that is not one of the package's."""
+
+    def late(*_: object) -> None:
+        raise _Late
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    try:
+        called(name)(*arguments, **named)
+    except (CapsuleError, cs.Rejected, _Late):
+        return None
+    except Exception as error:
+        return error
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    return None
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", _CALLS)
+@pytest.mark.filterwarnings("ignore")
+def test_no_mistake_ends_in_a_foreign_exception(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = []
+    for what, arguments, named in wrong_calls(name):
+        if ALL or zlib.crc32(f"{name} {what}".encode()) % 4 == 0:
+            error = foreign(name, arguments, named)
+            found += [] if error is None else [f"{what}: {error!r}"]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("name", [name for name in _CALLS if "." not in name and _CALLS[name]])
+def test_a_wrong_first_argument_is_refused_at_the_door(name: str) -> None:
+    for value in (object(), None, 1j, 10**400):
+        if not (value is None and name == "figure_style"):
+            with pytest.raises((CapsuleError, cs.Rejected)) as refused:
+                called(name)(value, *[1.0] * 9)
+            assert "\n" not in str(refused.value)
+
+
+def test_every_public_function_is_tried() -> None:
+    made = [name for name in cs._homes() if inspect.isfunction(getattr(cs, name))]
+    assert set(made) <= set(_CALLS)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        ("continue_orbit(p, 'alpha', 1.0)", "orbit = .*an Orbit, as solve_orbit"),
+        ("performance(run)", "orbit = <Trajectory.*an Orbit, as solve_orbit"),
+        ("fit('data.csv', p, ['zeta'])", "data = 'data.csv'.*as read_measured"),
+        (
+            "fit({'t': [0.0], 'x_r': [0.0]}, p, 'alpha')",
+            "unknown = 'alpha': must be a list of t",
+        ),
+        ("run_sweep('sweep.toml', 'store')", "sweep = .*a Sweep, as load_sweep"),
+        ("simulate(p, periods='x')", "periods = 'x': must be a whole number"),
+        ("simulate(p, phase=10**400)", "phase = .*must be a number"),
+        ("simulate(p, period=1)", "argument of simulate = 'period'.*did you mean periods"),
+        ("simulate()", "missing a required argument: 'parameters'"),
+        ("solve_orbit(p, [0, 0])", "state = .*three numbers"),
+        ("Parameters(alfa=1)", "argument of Parameters = 'alfa'.*did you mean alpha"),
+        ("scenes.load('slop')", "did you mean slope"),
+        ("optimise('velocty', {'alpha': (0.1, 0.2)})", "did you mean velocity"),
+        ("optimise('velocity', {'P_d': (1.0, 2.0)})", "P_d is a quantity of a device, and none is"),
+        ("optimise('velocity', {'alpha': (0.1, 1.0)}, device)", "dimensionless, and a device is"),
+        ("plot_motion(run, width=math.nan)", "width = nan: must be a number"),
+        ("plot_motion(run, width=-1)", "width = -1: must be a number of inches"),
+        ("certify_run(run, {'alpah': '0.5'})", "did you mean alpha"),
+    ],
+)
+def test_a_mistake_is_named_with_what_was_expected(call: str, words: str) -> None:
+    with pytest.raises(cs.InvalidInput, match=words):
+        eval(f"cs.{call}", {**_OWN, "math": math}, cases())
+
+
+@pytest.mark.parametrize(
+    ("count", "said"), [(0, "0 points"), (1, "1 point"), (2, "2 points"), (1234, "1,234 points")]
+)
+def test_numbers_of_things_have_their_plural(count: int, said: str) -> None:
+    assert counted(count, "point") == said
+
+
+def test_results_show_in_a_line_what_is_asked_first() -> None:
+    shown = {name: repr(cases()[name]) for name in ("run", "runs", "orbit", "branch", "point")}
+    assert shown["orbit"].startswith(
+        "<Orbit: F5 F4 F1 F2, period number 1, stable, progression 0.41"
+    )
+    assert shown["branch"] == "<Branch in alpha from 0.7 to 0.4: 21 points, 1 bifurcation, reached>"
+    assert shown["point"] == "<Bifurcation BI1: alpha = 0.524593243, F5 F4 F1 F2 to F5 F4 F5 F2>"
+    own = (vars(cs)[name] for name in cs._homes() if inspect.isclass(getattr(cs, name)))
+    dumps = {"Parameters", "PhysicalParameters", "Instant", "ItinerarySegment"}
+    for kind in own:  # no class with arrays or orbits among its fields shows them all
+        if kind.__name__ not in dumps and hasattr(kind, "__dataclass_fields__"):
+            assert not kind.__repr__.__qualname__.startswith("__create_fn__"), kind
+    assert max(map(len, shown.values())) < 80
+
+
+def test_runs_are_a_table() -> None:
+    table = cases()["runs"].to_dataframe()
+    assert len(table) == 2
+    assert list(table.columns[-6:]) == ["x_r", "v_r", "v_c", "advance", "periods", "status"]
+    assert table.x_r[0] == pytest.approx(cases()["run"].final[1][0], rel=1e-14)
+
+
+def test_an_orbit_says_whether_it_is_stable() -> None:
+    assert cases()["orbit"].stable is True
+    beyond = cs.continue_orbit(cases()["orbit"], "beta", 60.0, points=5)
+    stable = [point.orbit.stable for point in beyond.points]
+    assert stable == [bool(abs(point.multipliers[0]) < 1) for point in beyond.points]
+    assert not all(stable)
