@@ -117,11 +117,13 @@ class Kernels:
             *own, *self._rates(dict(zip(self.Constants._fields, own, strict=False)))
         )
 
+    @np.errstate(under="ignore")  # what has decayed is 0, also where a user's setting raises
     def flow(self, c: Any, start: Start, h: Any, advance: bool = False) -> Any:
         """x_r(h) - x_r(0), v_r(h), in drift v_c(h) - v_c(0); with `advance` x_c(h) - x_c(0) too."""
         case = _either(c.rate * h < 1.0, _SHORT, self._flow_case(c, h))
         return _by_case(self._flow, case, c, start, h, advance)
 
+    @np.errstate(under="ignore")
     def jacobian(self, c: Any, start: Start, h: Any) -> Any:
         """Derivatives of (x_r, v_r), in drift also of v_c and of x_c's advance, at h, row by row.
 

@@ -40,7 +40,8 @@ def run(
     In the JSON, "segments" are those of the whole run. "itinerary", "global_map", "period_number"
     and "progression" describe the steady motion at its end; they are null if there is none.
     "progression" is the advance of the capsule per excitation period. "stopped" exists only if the
-    run ended early, and gives the reason. Exits with 4 if --certify does not prove it.
+    run ended early, and gives the reason. Exits with 3 if nothing was computed, and with 4 if
+    --certify does not prove it.
     """
     from capsule_sym._native import Watch
     from capsule_sym._records import physical_record, run_record
@@ -68,6 +69,8 @@ def run(
 
     present.result(record, lambda: _print(trajectory, motion, physical), as_json)
     present.certificates(certify, [trajectory], limit)
+    if not trajectory.segments:
+        present.fail(f"nothing was computed, {trajectory.message}")
 
 
 def _print(

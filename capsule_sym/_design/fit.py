@@ -19,13 +19,20 @@ from capsule_sym._design.guesses import best_of, drawn, limits_of, spectral
 from capsule_sym._design.least_squares import LOSSES, Least, Loss, Profile, least
 from capsule_sym._design.measured import measured
 from capsule_sym._design.problem import Problem, about_trend, spread_of
-from capsule_sym._design.quantities import System, real, record, values_of
+from capsule_sym._design.quantities import System, dimensionless, real, record, values_of
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
+from capsule_sym._map.checks import (
+    SEARCH_SECONDS,
+    check_count,
+    check_phase,
+    checked_seconds,
+    is_real,
+)
 from capsule_sym._map.labelled import package
 from capsule_sym._map.result import Result, brief, by_fields
 from capsule_sym._native import Watch, check_time
+from capsule_sym._parameters import SceneDevice
 from capsule_sym._systems import check_parameter
 
 
@@ -255,6 +262,8 @@ def fit(
         check_parameter("unknown", name, system, *OF_START)
     if not unknown or len(set(unknown)) < len(unknown):
         raise InvalidInput("unknown", ", ".join(unknown), "one or more different names")
+    period = dimensionless(system).period
+    check_phase(phase, system.time(period) if isinstance(system, SceneDevice) else period)
     given = dict(zip(STATE, checked_state(state), strict=True)) | {PHASE: phase}
     run = Recorded(measured(data), system, tuple(unknown), given)
     problem = Problem([run], unknown, progress)

@@ -55,7 +55,7 @@ def check_start(
     """State as three floats; raises InvalidInput for any argument that is not allowed."""
     values = _checked_state(state)
     _check_scales(parameters)
-    _check_phase(phase, parameters)
+    check_phase(phase, parameters.period)
     check_count("periods", periods)
     return values
 
@@ -67,7 +67,8 @@ def check_count(field: str, value: object, least: int = 1, most: int = _LARGEST_
         raise InvalidInput(field, value, f"a whole number from {least} to {most}")
 
 
-def _check_phase(phase: float, parameters: SceneParameters) -> None:
-    if not (is_real(phase) and 0.0 <= phase < parameters.period):
-        allowed = f"a time in [0, 2 pi/omega) = [0, {parameters.period!r})"
+def check_phase(phase: float, period: float) -> None:
+    """Raise InvalidInput unless the phase is a time within the excitation period."""
+    if not (is_real(phase) and 0.0 <= phase < period):
+        allowed = f"a time in [0, 2 pi/omega) = [0, {period!r})"
         raise InvalidInput("phase", phase, allowed)

@@ -97,6 +97,7 @@ def _matrices(size: int) -> tuple[Any, Any, Any, Any]:
     return pascal[:, -1], pascal, left, left[::-1, ::-1]
 
 
+@np.errstate(under="ignore")
 def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Search:
     """Result of the expansion for the first root in (0, reach].
 

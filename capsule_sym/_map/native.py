@@ -60,7 +60,7 @@ def end_of_run(
     return Trajectory(
         parameters,
         "c",
-        (Instant(0, phase), values),
+        (Instant(0, phase, parameters.omega), values),
         (instant(passed, angle, parameters.omega), state),
         position,
         Status.FINISHED,
@@ -112,7 +112,7 @@ class NativeRun:
         return Trajectory(
             self.parameters,
             "c",
-            (Instant(0, phase), values),
+            (Instant(0, phase, omega), values),
             (end, (x_r, v_r, v_c)),
             position,
             status,

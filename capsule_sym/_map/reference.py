@@ -100,7 +100,7 @@ class Run:
         return Trajectory.of_segments(
             self.parameters,
             self.numbers.name,
-            (Instant(0, number(phase)), origin),
+            (Instant(0, number(phase), self.omega), origin),
             tuple(self.segments),
             self.ended(run_state, periods, most),
             self.escalations,

@@ -8,9 +8,9 @@ digits than a double has.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, nextafter
+from math import inf, nextafter, tau
 from typing import Any, NamedTuple, overload
 
 import numpy as np
@@ -32,19 +32,48 @@ SWITCH = np.dtype([("period", "i8"), ("angle", "f8"), ("field", "i4"), ("plane",
 """Switch: excitation periods passed, angle of the forcing, the field before it, and the plane."""
 
 
-class Instant(NamedTuple):
-    """Time as whole excitation periods and the phase in [0, 2 pi/omega) within the next.
-
-    Dimensionless; the phase is a time.
-    """
-
+class _Instant(NamedTuple):
     period: int
     phase: Number
 
 
+class Instant(_Instant):
+    """Time as whole excitation periods and the phase in [0, 2 pi/omega) within the next.
+
+    Dimensionless; the phase is a time. Where a number is wanted, as in sums and as the time at
+    which a trajectory is evaluated, it is the absolute time `float(instant)`.
+    """
+
+    def __new__(cls, period: int, phase: Number, omega: Number) -> Instant:
+        """Instant under a forcing of frequency omega."""
+        made = super().__new__(cls, period, phase)
+        made._omega = omega
+        return made
+
+    _omega: Number
+
+    def __getnewargs__(self) -> tuple[int, Number, Number]:  # type: ignore[override]
+        return self.period, self.phase, self._omega
+
+    def __float__(self) -> float:
+        return self.period * (tau / float(self._omega)) + float(self.phase)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.array(float(self), dtype)
+
+
+def _by_number(name: str) -> Callable[[Instant, Any], Any]:
+    return lambda instant, other: getattr(np.float64(float(instant)), name)(other)
+
+
+for _name in ("add", "sub", "mul", "truediv"):
+    for _full in (f"__{_name}__", f"__r{_name}__"):
+        setattr(Instant, _full, _by_number(_full))
+
+
 def instant(periods: int, angle: Number, omega: Number) -> Instant:
     """Time at a forcing angle in [0, 2 pi) after whole periods."""
-    return Instant(periods, angle / omega if angle else angle * 0)
+    return Instant(periods, angle / omega if angle else angle * 0, omega)
 
 
 @dataclass(frozen=True)

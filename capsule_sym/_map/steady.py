@@ -132,13 +132,14 @@ def _rests(run: _Run, tolerance: float) -> bool:
 
 def _rest(run: _Run) -> Segment:
     """Last excitation period, at rest."""
-    zero, end = run.segments[-1].duration * 0, run.final[0].period
+    zero, end = run.segments[-1].duration * 0, run.final[0]
     facts = run.parameters.scene.facts
     # The region with contact is the closed one.
     touched = (i for i, (name, _) in enumerate(facts.STOPS, 1) if not getattr(run.parameters, name))
     field = facts.FIELD_OF[next(touched, 0), 0]
     rest = zero, zero, zero
-    found = replace(_last_period(run, rest, field), field=field, end=Instant(end, zero))
+    end = Instant(end.period, zero, run.parameters.omega)
+    found = replace(_last_period(run, rest, field), field=field, end=end)
     return replace(found, end_state=rest, outcome=Outcome.NEVER, evaluations=0)
 
 
@@ -155,7 +156,7 @@ def _last_period(run: _Run, state: Triple, field: int) -> Segment:
         last,
         source=f"Σ{field}",
         target=f"Σ{field}",
-        start=Instant(last.end.period - 1, x_r * 0),
+        start=Instant(last.end.period - 1, x_r * 0, run.parameters.omega),
         start_state=state,
         duration=number(run.parameters.period),
         tangencies=(),

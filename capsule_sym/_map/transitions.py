@@ -166,7 +166,9 @@ def _departing(
     zeros: dict[Guard, int] = {}
     undetermined = False
     for guard, expansion in expand(backend, c, point).items():
-        closed = (1 if c.contact else -1) if guard in (Guard.GAP, Guard.BACK) else 0
+        # Where a guard stays zero, contact and rest are the closed regions, Eqs. (10)-(12).
+        outside = guard is Guard.DRIFT or (guard in (Guard.GAP, Guard.BACK) and not c.contact)
+        closed = -1 if outside else 1
         count, sign = _first_sign(expansion, _exact_zeros(c, guard, state), vanish, closed)
         if sign < 0:
             return None
@@ -199,5 +201,4 @@ def _first_sign(
             return count, 1 if value > 0 else -1
         if not vanish:
             return count, 0
-    # It vanishes identically: the region with contact is the closed one, Eqs. (10)-(12).
     return len(expansion.values), closed

@@ -214,3 +214,9 @@ def test_a_run_in_a_terminal_shows_its_progress_and_can_be_interrupted() -> None
     assert shown.status == 130
     assert "error: interrupted: nothing is kept; with --max-" in shown.written
     assert shown.cursor
+
+
+def test_a_run_of_which_nothing_was_computed_fails() -> None:
+    line = ["run", "--backend", "mpmath", "--max-seconds", "1e-9"]
+    done = CliRunner().invoke(group, line)
+    assert (done.exit_code, done.stderr[:20]) == (3, "nothing was computed")

@@ -552,3 +552,10 @@ def test_derivatives_that_do_not_exist_are_not_given_to_lapack(capfd, monkeypatc
     found = fit(series(count=60), TRUE.replace(alpha=0.85), ("alpha",), **how)
     assert found.values["alpha"] == pytest.approx(0.83, abs=1e-6)
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("phase", [-1, math.nan, 100.0])
+def test_a_phase_outside_the_period_is_refused(phase: float) -> None:
+    data = {"t": np.arange(9.0), "x_r": np.zeros(9)}
+    with pytest.raises(InvalidInput, match="phase"):
+        fit(data, Parameters(), ["alpha"], phase=phase)

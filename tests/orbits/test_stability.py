@@ -168,6 +168,28 @@ def test_exponents_of_a_long_rest_do_not_underflow() -> None:
     assert cs.lyapunov_exponents(run).values[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
 
 
+@pytest.mark.parametrize("zeta", [0.3, 1.0, 2.5, 10.0, 1e4])
+def test_exponents_of_a_strongly_damped_rest_sum_to_its_contraction(zeta: float) -> None:
+    run = cs.simulate(cs.Parameters(0.5, delta=1e6, zeta=zeta, f_b=1e6), periods=300)
+    largest = -1 / (zeta + math.sqrt(zeta**2 - 1)) if zeta > 1 else -zeta
+    for transient in (0, 20):  # within the only segment
+        values = cs.lyapunov_exponents(run, transient).values
+        assert values[:2].sum() == pytest.approx(-2 * zeta, rel=1e-13)
+        assert values[0] == pytest.approx(largest, abs=6e-3)
+        assert values[2] == -math.inf
+
+
+def test_exponents_of_a_strongly_damped_drift_are_its_rates() -> None:
+    parameters = cs.Parameters(0.5, delta=1e6, zeta=8.0, gamma=0.1, f_b=1e-3)
+    run = cs.simulate(parameters, (0.0, 0.0, 1e3), periods=40)
+    assert len(run.segments) == 1
+    sigma, root = 88.0, math.sqrt(88.0**2 - 11)
+    expected = [0.0, -11 / (sigma + root), -sigma - root]
+    values = cs.lyapunov_exponents(run).values
+    assert values.sum() == pytest.approx(-2 * sigma, rel=1e-13)
+    assert values == pytest.approx(expected, rel=3e-4, abs=1e-3)  # one over the run's length
+
+
 def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
     """Liouville: the flow contracts at the trace -2 zeta (gamma + 1)/gamma, rest apart."""
     orbit = settled(alpha=1.9)
@@ -190,5 +212,6 @@ def test_without_saltation_the_monodromy_is_wrong(monkeypatch: pytest.MonkeyPatc
 
 
 def test_transient_longer_than_the_run_is_refused() -> None:
-    with pytest.raises(cs.InvalidInput, match="transient"):
-        cs.lyapunov_exponents(cs.simulate(cs.Parameters(), periods=3), transient=10)
+    for transient in (3, 10):
+        with pytest.raises(cs.InvalidInput, match="transient"):
+            cs.lyapunov_exponents(cs.simulate(cs.Parameters(), periods=3), transient)

@@ -129,7 +129,8 @@ def performance_many(
     `parameters` are rows of the scene's parameters, (n, 7) in the paper's, or one row; `states` are
     (n, 3) or one (x_r, v_r, v_c) at forcing angle 0; `period_numbers` are the excitation periods of
     each motion. All are dimensionless. Only requested metrics are computed. Motions that are not
-    reached in the time of `watch` (by default the present one) are left out. `threads` share them.
+    solved in the time of `watch` (by default the present one) have the status "stopped", and nan
+    for values. `threads` share them.
     Raises InvalidInput for a value that is not allowed, and without a C core.
     """
     binding = core(scene)
@@ -152,6 +153,10 @@ def performance_many(
         binding.orbit_many(rows[own], starts[own], periods[own], *results, *what, watch)
 
     shared(solve, -(-count // size), threads, watch)
+    stops[(stops == Stop.DONE) & ~fields[:, 0].astype(bool)] = Stop.STOPPED  # not begun
+    for name, (kind, _) in records.dtype.fields.items():
+        if kind.base.kind == "f":
+            records[name][stops == Stop.STOPPED] = np.nan
     return Performances(records, stops, fields, scene)
 
 

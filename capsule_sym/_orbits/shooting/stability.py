@@ -155,6 +155,7 @@ class LyapunovExponents:
         return f"the exponents are {whole}"
 
 
+@np.errstate(under="ignore")
 def lyapunov_exponents(
     trajectory: Trajectory, transient: int = 0, *, max_seconds: float = math.inf
 ) -> LyapunovExponents:
