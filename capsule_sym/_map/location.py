@@ -356,7 +356,9 @@ def _further(flow: Flow, guards: list[Guard], at: Point, most: Number) -> Number
     backend, c = flow.backend, flow.c
     longest = min(_resting(backend, c, at), most)
     ways = {quasistatic.rate(c, with_slow): with_slow for with_slow in (True, False)}
-    for rate in ways.keys() - {None}:
+    for rate in ways:
+        if rate is None:
+            continue
         expansions = quasistatic.expand_forced(backend, c, at, with_slow=ways[rate])
         ahead = min(_REACH / rate, most)
         # Below the segment's own reach the expansion of the whole motion does as well.

@@ -52,7 +52,7 @@ class Instant(_Instant):
 
     _omega: Number
 
-    def __getnewargs__(self) -> tuple[int, Number, Number]:  # type: ignore[override]
+    def __getnewargs__(self) -> tuple[int, Number, Number]:
         return self.period, self.phase, self._omega
 
     def __float__(self) -> float:

@@ -178,6 +178,7 @@ def lyapunov_exponents(
         for segment, following in pairwise(
             chain(trajectory.segments[max(first - 1, 0) :], (None,))
         ):
+            assert segment is not None
             left = (segment.end.period - transient) * math.tau / omega + float(segment.end.phase)
             lasting = min(float(segment.duration), left)
             if lasting <= 0:
