@@ -103,21 +103,36 @@ def _numeric(value: Any) -> bool:
 
 def _items(value: Any) -> Any:
     """Items of a list, a tuple, an array or a column; None for anything else."""
-    if isinstance(value, _NO_LISTS) or not hasattr(value, "__len__"):
+    if (
+        isinstance(value, _NO_LISTS)
+        or not hasattr(value, "__len__")
+        or not getattr(value, "ndim", 1)
+    ):
         return None
-    if hasattr(value, "__array__"):
-        import numpy as np
+    value = value.tolist() if hasattr(value, "tolist") else value
+    return value if hasattr(value, "__iter__") and not isinstance(value, str) else None
 
-        value = np.asarray(value).tolist()
-    return value if hasattr(value, "__iter__") else None
+
+def _axes(value: Any) -> bool:
+    """True for axes of Matplotlib, and for any list, table or array of them."""
+    every = value.values() if isinstance(value, Mapping) else _items(value)
+    some = every is not None and len(every) > 0
+    return _AXES.allows(value) or (some and all(map(_axes, every)))
 
 
 def _scalable(value: Any) -> bool:
     """True for numbers and arrays, also those of other libraries, such as mpmath or SymPy."""
-    known = type(value).__module__.partition(".")[0] not in ("builtins", "numpy", "decimal")
-    return hasattr(type(value), "__pow__") and (known or _numeric(value))
+    plain = type(value).__module__ in ("builtins", "numpy", "decimal")
+    numbers = _numeric(value) if plain or hasattr(value, "__array__") else True
+    return hasattr(type(value), "__pow__") and numbers
 
 
+def _instance(name: str, words: str) -> _Kind:
+    """Objects of a class and of those derived from it, by its name."""
+    return _Kind(lambda v: any(one.__name__ == name for one in type(v).__mro__), words, True)
+
+
+_AXES = _instance("Axes", "")
 _NO_LISTS = (str, bytes, Mapping, set, frozenset, type)
 _LEAVES = {
     "int": _Kind(
@@ -133,6 +148,7 @@ _LEAVES = {
     "PathLike": _Kind(lambda v: isinstance(v, str | PathLike), "a file name", True),
     "Callable": _Kind(lambda v: callable(v) and not isinstance(v, type), "a function"),
     "ArrayLike": _Kind(_numeric, "numbers"),
+    "AnyAxes": _Kind(_axes, "axes of Matplotlib, as figure.subplots() gives"),
     "NDArray": _Kind(lambda v: _items(v) is not None and _numeric(v), "rows of numbers"),
     "Record": _Kind(
         lambda v: isinstance(v, Mapping) and bool({"points", "itinerary"} & v.keys()),
@@ -151,7 +167,7 @@ def _named(name: str, leaves: str = "") -> _Kind | None:
         return (_ITEMS if leaves else _LEAVES).get(name)
     article = "an" if name[0] in "AEIO" else "a"
     words = f"{article} {name.removeprefix('Scene') or name}, as {_SOURCES[name]} gives"
-    return _Kind(lambda v: any(one.__name__ == name for one in type(v).__mro__), words, True)
+    return _instance(name, words)
 
 
 def _kind(node: Any, item: str = "") -> _Kind | None:
@@ -220,9 +236,10 @@ def _checked(function: Any, name: str, types: bool = True) -> Any:
     signature = inspect.signature(function)
     names, kinds = [*signature.parameters], {}
     for one, about in signature.parameters.items():
-        drawn = one == "axes" and about.default is None  # of any layout, which the figure checks
-        if types and isinstance(about.annotation, str) and not drawn:
-            kinds[one] = _kind(ast.parse(about.annotation, mode="eval").body)
+        if types and isinstance(text := about.annotation, str):
+            # Axes are of any layout; the figure checks their number.
+            text = text.replace("Sequence[Axes]", "Axes").replace("Axes |", "AnyAxes |")
+            kinds[one] = _kind(ast.parse(text, mode="eval").body)
     # The type of an argument that was allowed last, if all of its values are.
     usual: dict[str, type] = {}
 

@@ -19,7 +19,7 @@ from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.notebook import StyledFigure
 from capsule_sym._figures.portraits import field_handles, plot_phase_portrait, stops_of
 from capsule_sym._figures.sizes import MOVING
-from capsule_sym._figures.style import Colours, field_colour, figure_style
+from capsule_sym._figures.style import Colours, check_resolution, field_colour, figure_style
 from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
 from capsule_sym._parameters import SceneDevice, SceneParameters
@@ -168,6 +168,7 @@ def animate(
     instants = time[0] + duration * np.arange(count) / count
     scale = _LARGEST / max(float(np.max(abs(x_r))), 1e-300)
     travelled = scale * (x_c - x_c[0])
+    check_resolution(dpi)
     figure = StyledFigure(figsize=(width, 0.46 * width))
     left = figure.add_axes((0.01, 0.02, 0.56, 0.8))
     right = figure.add_axes((0.66, 0.15, 0.32, 0.66))

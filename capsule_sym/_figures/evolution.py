@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.arcs import Arc, Motion, cycle, is_periodic, phase_zero
 from capsule_sym._figures.branches import Record, axis_label, in_units, name_bifurcations, units_of
 from capsule_sym._figures.labels import CENTRED, fix_layout
@@ -50,6 +51,8 @@ def plot_itineraries(
     alone = axes is None
     figure, axes = axes_for(axes, width, 2.9)
     units = units_of(record, device)
+    if not len(motions):
+        raise InvalidInput("motions", motions, "one motion or more")
     for motion in motions:
         Units.of_motion(device, motion.parameters)
     record = in_units(record, units)

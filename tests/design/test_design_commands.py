@@ -167,7 +167,7 @@ REFUSED = {
     "no metric": (("optimise", "--over", "alpha=1:2"), "--maximise or --minimise"),
     "two metrics": (("optimise", "--maximise", "speed", "--minimise", "work"), "--minimise"),
     "nothing varies": (OPTIMISE, "over"),
-    "unknown metric": (("optimise", "--maximise", "joy", "--over", "alpha=1:2"), "metric"),
+    "unknown metric": (("optimise", "--maximise", "joy", "--over", "alpha=1:2"), "--maximise"),
     "empty bounds": ((*OPTIMISE, "--over", "alpha=2:1"), "bounds of alpha"),
     "twice": ((*OPTIMISE, "--over", "alpha=1:2", "--over", "alpha=1:2"), "--over"),
     "points of no front": ((*OPTIMISE, "--over", "alpha=1:2", "--points", "5"), "--points"),

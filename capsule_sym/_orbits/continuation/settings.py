@@ -139,7 +139,8 @@ class ContinuationSettings:
             value, many = getattr(self, one.name), isinstance(one.default, tuple)
             entries = (value,)
             if many:
-                entries = tuple(value) if isinstance(value, list | tuple | np.ndarray) else ()
+                listed = isinstance(value, list | tuple | np.ndarray) and getattr(value, "ndim", 1)
+                entries = tuple(value) if listed else ()
             if not entries or not all(_allowed(entry, **one.metadata) for entry in entries):
                 raise InvalidInput(one.name, value, _range(many, **one.metadata))
             plain = tuple(int(n) if one.metadata["whole"] else float(n) for n in entries)
