@@ -355,11 +355,11 @@ def _further(flow: Flow, guards: list[Guard], at: Point, most: Number) -> Number
     """
     backend, c = flow.backend, flow.c
     longest = min(_resting(backend, c, at), most)
-    ways = {quasistatic.rate(c, with_slow): with_slow for with_slow in (True, False)}
-    for rate in ways:
+    for with_slow in (True, False) if c.q < 0 else (True,):
+        rate = quasistatic.rate(c, with_slow)
         if rate is None:
             continue
-        expansions = quasistatic.expand_forced(backend, c, at, with_slow=ways[rate])
+        expansions = quasistatic.expand_forced(backend, c, at, with_slow=with_slow)
         ahead = min(_REACH / rate, most)
         # Below the segment's own reach the expansion of the whole motion does as well.
         while ahead > max(longest, _REACH / c.rate):

@@ -36,10 +36,19 @@ def test_a_rest_exactly_at_the_friction_bound_lasts(
     assert all("-S" in segment.mode for segment in run.segments)
 
 
-@pytest.mark.parametrize("gamma", [4e-6, 3e-6, 1e-6, 1e-8])
-def test_a_slow_mode_that_has_decayed_does_not_shorten_the_steps(gamma: float) -> None:
-    run = simulate(LIGHT.replace(gamma=gamma), periods=1, backend="numpy")
+STIFF = [
+    *(LIGHT.replace(gamma=gamma) for gamma in (4e-6, 3e-6, 1e-6, 1e-8)),
+    # The slow mode is slower than the forcing.
+    scenes.reaction.Parameters(alpha=1.25, omega=0.51, zeta=1.33, gamma=8e-7),
+    scenes.slope.Parameters(alpha=1.21, omega=2.4, zeta=1.4, gamma=3e-7),
+]
+
+
+@pytest.mark.parametrize("parameters", STIFF)
+def test_steps_of_a_stiff_segment_are_those_of_its_slow_motion(parameters: SceneParameters) -> None:
+    run = simulate(parameters, periods=1, backend="numpy", max_seconds=20)
     assert sum(segment.evaluations for segment in run.segments) < 100
+    assert run.success
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
