@@ -78,7 +78,7 @@ class NotInstalled(CapsuleError, ImportError):
 
 
 _EXTRAS = {
-    "plot": ("matplotlib", "platformdirs", "shapely", "textalloc"),
+    "plot": ("matplotlib", "shapely", "textalloc"),
     "sweep": ("filelock", "google_crc32c", "xarray", "zarr"),
     "symbolic": ("flint", "sympy"),
 }

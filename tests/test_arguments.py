@@ -19,7 +19,7 @@ import xarray as xr
 import capsule_sym as cs
 from capsule_sym import CapsuleError
 from capsule_sym._errors import counted
-from capsule_sym._figures.store import branch_record
+from capsule_sym._figures.computed import branch_record
 from tests.sampling import ALL
 
 _BOX = {"x_r": (-1.0, 1.0), "v_r": (-1.0, 1.0)}

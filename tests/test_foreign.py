@@ -27,7 +27,7 @@ from capsule_sym import (
     run_sweep,
     scenes,
 )
-from capsule_sym._figures.store import orbit_of
+from capsule_sym._figures.computed import orbit_of
 from capsule_sym._folders import digest_of
 from capsule_sym._sweeps.files import sealed
 

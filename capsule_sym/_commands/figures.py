@@ -146,8 +146,7 @@ def figure(
     """Draw a figure by its name, or results.
 
     A NAME is one of those below. `figure motion` with a file name that ends in .gif or .mp4 gives
-    an animation. Computed results are kept in the user's cache directory, so that drawing it again
-    takes a second; the parameters are in the picture's metadata.
+    an animation. The parameters are in the picture's metadata.
 
     A RESULT is a file that `branch --out` wrote, or several, a file of `curve --out`, or the
     directory of `sweep` or `basin`, of which --of draws a metric. Of branches, with those that
@@ -214,17 +213,16 @@ def _of_name(
     name: str, picture: Picture, system: options.System, colours: Any, moving: bool
 ) -> Figure | None:
     """A figure by its name; None for an animation, which is written."""
-    from capsule_sym._figures.store import Store
     from capsule_sym._figures.style import describe
 
     parameters, device = system.load()
     with present.tracking() as track:
-        study = Study(Store(track), parameters, colours, picture.width, system.chosen, device)
+        study = Study(track, parameters, colours, picture.width, system.chosen, device)
         if not moving:
             return describe(FIGURES[name].make(study), FIGURES[name].title)
         if picture.data:
             raise click.UsageError(f"--data is for pictures, which {picture.out} is not")
-        (motion,) = study.store.motions([parameters])
+        (motion,) = study.motions([parameters.alpha])
         look: Any = {"colours": colours, "width": picture.width, "dpi": picture.dpi or 100.0}
         capsule_sym.animate(motion, picture.out, device=device, **look)
     return None

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
 
     from capsule_sym._enclosures.certificates.certify import Certified
-    from capsule_sym._figures.store import Track
+    from capsule_sym._figures.catalogue import Track
     from capsule_sym._native import Watch
     from capsule_sym._parameters import SceneDevice
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,7 +12,6 @@ from capsule_sym._figures.sizes import PAGE
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from capsule_sym._figures.store import Store
     from capsule_sym._figures.style import Colours
     from capsule_sym._map import Trajectory
     from capsule_sym._parameters import SceneDevice, SceneParameters
@@ -21,16 +20,20 @@ BEGIN, END = 0.005, 2.0
 """Excitation amplitudes between which figures over alpha are drawn."""
 _SAMPLES = 400  # motions side by side in the picture of itineraries
 
+Track = Callable[[Iterable[Any], str | Callable[[Any], str], float | None], Iterable[Any]]
+"""Passes items on and shows how many of a total are done (None if unknown). The text describes the
+work, or is a function that describes each item."""
+
 
 @dataclass(frozen=True)
 class Study:
-    """Input of a figure: results kept in a store, of one system.
+    """Input of a figure: one system, whose motions and branch are computed with progress.
 
     `chosen` is true for a system of the user; otherwise the guards are those at a larger
     amplitude. `width` is in inches. Of a `device` the figures are in SI units.
     """
 
-    store: Store
+    track: Track
     system: SceneParameters
     colours: Colours = "safe"
     width: float = PAGE
@@ -48,7 +51,10 @@ class Study:
 
     def motions(self, alphas: list[float]) -> list[Trajectory]:
         """The steady motions from rest at excitation amplitudes."""
-        return self.store.motions([self.at(alpha) for alpha in alphas])
+        from capsule_sym._figures.computed import steady_run
+
+        tracked = self.track(map(self.at, alphas), "Settling motions", len(alphas))
+        return [steady_run(parameters) for parameters in tracked]
 
     @property
     def last(self) -> float:
@@ -57,7 +63,13 @@ class Study:
 
     def branch(self) -> Any:
         """The branch in alpha from 0.005 to the largest amplitude."""
-        return self.store.branch(self.at(BEGIN), "alpha", BEGIN, self.last)
+        from capsule_sym._figures.computed import branch_from_rest
+
+        # One step, which begins when its progress is shown.
+        ends = (BEGIN, self.last)
+        step = (branch_from_rest(self.at(BEGIN), "alpha", ends) for _ in range(1))
+        (branch,) = self.track(step, "Following the branch", None)
+        return branch
 
     def evenly(self, count: int) -> list[float]:
         """Excitation amplitudes from the first to the last, evenly spaced."""

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from capsule_sym._design.quantities import metric_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import Record, draw_runs, in_order, shared, title_of
+from capsule_sym._figures.computed import orbit_of, strobe
 from capsule_sym._figures.labels import name_points
 from capsule_sym._figures.layout import Limits, add_key, add_words, axes_for, handles_of, limit
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.store import orbit_of, strobe
 from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, styled
 from capsule_sym._figures.units import named, said
 from capsule_sym._units import METRIC_UNITS

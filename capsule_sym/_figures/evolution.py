@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.arcs import Arc, Motion, cycle, is_periodic, phase_zero
 from capsule_sym._figures.branches import Record, axis_label, in_units, name_bifurcations, units_of
+from capsule_sym._figures.computed import orbit_of
 from capsule_sym._figures.labels import CENTRED, fix_layout
 from capsule_sym._figures.layout import add_key, axes_for, limit
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.store import orbit_of
 from capsule_sym._figures.style import (
     SEAMLESS,
     Colours,

@@ -21,7 +21,7 @@ def plot(result: Any, **options: Any) -> Figure:
     `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front`, `plot_attractors`,
     `plot_shock`, `plot_pulse` and `plot_tolerances`. Raises InvalidInput for anything else.
     """
-    from capsule_sym._figures.store import branch_record
+    from capsule_sym._figures.computed import branch_record
 
     drawn: dict[type[Any], Callable[..., Figure]] = {
         capsule_sym.Trajectory: capsule_sym.plot_motion,

@@ -31,15 +31,14 @@ def figure(
 ) -> None:
     """Draw a figure of the paper or of the report by its name, of the paper's system or another.
 
-    Computed results are kept in the user's cache directory, so that drawing it again takes a
-    second; the parameters are in the picture's metadata.
+    The parameters are in the picture's metadata.
     """
     picture.check(moving=False)
-    from capsule_sym._figures.interface import Store, describe
+    from capsule_sym._figures.interface import describe
 
     parameters, device = system.load()
     with present.tracking() as track:
-        study = Study(Store(track), parameters, colours, picture.width, system.chosen, device)
+        study = Study(track, parameters, colours, picture.width, system.chosen, device)
         drawn = describe(FIGURES[name].drawn(study), FIGURES[name].title)
     save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
     files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)

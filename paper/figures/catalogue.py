@@ -98,8 +98,8 @@ def _chart(study: Study) -> Figure:
     from paper.study.casestudy import GAMMAS
 
     start = study.at(BEGIN)
-    curves = data.plane_curves(study.store, start, data.PLANE)
-    regions = data.plane_regions(study.store, start, data.PLANE)
+    curves = data.plane_curves(study.track, start, data.PLANE)
+    regions = data.plane_regions(study.track, start, data.PLANE)
     return draw_regions(data.PLANE, regions, curves, levels=GAMMAS, width=study.width)
 
 

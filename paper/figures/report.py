@@ -16,7 +16,7 @@ from urllib.parse import quote
 
 from capsule_sym import InvalidInput, NotInstalled, Parameters, figure_style
 from capsule_sym import _explorer as explorer
-from capsule_sym._figures.interface import Colours, Store, Study, Track
+from capsule_sym._figures.interface import Colours, Study, Track
 from capsule_sym._files import read_json
 from capsule_sym._records import write as write_texts
 from capsule_sym.generated.capsule import DIGEST
@@ -212,8 +212,7 @@ def _drawing(
 ) -> Iterator[Iterator[Picture]]:
     """The pictures in their order, each computed and drawn on request, or in the background."""
     if workers == 1:
-        store = Store(track)
-        yield (_picture(one, colours, store) for one in wanted)
+        yield (_picture(one, colours, track) for one in wanted)
         return
     executor = spawning(min(workers, len(wanted)))
     try:
@@ -226,7 +225,9 @@ def _drawing(
         end(executor)
 
 
-def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Picture:
+def _picture(
+    one: _Wanted, colours: Colours, track: Track = lambda items, text, total: items
+) -> Picture:
     from capsule_sym._figures.interface import on_page
 
     name, gamma = one
@@ -235,8 +236,7 @@ def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Pict
     title, command = entry.title, f"{program} figure {name} --out {name}.svg"
     if entry.by_gamma:
         title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
-    store = store or Store(lambda items, text, total: items)
-    drawn = entry.make(Study(store, Parameters(gamma=gamma), colours))
+    drawn = entry.make(Study(track, Parameters(gamma=gamma), colours))
     uri, size = _data_uri(_svg(drawn)), on_page(drawn)
     return Picture(title, entry.caption, entry.seen, uri, *size, command)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,12 +13,10 @@ from capsule_sym import InvalidInput, Parameters, SceneParameters, Trajectory, s
 from capsule_sym._figures.interface import (
     Plane,
     Region,
-    Store,
+    Track,
     followed,
-    known,
     regions,
-    run_settled,
-    settled,
+    steady_run,
 )
 
 if TYPE_CHECKING:
@@ -30,7 +29,8 @@ _STEPS = 30  # steps along a branch that is continued for its bifurcations only
 _ACROSS = 20  # grid points along each side of a chart at which motions are run
 
 
-def plane_curves(store: Store, parameters: SceneParameters, plane: Plane) -> Any:
+@cache
+def plane_curves(track: Track, parameters: SceneParameters, plane: Plane) -> Any:
     """Bifurcations of the branch in the plane's first parameter as curves in both.
 
     Plain data as of `capsule-sym curve --json`. The branch begins with the motion from rest at
@@ -39,34 +39,26 @@ def plane_curves(store: Store, parameters: SceneParameters, plane: Plane) -> Any
     from capsule_sym import continue_bifurcation
     from capsule_sym._orbits.interface import curve_record
 
-    def compute() -> list[dict[str, Any]]:
-        found = followed(parameters, plane.first, plane.x, _STEPS).bifurcations
-        tracked = store.track(found, "Following the curves", len(found))
-        return [
-            curve_record(continue_bifurcation(one, plane.second, (plane.x, plane.y)))
-            for one in tracked
-        ]
-
-    return store.get("curves", [known(parameters), plane], compute)
+    found = followed(parameters, plane.first, plane.x, _STEPS).bifurcations
+    return [
+        curve_record(continue_bifurcation(one, plane.second, (plane.x, plane.y)))
+        for one in track(found, "Following the curves", len(found))
+    ]
 
 
-def plane_regions(store: Store, parameters: SceneParameters, plane: Plane) -> list[Region]:
+def plane_regions(track: Track, parameters: SceneParameters, plane: Plane) -> list[Region]:
     """Regions between the `plane_curves`.
 
     Their itineraries come from the steady motions from rest at one point of each region and at
     the points of a grid.
     """
-    cut = regions.patches(plane, plane_curves(store, parameters, plane))
+    cut = regions.patches(plane, plane_curves(track, parameters, plane))
     places = samples(plane, cut, _ACROSS)
-
-    def compute() -> list[list[Any]]:
-        tracked = store.track(places, "Settling motions", len(places))
-        return [
-            [number, _itinerary(parameters.replace(**{plane.first: x, plane.second: y}))]
-            for number, x, y in tracked
-        ]
-
-    return by_samples(plane, cut, store.get("regions", [known(parameters), plane], compute))
+    found = [
+        (number, _itinerary(parameters.replace(**{plane.first: x, plane.second: y})))
+        for number, x, y in track(places, "Settling motions", len(places))
+    ]
+    return by_samples(plane, cut, found)
 
 
 def samples(plane: Plane, cut: Sequence[Any], across: int) -> list[tuple[int, float, float]]:
@@ -100,10 +92,9 @@ def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]
 def _itinerary(parameters: SceneParameters) -> str:
     """Itinerary of the steady motion from rest; empty if it does not become steady."""
     try:
-        record = settled(parameters)
+        steady = steady_run(parameters).steady()
     except InvalidInput:
         return ""
-    steady = run_settled(parameters, record).steady()
     return " ".join(steady.itinerary) if steady else ""
 
 

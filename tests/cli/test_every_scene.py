@@ -72,7 +72,6 @@ def lines(name: str, device: bool) -> dict[str, str]:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     for name, text in DEVICES.items():
         (tmp_path / f"{name}.toml").write_text(f"scene = '{name}'\n{text}")
     (tmp_path / "switches.csv").write_text("time,entered\n")

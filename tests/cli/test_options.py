@@ -188,7 +188,7 @@ def test_a_device_is_told_how_to_become_parameters() -> None:
 
 
 LACKING = [
-    ("matplotlib platformdirs", "figure motion --out a.svg", "plot"),
+    ("matplotlib", "figure motion --out a.svg", "plot"),
     ("xarray zarr", "sweep --alpha 0.1:2:3 --out s", "sweep"),
     ("xarray zarr", "basin --x-r 0:1:2 --out s", "sweep"),
     ("xarray zarr", "sweep --info s", "sweep"),

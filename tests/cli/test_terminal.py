@@ -63,7 +63,6 @@ QUICK = {"sweep", "orbit"}  # of Ctrl-C; the others take as long together
 @pytest.fixture
 def shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Shown]:
     """Runs a command in a folder with two sweeps."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     (tmp_path / "switches.csv").write_text("# end = 1e4\ntime,entered\n")
     (tmp_path / "short.toml").write_text(CHART.replace("COUNT", "9"))
     (tmp_path / "long.toml").write_text(CHART.replace("COUNT", "90000"))

@@ -48,8 +48,12 @@ def studies(names: Iterable[str], quick: Collection[tuple[str, float]]) -> list[
     ]
 
 
-def study(store: Any, width: float, of: str) -> Study:
-    return Study(store, width=width, **SYSTEMS[of])
+def untracked(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:
+    return items
+
+
+def study(width: float, of: str) -> Study:
+    return Study(untracked, width=width, **SYSTEMS[of])
 
 
 def integrated(

@@ -1,23 +1,13 @@
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym._figures import store as kept
-from capsule_sym._figures.store import Store
-
-
-def untracked(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:
-    return items
-
-
-@pytest.fixture(scope="session")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
-    return Store(untracked, tmp_path_factory.mktemp("cache"))
+from capsule_sym._figures.computed import branch_from_rest
 
 
 @pytest.fixture(scope="session")
@@ -31,11 +21,9 @@ def settled() -> Callable[..., Trajectory]:
 
 
 @pytest.fixture(scope="session")
-def branch(store: Store) -> Any:
+def branch() -> Any:
     """The branch of the case study at gamma = 3, as plain data."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kept, "_BRANCH_POINTS", 30)
-        return store.branch(Parameters(gamma=3.0), "alpha", 0.005, 2.0)
+    return branch_from_rest(Parameters(gamma=3.0), "alpha", (0.005, 2.0), 30)
 
 
 @pytest.fixture

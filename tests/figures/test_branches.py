@@ -27,8 +27,8 @@ from capsule_sym import (
 )
 from capsule_sym._figures.arcs import cycle
 from capsule_sym._figures.branches import spread
+from capsule_sym._figures.computed import branch_record, orbit_of
 from capsule_sym._figures.evolution import draw_itineraries
-from capsule_sym._figures.store import branch_record, orbit_of
 from tests.figures import SAFE
 from tests.figures.layout import problems
 

@@ -31,7 +31,6 @@ from capsule_sym import (
 from capsule_sym._figures import branches, sweeps
 from capsule_sym._figures.catalogue import FIGURES
 from capsule_sym._figures.curves import plot_curves
-from capsule_sym._figures.store import Store
 from capsule_sym._figures.style import CURVES
 from tests.figures import studies, study
 from tests.figures.layout import problems
@@ -48,8 +47,8 @@ def looked_at(figure: Any) -> list[str]:
 
 
 @pytest.mark.parametrize(("name", "width", "of"), studies(FIGURES, [("margins", PAGE)]))
-def test_every_text_of_a_figure_can_be_read(name, width, of, store: Store) -> None:
-    assert looked_at(FIGURES[name].make(study(store, width, of))) == []
+def test_every_text_of_a_figure_can_be_read(name, width, of) -> None:
+    assert looked_at(FIGURES[name].make(study(width, of))) == []
 
 
 def swept() -> xr.Dataset:

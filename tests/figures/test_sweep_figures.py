@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import capsule_sym
 from capsule_sym import InvalidInput, Parameters, performance, plot_metric, solve_orbit
 from capsule_sym._figures import sweeps
-from capsule_sym._figures.store import strobe
+from capsule_sym._figures.computed import strobe
 from tests.figures.test_command import run_here
 
 pytest.importorskip("zarr")

@@ -1,1 +1,1 @@
-from tests.figures.conftest import branch, here, settled, store  # noqa: F401
+from tests.figures.conftest import branch, here, settled  # noqa: F401

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from capsule_sym import simulate
 from capsule_sym._cli import _status
 from capsule_sym._figures.catalogue import Study
-from capsule_sym._figures.store import Store
 from paper.__main__ import group
 from paper.figures.capsule import plot_fig1
 from paper.figures.catalogue import FIGURES
@@ -22,7 +21,7 @@ from paper.figures.statespace import plot_fig2
 from paper.figures.switching import plot_switching
 from paper.study.events import CROSSINGS
 from paper.study.sections import SCHEMATIC, sections
-from tests.figures import DEVICE, studies, study
+from tests.figures import DEVICE, studies, study, untracked
 from tests.figures.layout import problems
 from tests.figures.test_layout import COLUMN, PAGE, looked_at
 from tests.figures.test_parts import check_part
@@ -50,7 +49,7 @@ COMPOSED: dict[str, Any] = {
     ),
 }
 _REFUSED = (
-    "error: scene = 'slope': must be capsule, for a figure of the paper; of any scene are mot"
+    "error: --scene = 'slope': must be capsule, for a figure of the paper; of any scene are mot"
 )
 QUICK = {"fig1", "fig3", "fig6"}  # the others take more time to draw, or are drawn as these
 
@@ -79,19 +78,19 @@ def test_a_key_in_a_sliver_of_a_page_is_wrapped(settled) -> None:
 
 
 @pytest.mark.parametrize(("name", "width", "of"), studies(OWN, [("fig1", COLUMN), ("fig1", PAGE)]))
-def test_every_text_of_a_figure_can_be_read(name, width, of, store: Store) -> None:
-    assert looked_at(FIGURES[name].drawn(study(store, width, of))) == []
+def test_every_text_of_a_figure_can_be_read(name, width, of) -> None:
+    assert looked_at(FIGURES[name].drawn(study(width, of))) == []
 
 
 @pytest.mark.long
-def test_another_figure_of_a_device_says_that_it_is_dimensionless(store: Store) -> None:
-    study = Study(store, DEVICE.dimensionless(), chosen=True, device=DEVICE)
+def test_another_figure_of_a_device_says_that_it_is_dimensionless() -> None:
+    study = Study(untracked, DEVICE.dimensionless(), chosen=True, device=DEVICE)
     figure = FIGURES["fig3"].drawn(study)
     words = [text.get_text() for key in figure.legends for text in key.get_texts()]
     assert "all quantities are dimensionless" in words
     assert len({text.get_fontsize() for key in figure.legends for text in key.get_texts()}) == 1
     assert problems(figure) == []
-    plain = FIGURES["fig3"].drawn(Study(store, DEVICE.dimensionless(), chosen=True))
+    plain = FIGURES["fig3"].drawn(Study(untracked, DEVICE.dimensionless(), chosen=True))
     assert len(plain.legends) == 1
 
 
@@ -99,7 +98,7 @@ def test_another_figure_of_a_device_says_that_it_is_dimensionless(store: Store) 
     ("line", "told"),
     [
         *((f"{one} --scene slope", _REFUSED) for one in ("fig1", "fig7", "fig9-exact", "chart")),
-        ("fig2 --zeta 0", "error: zeta = 0.0: must be above 0"),
+        ("fig2 --zeta 0", "error: --zeta = 0.0: must be above 0"),
         ("fig99", "error: Invalid value for 'NAME': 'fig99' is not one of 'fig1', 'fig2'"),
     ],
 )

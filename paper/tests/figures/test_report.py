@@ -19,8 +19,7 @@ from paper import printed as paper
 from paper.figures import catalogue, report
 from paper.figures.report import EQUATIONS
 from tests.explorer.conftest import AXE, browser  # noqa: F401
-from tests.figures import SAFE
-from tests.figures.conftest import untracked
+from tests.figures import SAFE, untracked
 
 FEW = ("margins",)
 RESULTS = Path(__file__).parent / "results.json"
@@ -304,7 +303,7 @@ def test_processes_draw_the_same_page(few: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_whole_page_is_small_and_has_the_colours_that_were_drawn(here: Path, store) -> None:
+def test_the_whole_page_is_small_and_has_the_colours_that_were_drawn(here: Path) -> None:
     results(here)
     legends, svg = [], report._svg
 
@@ -313,7 +312,6 @@ def test_the_whole_page_is_small_and_has_the_colours_that_were_drawn(here: Path,
         return svg(figure)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report, "Store", lambda track: store)
         patch.setattr(report, "_svg", seen)
         text = report.page("safe", untracked)
     assert len(text.encode()) < 6_500_000 - 400_000  # of real tables
