@@ -59,7 +59,6 @@ from capsule_sym._figures.branches import plot_energies as plot_energies
 from capsule_sym._figures.charts import plot_chart as plot_chart
 from capsule_sym._figures.design import plot_front as plot_front
 from capsule_sym._figures.design import plot_residuals as plot_residuals
-from capsule_sym._figures.device import animate as animate
 from capsule_sym._figures.diagrams import plot_diagram as plot_diagram
 from capsule_sym._figures.evolution import plot_itineraries as plot_itineraries
 from capsule_sym._figures.plots import plot as plot

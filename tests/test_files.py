@@ -14,11 +14,10 @@ import click
 import pytest
 from matplotlib.figure import Figure
 
-from capsule_sym import InvalidInput, Parameters, save_figure, simulate
+from capsule_sym import InvalidInput, save_figure
 from capsule_sym._cli import _status, group
 from capsule_sym._commands.values import WritablePath
 from capsule_sym._explorer import page
-from capsule_sym._figures import device
 from capsule_sym._files import growing, read_json, whole, write_whole
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")
@@ -95,13 +94,6 @@ def draw(path: Path) -> None:
     save_figure(figure, path)
 
 
-def animate(path: Path) -> None:
-    """Two pictures of a motion, in a file."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(device, "_MOST_FRAMES", 2)
-        device.animate(simulate(Parameters(), periods=64), path, width=2, dpi=30)
-
-
 @pytest.mark.parametrize("ending", [".pdf", ".svg"])
 def test_a_date_of_the_environment_does_not_matter(ending, tmp_path, monkeypatch) -> None:
     written = []
@@ -128,7 +120,6 @@ WRITERS = [
     ("a.svg", draw),
     ("a.png", draw),
     ("a.pdf", draw),
-    ("a.gif", animate),
     ("a.html", command("explore --no-open --out")),
     ("a.json", command("run --periods 2 --certify")),
 ]
@@ -142,18 +133,6 @@ def test_what_is_written_leaves_the_good_file_on_a_full_disk(name, write, tmp_pa
         write(tmp_path / name)
     assert content(tmp_path) == {name: "good"}
     assert capsys.readouterr().err.count("\n") <= 1
-
-
-@posix
-def test_a_film_that_ffmpeg_cannot_write_leaves_the_good_one(tmp_path, monkeypatch) -> None:
-    program = tmp_path / "bin" / "ffmpeg"
-    write_whole(program, '#!/bin/sh\nfor last; do :; done\necho fragment >"$last"\nexit 1\n')
-    program.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{program.parent}{os.pathsep}{os.environ['PATH']}")
-    write_whole(tmp_path / "films" / "a.mp4", "good")
-    with pytest.raises(InvalidInput, match="must be writable by ffmpeg, which ended with status 1"):
-        animate(tmp_path / "films" / "a.mp4")
-    assert content(tmp_path / "films") == {"a.mp4": "good"}
 
 
 @posix

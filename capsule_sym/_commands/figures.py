@@ -18,7 +18,7 @@ from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._commands.values import Range
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.catalogue import FIGURES, Study
-from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
+from capsule_sym._figures.sizes import NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._units import METRIC_UNITS
@@ -74,12 +74,12 @@ class Picture(NamedTuple):
     dpi: float | None
     data: bool
 
-    def check(self, moving: bool) -> None:
+    def check(self) -> None:
         """Raises InvalidInput for what no picture can have, before it is computed."""
         options.require("matplotlib")
         from capsule_sym._figures.style import check_ending, check_resolution
 
-        check_ending(self.out.with_suffix(".png") if moving else self.out)
+        check_ending(self.out)
         check_resolution(self.dpi)
 
 
@@ -145,8 +145,7 @@ def figure(
 ) -> None:
     """Draw a figure by its name, or results.
 
-    A NAME is one of those below. `figure motion` with a file name that ends in .gif or .mp4 gives
-    an animation. The parameters are in the picture's metadata.
+    A NAME is one of those below. The parameters are in the picture's metadata.
 
     A RESULT is a file that `branch --out` wrote, or several, a file of `curve --out`, or the
     directory of `sweep` or `basin`, of which --of draws a metric. Of branches, with those that
@@ -155,25 +154,22 @@ def figure(
     bifurcation; a circle is a point of codimension two.
     """
     first = subjects[0]
-    moving = first == "motion" and picture.out.suffix.lower() in MOVING
-    picture.check(moving)
+    picture.check()
     by_name, is_sweep = first in FIGURES, os.path.isdir(first)
     if (by_name or is_sweep) and len(subjects) > 1:
         raise click.UsageError(f"{first} is drawn alone: leave {subjects[1]} out")
     with _chosen_view(xlim, ylim):
-        drawn: Figure | None
         told: dict[str, Any]
         if by_name:
             _check_own(system, "figures by name", first)
-            drawn, told = _of_name(first, picture, system, colours, moving), {"figure": first}
+            drawn, told = _of_name(first, picture, system, colours), {"figure": first}
         elif is_sweep:
             _check_own(system, "sweeps", first)
             drawn, told = _of_sweep(system, Path(first), quantity, kind, curves, picture.width)
         else:
             paths = [*map(Path, subjects)]
             drawn, told = _of_files(system, paths, quantity or "x_r", picture.width)
-    if drawn is not None:
-        capsule_sym.save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
+    capsule_sym.save_figure(drawn, picture.out, dpi=picture.dpi, data=picture.data)
     files = (picture.out, picture.out.with_suffix(".csv")) if picture.data else (picture.out,)
     present.tell_written(*files, as_json=as_json, **told)
 
@@ -209,23 +205,14 @@ def _check_own(system: options.System, what: str, subject: str) -> None:
             raise click.UsageError(f"{options.flag(name)} is for {other}, which {subject} is not")
 
 
-def _of_name(
-    name: str, picture: Picture, system: options.System, colours: Any, moving: bool
-) -> Figure | None:
-    """A figure by its name; None for an animation, which is written."""
+def _of_name(name: str, picture: Picture, system: options.System, colours: Any) -> Figure:
+    """A figure by its name."""
     from capsule_sym._figures.style import describe
 
     parameters, device = system.load()
     with present.tracking() as track:
         study = Study(track, parameters, colours, picture.width, system.chosen, device)
-        if not moving:
-            return describe(FIGURES[name].make(study), FIGURES[name].title)
-        if picture.data:
-            raise click.UsageError(f"--data is for pictures, which {picture.out} is not")
-        (motion,) = study.motions([parameters.alpha])
-        look: Any = {"colours": colours, "width": picture.width, "dpi": picture.dpi or 100.0}
-        capsule_sym.animate(motion, picture.out, device=device, **look)
-    return None
+        return describe(FIGURES[name].make(study), FIGURES[name].title)
 
 
 def _of_files(

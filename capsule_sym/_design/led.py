@@ -1,8 +1,7 @@
 """The best places that the scenarios' starts lead to, near others, where no gradient shows the way.
 
 Beyond a basin boundary a start leads to another motion, and the objective jumps. Searches by
-covariance matrix adaptation (Hansen, arXiv:1604.00772) go side by side in batches of places; along
-a smooth boundary the last digits come from parabolas through places where lines uphill meet it.
+covariance matrix adaptation (Hansen, arXiv:1604.00772) go side by side in batches of places.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from capsule_sym._design.evaluation import agrees, alike
 from capsule_sym._design.overview import overview
 from capsule_sym._design.program import KEPT, STABLE, Place, Program
 from capsule_sym._design.quantities import dimensionless
-from capsule_sym._map.labelled import package
 from capsule_sym._map.many import simulate_many
 from capsule_sym._native import check_time, core_of
 
@@ -30,17 +28,8 @@ _KNOWN = 1e-9  # units of the objective, by which a search betters a known optim
 LAST, FINEST = 1e-4, 1e-11  # of the bounds: steps of a search that decides a result
 LONGER = 2  # times, that runs may take where a result is decided
 _REFUSED = 1e6  # units of the objective, beyond a limit
-_RADII = (0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6)  # of the bounds, around a result
-_CELLS = 128  # in each of these boxes
-_WIDTH = 3e-4  # of the bounds: of a stretch of a boundary
-_PARTS = 8  # of a line
-_SHORTEST, _PRECISE = 1e-12, 1e-8  # of the bounds and of a stretch: the last part
-_STEPS = 10  # along a boundary
-_SHRINK = 4.0  # of a stretch along which nothing is better
-_FARTHEST = 4.0  # of the distance of two lines: a step along a boundary
 _AROUND = 64  # places close around one
 _JUMP = 3.0  # times what the gradient explains
-_BETTER = 1e-12  # units of the objective
 _ROUNDING = 1e-9  # the same, of one motion reached by two runs
 _BACK = (1e-8, 1e-7, 1e-6)  # of the bounds, off a boundary
 _LOST = 1e-4  # units of the objective, that a step off a boundary loses at most
@@ -206,20 +195,6 @@ class _Searches:
                 self.left[i] = False
 
 
-def around(program: Program, place: Place) -> list[Spot]:
-    """Better places in boxes around one, of each size at most one, the best first."""
-    if core_of(program.system.scene) is None:
-        return []
-    draw, radii = np.random.default_rng(0), np.repeat(_RADII, _CELLS)[:, None]
-    points = place.u + radii * draw.uniform(-1, 1, (len(radii), len(place.u)))
-    points = np.clip(points, 0.0, 1.0)
-    worst = worst_at(program, points, [place]).reshape(len(_RADII), _CELLS)
-    points = points.reshape(len(_RADII), _CELLS, -1)
-    chosen = enumerate(worst.argmin(axis=1))
-    best = [Spot(float(worst[k, i]), points[k, i], place) for k, i in chosen]
-    return sorted((one for one in best if one.worst < place.worst), key=lambda one: one.worst)
-
-
 def scattered(program: Program, place: Place) -> float:
     """Share of neighbours near to a place of which one start leads to another motion.
 
@@ -326,91 +301,3 @@ def _stays(program: Program, place: Place) -> bool:
         if not off < _STAYS * (1 + abs(motion.state).max()):
             return False
     return True
-
-
-def along_boundary(program: Program, place: Place) -> Place:
-    """The best place along a boundary beside a place, which lines uphill meet."""
-    along = _Boundary(program, place)
-    if along.smooth:
-        return along.best
-    place = along.best
-    spot = refined(program, [place], np.inf, LAST, FINEST, LONGER)[0]
-    return spot.place(program) or place
-
-
-class _Boundary:
-    """Best place along a boundary beside a place, found on lines uphill."""
-
-    def __init__(self, program: Program, place: Place) -> None:
-        self.program, self.best = program, place
-        self.smooth = False
-        """True if it has a tangent there along which nothing is better."""
-        width = _WIDTH
-        for _ in range(_STEPS):
-            before, uphill, narrow = self.best, _uphill(program, self.best), width / _SHRINK
-            if uphill is None or width < 10 * _SHORTEST:
-                break
-            free = np.eye(len(place.u))[(self.best.u > 0.0) & (self.best.u < 1.0)]
-            if not len(free):
-                break
-            along = free.T @ package("scipy.linalg").null_space((free @ uphill)[None])
-            offsets = np.vstack([np.zeros((1, len(place.u))), width * along.T, -width * along.T])
-            points, values = self.met(offsets, uphill, width)
-            self.take(points, values)
-            if not along.size or not np.all(np.isfinite(values)):
-                width = narrow
-                if not along.size and before is self.best:
-                    break
-                continue
-            count = along.shape[1]
-            right, left = values[1 : 1 + count], values[1 + count :]
-            slope, curve = (right - left) / 2, right + left - 2 * values[0]
-            step = np.where(
-                curve > 0, -slope / np.where(curve > 0, curve, 1.0), -np.sign(slope) * 4
-            )
-            step = np.clip(step, -_FARTHEST, _FARTHEST)
-            points, values = self.met((width * along @ step)[None], uphill, width)
-            self.take(points, values)
-            width *= float(np.clip(abs(step).max(), 1 / _SHRINK, _SHRINK))
-            if before.worst - self.best.worst < _BETTER:
-                width = min(width, narrow)
-                bent = bool(np.all(curve > 0)) and abs(step).max() < 1
-                self.smooth = bent and narrow < _WIDTH / 10 and values[0] < before.worst + _ROUNDING
-                if self.smooth:
-                    break
-
-    def take(self, points: Matrix, values: Vector) -> None:
-        """Keep the best of some points, if it is better."""
-        i = int(np.argmin(values))
-        if values[i] < self.best.worst:
-            place = Spot(float(values[i]), points[i], self.best).place(self.program)
-            if place is not None and place.rank < self.best.rank:
-                self.best = place
-
-    def met(self, offsets: Matrix, uphill: Vector, width: float) -> tuple[Matrix, Vector]:
-        """Points (n, k) where lines uphill leave the basin, and the objective there (n,).
-
-        Infinite if a line does not leave it near to the place.
-        """
-        here, count = self.best, len(offsets)
-        steep = float(abs(self.program.by_u(here.objective_by) @ uphill).max())
-        low, high = np.full(count, -2 * width), np.full(count, 2 * width)
-        values, rows = np.full(count, np.inf), np.arange(count)
-        finest, shares = max(_SHORTEST, _PRECISE * width), np.linspace(0.0, 1.0, _PARTS + 1)
-        while (high - low).max() > finest:
-            check_time()
-            steps = low[:, None] + (high - low)[:, None] * shares
-            points = (here.u + offsets)[:, None] + steps[:, :, None] * uphill
-            points = np.clip(points, 0.0, 1.0).reshape(-1, len(here.u))
-            worst = worst_at(self.program, points, [here], LONGER).reshape(count, -1)
-            far = abs(steps) + np.linalg.norm(offsets, axis=1)[:, None]
-            led = abs(worst - here.worst) <= _JUMP * steep * far + _ROUNDING
-            last = led.shape[1] - 1 - np.argmax(led[:, ::-1], axis=1)
-            found = led.any(axis=1)
-            values = np.where(found, worst[rows, last], values)
-            # The ends are known after the first time.
-            ends = np.column_stack([steps, high])
-            after = ends[rows, np.where(found, last + 1, 0)]
-            low, high = np.where(found, steps[rows, last], low), after
-            shares = np.linspace(0.0, 1.0, _PARTS + 1)[1:-1]
-        return np.clip(here.u + offsets + low[:, None] * uphill, 0.0, 1.0), values

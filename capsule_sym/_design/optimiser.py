@@ -12,8 +12,6 @@ from capsule_sym._design.led import (
     FINEST,
     LAST,
     LONGER,
-    along_boundary,
-    around,
     ends_uphill,
     jumps_beside,
     led_beside,
@@ -36,21 +34,19 @@ from capsule_sym._design.polish import (
 )
 from capsule_sym._design.program import Place, Program
 from capsule_sym._design.quantities import dimensionless
-from capsule_sym._design.slide import room, slid
 from capsule_sym._design.stationary import rough
 from capsule_sym._design.survey import Candidate, Survey, Surveyor
 from capsule_sym._map.drift import mean_force
 from capsule_sym._map.result import record
 from capsule_sym._native import check_time
 
-_FIRST, _AGAIN, _NEAR = 0.02, 1e-3, 0.01  # of the bounds: first steps of searches
+_FIRST, _NEAR = 0.02, 0.01  # of the bounds: first steps of searches
 _FINE = 1e-6  # of the bounds: the last steps, before conditions are solved
 _BETWEEN = 3e-3  # of the bounds: first steps from a cell of many
 _COARSE = 1e-4  # of the bounds: the last steps of searches that are not precise
 _EFFORT = 200  # orbits that are solved for until a better place is looked for
 _MOST, _LITTLE = 600, 100  # the same, at the end, and where many searches follow
-_TURNS = 3  # of looks around the best, each after searches near to what is better
-_FOLLOWED = 3  # of these, of which conditions are solved
+_FOLLOWED = 3  # of the places found, of which conditions are solved
 _BOUNDED = 2  # places where they cannot be solved, that are looked at to the end
 _BETTER = 1e-8  # units of the objective
 _CLEARLY = 1e-5  # the same, of a place next to one where no conditions could be solved
@@ -73,8 +69,6 @@ class Optimiser:
         self.best: Place | None = None
         """The best place that was passed."""
         self.rests: list[Rest] = []
-        self.seen: Place | None = None
-        """The best place, around which it was looked for better ones."""
         self.open: list[Place] = []
         """Places that the starts lead to, without conditions that could be solved."""
         self.tried: list[tuple[Place, int]] = []
@@ -149,27 +143,13 @@ class Optimiser:
         return min(self.rests, key=lambda rest: (not rest.whole, rest.found.place.worst))
 
     def search(self, begin: list[Place]) -> None:
-        """Look near to places, and then around the best, for what is better."""
-        size = _FIRST
-        for _ in range(_TURNS):
-            known = [rest.found.place for rest in self.rests]
-            finest = _FINE if self.precise else _COARSE
-            spots = refined(self.program, begin, self.level, size, finest, known=known)
-            for spot in spots[:_FOLLOWED]:
-                if spot.worst < self.level - _BETTER and (place := spot.place(self.program)):
-                    self.look(place)
-            if not self.precise:
-                break
-            near = min(self.open + [rest.found.place for rest in self.rests], key=_worst)
-            if self.seen is not None and near.worst > self.seen.worst - _BETTER:
-                break
-            self.seen = near
-            spots = around(self.program, near)
-            better = [one for one in spots if one.worst < self.level - _BETTER][:_FOLLOWED]
-            begin = [place for one in better if (place := one.place(self.program))]
-            if not begin:
-                break
-            size = _AGAIN
+        """Search near to places, and solve for the optimum next to the best that is found."""
+        known = [rest.found.place for rest in self.rests]
+        finest = _FINE if self.precise else _COARSE
+        spots = refined(self.program, begin, self.level, _FIRST, finest, known=known)
+        for spot in spots[:_FOLLOWED]:
+            if spot.worst < self.level - _BETTER and (place := spot.place(self.program)):
+                self.look(place)
 
     @property
     def level_at_rest(self) -> float:
@@ -220,7 +200,7 @@ class Optimiser:
     def bounded(self, place: Place) -> Rest:
         """Best place next to a given one within a basin boundary, or borders that meet."""
         if not self.precise:
-            return self.bounded_near(place, along=False)
+            return self.bounded_near(place)
         if ends_uphill(self.program, place, lost=True):
             return self.at_boundary(place)
         if rest := self.solved(place, _MOST):
@@ -237,13 +217,10 @@ class Optimiser:
         limit = place.worst if kind == KINK else limit
         return _bounded_at(program, place, kind, limit)
 
-    def bounded_near(self, place: Place, along: bool) -> Rest:
-        """The same, at a boundary within about 1e-8 of the bounds, with a search `along` it."""
+    def bounded_near(self, place: Place) -> Rest:
+        """The same, at a boundary within about 1e-4 of the bounds."""
         program = self.program
-        place = slid(program, place)
-        if along and room(place):
-            near = refined(program, [place], np.inf, _BETWEEN, _COARSE)[0].place(program)
-            place = slid(program, near or place)
+        place = refined(program, [place], np.inf, _BETWEEN, _COARSE)[0].place(program) or place
         if rest := self.solved(place):
             return rest
         motion, kind = max(place.motions, key=lambda motion: motion.multiplier), KINK
@@ -255,10 +232,9 @@ class Optimiser:
         return _bounded_at(program, place, kind, place.worst)
 
     def at_boundary(self, place: Place) -> Rest:
-        """The best place of a basin boundary next to one, that is smooth; else itself."""
-        if scattered(self.program, place) <= _RIDDLED:
-            place = along_boundary(self.program, place)
-        place = stepped_back(self.program, place)
+        """The best place of a basin boundary found next to one, a little inside."""
+        spot = refined(self.program, [place], np.inf, LAST, FINEST, LONGER)[0]
+        place = stepped_back(self.program, spot.place(self.program) or place)
         return _bounded_at(self.program, place, BASIN, place.worst)
 
     def from_place(self, u: Vector, level: float) -> Optimum | None:
@@ -271,7 +247,7 @@ class Optimiser:
             led = self.led(inside, u)
             if led is None or led.worst > level + _HOPEFUL:
                 return None
-            rest = self.bounded_near(led, along=True)
+            rest = self.bounded_near(led)
         self.found = self.optimum(rest)
         return self.result
 

@@ -16,8 +16,5 @@ RESOLUTION = 300.0
 RESOLUTIONS = 30.0, 2400.0
 """Least and largest resolution of a picture, in dots per inch."""
 
-MOVING = (".gif", ".mp4")
-"""Formats of animations."""
-
 UNLISTED: ContextVar[bool] = ContextVar("UNLISTED", default=False)
 """True in commands, which write pictures: pyplot does not list them."""

@@ -33,7 +33,7 @@ def figure(
 
     The parameters are in the picture's metadata.
     """
-    picture.check(moving=False)
+    picture.check()
     from capsule_sym._figures.interface import describe
 
     parameters, device = system.load()

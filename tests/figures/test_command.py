@@ -103,9 +103,6 @@ def test_the_data_are_written_beside_the_figure(tmp_path: Path) -> None:
     files = [{"path": name, "bytes": size} for name, size in sizes.items()]
     assert json.loads(done.stdout) == {"figure": "motion", "files": files}
     assert (tmp_path / "x.csv").read_text().startswith("panel,x_label,y_label,series,x,y,z\n1,")
-    moving = run_here("figure", "motion", "--out", "x.gif", "--data", cwd=tmp_path)
-    assert (moving.returncode, moving.stderr.count("\n")) == (2, 1)
-    assert "--data is for pictures" in moving.stderr
 
 
 def test_nothing_but_the_figure_is_written_where_one_is(tmp_path: Path) -> None:

@@ -232,12 +232,12 @@ def test_the_style_is_found_by_matplotlib_too() -> None:
 def test_without_matplotlib_a_message_says_how_to_install_it() -> None:
     code = (
         "import sys\nsys.modules['matplotlib'] = None\nimport capsule_sym as c\n"
-        "for name in ('plot_motion', 'animate', 'figure_style', 'save_figure', 'plot'):\n"
+        "for name in ('plot_motion', 'figure_style', 'save_figure', 'plot'):\n"
         "    try: getattr(c, name)(c.solve_orbit(c.Parameters()))\n"
         "    except c.NotInstalled as missing: print(missing)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert (
         done.stdout
-        == 5 * "matplotlib is missing: python -m pip install '.[plot]' in the checkout\n"
+        == 4 * "matplotlib is missing: python -m pip install '.[plot]' in the checkout\n"
     )

@@ -1,21 +1,18 @@
-"""Files of pictures: their size and resolution, their metadata, and animations."""
+"""Files of pictures: their size and resolution, and their metadata."""
 
 from __future__ import annotations
 
 import json
 import re
-import subprocess
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
 
-from capsule_sym import InvalidInput, Parameters, animate, plot_margins, plot_motion, save_figure
-from capsule_sym._figures import device, sweeps
+from capsule_sym import InvalidInput, Parameters, plot_margins, plot_motion, save_figure
+from capsule_sym._figures import sweeps
 from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.style import describe
 from tests.figures.test_command import run_here
@@ -82,47 +79,6 @@ def test_what_no_picture_can_have_is_refused(tmp_path: Path, arguments: str, par
     assert re.fullmatch(r"error: .*\n", done.stderr)
     assert part in done.stderr
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.long
-def test_an_animation_shows_one_period(tmp_path: Path, settled, monkeypatch) -> None:
-    monkeypatch.setattr(device, "_PER_SECOND", 3)
-    animate(settled(1.2), tmp_path / "x.gif", width=4.0, dpi=40)
-    with Image.open(tmp_path / "x.gif") as picture:
-        assert picture.n_frames == 12
-        frames = []
-        for index in range(picture.n_frames):
-            picture.seek(index)
-            frames.append(np.asarray(picture.convert("RGB"), dtype=float))
-    # The capsule is on the left, its state on the right: both move.
-    middle = frames[0].shape[1] * 6 // 10
-    for one, other in pairwise(frames):
-        assert abs(one[:, :middle] - other[:, :middle]).max() > 50
-        assert abs(one[:, middle:] - other[:, middle:]).max() > 50
-
-
-@pytest.mark.long
-@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not installed")
-def test_an_mp4_shows_the_same_period(tmp_path: Path, settled, monkeypatch) -> None:
-    monkeypatch.setattr(device, "_PER_SECOND", 3)
-    animate(settled(1.2), tmp_path / "x.mp4", width=4.0, dpi=50)
-    shape = (-1, 92, 200, 3)
-    read = ["ffmpeg", "-v", "error", "-i", str(tmp_path / "x.mp4")]
-    read += ["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
-    done = subprocess.run(read, stdout=subprocess.PIPE, check=True)
-    frames = np.frombuffer(done.stdout, np.uint8).reshape(shape).astype(float)
-    assert len(frames) == 12
-    for one, other in pairwise(frames):
-        assert abs(one[:, :120] - other[:, :120]).max() > 50
-        assert abs(one[:, 120:] - other[:, 120:]).max() > 50
-
-
-def test_an_animation_needs_a_format_that_can_be_written(tmp_path: Path, settled) -> None:
-    with pytest.raises(InvalidInput, match=r"ends in \.gif, \.mp4"):
-        animate(settled(1.2), tmp_path / "x.avi")
-    if not FFMpegWriter.isAvailable():
-        with pytest.raises(InvalidInput, match="ffmpeg is not installed"):
-            animate(settled(1.2), tmp_path / "x.mp4")
 
 
 def test_the_front_holds_what_nothing_beats() -> None:

@@ -5,7 +5,6 @@ import pytest
 
 from capsule_sym import InvalidInput, plot_margins, plot_motion, scenes, simulate
 from capsule_sym._figures.arcs import arcs
-from capsule_sym._figures.device import Frame, draw_capsule
 from capsule_sym._figures.evolution import draw_itineraries
 from capsule_sym._figures.notebook import new_figure
 from capsule_sym._figures.portraits import PULSE, borders, labels_of, stops_of
@@ -59,12 +58,6 @@ def test_pulses_and_their_edges_are_shown() -> None:
     assert {"rise of the drive", "fall of the drive"} <= labels_of(figure)
     assert {line.get_label() for line in right.lines} >= {"rise of the drive"}
     assert not [name for name, _ in borders(p, -1.0, 1.0) if name != "stop"]  # they move
-
-
-def test_a_second_stop_is_drawn_behind() -> None:
-    axes = new_figure(4, 2).add_axes((0, 0, 1, 1))
-    one, two = draw_capsule(axes, Frame()), draw_capsule(axes, Frame(behind=0.6))
-    assert len(two) == len(one) + 2  # a plate and a spring
 
 
 def test_labels_and_units_are_those_of_the_scene() -> None:
