@@ -1,7 +1,7 @@
 """The best places that the scenarios' starts lead to, near others, where no gradient shows the way.
 
-Beyond a basin boundary a start leads to another motion, and the objective jumps. Searches by
-covariance matrix adaptation (Hansen, arXiv:1604.00772) go side by side in batches of places.
+Beyond a basin boundary a start leads to another motion, and the objective jumps: there a search by
+simplices (Nelder and Mead 1965) replaces conditions.
 """
 
 from __future__ import annotations
@@ -10,21 +10,18 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import agrees, alike
 from capsule_sym._design.overview import overview
 from capsule_sym._design.program import KEPT, STABLE, Place, Program
 from capsule_sym._design.quantities import dimensionless
+from capsule_sym._map.labelled import package
 from capsule_sym._map.many import simulate_many
 from capsule_sym._native import check_time, core_of
 
-_GENERATIONS = 120, 40  # of a search at most: at least so many, and so many a variable
-_LOOK = 8  # generations after which searches that promise nothing end
-_PROMISED = 4.0  # times what a search gained in these it may gain later
-_MERGED = 1e-3  # of the bounds, between two searches that are one
-_KNOWN = 1e-9  # units of the objective, by which a search betters a known optimum
+_TRIALS = 120  # evaluations of a simplex, for each variable
+_SECOND = 0.01  # of the first simplex's size: the second one, which begins where that ends
 LAST, FINEST = 1e-4, 1e-11  # of the bounds: steps of a search that decides a result
 LONGER = 2  # times, that runs may take where a result is decided
 _REFUSED = 1e6  # units of the objective, beyond a limit
@@ -73,126 +70,32 @@ def worst_at(
     return np.where(np.isfinite(worst), worst, np.inf)
 
 
-def refined(
-    program: Program,
-    places: Sequence[Place],
-    level: float,
-    size: float,
-    finest: float,
-    longer: int = 1,
-    known: Sequence[Place] = (),
-) -> list[Spot]:
-    """The best places near some, the best first; `size` and `finest` are steps, of the bounds.
-
-    Searches end where they come near a better one or a known optimum, or will hardly reach the
-    level or the best.
-    """
+def refined(program: Program, place: Place, size: float, finest: float, longer: int = 1) -> Place:
+    """The best place near to one, by the simplices of Nelder and Mead; steps are of the bounds."""
     if core_of(program.system.scene) is None:
-        return sorted((Spot(one.worst, one.u, one) for one in places), key=lambda one: one.worst)
-    search = _Searches(program, places, size, longer)
-    least, each = _GENERATIONS
-    for generation in range(max(least, each * len(program.names))):
+        return place
+
+    def worst(u: Vector) -> float:
         check_time()
-        if not search.left.any():
-            break
-        search.step()
-        search.left &= search.reach > finest
-        if generation % _LOOK == _LOOK - 1:
-            search.drop(level, known)
-    found = zip(search.worst.tolist(), search.u, places, strict=True)
-    spots = [Spot(*one) for one in found]
-    return sorted(spots, key=lambda one: one.worst)
+        return min(float(worst_at(program, u[None], [place], longer)[0]), 10 * _REFUSED)
 
-
-class _Searches:
-    """Searches by covariance matrix adaptation, side by side, each with its best place."""
-
-    def __init__(self, program: Program, places: Sequence[Place], size: float, longer: int) -> None:
-        self.program, self.places, self.longer = program, places, longer
-        self.u = np.array([place.u for place in places])
-        self.worst = worst_at(program, self.u, places, longer)
-        self.before = self.worst + np.inf
-        n, d = self.u.shape
-        self.left = np.ones(n, bool)
-        self.mean, self.size = self.u.copy(), np.full(n, size)
-        self.shape = np.tile(np.eye(d), (n, 1, 1))
-        self.path, self.path_of_size = np.zeros((n, d)), np.zeros((n, d))
-        self.reach = np.full(n, size)
-        """The longest half-axis of the places that are tried."""
-        self.count, self.draw = 6 + 2 * d, np.random.default_rng(0)
-        weights = np.log(self.count / 2 + 0.5) - np.log(np.arange(1, self.count // 2 + 1))
-        self.weights = weights / weights.sum()
-
-    def step(self) -> None:
-        """One generation of all searches that are left."""
-        some, d, count = np.flatnonzero(self.left), self.u.shape[1], self.count
-        scales, axes = np.linalg.eigh(self.shape[some])
-        scales = np.sqrt(np.maximum(scales, 1e-300))
-        drawn = self.draw.normal(size=(len(some), count, d)) * scales[:, None]
-        moves = np.einsum("nij,ncj->nci", axes, drawn) * self.size[some, None, None]
-        tried = np.clip(self.mean[some, None] + moves, 0.0, 1.0)
-        near = [self.places[i] for i in some.tolist()]
-        values = worst_at(self.program, tried.reshape(-1, d), near, self.longer)
-        values = values.reshape(len(some), count)
-        order = np.argsort(values, axis=1, kind="stable")
-        rows = np.arange(len(some))
-        first = values[rows, order[:, 0]]
-        better = first < self.worst[some]
-        self.worst[some[better]] = first[better]
-        self.u[some[better]] = tried[rows, order[:, 0]][better]
-        alive = np.isfinite(first)
-        plain = alive & (values == first[:, None]).all(axis=1)
-        self.left[some[plain]] = False  # there is no way
-        self.size[some[~alive]] /= 2
-        taken = (tried - self.mean[some, None]) / self.size[some, None, None]
-        taken = np.take_along_axis(taken, order[:, : len(self.weights), None], axis=1)
-        usable = np.isfinite(np.take_along_axis(values, order[:, : len(self.weights)], axis=1))
-        weights = self.weights * usable
-        weights /= np.maximum(weights.sum(axis=1), 1e-300)[:, None]
-        self._adapt(some[alive], weights[alive], taken[alive], scales[alive], axes[alive])
-        self.reach[some] = self.size[some] * scales.max(axis=1)
-
-    def _adapt(
-        self, some: NDArray[np.intp], weights: Matrix, taken: Vector, scales: Matrix, axes: Vector
-    ) -> None:
-        """Means, shapes and sizes after a generation, with the constants of the paper's table 1."""
-        d, mass = self.u.shape[1], 1 / (self.weights**2).sum()
-        c_size = (mass + 2) / (d + mass + 5)
-        damping = 1 + 2 * max(0.0, np.sqrt((mass - 1) / (d + 1)) - 1) + c_size
-        c_path = (4 + mass / d) / (d + 4 + 2 * mass / d)
-        c_one = 2 / ((d + 1.3) ** 2 + mass)
-        c_most = min(1 - c_one, 2 * (mass - 2 + 1 / mass) / ((d + 2) ** 2 + mass))
-        normal = np.sqrt(d) * (1 - 1 / (4 * d) + 1 / (21 * d**2))
-        move = np.einsum("nc,nci->ni", weights, taken)
-        self.mean[some] += self.size[some, None] * move
-        white = np.einsum("nij,nj->ni", axes, np.einsum("nji,nj->ni", axes, move) / scales)
-        self.path_of_size[some] *= 1 - c_size
-        self.path_of_size[some] += np.sqrt(c_size * (2 - c_size) * mass) * white
-        far = np.linalg.norm(self.path_of_size[some], axis=1)
-        self.path[some] *= 1 - c_path
-        short = (far < (1.4 + 2 / (d + 1)) * normal)[:, None]
-        self.path[some] += np.sqrt(c_path * (2 - c_path) * mass) * move * short
-        path = self.path[some]
-        self.shape[some] *= 1 - c_one - c_most
-        self.shape[some] += c_one * path[:, :, None] * path[:, None, :]
-        self.shape[some] += c_most * np.einsum("nc,nci,ncj->nij", weights, taken, taken)
-        self.size[some] *= np.exp(np.minimum(1.0, (c_size / damping) * (far / normal - 1)))
-
-    def drop(self, level: float, known: Sequence[Place]) -> None:
-        """End searches that come near a better one, or will hardly reach the best."""
-        for place in known:
-            near = abs(self.u - place.u).max(axis=1) < _MERGED
-            self.left &= ~(near & (self.worst > place.worst - _KNOWN))
-        best = min(level, float(self.worst.min()))
-        with np.errstate(invalid="ignore"):
-            gain = self.before - self.worst
-            self.left &= ~(self.worst - _PROMISED * gain > best)
-        self.before = self.worst.copy()
-        order = np.argsort(self.worst, kind="stable").tolist()
-        for k, i in enumerate(order):
-            near = abs(self.u[order[:k]] - self.u[i]).max(axis=1, initial=0.0)
-            if k and near.min() < _MERGED:
-                self.left[i] = False
+    for step in (size, _SECOND * size):
+        inwards = np.where(place.u > 0.5, -step, step)
+        found = package("scipy.optimize").minimize(
+            worst,
+            place.u,
+            method="Nelder-Mead",
+            bounds=[(0.0, 1.0)] * len(place.u),
+            options={
+                "initial_simplex": np.vstack([place.u, place.u + np.diag(inwards)]),
+                "xatol": finest,
+                "fatol": np.inf,
+                "maxfev": _TRIALS * len(place.u),
+            },
+        )
+        better = Spot(float(found.fun), found.x, place).place(program)
+        place = better if better is not None and better.rank < place.rank else place
+    return place
 
 
 def scattered(program: Program, place: Place) -> float:

@@ -144,12 +144,11 @@ class Optimiser:
 
     def search(self, begin: list[Place]) -> None:
         """Search near to places, and solve for the optimum next to the best that is found."""
-        known = [rest.found.place for rest in self.rests]
         finest = _FINE if self.precise else _COARSE
-        spots = refined(self.program, begin, self.level, _FIRST, finest, known=known)
-        for spot in spots[:_FOLLOWED]:
-            if spot.worst < self.level - _BETTER and (place := spot.place(self.program)):
-                self.look(place)
+        for place in sorted(begin, key=_worst)[:_FOLLOWED]:
+            near = refined(self.program, place, _FIRST, finest)
+            if near.worst < self.level - _BETTER:
+                self.look(near)
 
     @property
     def level_at_rest(self) -> float:
@@ -212,15 +211,14 @@ class Optimiser:
         elif jumps_beside(program, place):
             return self.at_boundary(place)
         size = LAST if kind == KINK else _NEAR
-        spot = refined(program, [place], np.inf, size, FINEST, LONGER)[0]
-        place = spot.place(program) or place
+        place = refined(program, place, size, FINEST, LONGER)
         limit = place.worst if kind == KINK else limit
         return _bounded_at(program, place, kind, limit)
 
     def bounded_near(self, place: Place) -> Rest:
         """The same, at a boundary within about 1e-4 of the bounds."""
         program = self.program
-        place = refined(program, [place], np.inf, _BETWEEN, _COARSE)[0].place(program) or place
+        place = refined(program, place, _BETWEEN, _COARSE)
         if rest := self.solved(place):
             return rest
         motion, kind = max(place.motions, key=lambda motion: motion.multiplier), KINK
@@ -233,8 +231,7 @@ class Optimiser:
 
     def at_boundary(self, place: Place) -> Rest:
         """The best place of a basin boundary found next to one, a little inside."""
-        spot = refined(self.program, [place], np.inf, LAST, FINEST, LONGER)[0]
-        place = stepped_back(self.program, spot.place(self.program) or place)
+        place = stepped_back(self.program, refined(self.program, place, LAST, FINEST, LONGER))
         return _bounded_at(self.program, place, BASIN, place.worst)
 
     def from_place(self, u: Vector, level: float) -> Optimum | None:

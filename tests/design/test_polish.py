@@ -104,8 +104,8 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     program = program_of("work", over, base, False, (), None, (REST,), None)
 
     def best(u):
-        spot = refined(program, [program.begin(np.array(u))], np.inf, 0.02, 1e-6)[0]
-        return refined(program, [spot.place(program)], np.inf, LAST, FINEST, LONGER)[0]
+        place = refined(program, program.begin(np.array(u)), 0.02, 1e-6)
+        return refined(program, place, LAST, FINEST, LONGER)
 
     one = best((0.2799, 0.9592))
     other = best((one.u[0] + 1e-3, one.u[1] - 1e-3))
