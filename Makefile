@@ -103,7 +103,7 @@ explorer: $(EXPLORER)  ## build the page of `capsule-sym explore`; needs Node.js
 
 explorer-test: $(EXPLORER)  ## drive the page in headless Chromium, which has to be there
 	@$(call bring,explorer)
-	$(BIN)/python -m pytest -q -m "long or not long" tests/explorer
+	$(BIN)/python -m pytest -q -m "long or not long" explorer/tests
 
 bench: $(READY)  ## measure speed against error beside other tools, and of each scene
 	@$(call bring,peers)

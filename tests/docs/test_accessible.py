@@ -2,9 +2,9 @@
 
 import pytest
 
+from explorer.tests.conftest import AXE, browser  # noqa: F401
 from tests.docs.test_site import SITE
 from tests.examples import PAGES
-from tests.explorer.conftest import AXE, browser  # noqa: F401
 from tests.sampling import ALL
 
 BUILT = sorted(page.relative_to(SITE).as_posix() for page in SITE.rglob("*.html"))

@@ -2,9 +2,9 @@
 
 import pytest
 
+from explorer.tests.conftest import browser  # noqa: F401
 from tests.docs.test_site import SITE
 from tests.examples import ROOT
-from tests.explorer.conftest import browser  # noqa: F401
 
 pytestmark = [
     pytest.mark.long,

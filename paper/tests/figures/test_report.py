@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 
 from capsule_sym import _explorer as explorer
 from capsule_sym._figures.portraits import field_handles
+from explorer.tests.conftest import AXE, browser  # noqa: F401
 from paper import printed as paper
 from paper.figures import catalogue, report
 from paper.figures.report import EQUATIONS
-from tests.explorer.conftest import AXE, browser  # noqa: F401
 from tests.figures import SAFE, untracked
 
 FEW = ("margins",)

@@ -1,13 +1,13 @@
 // One scene's page under Node: its address, its names of events, its colours. SCENE names the scene.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { fieldColour, themeOf } from "../../explorer/src/draw/colours.ts";
-import { CHOICES, DEFAULTS, RANGES } from "../../explorer/src/fields.ts";
-import { cyclicStart, digits, doubled, edgeOf, eventName, meaning, numbers, spelled } from "../../explorer/src/itinerary.ts";
-import { MODEL, MODES, PARAMETERS, SCENE, SCENES, bound, driveAt, edges, dragged, sceneOf, stops } from "../../explorer/src/scene.ts";
-import { conflict, defaults, format, parse } from "../../explorer/src/state.ts";
-import { asCommand, asFile, asPython } from "../../explorer/src/ui/share.ts";
-import { fromFile } from "../../explorer/src/ui/files.ts";
+import { fieldColour, themeOf } from "../src/draw/colours.ts";
+import { CHOICES, DEFAULTS, RANGES } from "../src/fields.ts";
+import { cyclicStart, digits, doubled, edgeOf, eventName, meaning, numbers, spelled } from "../src/itinerary.ts";
+import { MODEL, MODES, PARAMETERS, SCENE, SCENES, bound, driveAt, edges, dragged, sceneOf, stops } from "../src/scene.ts";
+import { conflict, defaults, format, parse } from "../src/state.ts";
+import { asCommand, asFile, asPython } from "../src/ui/share.ts";
+import { fromFile } from "../src/ui/files.ts";
 
 const asked = process.env["SCENE"] ?? "";
 const fields = MODES.map((_, i) => i + 1);
