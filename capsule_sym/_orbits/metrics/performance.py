@@ -100,6 +100,7 @@ class Performance:
         return brief(self, ", ".join(f"{n} {float(getattr(self, n).value):.6g}" for n in names))
 
 
+@np.errstate(under="ignore")
 def performance(orbit: Orbit) -> Performance:
     """All metrics of an orbit with their gradients, in the number system of the orbit.
 
