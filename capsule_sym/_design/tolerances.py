@@ -155,10 +155,18 @@ def tolerances(
         np.array([spread[name].ppf(part) for name, part in zip(spread, half.T, strict=True)]).T
         for half in np.split(cubes, 2, axis=1)
     )
-    sampling = _Sampling(system, tuple(spread), functions, (one, other), start, seed, progress)
+    nominal = np.array([float(getattr(system, name)) for name in spread])
+    mixed = [np.where(np.arange(len(spread)) == k, other, one) for k in range(len(spread))]
+    every = np.vstack([nominal, one, other, *mixed])
+    program = _program(functions[0], system, tuple(spread), every, start, progress)
     with Watch(checked_seconds(max_seconds)):
-        return sampling.run()
-    return sampling.unfinished()
+        return _sampled(program, functions, every, samples, seed)
+    none = Probability(math.nan, math.nan, math.nan)
+    empty, names = np.empty((0, len(spread))), tuple(spread)
+    return Tolerances(
+        system, names, (), 0, (), none, none, none, none, (), empty,
+        np.empty((0, len(functions))), Status.TIME_LIMIT, "time limit reached",
+    )  # fmt: skip
 
 
 def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
@@ -181,119 +189,77 @@ def _distributions(over: Mapping[str, Any], system: System) -> dict[str, Any]:
     return found
 
 
-class _Sampling:
-    """Samples of parameters and their motions."""
+def _program(
+    function: Function,
+    system: System,
+    names: tuple[str, ...],
+    values: Matrix,
+    start: Sequence[float],
+    progress: Callable[[str], object] | None,
+) -> Program:
+    """Problem whose bounds are the ranges of the samples; raises InvalidInput."""
+    over = dict(zip(names, zip(values.min(axis=0), values.max(axis=0), strict=True), strict=True))
+    for name, (low, high) in over.items():
+        least, most = allowed(system, name)
+        if not (np.isfinite([low, high]).all() and least <= low < high <= most):
+            told = f"a distribution of different values within [{least:g}, {most:g}]"
+            raise InvalidInput(f"tolerance of {name}", (float(low), float(high)), told)
+    try:
+        return program_of(function, over, system, False, (), None, (start,), None, progress)
+    except InvalidInput as error:
+        field = error.field.replace("bounds", "tolerance")
+        raise InvalidInput(field, error.value, error.allowed) from None
 
-    def __init__(
-        self,
-        system: System,
-        names: tuple[str, ...],
-        functions: Sequence[Function],
-        pair: tuple[Matrix, Matrix],
-        start: Sequence[float],
-        seed: int,
-        progress: Callable[[str], object] | None,
-    ) -> None:
-        self.seed = seed
-        self.system, self.names, self.pair, self.functions = system, names, pair, functions
-        nominal = np.array([[getattr(system, name) for name in names]])
-        low, high = (pick(np.vstack([*pair, nominal]), axis=0) for pick in (np.min, np.max))
-        for i, name in enumerate(names):
-            least, most = allowed(system, name)
-            if not (np.isfinite([low[i], high[i]]).all() and least <= low[i] < high[i] <= most):
-                told = f"a distribution of different values within [{least:g}, {most:g}]"
-                raise InvalidInput(f"tolerance of {name}", (float(low[i]), float(high[i])), told)
-        over = {name: (low[i], high[i]) for i, name in enumerate(names)}
-        try:
-            self.program: Program = program_of(
-                functions[0], over, system, False, (), None, (start,), None, progress
-            )
-        except InvalidInput as error:
-            field = error.field.replace("bounds", "tolerance")
-            raise InvalidInput(field, error.value, error.allowed) from None
-        self.nominal = self.grid(nominal)
 
-    def grid(self, values: Matrix) -> Grid:
-        """Parameter sets with these values of the varied ones, (n, k)."""
-        low, span = self.program.low, self.program.high - self.program.low
-        return Grid(self.program, self.program.scenarios[0], (values - low) / span)
-
-    def settled(self, grid: Grid, doing: str) -> Settled:
-        """Motions on which the start settles."""
-        state, parts = self.program.scenarios[0].state, []
-        for first in range(0, grid.count, _BLOCK):
-            self.program.tell(f"{doing}, {first} of {counted(grid.count, 'run')}")
-            rows = grid.rows[first : first + _BLOCK]
-            parts.append(settle_many(rows, state, first=_FIRST, most=_MOST, scene=grid.scene))
-            check_time()
-        return joined(parts)
-
-    def metrics(self, grid: Grid, found: Settled) -> Matrix:
-        """Metrics of motions, shape (n, metrics); nan if not finite."""
-        values = []
-        for function in self.functions:
-            grid.program = replace(self.program, function=function)
-            values.append(grid.of(found.found).objective)
-        rows = np.array(values).T
-        rows[(found.period_numbers == 0)[:, None] | ~np.isfinite(rows)] = np.nan
-        return rows
-
-    def run(self) -> Tolerances:
-        """Result of all samples."""
-        own = self.settled(self.nominal, "nominal motion")
-        if not own.period_numbers[0]:
+def _sampled(
+    program: Program, functions: Sequence[Function], every: Matrix, n: int, seed: int
+) -> Tolerances:
+    """Result of the samples: the nominal values, both samples (n, k), and their combinations."""
+    grid = Grid(program, program.scenarios[0], (every - program.low) / (program.high - program.low))
+    state, parts = program.scenarios[0].state, []
+    for first in range(0, grid.count, _BLOCK):
+        program.tell(f"samples, {first} of {counted(grid.count, 'run')}")
+        rows = grid.rows[first : first + _BLOCK]
+        parts.append(settle_many(rows, state, first=_FIRST, most=_MOST, scene=grid.scene))
+        check_time()
+        if not parts[0].period_numbers[0]:
             told = "a state that leads to a periodic motion at the nominal parameters"
-            raise InvalidInput("start", self.program.scenarios[0].state, told)
-        one, other = self.pair
-        grid = self.grid(one)
-        found = self.settled(grid, "first sample")
-        values = self.metrics(grid, found)
-        further = self.grid(other)
-        beside = self.metrics(further, self.settled(further, "second sample"))
-        mixed = []
-        for k, name in enumerate(self.names):
-            changed = one.copy()
-            changed[:, k] = other[:, k]
-            these = self.grid(changed)
-            mixed.append(self.metrics(these, self.settled(these, f"indices of {name}")))
-        return self.told(own, grid, found, (values, beside, np.array(mixed)))
-
-    def told(
-        self, own: Settled, grid: Grid, found: Settled, values: tuple[Matrix, Matrix, Matrix]
-    ) -> Tolerances:
-        """Result."""
-        n, branch = len(values[0]), own.branch(0)
-        branches = [found.branch(i) if found.period_numbers[i] else () for i in range(n)]
-        kept, there = continued(own, self.nominal.rows[0], found, grid.rows)
-        texts, counts = np.unique([_shown(one) for one in branches], return_counts=True)
-        order = np.argsort(-counts, kind="stable")[:_SHOWN]
-        nominal = self.metrics(self.nominal, own)[0]
-        names = [named(one) for one in self.functions]
-        return Tolerances(
-            system=self.system,
-            names=self.names,
-            metrics=spreads(names, nominal, values, self.seed),
-            samples=n,
-            itinerary=tuple(f"F{field}" for field in branch[1:]),
-            periodic=_probability(found.period_numbers > 0),
-            changed=_probability(np.array([one != branch for one in branches])),
-            elsewhere=_probability(there & ~kept),
-            lost=_probability(~there),
-            itineraries=tuple((str(texts[i]), float(counts[i] / n)) for i in order),
-            parameters=self.pair[0],
-            values=values[0],
-            status=Status.FINISHED,
-            message=counted(n, "sample"),
-        )
-
-    def unfinished(self) -> Tolerances:
-        """Result without samples."""
-        none = Probability(math.nan, math.nan, math.nan)
-        empty = np.empty((0, len(self.names)))
-        return Tolerances(
-            self.system, self.names, (), 0, (), none, none, none, none, (), empty,
-            np.empty((0, len(self.functions))), Status.TIME_LIMIT, "time limit reached",
-        )  # fmt: skip
+            raise InvalidInput("start", state, told)
+    motions = joined(parts)
+    columns = []
+    for function in functions:
+        grid.program = replace(program, function=function)
+        columns.append(grid.of(motions.found).objective)
+    metrics = np.array(columns).T
+    metrics[(motions.period_numbers == 0)[:, None] | ~np.isfinite(metrics)] = np.nan
+    one, other, *mixed = np.split(metrics[1:], len(program.names) + 2)
+    own, found = (
+        Settled(motions.found.of(some), motions.period_numbers[some])
+        for some in (slice(1), slice(1, n + 1))
+    )
+    branch = own.branch(0)
+    branches = [found.branch(i) if found.period_numbers[i] else () for i in range(n)]
+    kept, there = continued(own, grid.rows[0], found, grid.rows[1 : n + 1])
+    texts, counts = np.unique([_shown(each) for each in branches], return_counts=True)
+    order = np.argsort(-counts, kind="stable")[:_SHOWN]
+    return Tolerances(
+        system=program.system,
+        names=program.names,
+        metrics=spreads(
+            [named(one) for one in functions], metrics[0], (one, other, np.array(mixed)), seed
+        ),
+        samples=n,
+        itinerary=tuple(f"F{field}" for field in branch[1:]),
+        periodic=_probability(found.period_numbers > 0),
+        changed=_probability([each != branch for each in branches]),
+        elsewhere=_probability(there & ~kept),
+        lost=_probability(~there),
+        itineraries=tuple((str(texts[i]), float(counts[i] / n)) for i in order),
+        parameters=every[1 : n + 1],
+        values=one,
+        status=Status.FINISHED,
+        message=counted(n, "sample"),
+    )
 
 
 def _shown(branch: tuple[int, ...]) -> str:
