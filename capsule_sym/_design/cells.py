@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from capsule_sym._arrays import Matrix, Vector
 from capsule_sym._design.evaluation import drifting
 from capsule_sym._design.program import Program, Scenario
-from capsule_sym._design.quantities import Function, valued, values_of
+from capsule_sym._design.quantities import Function, valued, values_of, with_derived
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._parameters import Scene, SceneDevice
 from capsule_sym._processes import processors
-from capsule_sym._units import mean_power
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,20 +106,7 @@ class Grid:
         """All metrics and parameters by name, in SI units if the system is a device."""
         rows = map(Slope, self.rows.T, self.rows_by)
         own = dict(zip(self.scene.facts.PARAMETERS, rows, strict=True))
-        work = metrics["work"]
-        forward = np.where(metrics["velocity"].value < 0, -1.0, 1.0)
-        way = metrics["progression"] * forward
-        nowhere = Slope(np.full(self.count, np.inf), 0 * work.slope)
-        cost = nowhere
-        for sign, bound in self.scene.facts.BOUNDS.items():
-            there = (forward == sign) & (way.value > 0)
-            cost = _where(there, work / (own[bound] * way), cost)
-        found = dict(metrics) | {
-            "speed": metrics["velocity"] * forward,
-            "power": mean_power(work, own["omega"]),
-            "speed_per_work": _where(work.value > 0, way / work, 0 * work),
-            "cost_of_transport": cost,
-        }
+        found = with_derived(metrics, own, self.scene.facts.BOUNDS)
         if self.device:
             found = {name: one * self.own.scale(name) for name, one in found.items()}
         every: dict[str, Slope] = found | vars(self.own)
@@ -154,9 +140,3 @@ class Grid:
 
 def _lifted(value: Any) -> Slope:
     return value if isinstance(value, Slope) else Slope(value, 0.0)
-
-
-def _where(condition: NDArray[np.bool_], one: Slope, other: Slope) -> Slope:
-    """One of two quantities, by a condition (n,)."""
-    value = np.where(condition, one.value, other.value)
-    return Slope(value, np.where(condition, one.slope, other.slope))

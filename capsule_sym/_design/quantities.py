@@ -71,7 +71,7 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     In SI units if the system is a device. `metrics` are those of a motion of the system,
     dimensionless, with derivatives by its dimensionless parameters.
     """
-    found = _with_derived(metrics, dimensionless(system))
+    found = _of_one(metrics, dimensionless(system))
     own = varied(system.scene, values_of(system), names_of(system))
     if isinstance(system, SceneDevice):
         by = dimensionless_slopes(system)
@@ -83,21 +83,45 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     return every
 
 
-def _with_derived(metrics: Mapping[str, Slope], p: SceneParameters) -> dict[str, Slope]:
-    """Dimensionless metrics, including derived ones, with derivatives by the parameters."""
-    own = vars(varied(p.scene, p.to_dict(), p.scene.facts.PARAMETERS))
-    velocity, work = metrics["velocity"], metrics["work"]
-    forward = -1 if velocity.value < 0 else 1
-    way, bound = forward * metrics["progression"], p.scene.facts.BOUNDS.get(forward)
+def with_derived(
+    metrics: Mapping[str, Slope], own: Mapping[str, Slope], bounds: Mapping[int, str]
+) -> dict[str, Slope]:
+    """Dimensionless metrics of one motion or of n, with derived ones, by names.
+
+    `own` are the parameters, and `bounds` names the bound of friction for each sign of progression.
+    Values are numbers, or arrays (n,) with derivatives (k, n).
+    """
+    given, velocity = metrics["work"], metrics["velocity"]
+    work = Slope(np.asarray(given.value), given.slope)
+    forward = np.where(velocity.value < 0, -1.0, 1.0)
+    way = metrics["progression"] * forward
     # The cost of transport of a capsule without progression is infinite; without work the ratio is
     # 0.
-    nowhere = Slope(math.inf, 0.0 * work.slope)
+    cost = Slope(math.inf, 0 * work.slope)
+    with np.errstate(all="ignore"):
+        for sign, bound in bounds.items():
+            there = (forward == sign) & (way.value > 0)
+            cost = _where(there, work / (own[bound] * way), cost)
+        per_work = _where(work.value > 0, way / work, 0 * work)
     return dict(metrics) | {
-        "speed": forward * velocity,
+        "speed": velocity * forward,
         "power": mean_power(work, own["omega"]),
-        "speed_per_work": way / work if work.value > 0 else 0 * work,
-        "cost_of_transport": work / (own[bound] * way) if bound and way.value > 0 else nowhere,
+        "speed_per_work": per_work,
+        "cost_of_transport": cost,
     }
+
+
+def _where(condition: Any, one: Slope, other: Slope) -> Slope:
+    """One of two quantities, by a condition on each motion."""
+    value = np.where(condition, one.value, other.value)
+    return Slope(value, np.where(condition, one.slope, other.slope))
+
+
+def _of_one(metrics: Mapping[str, Slope], p: SceneParameters) -> dict[str, Slope]:
+    """Metrics of one motion at parameters, as plain numbers."""
+    own = vars(varied(p.scene, p.to_dict(), p.scene.facts.PARAMETERS))
+    found = with_derived(metrics, own, p.scene.facts.BOUNDS)
+    return {name: Slope(float(one.value), one.slope) for name, one in found.items()}
 
 
 def metric_of(orbit: Orbit, name: str) -> float:
@@ -108,7 +132,7 @@ def metric_of(orbit: Orbit, name: str) -> float:
         return math.nan
     none = np.zeros(len(orbit.scene.facts.PARAMETERS))
     plain = {one: Slope(float(getattr(found, one).value), none) for one in shown(orbit.scene)}
-    every = _with_derived(plain, orbit.parameters)
+    every = _of_one(plain, orbit.parameters)
     if name not in every:
         raise InvalidInput("quantity", name, f"one of {', '.join(every)} in this scene")
     return float(every[name].value)
