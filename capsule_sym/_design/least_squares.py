@@ -21,32 +21,25 @@ _LONGER = 1.5
 _ENDED = 1e-6  # of a step: accuracy of the end of an interval
 
 
-class _Shape(NamedTuple):
-    """SciPy's loss of squared residuals z over its scale squared, and its first two derivatives."""
-
-    loss: Vector
-    first: Vector
-    second: Vector
-
-
-def _soft_l1(z: Vector) -> _Shape:
+def _root(z: Vector) -> tuple[Vector, Vector, Vector]:
+    """The loss soft_l1."""
     root = np.sqrt(1 + z)
-    return _Shape(2 * (root - 1), 1 / root, -0.5 / root**3)
+    return 2 * (root - 1), 1 / root, -0.5 / root**3
 
 
-def _huber(z: Vector) -> _Shape:
-    root = np.sqrt(np.maximum(z, 1.0))
-    near = z <= 1
-    return _Shape(np.where(near, z, 2 * root - 1), 1 / root, np.where(near, 0.0, -0.5 / root**3))
+def _huber(z: Vector) -> tuple[Vector, Vector, Vector]:
+    root, near = np.sqrt(np.maximum(z, 1.0)), z <= 1
+    return np.where(near, z, 2 * root - 1), 1 / root, np.where(near, 0.0, -0.5 / root**3)
 
 
-LOSSES: dict[str, Callable[[Vector], _Shape]] = {
-    "linear": lambda z: _Shape(z, np.ones_like(z), np.zeros_like(z)),
-    "soft_l1": _soft_l1,
+LOSSES: dict[str, Callable[[Vector], tuple[Vector, Vector, Vector]]] = {
+    "linear": lambda z: (z, np.ones_like(z), np.zeros_like(z)),
+    "soft_l1": _root,
     "huber": _huber,
-    "cauchy": lambda z: _Shape(np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2),
-    "arctan": lambda z: _Shape(np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2),
+    "cauchy": lambda z: (np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2),
+    "arctan": lambda z: (np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2),
 }
+"""SciPy's losses of squared residuals z over their scale squared, and two derivatives."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +51,7 @@ class Loss:
 
     def sum(self, residuals: Vector) -> float:
         """Sum of the residuals' squares, transformed by the loss."""
-        return float(self.scale**2 * LOSSES[self.name]((residuals / self.scale) ** 2).loss.sum())
+        return float(self.scale**2 * LOSSES[self.name]((residuals / self.scale) ** 2)[0].sum())
 
     def spread(self, residuals: Vector, unknown: int = 0) -> float:
         """Standard deviation of the bulk of the residuals, after a fit of so many unknowns.

@@ -178,10 +178,6 @@ def read_rig(path: str | PathLike[str]) -> Rig:
     runs = table.get("run", [])
     if not isinstance(runs, list) or not all(isinstance(run, dict) for run in runs):
         raise InvalidInput("run", runs, "tables [[run]]")
-    for name in ("unknown", "each"):
-        given = table.get(name, [])
-        if not isinstance(given, list) or not all(isinstance(one, str) for one in given):
-            raise InvalidInput(name, given, "a list of names")
     bounds = table.get("bounds", {})
     if not isinstance(bounds, dict):
         raise InvalidInput("bounds", bounds, "a table")
@@ -190,8 +186,8 @@ def read_rig(path: str | PathLike[str]) -> Rig:
             raise InvalidInput(f"bounds of {name}", ends, "two numbers")
     return Rig(
         runs=[_run(run, Path(path).parent) for run in runs],
-        unknown=tuple(table.get("unknown", ())),
-        each=tuple(table.get("each", ())),
+        unknown=table.get("unknown", ()),
+        each=table.get("each", ()),
         scale=table.get("scale", 1.0),
         slip=table.get("slip", 0.0),
         bounds={name: (ends[0], ends[1]) for name, ends in bounds.items()},
