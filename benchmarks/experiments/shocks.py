@@ -1,6 +1,6 @@
 """Minimal shocks against random knocks: `python -m benchmarks shocks`.
 
-Each motion gets a million knocks; none may be smaller than the minimal shock by 1e-6 of it and lose
+Each motion gets a million knocks; none may be smaller than the minimal shock by 1e-4 of it and lose
 the motion. `simulate_many` runs them, and their ends are compared with a run that has settled long
 before; no code is shared with the search. Motions in the file of results are not repeated.
 """
@@ -44,7 +44,7 @@ MOTIONS = (
 _AT_ONCE = 20_000
 _LOOKS, _MOST = 25, 40  # excitation periods between looks, and how many of these
 _BACK = 1e-3  # distance at which a run is back: all that are as near come back
-_SMALLER = 1e-6
+_SMALLER = 1e-4
 Vector = NDArray[np.float64]
 State = tuple[float, float, float]
 

@@ -31,19 +31,9 @@ class Destinations:
     """
 
     def __init__(self, orbits: Sequence[Orbit], *, threads: int = 1) -> None:
-        if not orbits:
-            raise InvalidInput("orbits", orbits, "one orbit or more")
-        for orbit in orbits:
-            if not orbit.success or not abs(orbit.multipliers[0]) < 1 - NEUTRAL:
-                raise InvalidInput("orbits", orbit, "stable periodic orbits")
-            if orbit.parameters != orbits[0].parameters:
-                raise InvalidInput("orbits", orbit, "orbits at the same parameters")
+        self._settling = settling_of(orbits, threads)
         self.orbits = tuple(whole_orbit(orbit) for orbit in orbits)
-        self.states = tuple(stroboscopic(orbit) for orbit in self.orbits)
-        row = [[*orbits[0].parameters.to_dict().values()]]
-        self._settling = Settling(np.array(row), orbits[0].scene, threads)
-        largest = (float(abs(orbit.multipliers[0])) for orbit in orbits)
-        self._settling.add([(0, Cycle(*one)) for one in zip(self.states, largest, strict=True)])
+        self.states = tuple(cycle.states for cycle in self._settling.cycles[0])
 
     @property
     def neighbourhoods(self) -> Neighbourhoods:
@@ -76,3 +66,23 @@ class Destinations:
         starts = spread("states", starts, (len(starts), 3))
         groups = np.zeros(len(starts), np.intp)
         return self._settling.follow(groups, Arrivals.begun(starts), phases, periods, find=False)
+
+
+def settling_of(orbits: Sequence[Orbit], threads: int = 1, share: float = 1.0) -> Settling:
+    """Runs at the parameters of stable orbits, with the orbits known, in this order.
+
+    Raises InvalidInput as `Destinations` does.
+    """
+    if not orbits:
+        raise InvalidInput("orbits", orbits, "one orbit or more")
+    for orbit in orbits:
+        if not orbit.success or not abs(orbit.multipliers[0]) < 1 - NEUTRAL:
+            raise InvalidInput("orbits", orbit, "stable periodic orbits")
+        if orbit.parameters != orbits[0].parameters:
+            raise InvalidInput("orbits", orbit, "orbits at the same parameters")
+    row = [[*orbits[0].parameters.to_dict().values()]]
+    found = Settling(np.array(row), orbits[0].scene, threads, share)
+    largest = (float(abs(orbit.multipliers[0])) for orbit in orbits)
+    states = (stroboscopic(whole_orbit(orbit)) for orbit in orbits)
+    found.add([(0, Cycle(*one)) for one in zip(states, largest, strict=True)])
+    return found

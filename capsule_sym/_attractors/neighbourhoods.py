@@ -71,10 +71,14 @@ def run_rows(
     scene: Scene,
     threads: int = 1,
     keep: str = "final",
+    share: float = 1.0,
 ) -> Trajectories:
-    """Runs of parameter rows from states and phases; raises TimeUp after the time limit."""
+    """Runs of parameter rows from states and phases; raises TimeUp after the time limit.
+
+    They take at most a share of the time left; runs that need more do not finish.
+    """
     check_time()
-    left = present().left
+    left = share * present().left
     found = simulate_many(
         rows,
         states,

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from capsule_sym._attractors.boundary import SHARE
+from capsule_sym._attractors.destinations import settling_of
 from capsule_sym._attractors.neighbourhoods import NEUTRAL, stroboscopic
 from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
 from capsule_sym._attractors.pulse_search import Case, intervals
@@ -29,11 +31,12 @@ from capsule_sym._systems import System, check_parameter, dimensionless, drives,
 
 _MOST_PERIODS = 1000
 _VALUES = 9, 10**6
+_FINER = 1, 4  # factors of the number of values, the second where the first finds no pulse
 _ARRIVED = 1e-3  # distance from an attractor, over its size, at which the transient ends
 _LONGEST = 2**16  # excitation periods of a transient
-_INSIDE = 100  # number of pulses in a window at the start of a thorough search
+_INSIDE = 100  # number of values by which a window is confirmed
 _PRICED, _CLOSER = 300, 60  # pulses whose work is computed: in all windows, and in one
-_LOOKED_AT = 8  # largest number of windows that are searched thoroughly
+_CONFIRMED = 8  # windows of least work that are confirmed
 _POINTS = 5  # steps of a branch to an end of the tolerances
 _WIDE = 1e-3  # least width, over the range, of the window of a pulse of least work
 
@@ -66,10 +69,12 @@ def switch_by_pulse(
     if there is such a one. With `tolerances`, a share for each of some parameters, the same pulse
     works with all of them at both ends, including those of the drive.
 
-    `values` are tried first for each number of periods, and more where runs separate: much narrower
-    intervals are found beside basin boundaries. After `max_seconds` the result has the best pulse
-    so far. `progress` is called with a text. A run leads to the end if it enters a neighbourhood
-    that the map carries into itself, as in `attractors`.
+    `values` are tried first for each number of periods, four times as many if none of them leads to
+    the end, and more between those that lead to different attractors: much narrower intervals are
+    found beside basin boundaries. After `max_seconds` the result has the best pulse so far. A run
+    that the core leaves open has a tenth of the time left; beyond it its end is unknown. `progress`
+    is called with a text. A run leads to the end if it enters a neighbourhood that the map carries
+    into itself, as in `attractors`.
 
     Raises InvalidInput for orbits that are equal, unstable or at different parameters, for an
     unknown parameter of the drive, and for values that are not allowed.
@@ -147,8 +152,6 @@ class _Search:
     margin: float
     cases: list[Case] = field(default_factory=list)
     windows: list[PulseWindow] = field(default_factory=list)
-    whole: set[PulseWindow] = field(default_factory=set)
-    """Windows that a thorough search has not divided."""
     best: tuple[PulseWindow, float] | None = None
     """Its window and value."""
     early: dict[str, Any] = field(default_factory=dict)
@@ -175,17 +178,18 @@ class _Search:
             return
         for periods in range(1, most + 1):
             progress(f"pulses of {periods} of {counted(most, 'period')}")
-            for thorough in (False, True):
+            for finer in _FINER:
                 found = [
                     PulseWindow(periods, begins, *part)
                     for begins in range(len(self.cases[0].starts))
-                    for part in self.within(periods, begins, [self.bounds], values, thorough)
+                    for part in intervals(self.cases, periods, begins, *self.bounds, finer * values)
                 ]
                 if found:
                     break
             self.windows += found
             if found:  # computed now: no run starts after the time limit
-                self.early = self.measured(*self.broadest())
+                widest = max(self.windows, key=lambda one: one.width)
+                self.early = self.measured(widest, (widest.low + widest.high) / 2)
             if least == "periods" and (widest := self.widest()) is not None:
                 self.best = widest, (widest.low + widest.high) / 2
                 break
@@ -194,21 +198,13 @@ class _Search:
             self.best = self.cheapest()
         self.done = True
 
-    def within(
-        self, periods: int, begins: int, parts: list[Interval], values: int, thorough: bool
-    ) -> list[Interval]:
-        """Intervals within parts of the range in which a pulse leads to the end in all cases."""
-        for case in self.cases:
-            parts = intervals(case, periods, begins, parts, values, thorough)
-        return parts
-
     def case(self, factors: Mapping[str, float]) -> Case:
-        """Parameters at an end of the tolerances, with the attractors there."""
+        """Pulses at an end of the tolerances, with the attractors there."""
         changed = {name: getattr(self.system, name) * by for name, by in factors.items()}
         system = self.system.replace(**changed)
         there = dimensionless(system)
-        orbits = _carried(self.start, there, factors), _carried(self.end, there, factors)
-        starts, marks = stroboscopic(self.start), stroboscopic(orbits[0])
+        known = settling_of([_carried(one, there, factors) for one in (self.start, self.end)])
+        starts, marks = stroboscopic(self.start), known.cycles[0][0].states
         # The periods are numbered as those of the start.
         shifts = range(len(starts))
         turn = min(shifts, key=lambda i: float(abs(np.roll(marks, -i, axis=0) - starts).max()))
@@ -217,50 +213,38 @@ class _Search:
         )
         column = system.scene.facts.PARAMETERS.index(tied)
         by = factor * factors.get(self.name, 1.0)
-        return Case(orbits, np.roll(marks, -turn, axis=0), column, by)
+        known.share = SHARE
+        return Case(known, np.roll(marks, -turn, axis=0), column, by)
 
-    def checked(self, window: PulseWindow) -> list[PulseWindow]:
-        """Parts of a window that a thorough search confirms; they replace the window."""
-        parts = [(window.low, window.high)]
-        parts = self.within(window.periods, window.begins, parts, _INSIDE, True)
-        pieces = [window._replace(low=low, high=high) for low, high in parts]
+    def confirmed(self, window: PulseWindow) -> list[PulseWindow]:
+        """Parts of a window by more values within it; they replace the window."""
+        of = window.periods, window.begins
+        parts = intervals(self.cases, *of, window.low, window.high, _INSIDE)
         at = self.windows.index(window)
-        self.windows[at : at + 1] = pieces
-        self.whole.update(pieces)
-        return pieces
+        self.windows[at : at + 1] = (found := [PulseWindow(*of, *part) for part in parts])
+        return found
 
     def widest(self) -> PulseWindow | None:
-        """Widest window after thorough searches of the widest ones; None if there is none."""
-        for _ in range(_LOOKED_AT):
-            left = self.windows
-            if not left or (window := max(left, key=lambda one: one.width)) in self.whole:
-                break
-            self.checked(window)
-        return max(self.whole, key=lambda one: (one.width, one), default=None)
+        """Widest window that is confirmed; None if there is none."""
+        whole = set[PulseWindow]()
+        while self.windows and (best := max(self.windows, key=lambda w: (w.width, w))) not in whole:
+            whole.update(self.confirmed(best))
+        return best if self.windows else None
 
     def cheapest(self) -> tuple[PulseWindow, float] | None:
         """Window with the pulse of least work, and its value; None if there is no window.
 
         Windows too narrow for use count only if there is no other.
         """
-        prices, total = dict[PulseWindow, float](), sum(one.width for one in self.windows)
-        for one in filter(self.wide, self.windows):
-            prices[one] = self.least(one, round(_PRICED * one.width / total))[0]
-        for _ in range(_LOOKED_AT):
-            if not prices or (window := min(prices, key=lambda w: (prices[w], w))) in self.whole:
-                break
-            del prices[window]
-            for one in filter(self.wide, self.checked(window)):
-                prices[one] = self.least(one, round(_CLOSER * one.width / window.width))[0]
-        best = sorted(self.whole.intersection(prices), key=lambda one: (prices[one], one))
-        if not best:
-            best = [one for one in [self.widest()] if one is not None]
-        polished = [(*self.polished(one), one) for one in best[:_LOOKED_AT]]
-        return (least[2], least[1]) if (least := min(polished, default=None)) else None
-
-    def wide(self, window: PulseWindow) -> bool:
-        """True if a window is wide enough to set a drive to a value within it."""
-        return window.width >= _WIDE * (self.bounds[1] - self.bounds[0])
+        least = _WIDE * (self.bounds[1] - self.bounds[0])
+        wide = [one for one in self.windows if one.width >= least]
+        total = sum(one.width for one in wide)
+        wide.sort(key=lambda one: self.least(one, round(_PRICED * one.width / total))[0])
+        parts = [part for one in wide[:_CONFIRMED] for part in self.confirmed(one)]
+        parts = [one for one in parts if one.width >= least]
+        parts = parts or [one for one in [self.widest()] if one is not None]
+        polished = min(((*self.polished(one), one) for one in parts), default=None)
+        return None if polished is None else (polished[2], polished[1])
 
     def least(self, window: PulseWindow, count: int) -> tuple[float, float, float]:
         """Least work of so many pulses of a window, their value, and their spacing."""
@@ -307,11 +291,6 @@ class _Search:
         ends, windows = (self.start, self.end), tuple(self.windows)
         none = Pulse(*ends, self.system, self.name, windows, status, message)
         return replace(none, **(self.measured(*self.best) if self.best else self.early))
-
-    def broadest(self) -> tuple[PulseWindow, float]:
-        """Widest window so far, and the value in its middle."""
-        window = max(self.windows, key=lambda one: one.width)
-        return window, (window.low + window.high) / 2
 
     def measured(self, window: PulseWindow, value: float) -> dict[str, Any]:
         """Fields of the result that describe a pulse."""

@@ -88,10 +88,14 @@ class Arrivals(NamedTuple):
 
 
 class Settling:
-    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`."""
+    """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`.
 
-    def __init__(self, rows: Vector, scene: Scene, threads: int = 1) -> None:
-        self.rows, self.scene, self.threads = rows, scene, threads
+    Runs that are followed together take at most a `share` of the time left. Runs that the core
+    leaves open may need more: they end without an attractor.
+    """
+
+    def __init__(self, rows: Vector, scene: Scene, threads: int = 1, share: float = 1.0) -> None:
+        self.rows, self.scene, self.threads, self.share = rows, scene, threads, share
         self.cycles: list[list[Cycle]] = [[] for _ in rows]
         nothing = Neighbourhoods(np.empty((0, 3)), np.empty((0, 3, 3)))
         self.near: list[Neighbourhoods] = [nothing for _ in rows]
@@ -296,9 +300,10 @@ class Settling:
     ) -> tuple[NDArray[np.intp], Vector]:
         """Indices of runs that succeed, and their states at the last marks, (n, short + 1, 3)."""
         of = self.scene, self.threads
-        run = run_rows(rows, states, phases, ahead, *of)
+        run = run_rows(rows, states, phases, ahead, *of, share=self.share)
         good = np.flatnonzero(run.success)
-        run = run_rows(rows[good], run.states[good], 0.0, short, *of, "stroboscopic")
+        begin = rows[good], run.states[good], 0.0
+        run = run_rows(*begin, short, *of, "stroboscopic", self.share)
         marks = run.kept[np.repeat(run.success, np.diff(run.offsets))]
         return good[run.success], marks.reshape(-1, short + 1, 3)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin
+from capsule_sym._attractors.nearest import ACCURACY
 from capsule_sym._attractors.smallest import Search, ShockStatus
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
@@ -19,6 +20,7 @@ from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.result import Result, brief, record
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Scene
 
 SAMPLES = 100, 10_000_000
@@ -33,8 +35,8 @@ _DRAWN = 1e-3  # share of the knock by which they start beside the boundary
 class Shock(Result):
     """Smallest knock after which a motion is lost; dimensionless.
 
-    The knock leads onto the boundary of the motion's basin. If `status` is FOUND, a knock larger by
-    a factor 1 + 1e-9 loses the motion, and the motion returns from one smaller by as much. If no
+    The knock loses the motion, which returns after one smaller by a share of 2e-6. The least size
+    is the same within the relative `accuracy`, unless another part of the boundary is nearer. If no
     knock was found, it and its related values are None, and `size` is the radius up to which knocks
     were tried.
     """
@@ -61,8 +63,10 @@ class Shock(Result):
     """Status of the search."""
     message: str
     """Status as a sentence."""
+    accuracy: float = ACCURACY
+    """Relative accuracy of the size."""
     _good = (ShockStatus.FOUND, ShockStatus.SAMPLED, ShockStatus.NOT_LOST)
-    _recorded = "size phase tried"
+    _recorded = "size accuracy phase tried"
 
     def __repr__(self) -> str:
         return brief(self, str(self.status), f"of size {self.size:.6g}")
@@ -132,7 +136,7 @@ def minimal_shock(
     largest: float | None = None,
     others: Sequence[Orbit] = (),
     periods: int | None = None,
-    samples: int = 20_000,
+    samples: int = 10_000,
     seed: int = 0,
     max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
@@ -146,10 +150,11 @@ def minimal_shock(
     largest size of x_r, v_r and v_c, times the least weight. `others` are known attractors; missing
     ones are found during the search. All quantities are dimensionless.
 
-    If the boundary of the motion's basin leads to a periodic edge state, the knock is the nearest
-    point of that boundary, within 1e-6 of its size. It is not proved that no other part of the
-    boundary is nearer: at the end `samples` smaller knocks are tried, none of which loses the
-    motion. `seed` determines them. After `max_seconds` the result is the best so far.
+    The knock leads to the nearest point of the boundary of the motion's basin, within 1e-4 of its
+    size. It is not proved that no other part is nearer: at the end `samples` smaller
+    knocks are tried, none of which loses the motion. `seed` determines them. A run that the core
+    leaves open has a tenth of the time left; beyond it, it counts as one that returns. After
+    `max_seconds` the result is the best so far.
 
     Raises InvalidInput for a value that is not allowed, such as an unstable orbit.
     """
@@ -157,16 +162,18 @@ def minimal_shock(
         check_count("periods", periods, *_LONGEST)
     check_count("samples", samples, *SAMPLES)
     check_count("seed", seed, 0, 2**63)
-    knocks = _knocks(weights)
+    units = _units(weights)
     if largest is not None and not (is_real(largest) and 0 < largest < math.inf):
         raise InvalidInput("largest", largest, "a finite number > 0")
-    search = Search(Basin(orbit, others, periods), knocks, largest, samples, seed, progress)
+    search = Search(Basin(orbit, others, periods), units, largest, samples, seed, progress)
+    attractor: Orbit | None = None
     with Watch(checked_seconds(max_seconds)):
         search.run()
-    return _result(search, tuple(weights))
+        attractor = _beyond(search)
+    return _result(search, attractor, tuple(weights))
 
 
-def _knocks(weights: Sequence[float]) -> Vector:
+def _units(weights: Sequence[float]) -> Vector:
     """Knocks of size 1 along each allowed component, shape (3, m)."""
     try:
         given = np.array([float(one) for one in weights])
@@ -178,28 +185,37 @@ def _knocks(weights: Sequence[float]) -> Vector:
     return np.diag(1 / given)[:, np.isfinite(given)]
 
 
-def _result(search: Search, weights: tuple[float, ...]) -> Shock:
+def _beyond(search: Search) -> Orbit | None:
+    """Attractor of the run after the knock; None without a knock or a periodic motion."""
+    if search.best is None:
+        return None
+    basin, ((time,), (state,)) = search.basin, search.knocks.starts(search.best[None])
+    phase = float(basin.phases(np.array([time]))[0])
+    found = solve_orbit(basin.parameters, state.tolist(), phase, basin.periods)
+    return found if found.success else None
+
+
+def _result(search: Search, attractor: Orbit | None, weights: tuple[float, ...]) -> Shock:
     """Result of a search."""
-    motion, best = search.basin, search.best
     found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
-    if best is not None:
-        knock = search.knocks @ best.direction * best.radius
-        start = motion.state(np.array([best.time]))[0]
-        found = {"knock": knock, "phase": best.time, "start": start}
+    if search.best is not None:
+        times, (state,) = search.knocks.starts(search.best[None])
+        (start,) = search.basin.state(times)
+        found = {"knock": state - start, "phase": float(times[0]), "start": start}
     return Shock(
-        orbit=motion.orbit,
+        orbit=search.basin.orbit,
         weights=weights,
         size=search.radius,
         edge=search.edge,
-        attractor=search.attractor,
+        attractor=attractor,
         tried=search.tried,
         status=search.status,
-        message=_message(search),
+        message=_message(search, attractor),
         **found,
     )
 
 
-def _message(search: Search) -> str:
+def _message(search: Search, attractor: Orbit | None) -> str:
     """Status of a search, as a sentence."""
     tried = counted(search.tried, "knock")
     if search.status is ShockStatus.NOT_LOST:
@@ -208,7 +224,7 @@ def _message(search: Search) -> str:
         return "time limit reached before a knock was found that loses the motion"
     if search.status is ShockStatus.TIME_LIMIT:
         return f"time limit reached: smallest of {tried} so far"
-    where = "to another motion" if search.attractor is not None else "to no periodic motion"
+    where = "to another motion" if attractor is not None else "to no periodic motion"
     edge = (
         "has no periodic edge state, and may be fractal"
         if search.edge is None

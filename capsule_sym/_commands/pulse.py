@@ -41,7 +41,7 @@ def pulse(
         ),
         tolerances=options.tolerances,
     ),
-    max_seconds: float = options.max_seconds(),
+    max_seconds: float = options.max_seconds(60.0),
     out: options.Path | None = options.out(
         "Write the JSON here, the drive and both displacements over time as CSV, and the picture."
     ),

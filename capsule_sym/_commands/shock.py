@@ -27,7 +27,7 @@ def shock(
         ),
         largest=option("Largest size of a knock to try.", type=float),
         samples=options.count(
-            "Final knocks within the smallest one found, to confirm it.", 20_000, 100, 10_000_000
+            "Final knocks within the smallest one found, to confirm it.", 10_000, 100, 10_000_000
         ),
         periods=option(
             "Excitation periods within which a motion has to return.  [default: 1024, more "
@@ -36,7 +36,7 @@ def shock(
         ),
         seed=options.count("Random seed of the knocks.", 0, 0),
     ),
-    max_seconds: float = options.max_seconds(),
+    max_seconds: float = options.max_seconds(60.0),
     out: Path | None = options.out("Write the JSON here, and the picture."),
     as_json: bool = options.as_json,
 ) -> None:

@@ -16,8 +16,8 @@ from capsule_sym import (
     simulate_many,
     solve_orbit,
 )
-from capsule_sym._attractors import smallest
-from capsule_sym._attractors.nearest import Place
+from capsule_sym._attractors.boundary import Basin
+from capsule_sym._attractors.settling import Settling
 
 BISTABLE = Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
 # Two motions of two excitation periods and of one.
@@ -80,7 +80,7 @@ def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_o
     assert shock.size == pytest.approx(np.linalg.norm(shock.knock), rel=1e-14)
     start = on_motion(shock.orbit, shock.phase)
     np.testing.assert_allclose(shock.start, start, rtol=0, atol=1e-9)
-    assert comes_back(shock.orbit, shock.phase, start + (1 - 1e-8) * shock.knock)
+    assert comes_back(shock.orbit, shock.phase, start + (1 - 3e-6) * shock.knock)
     assert not comes_back(shock.orbit, shock.phase, start + (1 + 1e-8) * shock.knock)
     lost = simulate(BISTABLE, start + (1 + 1e-3) * shock.knock, shock.phase, 400)
     assert shock.attractor is not None
@@ -89,7 +89,7 @@ def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_o
 
 @pytest.mark.long
 def test_no_random_knock_that_is_smaller_loses_the_motion(shock: Shock) -> None:
-    assert losses(shock.orbit, (1 - 1e-6) * shock.size, 2000, 1) == 0
+    assert losses(shock.orbit, (1 - 1e-4) * shock.size, 2000, 1) == 0
     assert losses(shock.orbit, 1.5 * shock.size, 2000, 1) > 20
 
 
@@ -98,7 +98,7 @@ def test_no_random_knock_that_is_smaller_loses_the_motion(shock: Shock) -> None:
 def test_no_one_of_a_hundred_thousand_knocks_is_smaller(parameters: Parameters) -> None:
     found = minimal_shock(solve_orbit(parameters))
     assert found.status == "found"
-    assert losses(found.orbit, (1 - 1e-6) * found.size, 100_000, 2) == 0
+    assert losses(found.orbit, (1 - 1e-4) * found.size, 100_000, 2) == 0
     assert losses(found.orbit, 1.05 * found.size, 100_000, 2) > 0
 
 
@@ -116,20 +116,49 @@ def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: Shock) -> None:
     assert abs(np.array(run.stroboscopic) - np.array(settled)).max(axis=1).min() < 1e-5
 
 
-def test_the_distance_to_the_boundary_is_stationary_in_time(shock: Shock) -> None:
-    """A run from the boundary stays on it: at the nearest point it comes no nearer."""
-    assert shock.state is not None
-    step, (motion, boundary) = 1e-6, (shock.start, shock.state)
-    sizes = []
-    for time in (step, 2 * step):
-        ends = [
-            simulate(BISTABLE, one, shock.phase, 1)(time + shock.phase)
-            for one in (motion, boundary)
-        ]
-        sizes.append(np.linalg.norm(ends[1] - ends[0]))
-    rate = (4 * sizes[0] - sizes[1] - 3 * shock.size) / (2 * step)
-    speeds = [np.linalg.norm(one) for one in (ends[0] - motion, ends[1] - boundary)]
-    assert abs(rate) < 1e-4 * max(speeds) / step
+# Sizes by descent on differences of the radii of the stable manifold of the edge state, below
+# which a million random knocks lose no motion.
+@pytest.mark.parametrize(
+    ("parameters", "size"),
+    [
+        (BISTABLE, 0.23390607),
+        pytest.param(DOUBLE, 0.38181794, marks=pytest.mark.long),
+        pytest.param(STUCK, 0.36798439, marks=pytest.mark.long),
+        pytest.param(TONGUES, 0.12225630, marks=pytest.mark.long),
+    ],
+)
+def test_the_size_is_that_of_the_stable_manifold(
+    parameters: Parameters, size: float, shock: Shock
+) -> None:
+    found = shock if parameters == BISTABLE else minimal_shock(solve_orbit(parameters))
+    assert found.size == pytest.approx(size, rel=found.accuracy)
+
+
+def test_runs_return_are_lost_or_are_left_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs from all over, by the scalar map; those that do not finish do not count as lost."""
+    orbit = solve_orbit(BISTABLE)
+    basin, random = Basin(orbit, (), None), np.random.default_rng(5)
+    times, states = random.uniform(0, basin.length, 12), random.uniform(-2, 2, (12, 3))
+    back = [comes_back(orbit, *one) for one in zip(times.tolist(), states, strict=True)]
+    assert set(back) == {True, False}
+    assert (~basin.lost(times, states)).tolist() == back
+    basin.near = 0.2
+    waits = basin.returns(times, states)
+    assert np.isfinite(waits).tolist() == back
+    final = simulate(BISTABLE, periods=400).final[1]
+    for time, state, wait in zip(times.tolist(), states, waits, strict=True):
+        if math.isfinite(wait):
+            run = simulate(BISTABLE, state.tolist(), time, int(wait))
+            assert np.linalg.norm(np.array(run.final[1]) - final) < 0.3
+    assert basin.patience < basin.periods
+    assert basin.stays_lost(times[[back.index(False)]], states[[back.index(False)]])
+    before = basin.patience
+    assert not basin.stays_lost(times[[back.index(True)]], states[[back.index(True)]])
+    assert basin.patience == min(4 * before, basin.periods)
+    cut = lambda *given: (np.empty(0, int), np.empty((0, 2, 3)))  # noqa: E731
+    monkeypatch.setattr(Settling, "_marks", cut)
+    basin.near = 0.0
+    assert not basin.lost(times, states).any()
 
 
 @pytest.mark.long
@@ -142,7 +171,7 @@ def test_weights_scale_the_size_and_forbid_components(shock: Shock) -> None:
     assert fast.knock[0] == 0
     assert fast.size > shock.size
     assert not comes_back(shock.orbit, fast.phase, fast.start + (1 + 1e-8) * fast.knock)
-    assert comes_back(shock.orbit, fast.phase, fast.start + (1 - 1e-8) * fast.knock)
+    assert comes_back(shock.orbit, fast.phase, fast.start + (1 - 3e-6) * fast.knock)
 
 
 def test_a_motion_without_contact_is_never_lost() -> None:
@@ -154,21 +183,9 @@ def test_a_motion_without_contact_is_never_lost() -> None:
         _ = found.runs
 
 
-@pytest.mark.long
-def test_a_radius_that_is_not_on_the_boundary_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    def wrong(surface: object, place: Place, random: object) -> Place:
-        return place._replace(radius=0.9 * place.radius)
-
-    monkeypatch.setattr(smallest, "nearest", wrong)
-    found = minimal_shock(solve_orbit(BISTABLE), samples=100)
-    assert found.status == "sampled"
-    assert found.edge is None
-    assert not comes_back(found.orbit, found.phase, found.state)
-
-
 def test_results_are_records(shock: Shock) -> None:
     record = shock.to_dict()
-    assert record["status"] == "found"
+    assert (record["status"], record["accuracy"]) == ("found", 1e-4)
     assert list(record["knock"]) == ["x_r", "v_r", "v_c"]
     assert record["state"]["x_r"] == record["start"]["x_r"] + record["knock"]["x_r"]
     assert record["edge"]["multipliers"][0][0] > 1
