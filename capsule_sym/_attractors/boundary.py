@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +95,9 @@ class Basin:
         """True for runs from states at times that are lost; (n,)."""
         return np.isinf(self.returns(times, states))
 
+    def _lost_at(self, time: float, states: Vector) -> NDArray[np.bool_]:
+        return self.lost(np.full(len(states), time), states)
+
     def stays_lost(self, times: Vector, states: Vector) -> bool:
         """True if a run that counts as lost does not return in all its periods either.
 
@@ -119,13 +123,9 @@ class Basin:
         """
         path, phase = list[Vector](), self.phases(np.full(2, time))
         for _ in range(_ROUNDS):
-            at, width = float(phase[0]), _TIGHT * self.size / np.linalg.norm([outside - inside])
-            inside, outside = bisect(
-                lambda states, at=at: self.lost(np.full(len(states), at), states),
-                inside[None],
-                outside[None],
-                np.array([width]),
-            )[:, 0]
+            lost = partial(self._lost_at, float(phase[0]))
+            width = np.array([_TIGHT * self.size / np.linalg.norm(outside - inside)])
+            inside, outside = bisect(lost, inside[None], outside[None], width)[:, 0]
             pair = self.run(phase, np.array([inside, outside]), _ALONG, "stroboscopic")
             if not pair.success.all():
                 break

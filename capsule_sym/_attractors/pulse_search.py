@@ -8,7 +8,7 @@ beside the boundaries of basins.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +16,22 @@ from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import SHARE
-from capsule_sym._attractors.neighbourhoods import run_rows
+from capsule_sym._attractors.neighbourhoods import NEUTRAL, run_rows
+from capsule_sym._attractors.pulse import Interval, pulsed
 from capsule_sym._attractors.settling import Arrivals, Settling
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import check_start
+from capsule_sym._orbits.continuation.branches.continuing import continue_straight
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
+from capsule_sym._parameters import SceneParameters
+from capsule_sym._systems import System, check_parameter, dimensionless, drives, real
 
 _FINEST = 1e-9  # least spacing of values, over the range: the accuracy of an interval's ends
 _MOST = 10  # largest number of values, over those of the grid
 # Excitation periods in which a run arrives, plus those in which the end attracts by e^14, to 1e-6.
 _SETTLING, _DIGITS = 512, 14.0
+_POINTS = 5  # steps of a branch to an end of the tolerances
 _END = 1  # number of the end attractor among the known ones
 
 
@@ -53,7 +62,7 @@ class Case(NamedTuple):
 
 def intervals(
     cases: Sequence[Case], periods: int, begins: int, low: float, high: float, count: int
-) -> list[tuple[float, float]]:
+) -> list[Interval]:
     """Intervals in a range in which the pulse leads to the end in all cases, in ascending order.
 
     The grid has `count` values.
@@ -84,3 +93,62 @@ def _reached(cases: Sequence[Case], values: Vector, periods: int, begins: int) -
         found[left, i] = case.reached(values[left], periods, begins)
         left = left[found[left, i] == _END]
     return found
+
+
+def checked(
+    start: Orbit, end: Orbit, over: Mapping[str, Sequence[float]] | None, system: System
+) -> tuple[str, Interval]:
+    """Parameter that the pulse changes, and its bounds; raises InvalidInput for all arguments."""
+    for field_, orbit in (("start", start), ("end", end)):
+        if not orbit.success or not stable(orbit.multipliers):
+            raise InvalidInput(field_, orbit, "a stable periodic orbit")
+    if end.parameters != start.parameters:
+        raise InvalidInput("end", end.parameters, "an orbit at the parameters of the start")
+    if dimensionless(system) != start.parameters:
+        raise InvalidInput(
+            "base", system, "the parameters of the orbits, or a device that has them"
+        )
+    if same(whole_orbit(start), whole_orbit(end)):
+        raise InvalidInput("end", str(end.itinerary), "another orbit than the start")
+    allowed = drives(system)
+    if over is None:
+        name = next(iter(allowed))
+        over = {name: (0.0, 2 * getattr(system, name))}
+    for name in over:
+        check_parameter("over", name, system)
+    if len(over) != 1 or next(iter(over)) not in allowed:
+        raise InvalidInput("over", over, f"bounds of one of {', '.join(allowed)}")
+    ((name, given),) = over.items()
+    ends = tuple(given) if isinstance(given, Sequence | np.ndarray) else ()
+    if len(ends) != 2 or not all(map(real, ends)) or not ends[0] < ends[1]:
+        raise InvalidInput(f"bounds of {name}", given, "two ascending finite numbers")
+    for one in ends:
+        try:
+            check_start(pulsed(system, name, float(one)), (0.0, 0.0, 0.0), 0.0, 1)
+        except InvalidInput as error:
+            allowed_ends = f"such that {error.field} is {error.allowed}"
+            raise InvalidInput(f"bounds of {name}", given, allowed_ends) from None
+    return name, (float(ends[0]), float(ends[1]))
+
+
+def stable(multipliers: Iterable[complex]) -> bool:
+    """True if an orbit with these multipliers is stable beyond rounding."""
+    return max(map(abs, multipliers), default=0.0) < 1 - NEUTRAL
+
+
+class AttractorLost(Exception):
+    """Raised if an attractor does not exist at an end of the tolerances, with the reason."""
+
+
+def carried(orbit: Orbit, parameters: SceneParameters, factors: Mapping[str, float]) -> Orbit:
+    """Orbit continued to other parameters along a straight line; raises AttractorLost."""
+    branch = continue_straight(orbit, parameters, points=_POINTS)
+    if branch is None:
+        return orbit
+    if branch.success and all(stable(point.multipliers) for point in branch.points):
+        return whole_orbit(branch.points[-1].orbit)
+    at = ", ".join(f"{name} by {by - 1:+.3g}" for name, by in factors.items())
+    why = branch.message if not branch.success else "it is not stable on the way"
+    raise AttractorLost(
+        f"{orbit.itinerary} does not last to the end of the tolerances, {at}: {why}"
+    )

@@ -7,27 +7,27 @@ work is that of the drive during the pulse.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from capsule_sym._attractors.boundary import SHARE
 from capsule_sym._attractors.destinations import settling_of
-from capsule_sym._attractors.neighbourhoods import NEUTRAL, stroboscopic
+from capsule_sym._attractors.neighbourhoods import stroboscopic
 from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWindow, pulsed, unit_of
-from capsule_sym._attractors.pulse_search import Case, intervals
+from capsule_sym._attractors.pulse_search import AttractorLost, Case, carried, checked, intervals
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, check_start, checked_seconds
+from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._orbits.continuation.branches.continuing import continue_straight
 from capsule_sym._orbits.metrics.work import drive_work
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.symmetry import same, whole_orbit
-from capsule_sym._parameters import SceneDevice, SceneParameters
-from capsule_sym._systems import System, check_parameter, dimensionless, drives, factors_of, real
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._parameters import SceneDevice
+from capsule_sym._systems import System, dimensionless, factors_of, real
 
 _MOST_PERIODS = 1000
 _VALUES = 9, 10**6
@@ -37,7 +37,6 @@ _LONGEST = 2**16  # excitation periods of a transient
 _INSIDE = 100  # number of values by which a window is confirmed
 _PRICED, _CLOSER = 300, 60  # pulses whose work is computed: in all windows, and in one
 _CONFIRMED = 8  # windows of least work that are confirmed
-_POINTS = 5  # steps of a branch to an end of the tolerances
 _WIDE = 1e-3  # least width, over the range, of the window of a pulse of least work
 
 
@@ -80,7 +79,7 @@ def switch_by_pulse(
     unknown parameter of the drive, and for values that are not allowed.
     """
     system = start.parameters if base is None else base
-    name, bounds = _checked(start, end, over, system)
+    name, bounds = checked(start, end, over, system)
     check_count("most_periods", most_periods, 1, _MOST_PERIODS)
     check_count("values", values, *_VALUES)
     if least not in ("periods", "work"):
@@ -88,56 +87,12 @@ def switch_by_pulse(
     if not (real(margin) and 0 <= margin <= 0.5):
         raise InvalidInput("margin", margin, "a share from 0 to 0.5")
     factors = factors_of(tolerances, system)
+    watch = Watch(checked_seconds(max_seconds))
     start, end = whole_orbit(start), whole_orbit(end)
     search = _Search(start, end, system, name, bounds, margin)
-    with Watch(checked_seconds(max_seconds)):
+    with watch:
         search.run(factors, most_periods, least, values, progress or (lambda said: None))
     return search.result(most_periods)
-
-
-def _checked(
-    start: Orbit, end: Orbit, over: Mapping[str, Sequence[float]] | None, system: System
-) -> tuple[str, Interval]:
-    """Parameter that the pulse changes, and its bounds; raises InvalidInput for all arguments."""
-    for field_, orbit in (("start", start), ("end", end)):
-        if not orbit.success or not _stable(orbit.multipliers):
-            raise InvalidInput(field_, orbit, "a stable periodic orbit")
-    if end.parameters != start.parameters:
-        raise InvalidInput("end", end.parameters, "an orbit at the parameters of the start")
-    if dimensionless(system) != start.parameters:
-        raise InvalidInput(
-            "base", system, "the parameters of the orbits, or a device that has them"
-        )
-    if same(whole_orbit(start), whole_orbit(end)):
-        raise InvalidInput("end", str(end.itinerary), "another orbit than the start")
-    allowed = drives(system)
-    if over is None:
-        name = next(iter(allowed))
-        over = {name: (0.0, 2 * getattr(system, name))}
-    for name in over:
-        check_parameter("over", name, system)
-    if len(over) != 1 or next(iter(over)) not in allowed:
-        raise InvalidInput("over", over, f"bounds of one of {', '.join(allowed)}")
-    ((name, given),) = over.items()
-    ends = tuple(given) if isinstance(given, Sequence | np.ndarray) else ()
-    if len(ends) != 2 or not all(map(real, ends)) or not ends[0] < ends[1]:
-        raise InvalidInput(f"bounds of {name}", given, "two ascending finite numbers")
-    for one in ends:
-        try:
-            check_start(pulsed(system, name, float(one)), (0.0, 0.0, 0.0), 0.0, 1)
-        except InvalidInput as error:
-            allowed_ends = f"such that {error.field} is {error.allowed}"
-            raise InvalidInput(f"bounds of {name}", given, allowed_ends) from None
-    return name, (float(ends[0]), float(ends[1]))
-
-
-def _stable(multipliers: Iterable[complex]) -> bool:
-    """True if an orbit with these multipliers is stable beyond rounding."""
-    return max(map(abs, multipliers), default=0.0) < 1 - NEUTRAL
-
-
-class _Lost(Exception):
-    """Raised if an attractor does not exist at an end of the tolerances, with the reason."""
 
 
 @dataclass
@@ -173,7 +128,7 @@ class _Search:
                 if len(factors) > 1:
                     progress(f"attractors at end {number} of {len(factors)} of the tolerances")
                 self.cases.append(self.case(one))
-        except _Lost as lost:
+        except AttractorLost as lost:
             self.lost = str(lost)
             return
         for periods in range(1, most + 1):
@@ -190,8 +145,8 @@ class _Search:
             if found:  # computed now: no run starts after the time limit
                 widest = max(self.windows, key=lambda one: one.width)
                 self.early = self.measured(widest, (widest.low + widest.high) / 2)
-            if least == "periods" and (widest := self.widest()) is not None:
-                self.best = widest, (widest.low + widest.high) / 2
+            if least == "periods" and (whole := self.widest()) is not None:
+                self.best = whole, (whole.low + whole.high) / 2
                 break
         if least == "work":
             progress("the least work")
@@ -203,18 +158,18 @@ class _Search:
         changed = {name: getattr(self.system, name) * by for name, by in factors.items()}
         system = self.system.replace(**changed)
         there = dimensionless(system)
-        known = settling_of([_carried(one, there, factors) for one in (self.start, self.end)])
+        both = [carried(one, there, factors) for one in (self.start, self.end)]
+        known = settling_of(both, share=SHARE)
         starts, marks = stroboscopic(self.start), known.cycles[0][0].states
         # The periods are numbered as those of the start.
         shifts = range(len(starts))
         turn = min(shifts, key=lambda i: float(abs(np.roll(marks, -i, axis=0) - starts).max()))
-        tied, factor = (
-            system.tie(self.name) if isinstance(system, SceneDevice) else (self.name, 1.0)
-        )
+        tied, factor = self.name, 1.0
+        if isinstance(system, SceneDevice):
+            tied, factor = system.tie(tied)
         column = system.scene.facts.PARAMETERS.index(tied)
-        by = factor * factors.get(self.name, 1.0)
-        known.share = SHARE
-        return Case(known, np.roll(marks, -turn, axis=0), column, by)
+        factor *= factors.get(self.name, 1.0)
+        return Case(known, np.roll(marks, -turn, axis=0), column, factor)
 
     def confirmed(self, window: PulseWindow) -> list[PulseWindow]:
         """Parts of a window by more values within it; they replace the window."""
@@ -244,7 +199,7 @@ class _Search:
         parts = [one for one in parts if one.width >= least]
         parts = parts or [one for one in [self.widest()] if one is not None]
         polished = min(((*self.polished(one), one) for one in parts), default=None)
-        return None if polished is None else (polished[2], polished[1])
+        return polished and (polished[2], polished[1])
 
     def least(self, window: PulseWindow, count: int) -> tuple[float, float, float]:
         """Least work of so many pulses of a window, their value, and their spacing."""
@@ -262,7 +217,7 @@ class _Search:
         low, high = max(value - apart, window.low + kept), min(value + apart, window.high - kept)
         if low < high:
             least = minimize_scalar(
-                lambda x: self.work(window, float(x)), bounds=(low, high), method="bounded"
+                partial(self.work, window), bounds=(low, high), method="bounded"
             )
             work, value = min((work, value), (float(least.fun), float(least.x)))
         return work, value
@@ -274,7 +229,7 @@ class _Search:
 
     def work(self, window: PulseWindow, value: float) -> float:
         """Work of the drive over a pulse, dimensionless."""
-        return drive_work(self.pulse(window, value))
+        return drive_work(self.pulse(window, float(value)))
 
     def result(self, most: int) -> Pulse:
         """Best pulse found, or the reason why there is none."""
@@ -318,16 +273,3 @@ class _Search:
             if last + len(marks) < length or length >= _LONGEST:
                 return last
             length *= 2
-
-
-def _carried(orbit: Orbit, parameters: SceneParameters, factors: Mapping[str, float]) -> Orbit:
-    """Orbit continued to other parameters along a straight line; raises _Lost."""
-    branch = continue_straight(orbit, parameters, points=_POINTS)
-    if branch is None:
-        return orbit
-    stable = all(_stable(point.multipliers) for point in branch.points)
-    if branch.success and stable:
-        return whole_orbit(branch.points[-1].orbit)
-    at = ", ".join(f"{name} by {by - 1:+.3g}" for name, by in factors.items())
-    why = branch.message if not branch.success else "it is not stable on the way"
-    raise _Lost(f"{orbit.itinerary} does not last to the end of the tolerances, {at}: {why}")

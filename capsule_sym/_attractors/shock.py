@@ -165,9 +165,9 @@ def minimal_shock(
     units = _units(weights)
     if largest is not None and not (is_real(largest) and 0 < largest < math.inf):
         raise InvalidInput("largest", largest, "a finite number > 0")
+    watch, attractor = Watch(checked_seconds(max_seconds)), None
     search = Search(Basin(orbit, others, periods), units, largest, samples, seed, progress)
-    attractor: Orbit | None = None
-    with Watch(checked_seconds(max_seconds)):
+    with watch:
         search.run()
         attractor = _beyond(search)
     return _result(search, attractor, tuple(weights))

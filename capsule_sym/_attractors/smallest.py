@@ -110,7 +110,7 @@ class Search:
         while left > 0:
             count, before = min(left, _GENERATION), self.radius
             points = self._next(points, waits, count)
-            shares = 10 ** self.random.uniform(*np.log10((_LEAST, _DEEPEST)), count)
+            shares = np.exp(self.random.uniform(math.log(_LEAST), math.log(_DEEPEST), count))
             waits = self._try(points, self.radius * (1 - shares))
             left -= count
             if self.radius < before:

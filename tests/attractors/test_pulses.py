@@ -24,6 +24,7 @@ from capsule_sym import (
     solve_orbit,
     switch_by_pulse,
 )
+from capsule_sym._attractors.pulse_search import intervals
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.work import drive_force, drive_work
@@ -71,6 +72,30 @@ def leads(
 def reversal() -> Pulse:
     """From backward to forward, the shortest pulse."""
     return switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH))
+
+
+class Line:
+    """Attractors by the value of a pulse: 1 in some ranges, 0 below 0.6, 2 above."""
+
+    def __init__(self, *ranges):
+        self.ranges, self.asked = ranges, np.zeros(0)
+
+    def reached(self, values, periods, begins):
+        self.asked = np.append(self.asked, values)
+        leads = [any(low <= one <= high for low, high in self.ranges) for one in values]
+        return np.where(leads, 1, np.where(values < 0.6, 0, 2)).astype(np.int16)
+
+
+def test_intervals_are_those_of_all_cases_also_narrow_ones_between_two_basins():
+    first, second = Line((0.21, 0.53), (0.6, 0.60001), (0.8, 1.0)), Line((0.33, 0.9))
+    found = intervals([first, second], 1, 0, 0.0, 1.0, 40)
+    assert np.array(found) == pytest.approx(
+        np.array([(0.33, 0.53), (0.6, 0.60001), (0.8, 0.9)]), abs=2e-9
+    )
+    assert (first.reached(second.asked, 1, 0) == 1).all()
+    few = intervals([Line((0.6, 0.60001))], 1, 0, 0.0, 1.0, 3)
+    assert few == [] or few[0][1] - few[0][0] <= 1e-5
+    assert intervals([Line((2.0, 3.0))], 1, 0, 0.0, 1.0, 9) == []
 
 
 def test_a_pulse_reverses_the_direction_as_the_map_itself_does(reversal) -> None:
