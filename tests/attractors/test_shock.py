@@ -36,7 +36,7 @@ TONGUES = Parameters(
 
 @pytest.fixture(scope="module")
 def shock() -> Shock:
-    return minimal_shock(solve_orbit(BISTABLE), samples=500)
+    return minimal_shock(solve_orbit(BISTABLE), samples=500, max_seconds=math.inf)
 
 
 def on_motion(orbit: Orbit, time: float) -> np.ndarray:
@@ -96,7 +96,7 @@ def test_no_random_knock_that_is_smaller_loses_the_motion(shock: Shock) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("parameters", [BISTABLE, DOUBLE, STUCK, TONGUES])
 def test_no_one_of_a_hundred_thousand_knocks_is_smaller(parameters: Parameters) -> None:
-    found = minimal_shock(solve_orbit(parameters))
+    found = minimal_shock(solve_orbit(parameters), max_seconds=math.inf)
     assert found.status == "found"
     assert losses(found.orbit, (1 - 1e-4) * found.size, 100_000, 2) == 0
     assert losses(found.orbit, 1.05 * found.size, 100_000, 2) > 0
@@ -130,7 +130,11 @@ def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: Shock) -> None:
 def test_the_size_is_that_of_the_stable_manifold(
     parameters: Parameters, size: float, shock: Shock
 ) -> None:
-    found = shock if parameters == BISTABLE else minimal_shock(solve_orbit(parameters))
+    found = (
+        shock
+        if parameters == BISTABLE
+        else minimal_shock(solve_orbit(parameters), max_seconds=math.inf)
+    )
     assert found.size == pytest.approx(size, rel=found.accuracy)
 
 
