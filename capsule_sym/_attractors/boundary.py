@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.destinations import settling_of
@@ -67,12 +67,12 @@ class Basin:
         found: Vector = self._trajectory(np.clip(inside, first, end))
         return found
 
-    def phases(self, times: Vector) -> Vector:
-        """Phases of the forcing at times, (n,)."""
+    def phases(self, times: ArrayLike) -> Vector:
+        """Phases of the forcing at times, (n,) or a number."""
         phases = np.mod(times, self.period)
         return np.where(phases < self.period, phases, 0.0)
 
-    def returns(self, times: Vector, states: Vector) -> Vector:
+    def returns(self, times: ArrayLike, states: Vector) -> Vector:
         """Excitation periods until runs from states, (n, 3), return, inf if lost; (n,).
 
         A run whose end is unknown, as the core leaves it open, counts as one that returns.
@@ -91,12 +91,9 @@ class Basin:
         found[left] = np.where(gone, np.inf, done + came.periods)
         return found
 
-    def lost(self, times: Vector, states: Vector) -> NDArray[np.bool_]:
+    def lost(self, times: ArrayLike, states: Vector) -> NDArray[np.bool_]:
         """True for runs from states at times that are lost; (n,)."""
         return np.isinf(self.returns(times, states))
-
-    def _lost_at(self, time: float, states: Vector) -> NDArray[np.bool_]:
-        return self.lost(np.full(len(states), time), states)
 
     def stays_lost(self, times: Vector, states: Vector) -> bool:
         """True if a run that counts as lost does not return in all its periods either.
@@ -123,7 +120,7 @@ class Basin:
         """
         path, phase = list[Vector](), self.phases(np.full(2, time))
         for _ in range(_ROUNDS):
-            lost = partial(self._lost_at, float(phase[0]))
+            lost = partial(self.lost, phase[0])
             width = np.array([_TIGHT * self.size / np.linalg.norm(outside - inside)])
             inside, outside = bisect(lost, inside[None], outside[None], width)[:, 0]
             pair = self.run(phase, np.array([inside, outside]), _ALONG, "stroboscopic")
@@ -145,14 +142,9 @@ class Basin:
             change = abs(path[-number:] - path[-2 * number : len(path) - number]).max()
             if change <= _REPEATED * self.size:
                 orbit = newton_orbit(self.parameters, path[-1], number)
-                return orbit if orbit is not None and is_saddle(orbit) else None
+                sizes = np.zeros(2) if orbit is None else abs(orbit.multipliers)
+                return orbit if sizes[0] > 1 > sizes[1] else None
         return None
-
-
-def is_saddle(orbit: Orbit) -> bool:
-    """True if an orbit is unstable in one direction."""
-    sizes = abs(orbit.multipliers)
-    return bool(sizes[0] > 1 > sizes[1])
 
 
 def bisect(

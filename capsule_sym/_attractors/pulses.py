@@ -21,7 +21,7 @@ from capsule_sym._attractors.pulse import Interval, Pulse, PulseStatus, PulseWin
 from capsule_sym._attractors.pulse_search import AttractorLost, Case, carried, checked, intervals
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
+from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.work import drive_work
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -51,7 +51,7 @@ def switch_by_pulse(
     margin: float = 0.05,
     tolerances: Mapping[str, float] | None = None,
     values: int = 2000,
-    max_seconds: float = SEARCH_SECONDS,
+    max_seconds: float = 60.0,
     progress: Callable[[str], object] | None = None,
 ) -> Pulse:
     """Pulse of the drive that leads from one stable orbit to another.

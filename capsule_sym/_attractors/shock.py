@@ -16,7 +16,7 @@ from capsule_sym._attractors.nearest import ACCURACY
 from capsule_sym._attractors.smallest import Search, ShockStatus
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds, is_real
+from capsule_sym._map.checks import check_count, checked_seconds, is_real
 from capsule_sym._map.result import Result, brief, record
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -138,7 +138,7 @@ def minimal_shock(
     periods: int | None = None,
     samples: int = 10_000,
     seed: int = 0,
-    max_seconds: float = SEARCH_SECONDS,
+    max_seconds: float = 60.0,
     progress: Callable[[str], object] | None = None,
 ) -> Shock:
     """Smallest knock of (x_r, v_r, v_c), at any time, after which a stable motion is lost.
@@ -190,7 +190,7 @@ def _beyond(search: Search) -> Orbit | None:
     if search.best is None:
         return None
     basin, ((time,), (state,)) = search.basin, search.knocks.starts(search.best[None])
-    phase = float(basin.phases(np.array([time]))[0])
+    phase = float(basin.phases(time))
     found = solve_orbit(basin.parameters, state.tolist(), phase, basin.periods)
     return found if found.success else None
 
