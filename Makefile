@@ -98,8 +98,8 @@ explorer/node_modules/.package-lock.json: explorer/package-lock.json
 EXPLORER := $(READY) explorer/node_modules/.package-lock.json
 explorer: $(EXPLORER)  ## build the page of `capsule-sym explore`; needs Node.js
 	@$(call bring,explorer)
-	cd explorer && npm run --silent types
 	$(BIN)/python explorer/build.py
+	cd explorer && npm run --silent types
 
 explorer-test: $(EXPLORER)  ## drive the page in headless Chromium, which has to be there
 	@$(call bring,explorer)

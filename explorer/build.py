@@ -25,8 +25,7 @@ PAGE = ROOT / "capsule_sym" / "_explorer" / "page.html"
 COLOURS = ROOT / "capsule_sym" / "_figures" / "colours.json"
 """The figures' colours, which are the page's."""
 NATIVE = ROOT / "capsule_sym" / "_native"
-MODELS = sorted((ROOT / "generated").glob("*/page/model.ts"))
-SCENES = {model.parents[1].name: model.parents[1] / "c" for model in MODELS}
+SCENES = {folder.parent.name: folder for folder in sorted((ROOT / "generated").glob("*/c"))}
 """Folder of the generated C of each scene."""
 
 LIBRARY = (
@@ -44,12 +43,13 @@ _TEXTS = {".c", ".css", ".h", ".html", ".json", ".py", ".ts"}
 
 def sources() -> Iterator[Path]:
     """All files that the page is made from, in a fixed order."""
-    own = (path for path in HERE.rglob("*") if "node_modules" not in path.parts)
+    skipped = {"node_modules", "tests"}
+    own = (path for path in HERE.rglob("*") if not skipped & {*path.relative_to(HERE).parts})
     yield from sorted(path for path in own if path.is_file() and path.suffix in _TEXTS)
     yield from sorted([NATIVE / name for name in LIBRARY] + list(NATIVE.glob("*.h")))
     for kernels in SCENES.values():
         yield from sorted(kernels.glob("*.[ch]"))
-    yield from (*MODELS, COLOURS)
+    yield COLOURS
 
 
 def digest() -> str:
@@ -74,7 +74,9 @@ def stale() -> str:
 
 
 def build() -> None:
-    """Compile, bundle and write the page."""
+    """Compile, bundle and write the page, with the facts of each scene."""
+    for name in SCENES:
+        (HERE / "src" / "models" / f"{name}.ts").write_bytes(model(name))
     with TemporaryDirectory() as folder:
         libraries = {
             name: _compile(kernels, Path(folder) / f"{name}.wasm")
@@ -96,6 +98,12 @@ def build() -> None:
     print(f"{PAGE.relative_to(ROOT)}: {PAGE.stat().st_size:,} bytes")
     for name, library in libraries.items():
         print(f"  {name}: {len(library):,} bytes of library, {len(packed[name]):,} in the page")
+
+
+def model(scene: str) -> bytes:
+    """Facts of a scene in TypeScript; in a process of their own, which has one model."""
+    command = [sys.executable, str(HERE / "model.py"), scene]
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
 
 
 def _page(script: str, style: str, packed: dict[str, str]) -> str:

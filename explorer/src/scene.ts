@@ -1,9 +1,9 @@
 // The scene that is shown: the address names it, and a page, with its workers, is of one scene until it is loaded again.
-import * as capsule from "../../generated/capsule/page/model.ts";
-import * as prototype from "../../generated/prototype/page/model.ts";
-import * as reaction from "../../generated/reaction/page/model.ts";
-import * as reaction_pulse from "../../generated/reaction_pulse/page/model.ts";
-import * as slope from "../../generated/slope/page/model.ts";
+import * as capsule from "./models/capsule.ts";
+import * as prototype from "./models/prototype.ts";
+import * as reaction from "./models/reaction.ts";
+import * as reaction_pulse from "./models/reaction_pulse.ts";
+import * as slope from "./models/slope.ts";
 
 /** Parameters that all scenes have; others are met by their part in the model, or in a list of all. */
 export type Parameter = "alpha" | "omega" | "zeta" | "gamma";

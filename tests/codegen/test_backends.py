@@ -16,10 +16,9 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from capsule_sym._parameters import CAPSULE
 from capsule_sym._symbolic.model.formulas import Formula
 from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.symbols import MODEL, PARAMETERS
+from capsule_sym._symbolic.model.symbols import PARAMETERS
 from capsule_sym.codegen import _render
 from capsule_sym.codegen._backend import Backend
 from capsule_sym.codegen._blocks import segment_constants
@@ -28,7 +27,6 @@ from capsule_sym.codegen._lower import lower
 from capsule_sym.codegen.backends import BACKENDS, Shared
 from capsule_sym.codegen.backends.c import C, Real
 from capsule_sym.codegen.backends.python import Python
-from capsule_sym.codegen.backends.typescript import RECORDS, TypeScript
 
 CODEGEN = Path(_render.__file__).parent
 X, Y, K = sp.symbols("x y K")
@@ -139,39 +137,6 @@ def test_constants_are_those_of_the_fields(derived: Derived, name: str) -> None:
         assert values == pytest.approx(expected, rel=1e-14)
 
 
-def test_the_page_has_a_field_for_each_parameter_and_quantity(derived: Derived) -> None:
-    text = TypeScript(derived).written()["page/model.ts"]
-    rows = {name: json.loads(row) for name, row in re.findall(r"^  (\w+): (\{.*\}),$", text, re.M)}
-    declared = (*MODEL.parameters, *MODEL.quantities)
-    assert rows.keys() == {one.name for one in declared}
-    for one in declared:
-        row = rows[one.name]
-        assert (row["symbol"], row["low"], row["high"]) == (one.letter, one.low, one.high)
-        assert (row["name"], row["about"], row.get("unit", "")) == (
-            one.label,
-            one.about,
-            getattr(one, "unit", "").replace("^2", "²"),
-        )
-
-
-@pytest.mark.parametrize("name", RECORDS)
-def test_the_page_reads_records_where_the_library_has_them(derived: Derived, name: str) -> None:
-    text = TypeScript(derived).written()["page/model.ts"]
-    (rows,) = re.findall(rf"^export const {name}At = .*?^\}}\);", text, re.M | re.S)
-    (size,) = re.findall(rf"^export const {name.upper()}_SIZE = (\d+);", text, re.M)
-    read = re.findall(r"(\w+)\(v, at \+ (\d+)\)", rows)
-    record = getattr(CAPSULE.records, name.upper())  # its offsets are those of the compiled library
-    kinds = {"<f8": "double", "<i8": "int64_t", "<i4": "int32_t"}
-    fields = [record.fields[field][:2] for field in record.names]
-    assert int(size) == record.itemsize
-    assert [(kind, int(at)) for kind, at in read] == [
-        (kinds[kind.base.str], at + i * kind.base.itemsize)
-        for kind, at in fields
-        for i in range(math.prod(kind.shape))
-    ]
-    assert re.findall(r"^  (\w+): ", rows, re.M) == [*record.names]
-
-
 def test_no_two_backends_write_one_file_and_no_template_is_left_over() -> None:
     paths = [path for backend in BACKENDS for path in backend.files]
     assert len(paths) == len(set(paths))
@@ -231,7 +196,7 @@ def test_a_backend_is_a_folder_and_a_line(derived, tmp_path, monkeypatch) -> Non
     assert "oscillating" in json.loads(files["manifest.json"])["operations"]
 
 
-LANGUAGES = r"numpy|mpmath|matlab|octave|typescript|cython|c99|python|c|[#%]|//"
+LANGUAGES = r"numpy|mpmath|matlab|octave|cython|c99|python|c|[#%]|//"
 
 
 def test_nothing_but_a_backend_knows_a_language() -> None:

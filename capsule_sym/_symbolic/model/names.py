@@ -5,29 +5,30 @@ from __future__ import annotations
 import keyword
 import re
 
-_KEYWORDS_TEXT = """
-    alignas alignof and_eq asm auto bitand bitor bool break case catch cdef char cimport classdef
-    compl const constexpr continue cpdef ctypedef debugger decltype default delete do double else
-    elseif end enum explicit export extern float for friend function global goto if implements
-    include inline instanceof int interface let long mutable namespace new noexcept not_eq null
-    nullptr operator or_eq otherwise package parfor persistent private protected public register
-    restrict return short signed sizeof spmd static static_assert struct super switch template
-    this thread_local throw true false try typedef typeid typename typeof typeof_unqual undefined
-    union unsigned using var virtual void volatile wchar_t while xor xor_eq
-"""
-_KEYWORDS = frozenset(_KEYWORDS_TEXT.split()) | {*keyword.kwlist, *keyword.softkwlist}
-_MACROS_TEXT = """
+from sympy.printing.cxx import reserved
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+_KEYWORDS = _words("""
+    catch cdef cimport classdef cpdef ctypedef debugger elseif end function implements include
+    instanceof interface let null otherwise package parfor persistent restrict spmd super typeof
+    typeof_unqual undefined var
+""").union(keyword.kwlist, keyword.softkwlist, *reserved.values())
+_MACROS = _words("""
     I Infinity L_ctermid L_tmpnam NaN P_tmpdir assert complex environ errno far fpclassify huge i386
     imaginary isfinite isinf isnan isnormal linux math_errhandling near noreturn offsetof
     sched_priority signbit signgam small st_atime st_ctime st_mtime stderr stdin stdout unix va_arg
     va_end va_start
-"""
+""")
 _MACRO = re.compile(
-    rf"{'|'.join(_MACROS_TEXT.split())}|(?=.*[A-Z].*[A-Z])[A-Z0-9_]+l?|Py[A-Z_]\w*"
+    rf"{'|'.join(_MACROS)}|(?=.*[A-Z].*[A-Z])[A-Z0-9_]+l?|Py[A-Z_]\w*"
     r"|(PRI|SCN)[a-z]\w*|(u?int|size|ptrdiff)\w*_t"
 )
 """Macros and types of C's headers and Python's, and all names of capital letters, as macros are."""
-_NAMES_TEXT = """
+_NAMES = _words("""
     Any B B2 B2d BI BW BWd Bd Bdd Constants G G2 G2d Gd H H1 H2 JACOBIAN_COLUMNS K NULL Z2 abs add
     advance back before bound bound_of by c cap capsule_advance centre constants contact cos
     cos_theta cosine damper_power detached detuning drift drift_change drift_long drift_short drive
@@ -43,18 +44,16 @@ _NAMES_TEXT = """
     sin_theta sine sine2 size_of slow spring sqrt start state stop sub tau term theta to_dict total
     turning_velocity u u1 v_c v_c_rate v_change v_r v_rate v_second v_x values velocity velocity_at
     versine versine2 w way width x_c x_change x_r
-"""
-_NAMES = frozenset(_NAMES_TEXT.split())
+""")
 """Names with another meaning in generated code and derivations."""
 _NUMBERED = re.compile(r"(t|x|p|P_|drive|abs_[xp])\d*|(abs|by|d\d)_\w+|\w+_(gradient|size)")
-_OF_DEVICES_TEXT = """
+_OF_DEVICES = _words("""
     acceleration dimensionless displacement energy force friction_force length_scale
     natural_frequency phase rate ratios replace scale scene sqrt tie time to_dict v_c v_r velocity
     x_c x_r
-"""
-_OF_DEVICES = frozenset(_OF_DEVICES_TEXT.split())
+""")
 """Names that a device has besides its quantities, and those of the start."""
-_OF_RESULTS_TEXT = """
+_OF_RESULTS = _words("""
     against all along among any_core as_json at attractor backend between bifurcation cascade
     certify check colours component compute count curve curves damper_loss data dpi everything
     file final friction_loss help info intervals itinerary json kind largest least leaving loss
@@ -63,8 +62,7 @@ _OF_RESULTS_TEXT = """
     period_number plan points port progression quantity restart resume reverse samples scene
     seed serve shares starts store subject_to subjects switches threads ties to tolerance
     tolerances unknown weights work workers
-"""
-_OF_RESULTS = frozenset(_OF_RESULTS_TEXT.split())
+""")
 """Names of options of commands and of results of sweeps."""
 
 

@@ -5,9 +5,8 @@ from capsule_sym.codegen.backends.c import C
 from capsule_sym.codegen.backends.cython import Cython
 from capsule_sym.codegen.backends.python import Python
 from capsule_sym.codegen.backends.shared import Shared
-from capsule_sym.codegen.backends.typescript import TypeScript
 
-BACKENDS: tuple[type[Backend], ...] = (Python, C, Cython, TypeScript)
+BACKENDS: tuple[type[Backend], ...] = (Python, C, Cython)
 """Backends of a scene; `Shared` writes what all scenes have in common."""
 
 __all__ = ["BACKENDS", "Backend", "Shared"]
