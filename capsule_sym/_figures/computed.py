@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.arcs import UNSETTLED
-from capsule_sym._map import SteadyMotion, Trajectory, simulate
+from capsule_sym._map import Trajectory, simulate
 from capsule_sym._parameters import SceneParameters
 
 if TYPE_CHECKING:
     from capsule_sym._orbits.continuation.branches.branch import Branch
     from capsule_sym._orbits.shooting.orbit import Orbit
 
-_BLOCK = 64  # excitation periods between two tests for a steady motion
-MOST_PERIODS = 4096
 _DRAWN = 3  # least number of excitation periods of a motion that are drawn
-_CLOSING = 256  # excitation periods of the run that starts Newton's method
+_LONG = 1024  # excitation periods of a motion that is not periodic
 
 
 @cache
@@ -94,42 +91,22 @@ def orbit_of(record: Mapping[str, Any]) -> Orbit:
     return saved.orbit_from_record(record.get("orbit", record))
 
 
-def from_rest(parameters: SceneParameters) -> tuple[int, Trajectory, SteadyMotion | None]:
-    """Run from rest until its motion is steady: number of periods, last part of the run, motion.
-
-    The motion is None if it is not steady within 4096 periods, or if the run failed.
-    """
-    state, periods = (0.0, 0.0, 0.0), 0
-    while True:
-        trajectory = simulate(parameters, state, periods=_BLOCK)
-        periods += _BLOCK
-        motion = trajectory.steady() if trajectory.success else None
-        if motion or not trajectory.success or periods >= MOST_PERIODS:
-            return periods, trajectory, motion
-        # A run ends at phase 0, where the next one begins.
-        _, state = trajectory.final
-
-
 @cache
 def steady_run(parameters: SceneParameters) -> Trajectory:
     """Steady motion from rest, as a run of a few periods from phase 0.
 
-    Newton's method is used if the motion settles slowly. A motion that is not periodic is a run of
-    `arcs.UNSETTLED` + 1 periods. Raises InvalidInput if the run fails.
+    A motion that is not periodic is a run from rest of 1024 periods. Raises InvalidInput if the run
+    fails.
     """
     from capsule_sym._orbits.shooting.search import solve_orbit
 
-    _, last, motion = from_rest(parameters)
-    if not last.success:
-        raise InvalidInput(
-            "parameters", parameters.to_dict(), f"those of a motion ({last.message})"
-        )
-    state, number = last.final[1], motion and motion.period_number
-    if number is None:
-        orbit = solve_orbit(parameters, state, periods=_CLOSING)
-        if orbit.success:
-            number = orbit.itinerary.period_number
-            state = tuple(strobe(orbit)[-1])
-    # One period more than twice the motion's, to detect its repetition.
-    periods = max(_DRAWN, 2 * number if number else UNSETTLED) + 1
-    return simulate(parameters, state, periods=periods)
+    orbit, periods = solve_orbit(parameters), _LONG
+    state: Sequence[float] = (0.0, 0.0, 0.0)
+    if orbit.success:
+        state = strobe(orbit)[-1]
+        # One period more than twice the motion's, to detect its repetition.
+        periods = max(_DRAWN, 2 * orbit.itinerary.period_number) + 1
+    run = simulate(parameters, state, periods=periods)
+    if not run.success:
+        raise InvalidInput("parameters", parameters.to_dict(), f"those of a motion ({run.message})")
+    return run

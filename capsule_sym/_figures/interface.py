@@ -8,7 +8,7 @@ from capsule_sym._figures import catalogue, regions
 from capsule_sym._figures.boundaries import corners, Limits, lines
 from capsule_sym._figures.catalogue import BEGIN, Study, Track
 from capsule_sym._figures.charts import draw_regions
-from capsule_sym._figures.computed import followed, from_rest, steady_run
+from capsule_sym._figures.computed import followed, steady_run
 from capsule_sym._figures.layout import across, add_key, add_words, canvas, handles_of, NARROW
 from capsule_sym._figures.notebook import on_page
 from capsule_sym._figures.portraits import boundary_handles, field_handles, unsettled_handles

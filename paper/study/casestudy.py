@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import capsule_sym
-from capsule_sym import Parameters, SceneParameters, SteadyMotion
-from capsule_sym._figures.interface import from_rest
+from capsule_sym import Parameters, SceneParameters, SteadyMotion, Trajectory, simulate
 from capsule_sym._map.interface import default_backend
 from capsule_sym._records import dumps, motion_record, segment_record, table
 from capsule_sym._records import write as write_texts
@@ -17,6 +16,8 @@ from capsule_sym.generated.capsule import DIGEST
 from paper import printed as paper
 
 _PAPER = paper.read()
+_BLOCK = 64  # excitation periods between two tests for a steady motion
+_MOST_PERIODS = 4096
 
 PANELS = {name: float(alpha) for name, alpha in paper.panels(_PAPER).items()}
 """Excitation amplitude alpha of each panel of Fig. 7."""
@@ -60,6 +61,22 @@ class Case:
     def agrees(self) -> bool:
         """True if the exact global map is the printed one."""
         return self.motion is not None and same_motion(self.motion.global_map, self.printed)
+
+
+def from_rest(parameters: Parameters) -> tuple[int, Trajectory, SteadyMotion | None]:
+    """Run from rest until its motion is steady: number of periods, last part of the run, motion.
+
+    The motion is None if it is not steady within 4096 periods, or if the run failed.
+    """
+    state, periods = (0.0, 0.0, 0.0), 0
+    while True:
+        trajectory = simulate(parameters, state, periods=_BLOCK)
+        periods += _BLOCK
+        motion = trajectory.steady() if trajectory.success else None
+        if motion or not trajectory.success or periods >= _MOST_PERIODS:
+            return periods, trajectory, motion
+        # A run ends at phase 0, where the next one begins.
+        _, state = trajectory.final
 
 
 def run() -> Iterator[Case]:

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, simulate
-from capsule_sym._figures import computed
 from paper import printed as paper
 from paper.study import casestudy
 
@@ -82,8 +81,8 @@ def test_a_motion_has_no_first_local_map() -> None:
 
 
 def test_a_motion_that_does_not_settle_is_said_not_to(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(computed, "_BLOCK", 1)
-    monkeypatch.setattr(computed, "MOST_PERIODS", 3)
+    monkeypatch.setattr(casestudy, "_BLOCK", 1)
+    monkeypatch.setattr(casestudy, "_MOST_PERIODS", 3)
     case = next(casestudy.run())
     assert (case.periods, case.motion, case.agrees) == (3, None, False)
     [row] = casestudy.record([case])["cases"]
