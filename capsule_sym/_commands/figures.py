@@ -176,7 +176,7 @@ def figure(
 
 @contextmanager
 def _chosen_view(*ranges: tuple[float, ...] | None) -> Iterator[None]:
-    """Draw these ranges of x and y; errors name what was typed."""
+    """Draw these ranges of x and y."""
     from capsule_sym._figures.layout import VIEW
 
     for name, ends in zip(("--xlim", "--ylim"), ranges, strict=True):
@@ -185,11 +185,6 @@ def _chosen_view(*ranges: tuple[float, ...] | None) -> Iterator[None]:
     token: Any = VIEW.set(ranges)  # type: ignore[arg-type]
     try:
         yield
-    except InvalidInput as error:
-        typed = {"quantity": "--of", "metric": "--of", "xlim": "--xlim", "ylim": "--ylim"}
-        raise InvalidInput(
-            typed.get(error.field, error.field), error.value, error.allowed
-        ) from error
     finally:
         VIEW.reset(token)
 

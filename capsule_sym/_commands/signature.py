@@ -29,7 +29,7 @@ _OPTIONS = {
     "to": "along",
     "over": "shares",
     "store": "out",
-    "metric": "maximise minimise",
+    "metric": "maximise minimise quantity",
     "metrics": "metric",
     "start": "state",
     "starts": "state",

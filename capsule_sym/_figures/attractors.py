@@ -24,7 +24,7 @@ from capsule_sym._figures.style import (
 )
 
 if TYPE_CHECKING:
-    from capsule_sym._attractors.branches import AttractorBranch, ContinuedAttractors
+    from capsule_sym._attractors.branches import AttractorBranch, Change, ContinuedAttractors
 
 _NAMED = 0.08  # fraction from which on an area has its number
 _NARROW = 0.01  # share of the axis over which it goes then
@@ -74,16 +74,11 @@ def plot_attractors(
         ("^", "birth", "black", 1.035, [one.birth for one in found.branches]),
         ("v", "death", "white", 1.085, [one.death for one in found.branches]),
     ):
-        values = [one.value for one in chosen if one is not None and np.isfinite(one.value)]
-        if values:
-            kind: dict[str, Any] = {
-                "color": "black",
-                "markerfacecolor": face,
-                "markersize": 4,
-                "clip_on": False,
-                "label": label,
-            }
-            axes.plot(values, np.full(len(values), level), mark, linestyle="none", **kind)
+        values = [_place(one, np.nan) for one in chosen]
+        if np.any(np.isfinite(values)):
+            kind: dict[str, Any] = {"color": "black", "markerfacecolor": face, "markersize": 4}
+            kind |= {"linestyle": "none", "clip_on": False, "label": label}
+            axes.plot(values, np.full(len(values), level), mark, **kind)
     limit(axes, (found.values[0], found.values[-1]), (0, 1.12))
     axes.set_yticks(np.linspace(0, 1, 6))
     axes.set_xlabel(LABELS.get(found.name, found.name))
@@ -120,14 +115,7 @@ def _stacked(found: ContinuedAttractors) -> tuple[_Values, _Values]:
     of = np.zeros((len(found.branches), len(values)))
     for row, branch in zip(of, found.branches, strict=True):
         row[np.searchsorted(values, branch.values)] = branch.fractions
-    ends = [
-        [
-            one.value if one is not None and np.isfinite(one.value) else nowhere
-            for one, nowhere in both
-        ]
-        for branch in found.branches
-        for both in [((branch.birth, -np.inf), (branch.death, np.inf))]
-    ]
+    ends = [(_place(one.birth, -np.inf), _place(one.death, np.inf)) for one in found.branches]
     places, heights = [values[0]], [of[:, 0]]
     for i, (low, high) in enumerate(pairwise(values)):
         inside = sorted({at for both in ends for at in both if low < at < high})
@@ -137,23 +125,20 @@ def _stacked(found: ContinuedAttractors) -> tuple[_Values, _Values]:
             for k, (left, right) in enumerate(pairwise(edges)):
                 middle = (left + right) / 2
                 alive = np.array([birth < middle < death for birth, death in ends])
-                known = (
-                    of[:, i]
-                    if k == 0
-                    else of[:, i + 1]
-                    if right == high
-                    else of[:, i : i + 2].max(1)
-                )
-                share = np.where(alive, known, 0.0)
-                whole = np.interp(middle, [low, high], total)
-                share = (
-                    share * whole / share.sum() if k > 0 and right < high and share.any() else share
-                )
+                at = slice(i + (right == high), i + 2 - (k == 0))  # the value beside, or both
+                share = np.where(alive, of[:, at].max(1), 0.0)
+                if k > 0 and right < high and share.any():
+                    share *= np.interp(middle, [low, high], total) / share.sum()
                 places += [left, right]
                 heights += [share, share]
         places.append(high)
         heights.append(of[:, i + 1])
     return np.array(places), np.array(heights).T
+
+
+def _place(change: Change | None, nowhere: float) -> float:
+    """Value of a birth or death, if it is known."""
+    return change.value if change is not None and np.isfinite(change.value) else nowhere
 
 
 def _inward(places: _Values, at: int) -> float:

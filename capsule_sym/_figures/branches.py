@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import offset_copy
+from scipy.optimize import isotonic_regression
 
 from capsule_sym._figures.layout import (
     NARROW,
@@ -268,17 +269,9 @@ def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[floa
     """Ascending places in [0, last] moved as little as needed to lie at least `room` apart."""
     if not places:
         return []
-    # Less their least distances from the first, places need only ascend: neighbours that do not are
-    # put together at their mean.
+    # Less their least distances from the first, places need only ascend.
     steps = room * np.arange(len(places))
-    pools: list[tuple[float, int]] = []
-    for place in np.array(places) - steps:
-        pool = float(place), 1
-        while pools and pools[-1][0] > pool[0]:
-            mean, many = pools.pop()
-            pool = (mean * many + pool[0] * pool[1]) / (many + pool[1]), many + pool[1]
-        pools.append(pool)
-    ascending = np.concatenate([np.full(many, mean) for mean, many in pools])
+    ascending = isotonic_regression(np.array(places) - steps).x
     return [float(place) for place in np.clip(ascending, 0.0, last - steps[-1]) + steps]
 
 

@@ -14,7 +14,7 @@ from matplotlib.patheffects import Stroke
 
 from capsule_sym._figures.labels import CENTRED, drawn_lines, fix_layout, name_points
 from capsule_sym._figures.layout import add_key, axes_for, handles_of, limit
-from capsule_sym._figures.regions import Curve, Plane, Region, by_cells
+from capsule_sym._figures.regions import Plane, Region, by_cells
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     CURVES,
@@ -41,7 +41,7 @@ _SMALL, _TINY = 0.01, 0.001  # of a chart: regions that have a number, beside ot
 @styled
 def plot_chart(
     results: xr.Dataset,
-    curves: Sequence[Curve] = (),
+    curves: Sequence[Mapping[str, Any]] = (),
     *,
     levels: Sequence[float] = (),
     width: float = PAGE,
@@ -66,7 +66,7 @@ def plot_chart(
 def draw_regions(
     plane: Plane,
     regions: Sequence[Region],
-    curves: Sequence[Curve] = (),
+    curves: Sequence[Mapping[str, Any]] = (),
     *,
     levels: Sequence[float] = (),
     width: float = PAGE,
@@ -155,7 +155,7 @@ def _number_regions(
     name_points(axes, beside, fills)
 
 
-def draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
+def draw_curve(axes: Axes, curve: Mapping[str, Any], plane: Plane) -> None:
     """A curve of bifurcations, and its codimension-two points, over a plane."""
     colour, style = CURVES.get(curve["type"], OTHER_CURVE)
     # On a white rim, so that it is seen on dark regions as well.

@@ -16,9 +16,6 @@ from capsule_sym._sweeps.quantities import CellOutcome
 if TYPE_CHECKING:
     import xarray as xr
 
-Curve = Mapping[str, Any]
-"""Curve of bifurcations as plain data; see `orbits.records.curve_record`."""
-
 Limits = tuple[float, float]
 
 _GRID = 1e-9  # of the unit square: points of two curves closer than this are merged
@@ -85,7 +82,7 @@ class Plane(NamedTuple):
         return np.array([self.x[0], self.y[0]]), np.array([np.ptp(self.x), np.ptp(self.y)])
 
 
-def patches(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
+def patches(plane: Plane, curves: Sequence[Mapping[str, Any]]) -> list[Any]:
     """Patches into which curves cut the unit square of a plane, as polygons of shapely.
 
     Raises NotInstalled without shapely.
@@ -123,7 +120,9 @@ def _through(line: Any, codimension_two: Array) -> Array:
     return found
 
 
-def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[Region]]:
+def by_cells(
+    results: xr.Dataset, curves: Sequence[Mapping[str, Any]]
+) -> tuple[Plane, list[Region]]:
     """Regions of a sweep over two parameters; `results` are those of `open_results`.
 
     The curves bound them. Within a patch of several motions the cells bound them. Raises

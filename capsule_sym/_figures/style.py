@@ -281,18 +281,15 @@ def save_figure(
 
 def _metadata(figure: Figure, kind: str) -> dict[str, Any]:
     about = dict(_ABOUT.get(figure, {}))
-    program = f"capsule-sym {capsule_sym.__version__}"
-    title, text = about.pop("title", ""), json.dumps(about, sort_keys=True) if about else ""
-    names: dict[str, tuple[str, str, str, str | None]] = {
-        ".png": ("Title", "Description", "Software", None),
-        ".svg": ("Title", "Description", "Creator", "Date"),
-        ".pdf": ("Title", "Subject", "Creator", "CreationDate"),
+    names = {
+        ".png": ("Description", "Software"),
+        ".svg": ("Description", "Creator", "Date"),
+        ".pdf": ("Subject", "Creator", "CreationDate"),
     }
-    *known, date = names[kind]
-    found: dict[str, Any] = {
-        name: value for name, value in zip(known, (title, text, program), strict=True) if value
-    }
-    return found | ({date: None} if date else {})
+    text, program, *date = names[kind]
+    found = {"Title": about.pop("title", ""), text: about and json.dumps(about, sort_keys=True)}
+    found[program] = f"capsule-sym {capsule_sym.__version__}"
+    return {name: value for name, value in found.items() if value} | dict.fromkeys(date)
 
 
 def check_resolution(dpi: float | None) -> None:
@@ -316,10 +313,6 @@ LOOKS = {
     "L2": ("--", GREY),
     "L3": ("--", RED),
     "L4": ("--", "#8a5a00"),
-    "L5": ("-", "black"),
-    "L6": ("-", "black"),
-    "L7": ("-", "black"),
-    "L8": ("-", "black"),
-    "L10": ("-", "black"),
+    **dict.fromkeys(("L5", "L6", "L7", "L8", "L10"), ("-", "black")),
 }
 """Line style and colour of the lines on P1 = 0."""

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_cdt
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.charts import draw_curve
@@ -103,13 +104,10 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
 
 def _deepest(area: NDArray[np.bool_]) -> tuple[tuple[int, int], int]:
     """The cell of an area that lies farthest inside, and how many cells deep."""
-    left, depth = np.pad(area, 1), 0
-    while left.any():
-        last, depth = left.copy(), depth + 1
-        left[1:-1, 1:-1] &= left[:-2, 1:-1] & left[2:, 1:-1] & left[1:-1, :-2] & left[1:-1, 2:]
-    cells = np.argwhere(last) - 1
+    depth = distance_transform_cdt(np.pad(area, 1), "taxicab")[1:-1, 1:-1]
+    cells = np.argwhere(depth == depth.max())
     i, j = cells[len(cells) // 2]
-    return (int(i), int(j)), depth
+    return (int(i), int(j)), int(depth.max())
 
 
 def _draw_attractors(axes: Axes, results: xr.Dataset, order: list[int]) -> None:
