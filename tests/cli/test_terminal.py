@@ -37,7 +37,7 @@ MIDDLE = {
             *("--beta", "12", "--gamma", "2.2", "--state", "0.5", "-0.9", "-0.9"),
             *("--to", "0.4", "0.9", "0.1", "--least", "work", "--max-periods", "1000"),
         ],
-        r"Switching pulses of \d+ of 1000",
+        r"Switching pulses of \d+ of 1,000",
     ),
     "orbit": (["--starts", "100000"], "Searching"),
     "tolerances": (["--tolerance", "alpha=0.1", "--samples", "1048576"], "Sampling: first sample"),
