@@ -93,18 +93,19 @@ def test_bisection_takes_the_first_boundary_of_each_line_or_the_least_of_all() -
 
 
 def test_gradients_of_the_boundary_are_those_of_bisected_runs() -> None:
-    """Radii of the boundary beside two points, by runs of the map, on both sides of a kink."""
+    """Radii of the boundary by runs of the map: on both sides of a kink, just before phase 0."""
     orbit, units = solve_orbit(BISTABLE), np.diag([1.0, 0.5, 2.0])
     knocks, period = Knocks(Basin(orbit, (), None), units), BISTABLE.period
     way = np.array([0.9900, 0.0553, 0.0730]) / np.linalg.norm([0.9900, 0.0553, 0.0730])
-    points = np.column_stack([np.array([11.98, 12.58]) / period, np.outer([0.279, 0.279], way)])
+    times = np.array([11.98 / period, 12.58 / period, 1 - 4e-8])
+    points = np.column_stack([times, np.outer([0.279, 0.279, 0.5907], way)])
     pairs = knocks.neighbours(points, points[0] * [1, 2, 2, 2])
     gradients = knocks.gradients(*pairs)
     settled = simulate(BISTABLE, periods=400).final[1]
     run = simulate(BISTABLE, settled, periods=1)
 
     def radius(time: float, direction: Vector) -> float:
-        low, high, phase = 0.25, 0.31, math.fmod(time, period)
+        low, high, phase = 0.9 * size, 1.1 * size, math.fmod(time, period)
         while high - low > 1e-8:
             radii = np.linspace(low, high, 64)
             states = run(phase) + radii[:, None] * (units @ direction)
