@@ -61,7 +61,7 @@ _OF_RESULTS = _words("""
     multipliers normal of only open opens out outcome pareto peak_contact peak_force
     period_number plan points port progression quantity restart resume reverse samples scene
     seed serve shares starts store subject_to subjects switches threads ties to tolerance
-    tolerances unknown weights work workers
+    tolerances unknown weights work workers xlim ylim
 """)
 """Names of options of commands and of results of sweeps."""
 
