@@ -298,7 +298,7 @@ def test_too_many_points_end_the_branch() -> None:
         ("alpha", 0.9, 10, "to"),
         ("alpha", -1.0, 10, "alpha"),
         ("gamma", 0.0, 10, "gamma"),
-        ("alpha", float("nan"), 10, "alpha"),
+        ("alpha", float("nan"), 10, "to"),
         ("alpha", 1.0, 0, "points"),
         ("alpha", 1.0, 2.5, "points"),
         ("alpha", 1.0, 10_000_000, "points"),
