@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import offset_copy
-from scipy.optimize import isotonic_regression
 
 from capsule_sym._figures.layout import (
     NARROW,
@@ -34,6 +33,7 @@ from capsule_sym._figures.style import (
     styled,
 )
 from capsule_sym._figures.units import Units
+from capsule_sym._map.labelled import package
 from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 
 Record = Mapping[str, Any]
@@ -271,7 +271,7 @@ def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[floa
         return []
     # Less their least distances from the first, places need only ascend.
     steps = room * np.arange(len(places))
-    ascending = isotonic_regression(np.array(places) - steps).x
+    ascending = package("scipy.optimize").isotonic_regression(np.array(places) - steps).x
     return [float(place) for place in np.clip(ascending, 0.0, last - steps[-1]) + steps]
 
 

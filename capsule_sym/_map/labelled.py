@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from capsule_sym._arguments import checked
 from capsule_sym._errors import NotInstalled
 from capsule_sym._parameters import CAPSULE, Scene
-from capsule_sym._processes import deferred
 from capsule_sym._units import UNITS
 
 if TYPE_CHECKING:
@@ -157,6 +156,8 @@ def _text(value: Any) -> str:
 
 def package(name: str) -> Any:
     """Package, imported when it is used; raises NotInstalled, which names what installs it."""
+    from capsule_sym._processes import deferred
+
     try:
         with deferred():  # modules compiled by Cython may drop an interrupt
             return import_module(name)

@@ -14,9 +14,8 @@ from typing import Any
 import pytest
 from sympy import Symbol
 
-from capsule_sym import scenes
+from capsule_sym import SceneParameters, scenes
 from capsule_sym._cli import group
-from capsule_sym._parameters import SceneParameters
 from capsule_sym._sweeps.quantities import TAKEN
 from capsule_sym._symbolic.model.declaration import SHIPPED, BadDeclaration, Model, home, load
 from capsule_sym._symbolic.model.names import problem

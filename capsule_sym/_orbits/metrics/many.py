@@ -56,8 +56,8 @@ class Performances:
     def __repr__(self) -> str:
         return brief(self, f"{int(self.closed.sum())} of {counted(len(self), 'motion')} closed")
 
-    def of(self, chosen: NDArray[Any]) -> Performances:
-        """Some of the motions, by their indices, shape (k,), or a mask, shape (n,)."""
+    def of(self, chosen: NDArray[Any] | slice) -> Performances:
+        """Some of the motions, by their indices, shape (k,), a mask, shape (n,), or a slice."""
         return Performances(
             self.records[chosen], self.stops[chosen], self.fields[chosen], self.scene
         )
