@@ -60,7 +60,6 @@ _CASES = {
 }
 # Right arguments of functions, constructors and methods: those that are required.
 _CALLS = {
-    "animate": "run, 'x.gif'",
     "attractors": "p, BOX",
     "certify_bifurcation": "point",
     "certify_orbit": "orbit",

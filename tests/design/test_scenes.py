@@ -81,7 +81,7 @@ def test_an_optimum_over_a_bias_is_within_its_bounds() -> None:
     found = cs.optimise("velocity", bounds, RUN, samples=16, max_seconds=60.0)
     assert found.success
     assert found.over["s"] == pytest.approx(-0.1)  # gravity pulls the mass forward
-    with pytest.raises(cs.InvalidInput, match=r"^over = 'f_b': must be of alpha, "):
+    with pytest.raises(cs.InvalidInput, match=r"^over = 'f_b': must be one of alpha, "):
         cs.optimise("velocity", {"f_b": (1, 2)}, RUN)
     with pytest.raises(
         cs.InvalidInput, match=r"^bounds of f_plus = \(-1, 1\): must be .* above 0 on"

@@ -161,4 +161,4 @@ def test_columns_have_names() -> None:
     assert found.by("alpha", "f_b").shape == (2, 4, 2)
     with pytest.raises(InvalidInput, match="mass"):
         found.by("mass")
-    assert repr(found).startswith("<Sensitivities at 2 times")
+    assert repr(found).startswith("<Sensitivities: 2 times")

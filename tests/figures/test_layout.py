@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from capsule_sym import (
-    FrontPart,
+    Front,
     Parameters,
     continue_attractors,
     continue_orbit,
@@ -35,7 +34,7 @@ from capsule_sym._figures.style import CURVES
 from tests.figures import studies, study
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
-from tests.figures.test_parts import fitted, pulse, spread
+from tests.figures.test_parts import fitted, front_of, pulse, spread
 from tests.sampling import sampled, some
 
 COLUMN, PAGE = 3.35, 7.0
@@ -103,14 +102,8 @@ def crowd() -> dict[str, Any]:
     }
 
 
-def drive() -> Any:
-    return SimpleNamespace(
-        metrics=("velocity", "work"),
-        points=[SimpleNamespace(system=Parameters(), status=one) for one in STATUSES],
-        costs=np.array([1.0, 2.0, 3.0]),
-        values=np.array([0.1, 0.2, 0.25]),
-        parts=(FrontPart(0, 1, "", ""), FrontPart(2, 2, "", "")),
-    )
+def drive() -> Front:
+    return front_of((1.0, 2.0, 3.0), (0.1, 0.2, 0.25), STATUSES, 2)
 
 
 STATUSES = ("optimal", "optimal-at-border", "not-converged")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,10 @@ from matplotlib.figure import Figure
 
 import capsule_sym
 from capsule_sym import (
+    Front,
+    FrontPart,
+    Optimum,
+    OptimumStatus,
     Parameters,
     fit,
     plot_front,
@@ -43,6 +46,20 @@ def pulse() -> Any:
     both = Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
     ends = (solve_orbit(both, start) for start in ((0.5, -0.9, -0.9), (0.4, 0.9, 0.1)))
     return switch_by_pulse(*ends, values=100)
+
+
+def front_of(
+    costs: Sequence[float], values: Sequence[float], statuses: Sequence[str], second: int
+) -> Front:
+    """A front of two parts: points from number `second` on are of the second."""
+    kinds = map(OptimumStatus, statuses)
+    points = [
+        Optimum("speed", True, Parameters(), value=value, status=kind)
+        for value, kind in zip(values, kinds, strict=True)
+    ]
+    parts = FrontPart(0, second - 1, "", ""), FrontPart(second, len(costs) - 1, "", "")
+    status, slopes = OptimumStatus.OPTIMAL, np.full(len(costs), np.nan)
+    return Front(("speed", "work"), True, tuple(points), np.array(costs), slopes, parts, status, "")
 
 
 Arguments = Callable[[], tuple[Any, ...]]
@@ -142,12 +159,8 @@ def test_a_histogram_has_the_bins_that_its_samples_deserve() -> None:
 
 
 def test_an_outlier_of_a_front_does_not_squeeze_it() -> None:
-    points = [SimpleNamespace(system=Parameters(), status="optimal")] * 6
-    costs, values = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 1e5]), np.linspace(1.0, 2.0, 6)
-    parts = [SimpleNamespace(first=0, last=4), SimpleNamespace(first=5, last=5)]
-    front = SimpleNamespace(
-        points=points, parts=parts, costs=costs, values=values, metrics=("speed", "work")
-    )
+    costs = [0.1, 0.2, 0.3, 0.4, 0.5, 1e5]
+    front = front_of(costs, np.linspace(1.0, 2.0, 6), ["optimal"] * 6, 5)
     (axes,) = plot_front(front).axes
     low, high = axes.get_xlim()
     assert low < 0.1 < 0.5 < high < 1.0
