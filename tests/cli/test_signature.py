@@ -1,5 +1,7 @@
 """Commands that are made of functions: the line, the types, and what a function gets."""
 
+from __future__ import annotations  # commands read annotations as text
+
 from pathlib import Path
 from typing import Any
 

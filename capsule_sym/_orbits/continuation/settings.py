@@ -139,7 +139,9 @@ class ContinuationSettings:
             value, many = getattr(self, one.name), isinstance(one.default, tuple)
             entries = (value,)
             if many:
-                listed = isinstance(value, list | tuple | np.ndarray) and getattr(value, "ndim", 1)
+                listed = isinstance(value, list | tuple | np.ndarray) and getattr(
+                    value, "ndim", True
+                )
                 entries = tuple(value) if listed else ()
             if not entries or not all(_allowed(entry, **one.metadata) for entry in entries):
                 raise InvalidInput(one.name, value, _range(many, **one.metadata))
