@@ -33,7 +33,6 @@ from capsule_sym._figures.style import (
     styled,
 )
 from capsule_sym._figures.units import Units
-from capsule_sym._map.labelled import package
 from capsule_sym._parameters import CAPSULE, SceneDevice, scene_in
 
 Record = Mapping[str, Any]
@@ -269,9 +268,17 @@ def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[floa
     """Ascending places in [0, last] moved as little as needed to lie at least `room` apart."""
     if not places:
         return []
-    # Less their least distances from the first, places need only ascend.
+    # Less their least distances from the first, places need only ascend: neighbours that do not are
+    # put together at their mean.
     steps = room * np.arange(len(places))
-    ascending = package("scipy.optimize").isotonic_regression(np.array(places) - steps).x
+    pools: list[tuple[float, int]] = []
+    for place in np.array(places) - steps:
+        pool = float(place), 1
+        while pools and pools[-1][0] > pool[0]:
+            mean, many = pools.pop()
+            pool = (mean * many + pool[0] * pool[1]) / (many + pool[1]), many + pool[1]
+        pools.append(pool)
+    ascending = np.concatenate([np.full(many, mean) for mean, many in pools])
     return [float(place) for place in np.clip(ascending, 0.0, last - steps[-1]) + steps]
 
 
