@@ -79,7 +79,7 @@ def planted(tmp_path: Path) -> Path:
     branch = {"format": 3, "scene": named, "parameter": "alpha", "ties": {}, "switched": []}
     branch |= {
         "bifurcations": [],
-        "points": 2 * [{**ITSELF, "scene": named}],
+        "points": 2 * [{**ITSELF, "scene": named, "stable": True}],
         "origin": "",
         **ITSELF,
     }

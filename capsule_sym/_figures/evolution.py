@@ -46,7 +46,7 @@ def plot_itineraries(
     """Field by phase against alpha, with the exact bifurcations of a branch named.
 
     Drawn into `axes` if they are given, then without labels of bifurcations. With a `device` over
-    its amplitude.
+    its amplitude. Raises InvalidInput if `motions` is empty.
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, 2.9)
