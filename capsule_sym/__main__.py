@@ -30,7 +30,7 @@ def main() -> NoReturn:
             # Output is complete: from here a signal would kill Python instead of letting it exit.
             _signal.signal(_signal.SIGINT, _signal.SIG_IGN)
     except (KeyboardInterrupt, SystemExit, Exception) as error:
-        # A library interrupted in its middle may raise any error, or none and go on.
+        # A library interrupted in its middle may raise any error, or none and continue.
         if getattr(error, "code", 0) or not (isinstance(error, KeyboardInterrupt) or _came):
             raise
         print("error: interrupted", file=sys.stderr, flush=True)

@@ -63,7 +63,7 @@ _SOURCES = {
 
 
 class _Kind(NamedTuple):
-    """Test of a value, and the values that pass it, in words."""
+    """Test of a value, and a description of the values that pass it."""
 
     allows: Callable[[Any], bool]
     words: str

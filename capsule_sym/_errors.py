@@ -31,7 +31,7 @@ class InvalidInput(CapsuleError, ValueError):
 
 
 def counted(count: int, name: str, names: str = "") -> str:
-    """A number of things in words, such as "1 period" and "2 periods"."""
+    """A number of things with their name, such as "1 period" and "2 periods"."""
     return f"{count:,} {name if count == 1 else names or f'{name}s'}"
 
 

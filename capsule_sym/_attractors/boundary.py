@@ -26,7 +26,7 @@ from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
 # Excitation periods of a run, plus those in which the motion attracts by e^20, within rounding.
 _PERIODS, _DIGITS = 1024, 20.0
-SHARE = 0.1  # of the time left, for runs side by side, since those the core leaves open need more
+SHARE = 0.1  # of the time left, for runs side by side, since those the core cannot decide need more
 _FIRST_PATIENCE = 128  # excitation periods after which a run counts as lost at first
 _LOOKS = (4, 4, 8)  # excitation periods of the first tests for the return of a run
 _SECTIONS = np.arange(1, 16) / 16  # of an interval of radii, as many states as fill two lanes
@@ -75,7 +75,7 @@ class Basin:
     def returns(self, times: ArrayLike, states: Vector) -> Vector:
         """Excitation periods until runs from states, (n, 3), return, inf if lost; (n,).
 
-        A run whose end is unknown, as the core leaves it open, counts as one that returns.
+        A run whose end is unknown, as the core cannot decide it, counts as one that returns.
         """
         found, left, done = np.zeros(len(states)), np.arange(len(states)), 0
         ends, phases = states, self.phases(times)

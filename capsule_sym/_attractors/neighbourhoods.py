@@ -36,7 +36,7 @@ _INSIDE = 0.25
 # sides, such as where the drive's edge ends a stick at phase 0.
 _TURNS = (1, 2, 4, 8, 16, 32)
 NEUTRAL = 1e-9  # distance below 1 of a multiplier within rounding
-_MOST_OPEN = 100  # segments that the core may leave open of a run, before it counts as unknown
+_MOST_OPEN = 100  # segments of a run that the core may fail to decide, before it counts as unknown
 _AT_ONCE = 10**5  # distances that are computed together
 
 

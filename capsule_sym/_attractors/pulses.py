@@ -71,9 +71,9 @@ def switch_by_pulse(
     `values` are tried first for each number of periods, four times as many if none of them leads to
     the end, and more between those that lead to different attractors: much narrower intervals are
     found beside basin boundaries. After `max_seconds` the result has the best pulse so far. A run
-    that the core leaves open has a tenth of the time left; beyond it its end is unknown. `progress`
-    is called with a text. A run leads to the end if it enters a neighbourhood that the map carries
-    into itself, as in `attractors`.
+    that the core cannot decide has a tenth of the time left; beyond it its end is unknown.
+    `progress` is called with a text. A run leads to the end if it enters a neighbourhood that the
+    map carries into itself, as in `attractors`.
 
     Raises InvalidInput for orbits that are equal, unstable or at different parameters, for an
     unknown parameter of the drive, and for values that are not allowed.

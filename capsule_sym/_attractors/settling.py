@@ -37,7 +37,7 @@ _SETTLED = 1e-9  # the same at the end of its periods
 _NEARLY = 1e-3  # the same at which it may be near to an orbit
 _NEAR = 1e-2  # distance of an orbit, over the size, from the state that starts Newton's method
 _WITHIN = 0.1  # the same of an orbit that the run is then seen to approach
-_NEARER, _SURE = 0.1, 0.01  # shrinking of its distance that is asked for, and that is awaited
+_NEARER, _SURE = 0.1, 0.01  # shrinking of its distance that is required, and that is awaited
 _FARTHEST = 2**15  # excitation periods that are waited for it
 _SAME = 1e-8  # the same of two equal orbits
 _BLOCK = 4096  # runs that are followed together and kept at a time limit
@@ -91,7 +91,7 @@ class Settling:
     """Parameter sets, `rows` (m, k), and the known closed orbits of each, `cycles`.
 
     Runs that are followed together take at most a `share` of the time left. Runs that the core
-    leaves open may need more: they end without an attractor.
+    cannot decide may need more: they end without an attractor.
     """
 
     def __init__(self, rows: Vector, scene: Scene, threads: int = 1, share: float = 1.0) -> None:

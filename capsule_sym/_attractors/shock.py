@@ -153,7 +153,7 @@ def minimal_shock(
     The knock leads to the nearest point of the boundary of the motion's basin, within 1e-4 of its
     size. It is not proved that no other part is nearer: at the end `samples` smaller
     knocks are tried, none of which loses the motion. `seed` determines them. A run that the core
-    leaves open has a tenth of the time left; beyond it, it counts as one that returns. After
+    cannot decide has a tenth of the time left; beyond it, it counts as one that returns. After
     `max_seconds` the result is the best so far.
 
     Raises InvalidInput for a value that is not allowed, such as an unstable orbit.

@@ -48,7 +48,7 @@ class Measurements(dict[str, NDArray[np.float64]]):
 
 
 def read_measured(path: str | PathLike[str]) -> Measurements:
-    """Columns (n,) of a text or Parquet file by name, nan for a gap; `message` says what was read.
+    """Columns (n,) of a text or Parquet file by name, nan for a gap, and a `message` on them.
 
     Separator, decimal comma, thousands separators, encoding and comments are detected. A header may
     name units, as in "x_m [mm]", or a row below it: multiples of s, m and m/s become SI units,

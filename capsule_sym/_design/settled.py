@@ -19,7 +19,7 @@ from capsule_sym._processes import processors
 _REPEATED = 1e-2  # change over its periods, over the motion's size, below which a run is closed
 _REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
 _NEAR = 1e-2  # distance of the closed motion from its run
-_MOST_OPEN = 100  # segments that the core may leave open of a run, before it counts as unknown
+_MOST_OPEN = 100  # segments of a run that the core may fail to decide, before it counts as unknown
 _ARRIVED = 1e-7  # distance at which a run has arrived at its motion
 
 

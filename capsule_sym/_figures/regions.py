@@ -182,7 +182,7 @@ def by_cells(
 
 
 def unsettled(results: xr.Dataset) -> tuple[NDArray[np.bool_], str]:
-    """Mask of the cells of a sweep that have not settled, and the sentence that says so."""
+    """Mask of the cells of a sweep that have not settled, and the text that states it."""
     outcomes = results["outcome"].values if "outcome" in results else np.array(0)
     said = f"not settled in {results.attrs.get('periods', 0):,} periods"
     return outcomes == CellOutcome.NOT_SETTLED, said

@@ -49,7 +49,7 @@ class Result:
 
 
 def brief(result: object, text: str, of: str = "") -> str:
-    """A result in one line of a terminal, from the text that a person asks for first."""
+    """A result in one line of a terminal, the most important text first."""
     line = f"{type(result).__name__}{of and ' '}{of}: {text}"
     return f"<{line}>" if len(line) < _LINE else f"<{line[: _LINE - 5].rstrip()} ...>"
 

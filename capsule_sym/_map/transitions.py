@@ -166,7 +166,7 @@ def _departing(
     zeros: dict[Guard, int] = {}
     undetermined = False
     for guard, expansion in expand(backend, c, point).items():
-        # Where a guard stays zero, contact and rest are the closed regions, Eqs. (10)-(12).
+        # Contact and rest are the closed regions, Eqs. (10)-(12), where a guard stays zero.
         outside = guard is Guard.DRIFT or (guard in (Guard.GAP, Guard.BACK) and not c.contact)
         closed = -1 if outside else 1
         count, sign = _first_sign(expansion, _exact_zeros(c, guard, state), vanish, closed)

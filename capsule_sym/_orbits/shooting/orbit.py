@@ -97,7 +97,7 @@ class Orbit(Labelled):
 
     @property
     def summary(self) -> str:
-        """Itinerary, period number and stability, in words."""
+        """Itinerary, period number and stability, as a text."""
         itinerary, number = abbreviated(str(self.itinerary), 20), self.itinerary.period_number
         state = ("stable" if self.stable else "unstable") if self.success else str(self.status)
         return f"{itinerary}, period number {number}, {state}"
