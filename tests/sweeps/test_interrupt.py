@@ -69,7 +69,7 @@ def test_a_chunk_that_is_written_is_counted_whenever_the_interrupt_comes(
         run_sweep(sweep, tmp_path / "store", workers=1)
     cells = sum(map(sweep.cells_in, written))
     assert cells > 0
-    assert str(told.value).startswith(f"{cells} of 120 cells are kept")
+    assert str(told.value).startswith(f"{cells} of 120 cells kept in ")
 
 
 @pytest.mark.parametrize("later", [0.0, pytest.param(6.0, marks=pytest.mark.long)])
@@ -91,7 +91,7 @@ def test_ctrl_c_ends_a_sweep_of_days_in_one_line(later: float, tmp_path: Path) -
     finally:
         program.kill()
     assert (program.returncode, out) == (130, "")
-    kept = (f": 0 of 16 cells are kept in {store};", f": no cell was started; {store} is unchanged")
+    kept = (f": 0 of 16 cells kept in {store};", f": no cell was started; {store} is unchanged")
     assert errors.startswith("error: interrupted")
     assert errors.count("\n") == 1
     assert any(said in errors for said in kept)
