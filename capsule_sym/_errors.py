@@ -27,7 +27,7 @@ class InvalidInput(CapsuleError, ValueError):
     def __str__(self) -> str:
         line = f"{self.field} = {_shown(self.value)}: must be {self.allowed}"
         names = re.split(r", (?:or )?| or | and |\bof ", self.allowed)
-        return line + suggestion(self.value, names)
+        return line + suggestion(self.value, [one for one in names if " " not in one])
 
 
 def counted(count: int, name: str, names: str = "") -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._arguments import checked
 from capsule_sym._attractors.attractors import Attractor, closed_orbit, collected
 from capsule_sym._attractors.neighbourhoods import NONE
 from capsule_sym._attractors.settling import Settling
@@ -50,7 +51,7 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
         raise InvalidInput("cells", sweep.size, f"at most {_MOST_CELLS} for a basin")
     given = {one.name: getattr(sweep, one.name) for one in fields(Sweep)}
     over = _OverStarts(**given | {"compute": _QUANTITIES})
-    return run_sweep(over, store, **how), over.found
+    return checked(run_sweep)(over, store, **how), over.found
 
 
 @dataclass(frozen=True, eq=False)

@@ -152,7 +152,8 @@ def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.Monke
 def test_what_is_no_sweep_or_cannot_run_is_refused(run: Callable[..., Any], tmp_path: Path) -> None:
     store = tmp_path / "store"
     for given in ("x", None):
-        with pytest.raises(InvalidInput, match=f"^sweep = {given!r}: must be a Sweep, as load_sweep"):
+        told = rf"^sweep = {given!r}: must be a Sweep, as load_sweep\(file\) gives$"
+        with pytest.raises(InvalidInput, match=told):
             run(given, store)
     bad: list[tuple[str, Any]] = [("max_seconds", one) for one in (0.0, -1.0, math.nan, "1")]
     bad += [("workers", 0), ("workers", 1.5), ("executor", "fibres"), ("executor", "threads")]
