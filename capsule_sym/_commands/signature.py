@@ -28,7 +28,6 @@ RANGES = f"{__name__}.ranges"
 _OPTIONS = {
     "to": "along",
     "over": "shares",
-    "store": "out",
     "metric": "maximise minimise quantity",
     "metrics": "metric",
     "start": "state",
