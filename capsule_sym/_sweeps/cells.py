@@ -89,7 +89,7 @@ class _Cells:
         self.order = np.lexsort([rows[:, i] for i in _shared(self.scene)])
         self.back = np.argsort(self.order)
         self.rows, self.states, self.phases = (one[self.order] for one in (rows, states, phases))
-        self.columns: dict[str, NDArray[np.generic]] = {}
+        self.columns: dict[str, NDArray[Any]] = {}
         for name, v in variables().items():
             shape = (part.size, v.dimension[1]) if v.dimension else (part.size,)
             blank = np.nan if v.dtype[0] in "fc" else 0
@@ -175,7 +175,7 @@ class _Cells:
         if OF_ORBIT & set(self.part.compute):
             self.close_many(chosen[done & periodic], switches[done & periodic])
             self.look()
-        return chosen[~done]
+        return np.asarray(chosen[~done])
 
     def close_many(self, chosen: NDArray[np.intp], switches: NDArray[np.uint8]) -> None:
         """Requested quantities of closed orbits, for cells with a periodic motion.
