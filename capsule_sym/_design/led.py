@@ -6,9 +6,6 @@ simplices (Nelder and Mead 1965) replaces conditions.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
@@ -37,32 +34,22 @@ _CLOSEST = 1e-8  # of the bounds, around an optimum at a border
 _BESIDE = (1e-6, 1e-5, 1e-4, 1e-3)  # of the bounds, uphill, where a basin boundary is looked for
 
 
-class Spot(NamedTuple):
-    """Variables, the worst objective of the motions that count there, and a place near to it."""
-
-    worst: float
-    u: Vector
-    near: Place
-
-    def place(self, program: Program) -> Place | None:
-        """The place with these motions."""
-        if program.among == STABLE:
-            return program.beside(self.near, self.u)
-        return program.begin(self.u)
+def _beside(program: Program, u: Vector, near: Place) -> Place | None:
+    """The place at `u`, on the motions near to those of another one where all stable ones count."""
+    return program.beside(near, u) if program.among == STABLE else program.begin(u)
 
 
 def worst_at(
-    program: Program, points: Matrix, near: Sequence[Place] = (), longer: int = 1
+    program: Program, points: Matrix, near: Place | None = None, longer: int = 1
 ) -> Vector:
     """The worst objective at points (n,), infinite where there is no motion.
 
     Beyond limits it is greater than any within them. Where all stable motions count, runs begin on
-    those of places `near`, one for each of the points or for all of them.
+    that of the place `near`.
     """
     states = None
-    if program.among == STABLE:
-        states = np.array([place.motions[0].at_phase_zero for place in near])
-        states = np.repeat(states, len(points) // len(near), axis=0)
+    if program.among == STABLE and near is not None:
+        states = np.tile(near.motions[0].at_phase_zero, (len(points), 1))
     found = overview(program, points, states, longer)
     beyond = found.beyond(program)
     worst = found.worst / program.unit
@@ -77,7 +64,7 @@ def refined(program: Program, place: Place, size: float, finest: float, longer: 
 
     def worst(u: Vector) -> float:
         check_time()
-        return min(float(worst_at(program, u[None], [place], longer)[0]), 10 * _REFUSED)
+        return min(float(worst_at(program, u[None], place, longer)[0]), 10 * _REFUSED)
 
     for step in (size, _SECOND * size):
         inwards = np.where(place.u > 0.5, -step, step)
@@ -93,7 +80,7 @@ def refined(program: Program, place: Place, size: float, finest: float, longer: 
                 "maxfev": _TRIALS * len(place.u),
             },
         )
-        better = Spot(float(found.fun), found.x, place).place(program)
+        better = _beside(program, found.x, place)
         place = better if better is not None and better.rank < place.rank else place
     return place
 
@@ -107,7 +94,7 @@ def scattered(program: Program, place: Place) -> float:
     draw, shape = np.random.default_rng(0), (_PAIRS, len(place.u))
     points = np.clip(place.u + _BOX * draw.uniform(-1, 1, shape), 0.0, 1.0)
     beside = np.clip(points + _APART * draw.choice((-1.0, 1.0), shape), 0.0, 1.0)
-    values = worst_at(program, np.vstack([points, beside]), [place])
+    values = worst_at(program, np.vstack([points, beside]), place)
     one, other = np.where(np.isfinite(values), values, _REFUSED).reshape(2, -1)
     return float(np.mean(abs(one - other) > _LEAP))
 
@@ -157,7 +144,7 @@ def led_beside(program: Program, place: Place) -> bool:
 def jumps_beside(program: Program, place: Place) -> bool:
     """True if the starts lead elsewhere from places close around one."""
     far, *_ = _BESIDE
-    worst = worst_at(program, _close_around(place, far), [place], LONGER)
+    worst = worst_at(program, _close_around(place, far), place, LONGER)
     steep = float(np.linalg.norm(program.by_u(place.objective_by), axis=1).max())
     most = place.worst + _JUMP * steep * far * np.sqrt(len(place.u)) + _ROUNDING
     return bool(np.any((worst > most) & (worst < _REFUSED)) or np.any(np.isinf(worst)))
@@ -183,8 +170,7 @@ def stepped_back(program: Program, place: Place) -> Place:
     if (uphill := _uphill(program, place)) is None:
         return place
     for far in _BACK:
-        spot = Spot(place.worst, np.clip(place.u - far * uphill, 0.0, 1.0), place)
-        back = spot.place(program)
+        back = _beside(program, np.clip(place.u - far * uphill, 0.0, 1.0), place)
         if back is not None and abs(back.worst - place.worst) < _LOST and _stays(program, back):
             return back
     return place
