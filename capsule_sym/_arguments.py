@@ -105,6 +105,7 @@ def _items(value: Any) -> Any:
     """Items of a list, a tuple, an array or a column; None for anything else."""
     if (
         isinstance(value, _NO_LISTS)
+        or hasattr(value, "columns")  # its items are the names of its columns
         or not hasattr(value, "__len__")
         or not getattr(value, "ndim", 1)
     ):
@@ -191,10 +192,11 @@ def _kind(node: Any, item: str = "") -> _Kind | None:
     part = known or _Kind(lambda _: True, "values")
     several = re.sub(r"^an? (.*?)(, .*)?$", r"\1s\2", part.words)
     if of == "Mapping":
-        several += " by name" + ", as read_measured(file) gives" * (part is _ITEMS["ArrayLike"])
+        columns = part is _ITEMS["ArrayLike"]
+        several += " by name" + ", as read_measured(file) gives" * columns
 
         def allows(value: Any) -> bool:
-            return hasattr(value, "keys") and all(
+            return (isinstance(value, Mapping) or (columns and hasattr(value, "keys"))) and all(
                 isinstance(name, str) and part.allows(value[name])
                 for name in value.keys()  # noqa: SIM118
             )
@@ -228,7 +230,7 @@ def checked(target: _Target, types: bool = True) -> _Target:
     if isinstance(target, type):
         target.__init__ = _checked(target.__init__, target.__qualname__, types)  # type: ignore[misc]
         return target
-    made: _Target = _checked(target, target.__qualname__)
+    made: _Target = _checked(target, target.__name__)
     return made
 
 
@@ -272,8 +274,10 @@ def _check_names(signature: inspect.Signature, name: str, args: Any, named: Any)
     try:
         signature.bind(*args, **named)
     except TypeError as error:
-        names = [one for one in signature.parameters if one != "self"]
-        if not any(one.kind is one.VAR_KEYWORD for one in signature.parameters.values()):
+        kinds = {one: about.kind for one, about in signature.parameters.items() if one != "self"}
+        several = inspect.Parameter.VAR_KEYWORD
+        names = ["name=value" if kind is several else one for one, kind in kinds.items()]
+        if several not in kinds.values():
             for one in named:
                 check_one_of(f"argument of {name}", one, names)
         given = (*names[: len(args)], *named)

@@ -226,6 +226,7 @@ class _Frozen:
     def __reduce__(self) -> Any:
         return _made, (self.scene.source, type(self).__name__, tuple(self.to_dict().values()))
 
+    @checked
     def replace(self, **changes: float) -> Self:
         """Return a copy with some parameters changed; raises `InvalidInput` like construction."""
         for name in changes:

@@ -43,7 +43,7 @@ def limit(axes: Axes, x: Limits | None = None, y: Limits | None = None) -> None:
 
 def across(width: float, least: float, most: int) -> int:
     """Number of panels side by side, each of a least width in inches."""
-    return max(1, min(most, int(width / least)))
+    return int(max(1, min(most, width / least)))
 
 
 def label_row(axes: Any, text: str) -> None:

@@ -252,6 +252,7 @@ class Trajectory(Labelled):
             return evaluation.by_core(self.parameters, records, times)
         return evaluation.by_numpy(self.parameters, records, times)
 
+    @checked
     def steady(self, tolerance: float = 1e-9, longest: int = LONGEST) -> SteadyMotion | None:
         """Return the periodic motion at the end of the run, or None if it has not settled on one.
 

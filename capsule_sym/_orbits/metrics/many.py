@@ -101,6 +101,7 @@ class Performances:
     @checked
     def itinerary(self, i: int) -> tuple[str, ...]:
         """Names of the fields of one period of motion i, as in `SteadyMotion.itinerary`."""
+        check_count("i", i, -len(self), len(self) - 1)
         return tuple(f"F{field}" for field in self.cycle(i))
 
     def cycle(self, i: int) -> tuple[int, ...]:

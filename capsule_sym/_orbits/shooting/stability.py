@@ -166,8 +166,8 @@ def lyapunov_exponents(
     time they cover the part done so far. Raises InvalidInput if no part is left.
     """
     ends, omega = trajectory.final[0], trajectory.parameters.omega
-    if not float(ends.period - transient) * trajectory.parameters.period + float(ends.phase) > 0:
-        raise InvalidInput("transient", transient, "less than the periods of the run")
+    if not 0 <= transient < ends.period + (ends.phase > 0):
+        raise InvalidInput("transient", transient, "from 0 to below the periods of the run")
     first = int(np.searchsorted(trajectory.records["start_period"], transient))
     frame, sums, time, status = np.eye(3), np.zeros(3), 0.0, Status.TIME_LIMIT
     with (
