@@ -11,8 +11,8 @@ import pytest
 from scipy.stats import qmc
 
 import capsule_sym
-from capsule_sym import Axis, Parameters, attractors, fit, simulate_many, tolerances
-from capsule_sym._map import labelled
+from capsule_sym import Axis, Parameters, Status, attractors, fit, simulate_many, tolerances
+from capsule_sym._map import labelled, many
 from capsule_sym._native import core
 
 SERIES = {"t": np.arange(9.0), "x_r": np.sin(np.arange(9.0))}
@@ -55,3 +55,16 @@ def test_a_search_ends_by_itself(name: str) -> None:
 def test_a_run_that_the_core_leaves_open_is_bounded() -> None:
     found = simulate_many([Parameters()] * 2, [(0.02, 0.0, 1e-300), (0.0, 0.0, 0.0)], max_open=0)
     assert found.status.tolist() == ["segment-limit", "finished"]
+
+
+@pytest.mark.skipif(core is None, reason="the C core was not compiled")
+def test_runs_that_the_core_leaves_open_are_not_begun_after_the_limit(monkeypatch) -> None:
+    begun: list[Any] = []
+
+    def finish(run: Any, *_: Any) -> Status:
+        begun.append(run.watch.stop())
+        return Status.TIME_LIMIT
+
+    monkeypatch.setattr(many, "_finish", finish)
+    found = simulate_many([Parameters()] * 9, (0.02, 0.0, 1e-300), periods=1)
+    assert (len(begun), set(found.status.tolist())) == (1, {"time-limit"})

@@ -171,7 +171,7 @@ def polish(
     h, last = (low + high) / 2, 4 * (high - low)
     while True:
         e = about(h)
-        step = _descending_root(e.values, low - h, high - h, unit * h)
+        step = _descending_root(e.values, low - h, high - h, unit * h, unit)
         h, size = h + step, abs(step)
         inverse = factorials(len(e.errors) + 1)
         terms = [*e.errors[1:], e.rest + e.growth * size]
@@ -184,7 +184,7 @@ def polish(
 
 
 def _descending_root(
-    derivatives: list[Number], low: Number, high: Number, tolerance: Number
+    derivatives: list[Number], low: Number, high: Number, tolerance: Number, unit: Number
 ) -> Number:
     """Root of a polynomial, given by its derivatives at 0, that decreases from low to high.
 
@@ -202,7 +202,8 @@ def _descending_root(
         return high
     if isinstance(low, float) and isinstance(high, float):
         return brent(polynomial, low, high, max(tolerance / 16, _TINY), LEAST)
-    return brent(polynomial, low, high, tolerance / 8)
+    # In a bracket from 0 the root may be as far from its middle as that is from 0.
+    return brent(polynomial, low, high, tolerance / 8, 4 * unit)
 
 
 LEAST = 2.0**-51

@@ -342,6 +342,8 @@ def _side_by_side(
     status = _FINISHED.repeat(count)
     if sum(shared(run_share, shares, shares, watch)):
         for i in np.flatnonzero(stops == binding.OPEN).tolist():
+            if watch.over:
+                break
             marks = None if strobe is None else strobe[i]
             run = Run(NumpyBackend(scene), scene.Parameters(*rows[i].tolist()), True, watch)
             status[i] = _finish(run, records[i : i + 1].reshape(()), periods, marks, most).value

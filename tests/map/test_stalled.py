@@ -5,6 +5,7 @@ import math
 import pytest
 
 from capsule_sym import Outcome, Parameters, Status, simulate
+from capsule_sym._map import isolation
 from capsule_sym._map.backend import default_backend
 
 _GENEROUS = 120  # seconds, for what takes a few; before, these took hours
@@ -30,6 +31,19 @@ def test_a_run_that_cannot_advance_says_so() -> None:
     assert (run.status, run.message[:7]) == (Status.STALLED, "stalled")
     assert run.segments[-1].outcome is Outcome.STALLED
     assert run.segments[-1].target == ""
+
+
+@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+@pytest.mark.parametrize("v_c", [1e-292, 1e-300, 1e-310])
+def test_a_root_nearer_than_its_bracket_in_doubles_is_found(v_c, backend, monkeypatch) -> None:
+    value, calls = isolation._value, iter(range(50_000))  # or StopIteration: it does not end
+    monkeypatch.setattr(isolation, "_value", lambda *of: (next(calls), value(*of))[1])
+    short, of_doubles = (
+        simulate(Parameters(), (0.02, 0.0, v), periods=1, max_segments=1, backend=backend)
+        for v in (v_c, 1e-20)
+    )
+    found, expected = (float(run.segments[0].duration) for run in (short, of_doubles))
+    assert found / v_c == pytest.approx(expected / 1e-20, rel=1e-12)
 
 
 @pytest.mark.long
