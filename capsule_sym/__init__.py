@@ -4,9 +4,6 @@ All public names are imported on first use, so importing the package costs almos
 listed in `__init__.pyi`, which type checkers read as well.
 """
 
-from functools import cache as _cache
-from types import FunctionType as _FunctionType
-
 # Modules that cannot be imported without an extra; others raise when they are called.
 _NEEDS = {
     "flint": ("_enclosures.certificates.certify", "_enclosures.certificates.checker"),
@@ -21,15 +18,19 @@ _NEEDS = {
 }
 
 
-@_cache
+_modules: dict[str, str] = {}
+
+
 def _homes() -> dict[str, str]:
     """Module of each public name."""
-    import re
+    if not _modules:
+        import re
 
-    # The loader finds it in an archive too, and pathlib takes longer to import.
-    stub = __loader__.get_data(f"{__file__.rpartition('.')[0]}.pyi").decode()
-    found = re.findall(rf"from {__name__}\.(\S+) import \(?\s*(\w+) as", stub)
-    return {name: module for module, name in found}
+        # The loader finds it in an archive too, and pathlib takes longer to import.
+        stub = __loader__.get_data(f"{__file__.rpartition('.')[0]}.pyi").decode()
+        found = re.findall(rf"from {__name__}\.(\S+) import \(?\s*(\w+) as", stub)
+        _modules.update((name, module) for module, name in found)
+    return _modules
 
 
 def __getattr__(name: str) -> object:
@@ -53,7 +54,7 @@ def __getattr__(name: str) -> object:
 
             backend = os.environ.get("MPLBACKEND")
             raise InvalidInput("MPLBACKEND", backend, "a backend of Matplotlib") from error
-        if isinstance(found, _FunctionType):
+        if isinstance(found, type(_homes)):
             from capsule_sym._arguments import checked
 
             found = checked(found)

@@ -1,7 +1,7 @@
 """`python -m capsule_sym` and `capsule-sym`: the command line.
 
-Until Ctrl-C has its handler, only modules compiled into Python are imported: `signal` alone imports
-enum, functools and more, which takes longer than all else.
+Until Ctrl-C has its handlers, only modules compiled into Python are imported: `signal` alone
+imports enum, functools and more, which takes longer than all else.
 """
 
 from __future__ import annotations
@@ -17,10 +17,20 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 
+def exit_at_once(number: int, frame: FrameType | None) -> NoReturn:
+    """Exit in one line: before `main` no handler of exceptions would print it."""
+    print("error: interrupted", file=sys.stderr, flush=True)
+    sys.exit(130)
+
+
+if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+    _signal.signal(_signal.SIGINT, exit_at_once)
+
+
 def main() -> NoReturn:
     """Run the command line and exit. Ctrl-C ends it in one line from the first import on."""
     try:
-        if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+        if _signal.getsignal(_signal.SIGINT) is exit_at_once:
             _signal.signal(_signal.SIGINT, interrupt)
         try:
             from capsule_sym import _cli as cli

@@ -125,16 +125,17 @@ def test_an_interrupt_while_python_imports_is_one_line(name: str) -> None:
 
 def test_little_is_imported_before_an_interrupt_is_one_line() -> None:
     code = (
-        "import sys\n"
+        "import _signal, sys\n"
         f"sys.path.insert(0, {str(Path(capsule_sym.__file__).parents[1])!r})\n"
-        "import capsule_sym\n"
         "before = {*sys.modules, *sys.builtin_module_names, '__future__'}\n"
         "import capsule_sym.__main__\n"
-        "print(*{*sys.modules} - before)"
+        "print(*sorted({*sys.modules} - before))\n"
+        "_signal.raise_signal(_signal.SIGINT)"
     )
     # Without the packages of the site, some of which import more themselves.
     done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("capsule_sym.__main__\n", "")
+    assert done.stdout == "capsule_sym capsule_sym.__main__\n"
+    assert (done.returncode, done.stderr) == (130, "error: interrupted\n")
 
 
 @pytest.mark.parametrize(("end", "status"), [("sys.exit(0)", 0), ("raise KeyboardInterrupt", 130)])
