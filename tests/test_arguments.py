@@ -335,6 +335,11 @@ def test_every_public_function_is_tried() -> None:
         ("optimise('velocity', {'alpha': (0.1, 1.0)}, device)", "dimensionless, and a device is"),
         ("plot_motion(run, width=math.nan)", "width = nan: must be a number"),
         ("plot_motion(run, width=-1)", "width = -1: must be a number of inches"),
+        (
+            "fit_rig(cs.Rig([cs.RigRun('a', data, {'alpha': 0.7, 'omega': 0.8})], ['zeta'], "
+            "bounds={'zeta': (1.0,)}), p)",
+            r"bounds of zeta = \(1.0,\): must be two ascending numbers",
+        ),
         ("certify_run(run, {'alpah': '0.5'})", "did you mean alpha"),
     ],
 )

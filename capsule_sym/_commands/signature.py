@@ -34,6 +34,10 @@ _OPTIONS = {
     "starts": "state",
     "most_periods": "max_periods",
     "threads": "workers",
+    "store": "info",
+    "bounds": "over unknown",
+    "tolerance": "tolerances shares",
+    "deviation": "normal",
 }
 
 
@@ -103,12 +107,14 @@ class Command(click.Command):
             return super().invoke(ctx)
         except InvalidInput as error:
             # The file of --params is named where it is read; other files are of other options.
-            names = {error.field, *_OPTIONS.get(error.field, "").split()} - {"file"}
-            names |= set(ctx.meta.get(RANGES, ())) if error.field == "to" else set()
+            field, _, part = error.field.partition(" of ")  # such as "bounds of alpha"
+            names = {field, *_OPTIONS.get(field, "").split()} - {"file"}
+            names |= set(ctx.meta.get(RANGES, ())) if field == "to" else set()
             for one in self.params:
                 given = ctx.get_parameter_source(str(one.name))
                 if one.name in names and given is click.core.ParameterSource.COMMANDLINE:
-                    error.field = one.opts[0] if isinstance(one, click.Option) else error.field
+                    named = f"{one.opts[0]} {part}".rstrip()
+                    error.field = named if isinstance(one, click.Option) else error.field
             raise
 
 

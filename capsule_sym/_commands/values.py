@@ -48,7 +48,7 @@ class Range(click.ParamType):  # type: ignore[type-arg]
             numbers = (*map(float, parts[:2]), *map(int, parts[2:]))
         except ValueError:
             numbers = ()
-        if len(numbers) != 2 + self.counted:
+        if len(numbers) != 2 + self.counted or min(numbers[2:], default=1) < 1:
             example = "0.1:2:20" if self.counted else "0.1:2"
             told = f"{value!r} is not {self.name}, such as {example}."
             self.fail(told + meant(value, 1 + self.counted), param, ctx)

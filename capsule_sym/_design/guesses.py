@@ -46,12 +46,12 @@ def limits_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tu
         elif own not in OF_START and not problem.linear[k]:
             low[k], high[k] = allowed(problem.recorded[0].system, own)
         if name in bounds:
-            first, last = bounds[name]
-            if not low[k] <= first < last <= high[k]:
+            ends = tuple(bounds[name])
+            if len(ends) != 2 or not low[k] <= ends[0] < ends[1] <= high[k]:
                 told = f"two ascending numbers, from {low[k]:g} "
                 told += "on" if high[k] == np.inf else f"to {high[k]:g}"
-                raise InvalidInput(f"bounds of {name}", (first, last), told)
-            low[k], high[k] = first, last
+                raise InvalidInput(f"bounds of {name}", ends, told)
+            low[k], high[k] = ends
         if not low[k] <= problem.guess[k] <= high[k]:
             raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} as a guess")
     return low, high

@@ -178,19 +178,13 @@ def read_rig(path: str | PathLike[str]) -> Rig:
     runs = table.get("run", [])
     if not isinstance(runs, list) or not all(isinstance(run, dict) for run in runs):
         raise InvalidInput("run", runs, "tables [[run]]")
-    bounds = table.get("bounds", {})
-    if not isinstance(bounds, dict):
-        raise InvalidInput("bounds", bounds, "a table")
-    for name, ends in bounds.items():
-        if not isinstance(ends, list) or len(ends) != 2 or not all(map(real, ends)):
-            raise InvalidInput(f"bounds of {name}", ends, "two numbers")
     return Rig(
         runs=[_run(run, Path(path).parent) for run in runs],
         unknown=table.get("unknown", ()),
         each=table.get("each", ()),
         scale=table.get("scale", 1.0),
         slip=table.get("slip", 0.0),
-        bounds={name: (ends[0], ends[1]) for name, ends in bounds.items()},
+        bounds=table.get("bounds", {}),
     )
 
 

@@ -203,23 +203,28 @@ def _is_begun(path: Path) -> bool:
 
 
 def _check_same(path: Path, sweep: Sweep, any_core: bool) -> None:
-    there, scene = Held(path).head, sweep.parameters.scene
-    origin = there["provenance"]
-    before = {"kind": there["kind"], **there["sweep"], "kernels": origin["kernels"]}
+    head, scene = Held(path).head, sweep.parameters.scene
+    origin = head["provenance"]
+    before = {"kind": head["kind"], **head["sweep"], "kernels": origin["kernels"]}
     now = {"kind": sweep.kind, **sweep.record(), "kernels": scene.digest}
     for name, value in now.items():
         if before.get(name) != value:
-            given, held = _told(value), _told(before.get(name))
+            there = before.get(name)
+            given, held = _apart(value, there), _apart(there, value)
             raise InvalidInput(name, given, f"{held!r}, as in {path}, or --out another directory")
     if not any_core:
         check_core(path, live(scene), origin["core"])
 
 
-def _told(value: Any) -> Any:
-    """Axes as a line shows them, and any other value of a sweep as it is."""
+def _apart(value: Any, other: Any) -> Any:
+    """Parts of a sweep's value that another one does not have: parameters, or at most two axes."""
+    if isinstance(value, dict) and isinstance(other, dict):
+        return {name: part for name, part in value.items() if other.get(name) != part}
     if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
         return value
-    return "; ".join(
+    axes = [one for one in value if one not in other] or value
+    shown = [
         f"{axis['count']} values of {axis['name']} from {axis['first'][0]:g} to {axis['last'][0]:g}"
-        for axis in value
-    )
+        for axis in axes[:2]
+    ]
+    return "; ".join([*shown, *([f"{len(axes) - 2} more"] if axes[2:] else [])])

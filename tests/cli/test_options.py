@@ -111,8 +111,11 @@ REFUSED = [
     ("sweep --alpha 1:2:3 --out s --workers 1025", "workers = 1025: must be a whole number from"),
     (
         "optimise --maximise speed --over omega=0.7:0.8 --tolerance alpha=2",
-        "tolerance of alpha = 2.0: must be a share between 0 and 1",
+        "--tolerance alpha = 2.0: must be a share between 0 and 1",
     ),
+    ("tolerances --tolerance zeta=0.1 --normal alpha=5", "--normal alpha = 5.0: must be a share"),
+    ("tolerances --tolerance zeta=5 --normal alpha=0.1", "--tolerance zeta = 5.0: must be a share"),
+    ("fit series.csv --unknown alpha=2:1", "--unknown alpha = (2.0, 1.0): must be two ascending"),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
     ("branch", "give a range of a parameter, such as --alpha 0.1:2"),
@@ -128,7 +131,7 @@ REFUSED = [
     ("figure motion --out=", "'--out': '' is no path"),
     ("figure energies --out taken/below.svg", "taken is not a writable directory"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
-    (f"sweep --info {300 * 'a'}", "must be a directory that holds a sweep"),
+    (f"sweep --info {300 * 'a'}", "--info = 'aaa ... must be a directory that holds a sweep"),
     ("sweep none.toml --out s", "alpha = []: must be one value or more"),
     # what was meant
     ("run --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),
@@ -137,6 +140,7 @@ REFUSED = [
     ("branch --alpha 0.1-2", "'0.1-2' is not a valid float. Did you mean 0.1:2?"),
     ("branch --alpha 0,1:2", "'0,1:2' is not LOW:HIGH, such as 0.1:2. Did you mean 0.1:2?"),
     ("sweep --out s --alpha 0.1-2", "'0.1-2' is not a valid float. A range is LOW:HIGH:COUNT, "),
+    ("sweep --out s --alpha 0.1:2:0", "'0.1:2:0' is not LOW:HIGH:COUNT, such as 0.1:2:20"),
     ("sweep --out s --alpha 0.1-2-20", "'0.1-2-20' is not a valid float. Did you mean 0.1:2:20?"),
     ("run --params part.toml", "with c, G, P_d, Omega, mu too"),
     ("sweep device.toml --out s", "must be a table with c, G, P_d, Omega, mu too"),
@@ -149,6 +153,7 @@ def test_a_wrong_line_is_refused_in_one_line(line, told, inside, tmp_path) -> No
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogateescape")
     (tmp_path / "taken").write_text("a file")
+    (tmp_path / "series.csv").write_text("t,x_r\n0,0\n1,0.1\n2,0\n3,0.2\n")
     (tmp_path / "none.toml").write_text("axes.alpha = []")
     (tmp_path / "curves.json").write_text('{"curves": [{}]}')
     (tmp_path / "part.toml").write_text(part)

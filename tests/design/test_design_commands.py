@@ -168,7 +168,7 @@ REFUSED = {
     "two metrics": (("optimise", "--maximise", "speed", "--minimise", "work"), "--minimise"),
     "nothing varies": (OPTIMISE, "over"),
     "unknown metric": (("optimise", "--maximise", "joy", "--over", "alpha=1:2"), "--maximise"),
-    "empty bounds": ((*OPTIMISE, "--over", "alpha=2:1"), "bounds of alpha"),
+    "empty bounds": ((*OPTIMISE, "--over", "alpha=2:1"), "--over alpha = "),
     "twice": ((*OPTIMISE, "--over", "alpha=1:2", "--over", "alpha=1:2"), "--over"),
     "points of no front": ((*OPTIMISE, "--over", "alpha=1:2", "--points", "5"), "--points"),
     "a seed of no draw": (("fit", "data.csv", "--unknown", "alpha", "--seed", "1"), "--seed"),

@@ -298,7 +298,7 @@ def test_a_rig_is_read_as_it_stands(folder) -> None:
     text = "scale = 8000\nslip = 0.001\n" + HEAD + "[bounds]\nmu = [0.1, 0.5]\n" + RUN
     (folder / "rig.toml").write_text(text + 'name = "first"\nstate = [0, 0, 0]\nphase = 0.1\n')
     found = cs.read_rig(folder / "rig.toml")
-    assert (found.scale, found.slip, found.bounds) == (8000, 0.001, {"mu": (0.1, 0.5)})
+    assert (found.scale, found.slip, found.bounds) == (8000, 0.001, {"mu": [0.1, 0.5]})
     (run,) = found.runs
     assert (run.name, run.drive) == ("first", {"P_d": 0.25, "Omega": 38.0})
     assert (run.state, run.phase) == ([0, 0, 0], 0.1)

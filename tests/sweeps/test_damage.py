@@ -8,6 +8,7 @@ import re
 import shutil
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -405,8 +406,18 @@ def test_chunks_in_each_others_places_are_damage(stores, tmp_path) -> None:
 
 def test_another_sweep_is_told_in_a_short_line(stores, tmp_path) -> None:
     path = copied(stores("sweep"), tmp_path / "s")
-    others = chart(5, 3, periods=5, compute=("itinerary",), chunk=(2, 3)), chart(4, 3, periods=6)
-    for other, said in zip(others, ("^axes = .5 values of alpha", "^periods = 6"), strict=True):
+    many = [Axis.linear(name, 0.5, 0.7, 3) for name in ("alpha", "omega", "zeta", "beta", "f_b")]
+    others = {
+        "^axes = .5 values of alpha from 0.01 to 2.: must be .4 values": replace(
+            SMALL, axes=(Axis.linear("alpha", 0.01, 2.0, 5), SMALL.axes[1])
+        ),
+        "^axes = .3 values of alpha .*; 3 values of omega .*; 3 more.": Sweep((*many,), periods=5),
+        r"^parameters = {'zeta': 0.0123456789}: must be {'zeta': 0.05}, as": replace(
+            SMALL, parameters=Parameters(zeta=0.0123456789)
+        ),
+        "^periods = 6": chart(4, 3, periods=6),
+    }
+    for said, other in others.items():
         with pytest.raises(InvalidInput, match=said) as refused:
             run_sweep(other, path, resume=True)
         assert len(str(refused.value).replace(str(path), "s")) < 200
