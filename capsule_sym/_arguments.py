@@ -11,7 +11,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache, wraps
-from numbers import Integral
+from numbers import Integral, Real
 from os import PathLike
 from typing import Any, NamedTuple, TypeGuard, TypeVar
 
@@ -144,7 +144,9 @@ _LEAVES = {
     "bool": _Kind(lambda v: type(v).__name__ in ("bool", "bool_"), "True or False", True),
     "None": _Kind(lambda v: v is None, "", True),
     "_Quantity": _Kind(_scalable, "a number or an array"),
-    "Number": _Kind(lambda v: is_real(v) or type(v).__module__.startswith("mpmath"), "a number"),
+    "Number": _Kind(
+        lambda v: is_real(v) or (isinstance(v, Real) and not isinstance(v, int)), "a number"
+    ),
     "Constants": _Kind(lambda v: hasattr(v, "own_stop"), "orbit.system.flows[0].c or alike"),
     "PathLike": _Kind(lambda v: isinstance(v, str | PathLike), "a file name", True),
     "Callable": _Kind(lambda v: callable(v) and not isinstance(v, type), "a function"),

@@ -321,9 +321,11 @@ class ExtendedSystem(OrbitEquations):
         """Solution and its uncertainties; None if the residual is larger than rounding."""
         numbers, free, (residual, matrix, orbit) = self.numbers, len(self.free), found
         closed, off = np.split(residual, [len(residual) - len(self.conditions)])
-        if not max(abs(closed)) <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
-            return None
+        # Stiff stops magnify the unknowns' rounding: each equation has its own.
         rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
+        least = _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns)))
+        if not all(abs(closed) <= least + rounding[: len(closed)]):
+            return None
         if len(off):
             rounding[len(closed) :] = noise(orbit)
             if not max(abs(off)) <= noise(orbit):

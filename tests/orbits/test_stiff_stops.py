@@ -1,0 +1,79 @@
+"""Branches at stiff stops, whose stiffness magnifies the rounding of an event's equations."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import pytest
+
+import capsule_sym as cs
+from capsule_sym import scenes
+
+
+class Case(NamedTuple):
+    """Scene and parameters, and the omega at which the branch from rest begins and ends."""
+
+    scene: str
+    parameters: dict[str, float]
+    begin: float
+    end: float
+
+
+PULSED = {
+    "alpha": 0.429432255087572,
+    "alpha_low": 1.7879656203188588,
+    "D": 0.07486739641866713,
+    "delta": 0.3477582835545055,
+    "zeta": 0.09815355228586173,
+    "beta": 868.3296668528869,
+    "gamma": 0.21963187494737899,
+    "f_b": 0.3935110876608558,
+}
+CAPSULE = {
+    "alpha": 1.570040205155535,
+    "delta": 0.8994511099097939,
+    "zeta": 0.06884950399449594,
+    "beta": 396.493019540342,
+    "gamma": 0.3127457268991757,
+    "f_b": 1.1881176141097651,
+}
+REACTION = {
+    "alpha": 2.3460280515457947,
+    "delta": 0.18181956382868072,
+    "zeta": 0.0881157175739018,
+    "beta": 947.4221707391337,
+    "gamma": 4.743980469078068,
+    "f_b": 1.0367725573783069,
+}
+CASES = [
+    Case("reaction_pulse", PULSED, 0.2825, 0.278),
+    pytest.param(Case("capsule", CAPSULE, 0.5223369424795006, 0.3134), marks=pytest.mark.long),
+    pytest.param(Case("reaction", REACTION, 0.6548844682730086, 0.3929), marks=pytest.mark.long),
+    pytest.param(Case("reaction_pulse", PULSED, 0.3096, 0.25), marks=pytest.mark.long),
+]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_branch_goes_on_as_long_as_runs_settle(case: Case) -> None:
+    p = scenes.load(case.scene).Parameters(omega=case.begin, **case.parameters)
+    branch = cs.continue_orbit(cs.solve_orbit(p), "omega", case.end)
+    assert branch.success, branch.message
+    assert branch.points[-1].value == case.end
+
+
+def test_the_event_is_where_the_settled_motion_changes() -> None:
+    """Runs settle on the itinerary of one side 1e-8 before it, and on the other's 1e-8 beyond."""
+    case = CASES[0]
+    p = scenes.load(case.scene).Parameters(omega=case.begin, **case.parameters)
+    branch = cs.continue_orbit(cs.solve_orbit(p), "omega", 0.2785)
+    event = branch.bifurcations[-1]
+    for side, itinerary in ((1, event.itinerary_before), (-1, event.itinerary_after)):
+        there = p.replace(omega=event.value + side * 1e-8)
+        motion = cs.simulate(
+            there, event.orbit.trajectory()(event.orbit.parameters.period)[:3], periods=400
+        ).steady()
+        assert cs.Itinerary.of_motion(motion).fields in rotations(itinerary.fields)
+
+
+def rotations(fields: tuple[int, ...]) -> list[tuple[int, ...]]:
+    return [fields[k:] + fields[:k] for k in range(len(fields))]
