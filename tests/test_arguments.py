@@ -349,6 +349,34 @@ def test_a_mistake_is_named_with_what_was_expected(call: str, words: str) -> Non
 
 
 @pytest.mark.parametrize(
+    "call",
+    [
+        *(
+            "attractors(p, BOX, count=16)",
+            "simulate_many([p, p], [(0, 0, 0), (1e-300, 0, 1e-300)])",
+        ),
+        "continue_attractors(p, 'alpha', [0.0, 0.6, 0.7], BOX, count=4)",
+        "tolerances(['velocity', 'peak_force'], {'alpha': 0.5, 'gamma': 0.9}, p, samples=64)",
+        "optimise('speed_per_work', {'alpha': (0.5, 0.6)}, p, samples=16)",
+        "pareto('velocity', 'work', {'alpha': (0.5, 0.6)}, p, points=3)",
+        "fit(data, p.replace(zeta=0.06), ['zeta'])",
+        "fit({'t': TIMES, 'x_r': 1e-170 * np.cos(TIMES)}, p, ['alpha'])",
+        "run_sweep(cs.Sweep((axis,), compute=('lyapunov', 'energies', 'multipliers')), 'store')",
+        "run_basin(cs.Sweep((cs.Axis.linear('x_r', -1.0, 1.0, 3),)), 'store')",
+        "continue_orbit(orbit, 'alpha', 0.4, points=5)",
+        "continue_bifurcation(point, 'zeta', ((0.1, 2.0), (0.01, 0.1)), points=3)",
+        *("certify_orbit(orbit)", "certify_bifurcation(point)", "certify_run(run)"),
+        *("search_orbits(p, 2)", "performance(orbit)", "sensitivities(run, [1.0])"),
+        "performance_many([[*p.to_dict().values()]] * 2, [(0, 0, 0), (1e15, 1e15, 0)])",
+    ],
+)
+def test_no_setting_of_numpy_ends_a_call(call: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with np.errstate(all="raise"):
+        eval(f"cs.{call}", _OWN, cases())
+
+
+@pytest.mark.parametrize(
     ("count", "said"), [(0, "0 points"), (1, "1 point"), (2, "2 points"), (1234, "1,234 points")]
 )
 def test_numbers_of_things_have_their_plural(count: int, said: str) -> None:

@@ -278,6 +278,7 @@ def checked_state(state: Sequence[float]) -> tuple[float, ...]:
     return tuple(state)
 
 
+@np.errstate(under="ignore")
 def fitted(
     problem: Problem,
     limits: tuple[Vector, Vector],

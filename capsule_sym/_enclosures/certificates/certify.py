@@ -15,6 +15,8 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
+
 from capsule_sym._enclosures.certificates.checker import VERSION
 from capsule_sym._enclosures.numbers.balls import Ball, Matrix, Unproved, arb, ball, precision
 from capsule_sym._enclosures.orbits.events import Event, prove_event
@@ -86,6 +88,7 @@ def _shortest(text: str) -> str:
     return "0" if short == "-0" else short
 
 
+@np.errstate(under="ignore")
 def certify_orbit(
     orbit: Orbit, exact: Mapping[str, str] | None = None, *, max_seconds: float = math.inf
 ) -> dict[str, Any]:
@@ -107,6 +110,7 @@ def certify_orbit(
     raise Unproved("certificate", "the time was over before the orbit was proved")
 
 
+@np.errstate(under="ignore")
 def certify_bifurcation(
     found: Bifurcation | CurvePoint,
     exact: Mapping[str, str] | None = None,
@@ -138,6 +142,7 @@ def certify_bifurcation(
     raise Unproved("certificate", "the time was over before the bifurcation was proved")
 
 
+@np.errstate(under="ignore")
 def certify_run(
     trajectory: Trajectory, exact: Mapping[str, str] | None = None, *, max_seconds: float = math.inf
 ) -> dict[str, Any]:

@@ -5,6 +5,7 @@ A comparison of balls that is true is a proof; one that is not true proves nothi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from fractions import Fraction
@@ -112,12 +113,12 @@ def symmetric(radius: Any) -> Ball:
 
 def upper(value: Ball) -> float:
     """Upper bound, as a float, on |x| in the ball."""
-    return float(np.nextafter(float(value.abs_upper()), np.inf))
+    return math.nextafter(float(value.abs_upper()), math.inf)
 
 
 def spread(value: Ball) -> float:
     """Upper bound, as a float, on the ball's radius."""
-    return float(np.nextafter(float(value.rad()), np.inf))
+    return math.nextafter(float(value.rad()), math.inf)
 
 
 def largest(found: Matrix) -> float:
