@@ -66,7 +66,7 @@ class Scene:
         return f"<Scene {self.name}>"
 
     def __reduce__(self) -> Any:
-        return load, (self.source,)
+        return scene, (self.source,)
 
     @property
     def name(self) -> str:
@@ -241,7 +241,7 @@ class _Frozen:
 
 def _made(source: str, kind: str, values: tuple[float, ...]) -> Any:
     """Parameters from pickled values."""
-    return getattr(load(source), kind)(*values)
+    return getattr(scene(source), kind)(*values)
 
 
 def names_of(parameters: Any) -> tuple[str, ...]:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import pickle
 import shutil
 import sys
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from importlib.machinery import SourceFileLoader
+from multiprocessing import get_context
 from pathlib import Path
 from subprocess import CompletedProcess
 from typing import Any
@@ -19,6 +22,7 @@ from capsule_sym import (
     Axis,
     InvalidInput,
     Sweep,
+    _parameters,
     load_parameters,
     load_sweep,
     open_results,
@@ -26,6 +30,7 @@ from capsule_sym import (
     read_branch,
     run_sweep,
     scenes,
+    simulate,
 )
 from capsule_sym._figures.computed import orbit_of
 from capsule_sym._folders import digest_of
@@ -138,6 +143,25 @@ def test_no_file_runs_code_of_a_folder_that_it_names(planted: Path, inside: Comm
     assert own is load_parameters(planted / "p.toml").scene is scenes.load(str(planted / "evil"))
     refused = inside("run", "--params", "p.toml", "--scene", "slope", cwd=planted)
     assert "--scene = 'slope': must be slope in" in refused.stderr
+
+
+def test_a_pickle_loads_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = scenes.load(str(of_slope(tmp_path / "own")))
+    for kept in (own, own.Parameters(s=0.1), simulate(own.Parameters(s=0.1), periods=2)):
+        data = pickle.dumps(kept)
+        assert repr(pickle.loads(data)) == repr(kept)
+        with monkeypatch.context() as patched:
+            patched.setattr(_parameters, "_known", {})
+            with pytest.raises(InvalidInput, match="name it yourself"):
+                pickle.loads(data)
+
+
+@pytest.mark.long
+def test_processes_compute_sweeps_of_a_folder_that_the_caller_loaded(tmp_path: Path) -> None:
+    own = scenes.load(str(of_slope(tmp_path / "own")))
+    sweep = Sweep((Axis.of("alpha", [0.5, 0.6]),), own.Parameters(), periods=5)
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        assert run_sweep(sweep, tmp_path / "store", executor=pool).success
 
 
 def edited(name: str, edit: Callable[[str], str]) -> Edit:

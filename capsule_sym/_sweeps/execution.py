@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import os
+import pickle
 from collections.abc import Callable, Iterator
 from concurrent import futures
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from enum import StrEnum
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from time import perf_counter
@@ -18,6 +20,7 @@ from capsule_sym._errors import CapsuleError, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp, Watch, check_time, present
+from capsule_sym._parameters import SHIPPED, load
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block, compute
 from capsule_sym._sweeps.quantities import CellOutcome
@@ -228,7 +231,7 @@ def _submitting(executor: futures.Executor | None, workers: int) -> Iterator[Sub
     On an exception, such as an interrupt, threads stop within their chunks.
     """
     if executor is not None:
-        yield lambda part: executor.submit(compute, part)
+        yield partial(_send, executor)
         return
     threads, watch = futures.ThreadPoolExecutor(workers), Watch()
     try:
@@ -238,6 +241,18 @@ def _submitting(executor: futures.Executor | None, workers: int) -> Iterator[Sub
         threads.shutdown(wait=False, cancel_futures=True)
         raise
     threads.shutdown()
+
+
+def _send(executor: futures.Executor, part: Sweep) -> futures.Future[Block]:
+    """Chunk of an executor, which may be another process; the caller has loaded the scene."""
+    if (source := part.parameters.scene.source) in SHIPPED:
+        return executor.submit(compute, part)
+    return executor.submit(_compute_in, source, pickle.dumps(part))
+
+
+def _compute_in(folder: str, part: bytes) -> Block:
+    load(folder)
+    return compute(pickle.loads(part))
 
 
 def _reason(error: Exception) -> str:
