@@ -10,7 +10,7 @@ _NEEDS = {
     "matplotlib": (
         *("_figures.attractors", "_figures.branches", "_figures.charts", "_figures.curves"),
         "_figures.design",
-        *("_figures.device", "_figures.diagrams", "_figures.evolution"),
+        *("_figures.diagrams", "_figures.evolution"),
         *("_figures.portraits", "_figures.pulses", "_figures.shocks"),
         *("_figures.style", "_figures.sweeps", "_figures.tolerances"),
     ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from capsule_sym._arguments import checked
@@ -55,6 +56,14 @@ def mean_power(work: Any, rate: Any) -> Any:
     return work * rate / math.tau
 
 
+def scale_of(units: Sequence[float], name: str) -> float:
+    """SI unit of a result, from the units of force, length and rate."""
+    force, length, rate = units
+    powers = UNITS[name]
+    scale: float = force**powers.force * length**powers.length * rate**powers.rate
+    return scale
+
+
 class Scales:
     """The SI units of results, from the units of a device in any arithmetic."""
 
@@ -75,6 +84,11 @@ class Scales:
         """Length that friction stretches the spring, the unit of length (m)."""
         raise NotImplementedError
 
+    @property
+    def unit_scales(self) -> tuple[float, float, float]:
+        """Units of force (N), length (m) and rate (rad/s)."""
+        return self.friction_force, self.length_scale, self.natural_frequency
+
     @checked
     def scale(self, name: str) -> float:
         """The SI unit of a result: what its dimensionless value is multiplied with.
@@ -83,8 +97,7 @@ class Scales:
         `work` (J) or `peak_force` (N). Raises `InvalidInput` for another.
         """
         check_one_of("quantity", name, UNITS)
-        force, length, rate, _ = UNITS[name]
-        return self.friction_force**force * self.length_scale**length * self.natural_frequency**rate
+        return scale_of(self.unit_scales, name)
 
     @checked
     def time(self, tau: _Quantity) -> _Quantity:

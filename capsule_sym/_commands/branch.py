@@ -159,7 +159,7 @@ def _record(found: Sequence[capsule_sym.Branch], device: options.Device) -> dict
     from capsule_sym._records import add_si
 
     first, *others = found
-    record = branch_record(first, others)
+    record = branch_record(first, others) | ({"device": device.to_dict()} if device else {})
     for one in (record, *record["switched"]):
         add_si(device, one["points"])
     return record

@@ -219,18 +219,16 @@ def _of_files(
 
     curves = read_curves(paths[0]) if len(paths) == 1 else None
     _check_own(system, "curves" if curves else "branches", str(paths[0]))
-    try:
-        if curves:
-            return plot_curves(curves, width=wide), {"of": "curves"}
-        records = [capsule_sym.read_branch(path) for path in paths]
-        for path, record in zip(paths, records, strict=True):
-            system.check_scene(scene_in(record) or CAPSULE, str(path))
-        return capsule_sym.plot_diagram(records, quantity, width=wide), {"of": quantity}
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        if isinstance(error, InvalidInput):
-            raise
-        whole = "a whole branch.json or curves.json, which this is not"
-        raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
+    if curves:
+        return plot_curves(curves, width=wide), {"of": "curves"}
+    records = [capsule_sym.read_branch(path) for path in paths]
+    for path, record in zip(paths, records, strict=True):
+        system.check_scene(scene_in(record) or CAPSULE, str(path))
+    scene, own = scene_in(records[0]) or CAPSULE, records[0].get("device")
+    same = own and all(record.get("device") == own for record in records)
+    device = scene.PhysicalParameters(**own) if own and same else None
+    drawn = capsule_sym.plot_diagram(records, quantity, width=wide, device=device)
+    return drawn, {"of": quantity}
 
 
 def _of_sweep(

@@ -20,6 +20,7 @@ from capsule_sym._figures.style import (
     blank,
     describe,
     readable,
+    share,
     styled,
 )
 
@@ -41,8 +42,9 @@ def plot_attractors(
 
     `found` is what `continue_attractors` gives. Each attractor has a colour and its number, for
     which the key gives the itinerary and the least and largest fraction; marks above are births
-    (filled) and deaths (open) at the bifurcations of their branches, where fractions jump. White
-    are starts that have not settled. Drawn into `axes`, without the key, if they are given.
+    (filled) and deaths (open) at the bifurcations of their branches, where fractions jump. An
+    attractor to which no start leads has no height. White are starts that have not settled. Drawn
+    into `axes`, without the key, if they are given.
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
@@ -55,7 +57,8 @@ def plot_attractors(
     for branch, name, colour, height in shown:
         hatch = _HATCHES[branch.number // len(AREAS) % len(_HATCHES)]
         looks: dict[str, Any] = {"facecolor": colour, "edgecolor": readable(colour), "linewidth": 0}
-        looks |= {"hatch": hatch, "label": f"{branch.number}  {name} {_range(branch)}"}
+        fractions = share(branch.fractions.min(), branch.fractions.max())
+        looks |= {"hatch": hatch, "label": f"{branch.number}  {name} {fractions}"}
         there = height > 0
         there[1:] |= height[:-1] > 0
         there[:-1] |= height[1:] > 0
@@ -97,11 +100,6 @@ def _name(branch: AttractorBranch) -> str:
     others = len({*texts}) - 1
     more = f" and {others} other{'s' * (others > 1)}" * bool(others)
     return f"{texts[int(np.argmax(branch.fractions))]}{more}"
-
-
-def _range(branch: AttractorBranch) -> str:
-    low, high = (f"{100 * end:.3g}" for end in (branch.fractions.min(), branch.fractions.max()))
-    return f"({low} %)" if low == high else f"({low} to {high} %)"
 
 
 def _stacked(found: ContinuedAttractors) -> tuple[_Values, _Values]:

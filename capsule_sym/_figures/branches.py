@@ -30,6 +30,7 @@ from capsule_sym._figures.style import (
     draw_points,
     figure_of,
     mathematical,
+    of_records,
     styled,
 )
 from capsule_sym._figures.units import Units
@@ -51,6 +52,7 @@ _LEADER |= {"relpos": (0.5, 0.0), "shrinkA": 0, "shrinkB": 0}
 
 
 @styled
+@of_records
 def plot_bifurcations(
     record: Record,
     *,
@@ -88,7 +90,8 @@ def shared(record: Record) -> dict[str, Any]:
     """Fixed parameters of a branch: all without the one that varies."""
     orbit = record["points"][0].get("orbit", record["points"][0])
     known = orbit.get("parameters", {})
-    values = {k: v for k, v in known.items() if k != record["parameter"]}
+    varied = {record["parameter"], *record.get("ties", ())}
+    values = {k: v for k, v in known.items() if k not in varied}
     return {"parameters": values, "parameter": record["parameter"]}
 
 
@@ -287,6 +290,7 @@ DAMPER, FRICTION, LIFT, WORK = "#0072B2", "#E69F00", "#d9d9d9", "black"
 
 
 @styled
+@of_records
 def plot_energies(
     record: Record,
     *,

@@ -12,11 +12,20 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import name_points
 from capsule_sym._figures.layout import add_key, add_words, axes_for, limit
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import CURVES, DASHES, OTHER_CURVE, describe, draw_points, styled
+from capsule_sym._figures.style import (
+    CURVES,
+    DASHES,
+    OTHER_CURVE,
+    describe,
+    draw_points,
+    of_records,
+    styled,
+)
 from capsule_sym._figures.units import named, said
 
 
 @styled
+@of_records
 def plot_curves(
     record: Mapping[str, Any], *, width: float = PAGE, axes: Axes | None = None
 ) -> Figure:
@@ -57,6 +66,6 @@ def plot_curves(
         for place, text in places.items():
             kinds.setdefault(text, []).append(stand[place])
         words = [f"{', '.join(own)}  {text}" for text, own in kinds.items()]
-        add_words(figure, [*words, said(first, second)])
+        add_words(figure, [*words, *said(first, second)])
     name_points(axes, [(place, label, "black") for place, label in stand.items()])
     return describe(figure, "Curves of bifurcations")

@@ -24,11 +24,12 @@ def metric_label(name: str, system: Any) -> str:
     from capsule_sym._design.quantities import units_of
     from capsule_sym._units import METRIC_UNITS
 
+    told = LABELS.get(name, name.replace("_", " ") if name in METRIC_UNITS else name)
     if not isinstance(system, SceneDevice):
-        return LABELS.get(name, name.replace("_", " "))
-    unit = METRIC_UNITS[name].name if name in METRIC_UNITS else units_of(system.scene).get(name, "")
-    told = name.replace("_", " ") if name in METRIC_UNITS else name
-    return f"{told} ({unit})" if unit else told
+        return told
+    units = units_of(system.scene) | {one: unit.name for one, unit in METRIC_UNITS.items()}
+    unit = units.get(name, "SI units")  # of arithmetic
+    return f"{told.partition(' $')[0]} ({unit})" if unit else told
 
 
 @styled

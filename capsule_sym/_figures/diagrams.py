@@ -3,49 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from capsule_sym._design.quantities import metric_of
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.branches import Record, draw_runs, in_order, shared, title_of
+from capsule_sym._figures.branches import (
+    Record,
+    draw_runs,
+    in_order,
+    shared,
+    title_of,
+    units_of,
+)
 from capsule_sym._figures.computed import orbit_of, strobe
 from capsule_sym._figures.labels import name_points
 from capsule_sym._figures.layout import Limits, add_key, add_words, axes_for, handles_of, limit
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, styled
+from capsule_sym._figures.style import SERIES, describe, draw_points, of_records, styled
 from capsule_sym._figures.units import named, said
+from capsule_sym._parameters import SceneDevice
 from capsule_sym._units import METRIC_UNITS
 
 if TYPE_CHECKING:
     from capsule_sym._orbits.shooting.orbit import Orbit
 
-_STATES = ("x_r", "v_r", "v_c")
+_STATES = {
+    "x_r": ("stroboscopic $x_r$", "strobed displacement"),
+    "v_r": ("stroboscopic $v_r$", "strobed velocity"),
+    "v_c": ("stroboscopic $v_c$", "strobed velocity of the capsule"),
+}
 _MEANS = {"velocity": "average_velocity", "progression": "progression"}
-QUANTITIES = (*_STATES, *METRIC_UNITS, "lift")
+QUANTITIES = (*_STATES, *METRIC_UNITS, "lift", "lyapunov")
 """Quantities of an orbit that are drawn along branches."""
 _POINT = "bifurcation"
 _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 
 
 @styled
+@of_records
 def plot_diagram(
     record: Record | Sequence[Record],
     quantity: str = "x_r",
     *,
     width: float = PAGE,
     axes: Axes | None = None,
+    device: SceneDevice | None = None,
 ) -> Figure:
     """Branches and those that leave them: stroboscopic states, or a metric of the orbits.
 
     The quantity is x_r, v_r, v_c or a metric: velocity, speed, progression, work, damper_loss,
-    friction_loss, power, peak_force, peak_contact, speed_per_work or cost_of_transport, and lift in
-    a scene with a load; energies and progression are those of an excitation period. A colour is a
-    branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its label, and the
-    key its type and value. Drawn into `axes`, without the keys, if they are given. Raises
-    InvalidInput for another quantity, and for branches in different parameters.
+    friction_loss, power, peak_force, peak_contact, speed_per_work, cost_of_transport or lyapunov,
+    and lift in a scene with a load; energies and progression are those of an excitation period. It
+    is in SI units with the `device` whose orbits they are. A colour is a branch; stable orbits are
+    solid, unstable ones dashed. Every bifurcation has its label, and the key its type and value.
+    Drawn into `axes`, without the keys, if they are given. Raises InvalidInput for another
+    quantity, for branches in different parameters, and for records that lack something.
     """
     if quantity not in QUANTITIES:
         raise InvalidInput("quantity", quantity, f"one of {', '.join(QUANTITIES)}")
@@ -57,28 +73,28 @@ def plot_diagram(
     colours = [SERIES[k % len(SERIES)] for k in range(len(branches))]
     alone = axes is None
     figure, axes = axes_for(axes, width, 3.3)
-    for branch, colour, name in zip(branches, colours, _names(records), strict=True):
-        _curves(axes, branch, quantity, colour, name)
+    units, names = units_of(records[0], device), _names(records)
+    values = _Values(quantity, units.scale(quantity))
+    for branch, colour, name in zip(branches, colours, names, strict=True):
+        _curves(axes, branch, values, colour, name)
     drawn = {point["stable"] for branch in branches for point in branch["points"]}
     for style, name, stable in (("-", "stable", True), ("--", "unstable", False)):
         if stable in drawn:
             axes.plot([], [], style, color="0.4", label=name)
     axes.margins(x=0.04, y=0.1)
     limit(axes)
-    names = _names(records)
     titles = _titles(branches, names, axes.get_xlim())
     if titles:
         draw_points(axes, [], [], _POINT)
     axes.set_xlabel(named(parameters[0]))
-    label = LABELS.get(quantity, quantity.replace("_", " "))
-    axes.set_ylabel(f"stroboscopic ${quantity}$" if quantity in _STATES else label)
+    axes.set_ylabel(units.label(quantity, *_STATES.get(quantity, ())))
     if alone:
         add_key(figure, handles_of([axes]))
-        add_words(figure, [*titles, said(*parameters)])
+        add_words(figure, [*titles, *said(*parameters, device=device is not None)])
     labels = [
         (*label, colour)
         for branch, colour in zip(branches, colours, strict=True)
-        for label in _labels(axes, branch, quantity)
+        for label in _labels(axes, branch, values)
     ]
     name_points(axes, labels)
     return describe(figure, "Branches of periodic orbits", **shared(records[0]))
@@ -105,27 +121,42 @@ def _titles(branches: Sequence[Record], names: Sequence[str], view: Limits) -> l
     ]
 
 
-def _values(orbit: Orbit, quantity: str) -> list[float]:
-    """The quantity at each excitation period of an orbit."""
-    if quantity in _MEANS:
-        return [float(getattr(orbit, _MEANS[quantity]))]
-    if quantity not in _STATES:
-        return [metric_of(orbit, quantity)]
-    return [state[_STATES.index(quantity)] for state in strobe(orbit)]
+class _Values(NamedTuple):
+    """A quantity in the units of the figure."""
+
+    quantity: str
+    scale: float
+
+    def of(self, record: Record) -> list[float]:
+        """The quantity at each excitation period of an orbit."""
+        orbit = orbit_of(record)
+        return [self.scale * value for value in self._plain(orbit)]
+
+    def _plain(self, orbit: Orbit) -> list[float]:
+        if self.quantity in _STATES:
+            return [state[[*_STATES].index(self.quantity)] for state in strobe(orbit)]
+        if self.quantity in _MEANS:
+            return [float(getattr(orbit, _MEANS[self.quantity]))]
+        if self.quantity == "lyapunov":
+            with np.errstate(divide="ignore"):
+                grown = np.log(abs(orbit.multipliers[0]))
+            return [float(grown / (orbit.itinerary.period_number * orbit.parameters.period))]
+        return [metric_of(orbit, self.quantity)]
 
 
-def _curves(axes: Axes, branch: Record, quantity: str, colour: str, name: str) -> None:
+def _curves(axes: Axes, branch: Record, values: _Values, colour: str, name: str) -> None:
     nodes, stable = in_order(branch)
-    values = [_values(orbit_of(one), quantity) for one in nodes]
     looks = {stable: {"color": colour} for stable in (True, False)}
     at = [one["value"] for one in nodes]
-    draw_runs(axes, at, values, stable, looks)[0].set_label(name)
+    draw_runs(axes, at, [*map(values.of, nodes)], stable, looks)[0].set_label(name)
 
 
-def _labels(axes: Axes, branch: Record, quantity: str) -> Iterator[tuple[tuple[float, float], str]]:
+def _labels(
+    axes: Axes, branch: Record, values: _Values
+) -> Iterator[tuple[tuple[float, float], str]]:
     """A point at every bifurcation, its place and label; labels that would meet become one."""
     found = branch["bifurcations"]
-    places = [(one["value"], _values(orbit_of(one), quantity)[0]) for one in found]
+    places = [(one["value"], values.of(one)[0]) for one in found]
     draw_points(axes, [x for x, _ in places], [y for _, y in places], _POINT)
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     chosen = zip(places, found, strict=True)

@@ -26,6 +26,7 @@ from capsule_sym._figures.style import (
     blank,
     describe,
     field_colour,
+    of_records,
     readable,
     styled,
 )
@@ -34,6 +35,7 @@ from capsule_sym._parameters import SceneDevice
 
 
 @styled
+@of_records
 def plot_itineraries(
     motions: Sequence[Motion],
     record: Record,

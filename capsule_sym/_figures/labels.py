@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from capsule_sym._arrays import Matrix
+from capsule_sym._figures.notebook import StyledFigure
 from capsule_sym._figures.style import figure_of
 
 CENTRED: dict[str, Any] = {"ha": "center", "va": "center_baseline", "size": "small", "zorder": 30}
@@ -24,10 +25,10 @@ _LOOKS: dict[str, Any] = {
 
 
 def fix_layout(axes: Axes) -> float:
-    """Lays a page out, for good if it holds these axes; returns its pixels in a point."""
+    """Lays a page out, for good if it is one of ours; returns its pixels in a point."""
     whole = figure_of(axes)
     whole.draw_without_rendering()
-    if whole is axes.figure:
+    if whole is axes.figure and isinstance(whole, StyledFigure):
         whole.set_layout_engine("none")
     return whole.dpi / 72
 
@@ -55,6 +56,7 @@ def name_points(
         return
     places, texts, colours = zip(*points, strict=True)
     pixel, back = fix_layout(axes), axes.transData.inverted().transform
+    axes.autoscale(False)  # lines that lead to names change no view
     boxes = [text.get_window_extent() for text in axes.texts]
     taken = [((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2) for box in boxes]
     radii = [max(box.width, box.height) / 2 for box in boxes]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import threading
 from contextlib import suppress
@@ -15,16 +14,8 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import UNLISTED
 from capsule_sym._figures.style import figure_style
 
-_DENSE = 2  # dots of the picture in each of the page, for screens that have so many
-_PAGE_DOTS = 96  # dots of a page in each inch
 _WRITERS = {"agg", "cairo", "pdf", "pgf", "ps", "svg"}  # backends that open no window
 _MOST = 10  # figures that are open at a time then; matplotlib warns from 20 on
-
-
-def on_page(figure: Figure) -> tuple[int, int]:
-    """Width and height of a figure in dots of a page."""
-    across, down = (round(_PAGE_DOTS * float(inches)) for inches in figure.get_size_inches())
-    return across, down
 
 
 class StyledFigure(Figure):
@@ -39,13 +30,6 @@ class StyledFigure(Figure):
         """Write in the style."""
         with figure_style():
             super().savefig(*given, **named)
-
-    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
-        """The picture, and the size at which it is shown."""
-        picture = io.BytesIO()
-        self.savefig(picture, format="png", dpi=_DENSE * _PAGE_DOTS)
-        across, down = on_page(self)
-        return picture.getvalue(), {"width": across, "height": down}
 
 
 def new_figure(width: float, height: float, **options: Any) -> Figure:

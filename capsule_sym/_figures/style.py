@@ -59,7 +59,8 @@ def labels_of(scene: Scene) -> dict[str, str]:
         "time": r"time $\omega\tau/2\pi$ (periods)",
         "velocity": r"average velocity $\langle v_c\rangle$",
         "progression": "progression per period",
-        "phase": "phase",
+        "phase": r"phase $\tau$",
+        "lyapunov": "largest Lyapunov exponent",
     }
 
 
@@ -131,6 +132,11 @@ def area_colours(figure: Figure, names: Sequence[str], again: bool = True) -> li
     return [known[f"{name} {'·' * names[:k].count(name)}"] for k, name in enumerate(names)]
 
 
+def share(*ends: Any) -> str:
+    """A share of all, or the least and the largest one, in percent."""
+    return f"({' to '.join(dict.fromkeys(f'{100 * end:.3g}' for end in ends))} %)"
+
+
 def blank(label: str) -> Patch:
     """Legend entry of what is left white."""
     return Patch(facecolor="white", edgecolor="0.5", label=label)
@@ -192,6 +198,23 @@ def styled(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
     return drawn
 
 
+def of_records(draw: Callable[_Given, Figure]) -> Callable[_Given, Figure]:
+    """A function that draws plain data: raises InvalidInput where they are not whole."""
+
+    @wraps(draw)
+    def drawn(*given: _Given.args, **named: _Given.kwargs) -> Figure:
+        try:
+            return draw(*given, **named)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            if isinstance(error, InvalidInput):
+                raise
+            lacks = f"without {error}" if isinstance(error, KeyError) else str(error)
+            whole = "a whole one, as --out or --json of `branch` and `curve` gives it"
+            raise InvalidInput("record", lacks, whole) from error
+
+    return drawn
+
+
 def figure_of(drawn: Axes | Figure | SubFigure) -> Figure:
     """The figure that holds axes or a part of it, or itself."""
     figure: Figure = drawn.get_figure(root=True)  # type: ignore[assignment]
@@ -204,21 +227,23 @@ def draw_points(axes: Axes, x: Sequence[float], y: Sequence[float], label: str) 
     axes.plot(x, y, "o", color="white", zorder=5, label=label, **rim)
 
 
-def bulk(values: Any) -> tuple[float, float]:
+def bulk(values: Any, few: float = 0.1) -> tuple[float, float]:
     """Range of values without outliers: few, and over ten times as far from the median as half."""
     away = abs(values - np.median(values))
     near = away <= 10 * np.median(away)
-    few = np.sum(~near) <= max(1, len(values) // 20)
-    inside = values[near] if few and np.any(away[near]) else values
+    told = np.sum(~near) <= max(1, few * len(values)) and np.any(away[near])
+    inside = values[near] if told else values
     return float(np.min(inside)), float(np.max(inside))
 
 
 def show_once(figure: Figure) -> None:
     """Make a notebook show a figure once: as the value of a cell, or at the cell's end by pyplot.
 
-    IPython calls the method `_ipython_display_` of a value, and shows nothing else of it.
+    IPython calls the method `_ipython_display_` of a value, and shows nothing else of it. Of a
+    figure that pyplot does not know it has no picture but that of `_repr_png_`.
     """
     figure._ipython_display_ = partial(_display, figure)  # type: ignore[attr-defined]
+    figure._repr_png_ = partial(_picture, figure)  # type: ignore[attr-defined]
 
 
 def _display(figure: Figure) -> None:
@@ -231,6 +256,22 @@ def _display(figure: Figure) -> None:
         display(figure)
     finally:
         show_once(figure)
+
+
+_DENSE = 2  # dots of the picture in each of the page, for screens that have so many
+_PAGE_DOTS = 96  # dots of a page in each inch
+
+
+def on_page(figure: Figure) -> tuple[int, int]:
+    """Width and height of a figure in dots of a page."""
+    across, down = (round(_PAGE_DOTS * float(inches)) for inches in figure.get_size_inches())
+    return across, down
+
+
+def _picture(figure: Figure) -> tuple[bytes, dict[str, int]]:
+    """A picture as PNG, and the size at which it is shown."""
+    figure.savefig(drawn := BytesIO(), format="png", dpi=_DENSE * _PAGE_DOTS)
+    return drawn.getvalue(), dict(zip(("width", "height"), on_page(figure), strict=True))
 
 
 _ABOUT: WeakKeyDictionary[Any, dict[str, Any]] = WeakKeyDictionary()

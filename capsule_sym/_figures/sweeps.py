@@ -14,6 +14,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
+from capsule_sym._design.quantities import with_derived
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.charts import draw_curve
 from capsule_sym._figures.layout import add_key, axes_for, handles_of, limit
@@ -26,15 +27,18 @@ from capsule_sym._figures.style import (
     STABLE,
     area_colours,
     blank,
+    bulk,
     describe,
     labels_of,
     readable,
+    share,
     styled,
 )
 from capsule_sym._figures.units import named, prefixed
+from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._parameters import CAPSULE, scene_in
 from capsule_sym._sweeps import itineraries
-from capsule_sym._units import METRIC_UNITS
+from capsule_sym._units import METRIC_UNITS, UNITS, scale_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,6 +48,7 @@ Array = NDArray[np.float64]
 _STATE = "x_r", "v_r", "v_c"
 _DIGITS = 4  # of final states: those of an attractor differ by less
 _ROOM = 0.04  # of a basin: distance from its border to a number
+_FAR = 10  # times the front's largest cost, up to which cells are drawn
 
 
 @styled
@@ -52,10 +57,10 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
 
     `results` is what `open_results` gives of a basin. A colour is an attractor; its number is that
     of the results and of `sweep --info`, and the key gives its itinerary and share. Grey are starts
-    that have not settled within the sweep's periods, white those without a result. Stars are the
-    attractors' own stroboscopic states, where both coordinates are among the state's,
-    dimensionless. Drawn into `axes`, without the key, if they are given. Raises InvalidInput for
-    results of another kind.
+    that have not settled within the sweep's periods, white those without a result. Stars, in the
+    colour of their attractor, are its own stroboscopic states, where both coordinates are among the
+    state's: they may lie in another area, as starts have one value of the third. Drawn into `axes`,
+    without the key, if they are given. Raises InvalidInput for results of another kind.
     """
     if "attractor" not in results or len(results["attractor"].dims) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
@@ -65,7 +70,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     named_so = [(code, _itinerary(results, code)) for code in known]
     late, said = unsettled(results)
     late = late & (codes.values < 0)
-    (x, x_label), (y, y_label) = (_axis(results, name) for name in (first, second))
+    (x, x_label, _), (y, y_label, _) = (_axis(results, name) for name in (first, second))
     alone = axes is None
     figure, axes = axes_for(axes, width, 0.62 * width)
     colours = area_colours(figure, [text or f"attractor {code}" for code, text in named_so])
@@ -86,11 +91,11 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
             axes.text(x[i], y[j], str(code), **middle)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
-    _draw_attractors(axes, results, known)
+    _draw_attractors(axes, results, dict(zip(known, colours, strict=True)))
     limit(axes)
     if alone:
         handles = [
-            Patch(facecolor=colour, label=f"{code}  {text} ({np.mean(codes.values == code):.1%})")
+            Patch(facecolor=colour, label=f"{code}  {text} {share(np.mean(codes.values == code))}")
             for (code, text), colour in zip(named_so, colours, strict=True)
         ]
         if np.any(late):
@@ -110,29 +115,29 @@ def _deepest(area: NDArray[np.bool_]) -> tuple[tuple[int, int], int]:
     return (int(i), int(j)), int(depth.max())
 
 
-def _draw_attractors(axes: Axes, results: xr.Dataset, order: list[int]) -> None:
+def _draw_attractors(axes: Axes, results: xr.Dataset, colours: Mapping[int, str]) -> None:
     """Stars at the states in which the starts of each attractor end."""
     names = list(map(str, results["attractor"].dims))
     if "final" not in results or not {*names} <= {*_STATE}:
         return
-    if any("si_units" in results[name].attrs for name in names):
-        return
     ends, codes = results["final"].values, results["attractor"].values
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # an attractor may lie outside
-    for code in order:
+    for code, colour in colours.items():
         states = ends[codes == code][:, [_STATE.index(name) for name in names]]
-        x, y = np.unique(states.round(_DIGITS), axis=0).T
-        rim: dict[str, Any] = {"markeredgecolor": "black", "markeredgewidth": 0.5}
-        axes.plot(x, y, "*", color="white", markersize=6, label="attractor, once a period", **rim)
+        states = np.unique(states.round(_DIGITS), axis=0)
+        x, y = (states * [_axis(results, name)[2] for name in names]).T
+        looks: dict[str, Any] = {"markeredgecolor": readable(colour), "markeredgewidth": 0.6}
+        looks |= {"color": colour, "markersize": 7, "label": "attractor, once a period"}
+        axes.plot(x, y, "*", **looks)
 
 
-def _axis(results: xr.Dataset, name: str) -> tuple[Array, str]:
-    """Values and label along an axis, of a start in SI units where the sweep is a device's."""
+def _axis(results: xr.Dataset, name: str) -> tuple[Array, str, float]:
+    """Values, label and scale of an axis, of a start in SI units where the sweep is a device's."""
     values, attributes = results[name].values, results[name].attrs
     if "si_units" not in attributes:
-        return values, named(name)
+        return values, named(name), 1.0
     factor, unit = prefixed(attributes["si_scale"], attributes["si_units"])
-    return values * factor, f"{LABELS.get(name, name).partition(' $')[0]} ({unit})"
+    return values * factor, f"{LABELS.get(name, name).partition(' $')[0]} ({unit})", factor
 
 
 def _itinerary(results: xr.Dataset, code: int) -> str:
@@ -147,6 +152,7 @@ def _itinerary(results: xr.Dataset, code: int) -> str:
 
 METRICS = (*METRIC_UNITS, "lift", "lyapunov")
 """Metrics of a motion that are drawn over parameters."""
+_EXTENDED = "neither", "min", "max", "both"
 
 
 @styled
@@ -162,10 +168,11 @@ def plot_metric(
 
     `results` is what `open_results` gives of a sweep. Metrics are velocity, speed, progression,
     work, damper_loss, friction_loss, power, peak_force, peak_contact, speed_per_work,
-    cost_of_transport and lyapunov, as far as the sweep computes what they need; those of a device
-    are in SI units. Over two axes a colour bar has the scale, in two hues around 0 where the
-    metric has both signs; grey are cells without a result, and bifurcation `curves` of
-    `capsule-sym curve --json` lie on top. Over one axis each cell is a dot. Drawn into `axes` if
+    cost_of_transport, lyapunov and, in a scene with a load, lift, as far as the sweep computes what
+    they need; those of a device are in SI units. Over two axes a colour bar has the scale, in two
+    hues around 0 where the metric has both signs; its arrow stands for outliers. Grey are cells
+    without a result, such as the cost of a capsule that does not advance, and bifurcation `curves`
+    of `capsule-sym curve --json` lie on top. Over one axis each cell is a dot. Drawn into `axes` if
     they are given. Raises InvalidInput for results of another kind.
     """
     values = metric_of(results, metric)
@@ -180,68 +187,72 @@ def plot_metric(
     alone = axes is None
     figure, axes = axes_for(axes, width, (0.62 if values.ndim == 2 else 0.5) * width)
     shown = np.ma.masked_invalid(values.values * factor)
+    missing = shown.mask & np.ones(shown.shape, dtype=bool)
     axes.set_xlabel(sides[0][1])
     if values.ndim == 1:
         axes.plot(sides[0][0], shown, ".", color=STABLE)
         axes.set_ylabel(label)
     else:
-        low, high = (float(shown.min()), float(shown.max())) if shown.count() else (0.0, 1.0)
-        both = max(-low, high) if low < 0 < high else None
-        ends: dict[str, Any] = {"vmin": -both, "vmax": both, "cmap": "PuOr_r"} if both else {}
-        mesh = axes.pcolormesh(
-            sides[0][0], sides[1][0], shown.T, shading="nearest", rasterized=True, **ends
-        )
+        low, high = bulk(shown.compressed(), 0.25) if shown.count() else (0.0, 1.0)
+        beyond = int(np.any(shown < low)) + 2 * int(np.any(shown > high))
+        looks: dict[str, Any] = {"shading": "nearest", "rasterized": True}
+        if low < 0 < high:
+            low, high = -max(-low, high), max(-low, high)
+            looks["cmap"] = "PuOr_r"
+        mesh = axes.pcolormesh(*(side for side, *_ in sides), shown.T, vmin=low, vmax=high, **looks)
         axes.set_facecolor(NOT_SETTLED)  # the middle of two hues is white
-        figure.colorbar(mesh, ax=axes, label=label)
+        figure.colorbar(mesh, ax=axes, label=label, extend=_EXTENDED[beyond])
         axes.set_ylabel(sides[1][1])
-        x, y = ((float(side[0]), float(side[-1])) for side, _ in sides)
+        x, y = ((float(side[0]), float(side[-1])) for side, *_ in sides)
         plane = Plane(str(values.dims[0]), str(values.dims[1]), x, y)
         for curve in curves:
             draw_curve(axes, curve, plane)
     limit(axes)
-    if alone:
-        late, said = unsettled(results)
-        reason = said if np.any(late) else NO_RESULT
-        missing = [Patch(facecolor=NOT_SETTLED, label=reason)] * bool(np.any(shown.mask))
-        add_key(figure, handles_of([axes]) + missing if values.ndim == 2 else [])
+    if alone and values.ndim == 2:
+        (late, said), infinite = unsettled(results), np.isinf(values.values)
+        reasons = {said: late & missing, "infinite": infinite, NO_RESULT: ~(late | infinite)}
+        told = " or ".join(one for one, cells in reasons.items() if np.any(cells & missing))
+        grey = [Patch(facecolor=NOT_SETTLED, label=told)] * bool(told)
+        add_key(figure, handles_of([axes]) + grey)
     return describe(figure, f"{label} over parameters", metric=metric)
 
 
-def _of_work(velocity: Any, work: Any, omega: Any, results: xr.Dataset) -> dict[str, Any]:
-    """Metrics that compare the work of a period with the advance; those of no unit for a device."""
-    bounds = (scene_in(results.attrs) or CAPSULE).facts.BOUNDS
-    forward, backward = (
-        results[name] if name in results.coords else results.attrs.get(name, 0.0)
-        for name in map(bounds.get, (1, -1))
-    )
-    back = velocity < 0
-    bound, way = back * backward + ~back * forward, abs(velocity) * 2 * np.pi / omega
-    found = {"cost_of_transport": work / (bound * way)}
-    if "si_units" in work.attrs:
-        return found
-    return found | {"power": work * omega / (2 * np.pi), "speed_per_work": way / work}
-
-
 def metric_of(results: xr.Dataset, name: str) -> xr.DataArray:
-    """A metric of each cell; raises InvalidInput for one that the sweep does not compute."""
-    known: dict[Any, Any] = {**results.data_vars}
-    omega = results.get("omega", results.attrs.get("omega"))
-    if (
-        "progression" in known
-        and omega is not None
-        and "si_units" not in known["progression"].attrs
-    ):
-        known.setdefault("velocity", known["progression"] * omega / (2 * np.pi))
+    """A metric of each cell; raises InvalidInput for one that the sweep does not compute.
+
+    Attributes of a device's have the SI unit, as results have it.
+    """
+    facts, units = (scene_in(results.attrs) or CAPSULE).facts, results.attrs.get("si_scales")
+    known: dict[Any, Any] = {one: results[one] for one in METRICS if one in results}
+    own = {
+        one: results[one] if one in results.coords else results.attrs.get(one, np.nan)
+        for one in ("omega", *facts.BOUNDS.values())
+    }
+    turn = own["omega"] / (2 * np.pi)
+    if "progression" in known:
+        known.setdefault("velocity", known["progression"] * turn)
     if "velocity" in known:
         velocity = known["velocity"]
-        known["speed"] = abs(velocity).assign_attrs(velocity.attrs)
-        if "work" in known and omega is not None:
-            known |= _of_work(velocity, known["work"], omega, results)
-    if name in known and name in METRICS:
-        found: xr.DataArray = known[name]
-        return found
-    allowed = ", ".join(one for one in METRICS if one in known) or "progression or energies"
-    raise InvalidInput("metric", name, f"what the sweep computes: {allowed}")
+        known.setdefault("progression", velocity / turn)
+        known["speed"] = abs(velocity)
+    if {"velocity", "work"} <= known.keys():
+        if facts.LIFTS:
+            known["lift"] = known["work"] - known["damper_loss"] - known["friction_loss"]
+        # Each of n cells as a motion of its own, without derivatives.
+        bounds = {one: Slope((0 * velocity + own[one]).values, 0.0) for one in own}
+        given = ("velocity", "progression", "work")
+        metrics = {one: Slope((0 * velocity + known[one]).values, 0.0) for one in given}
+        for one, derived in with_derived(metrics, bounds, facts.BOUNDS).items():
+            known.setdefault(one, velocity.copy(data=derived.value).where(velocity.notnull()))
+    if name not in known:
+        allowed = ", ".join(one for one in METRICS if one in known) or "progression or energies"
+        raise InvalidInput("metric", name, f"what the sweep computes: {allowed}")
+    attributes = results[name].attrs if name in results else {}
+    if units is not None:
+        attributes = {"si_units": UNITS[name].name, "si_scale": scale_of(units, name)}
+    found: xr.DataArray = known[name].copy()
+    found.attrs = attributes
+    return found
 
 
 @styled
@@ -250,8 +261,9 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
 
     The speed is the absolute average velocity. The cost of transport is the work of the drive
     divided by the friction bound and the distance. A cell is on the front if no other cell is at
-    least as fast at no greater cost. Drawn into `axes` if they are given. Raises InvalidInput for a
-    sweep without energies.
+    least as fast at no greater cost. Cells of over ten times the front's largest cost are counted,
+    and not shown. Drawn into `axes` if they are given. Raises InvalidInput for a sweep without
+    energies.
     """
     speed, cost = speed_and_cost(results)
     front = non_dominated(speed, cost)
@@ -259,14 +271,18 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
     speed, unit = speed * of_device.get("si_scale", 1.0), of_device.get("si_units", "")
     alone = axes is None
     figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
-    axes.plot(cost, speed, ".", color="0.6", markersize=2.5, label="cells", rasterized=True)
+    near = cost <= _FAR * cost[front].max()
+    label = f"cells, {np.sum(~near):,} of {len(cost):,} beyond" if np.any(~near) else "cells"
+    axes.plot(
+        cost[near], speed[near], ".", color="0.6", markersize=2.5, label=label, rasterized=True
+    )
     axes.plot(
         cost[front], speed[front], "o-", color=STABLE, drawstyle="steps-post",
         label="Pareto front",
     )  # fmt: skip
     axes.set_xscale("log")
     axes.xaxis.set_minor_formatter(NullFormatter())  # within two decades its labels would collide
-    if cost.max() < 100 * cost.min():
+    if cost[near].max() < 100 * cost.min():
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.xaxis.set_major_formatter("{x:g}")
     bounds = (scene_in(results.attrs) or CAPSULE).facts.BOUNDS

@@ -21,7 +21,7 @@ DIMENSIONLESS = "all quantities are dimensionless"
 _OTHERS = "the other quantities are dimensionless"
 
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k"}
-_PREFIXED = ("m", "m/s", "N", "J", "s")
+_PREFIXED = ("m", "m/s", "N", "J", "s", "W")
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,8 @@ class Units:
 
     def label(self, name: str, text: str = "", words: str = "") -> str:
         """Label of an axis, by default that of `LABELS`; of a device its words and the unit."""
-        text, unit = text or labels_of(self.scene).get(name, name), self.unit(name)
+        unit = self.unit(name)
+        text = text or labels_of(self.scene).get(name, name.replace("_", " "))
         # The symbols are those of dimensionless quantities.
         return f"{words or text.partition(' $')[0]} ({unit})" if unit else text
 
@@ -115,9 +116,12 @@ def named(name: str) -> str:
     return f"{symbol} ({units[name]})" if units.get(name) else name
 
 
-def said(*parameters: str) -> str:
-    """Note on units of a figure over parameters that may be a device's."""
-    return DIMENSIONLESS if all(name in _known() for name in parameters) else _OTHERS
+def said(*parameters: str, device: bool = False) -> list[str]:
+    """Note on units of a figure over parameters that may be a device's, of whose results it is."""
+    plain = all(name in _known() for name in parameters)
+    if device:
+        return ["the parameter is dimensionless"] * plain
+    return [DIMENSIONLESS if plain else _OTHERS]
 
 
 @cache

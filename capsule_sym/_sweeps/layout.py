@@ -120,6 +120,7 @@ def _described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) 
         "periods": sweep.periods,
         "tolerance": sweep.tolerance,
         **{name: value for name, value in fixed.items() if name not in varied},
+        **({"si_scales": sweep.device.unit_scales} if sweep.device else {}),
         **{name: origin[name] for name in ("command", "kernels")},
         "core": "; ".join(cores) or origin["core"],
         "versions": ", ".join(f"{name} {v}" for name, v in origin["versions"].items()),

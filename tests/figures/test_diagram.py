@@ -74,3 +74,31 @@ def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
     assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity, speed, progression"):
         plot_diagram(record, "x")
+
+
+LACKS = [
+    *("parameter", "bifurcations", "switched", "origin"),
+    *(f"points.{name}" for name in ("value", "stable", "itinerary", "state", "durations")),
+    *(f"points.{name}" for name in ("parameters", "phase")),
+    *(f"bifurcations.{name}" for name in ("value", "label", "type", "line")),
+]
+
+
+@pytest.mark.parametrize("lacks", LACKS)
+def test_a_record_that_lacks_something_is_one_line(record, lacks: str) -> None:
+    """As one written by hand: the line names what is not there."""
+    *within, name = lacks.split(".")
+    broken = json.loads(dumps(record))
+    for table in broken[within[0]] if within else [broken]:
+        del table[name]
+    said = f"record = \"without '{name}'\": must be a whole one|of an orbit, with .*{name[:5]}"
+    with pytest.raises(InvalidInput, match=said):
+        plot_diagram(broken)
+
+
+def test_labels_of_a_quantity_that_is_the_same_everywhere_are_beside_their_points(record) -> None:
+    (axes,) = plot_diagram(record, "velocity").axes
+    (label,) = axes.texts
+    (x, y), (at,) = label.get_position(), [one["value"] for one in record["bifurcations"]]
+    away = axes.transData.transform((x, y)) - axes.transData.transform((at, 0.0))
+    assert np.hypot(*away) < 40  # pixels

@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 import json
+import re
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 
 import capsule_sym
-from capsule_sym import InvalidInput, Parameters, performance, plot_metric, solve_orbit
+from capsule_sym import (
+    InvalidInput,
+    Parameters,
+    continue_orbit,
+    performance,
+    plot_diagram,
+    plot_metric,
+    solve_orbit,
+)
 from capsule_sym._figures import sweeps
 from capsule_sym._figures.computed import strobe
+from capsule_sym._orbits.continuation.records import branch_record
+from capsule_sym._units import METRIC_UNITS, UNITS
+from tests.figures import DEVICE
 from tests.figures.test_command import run_here
 
 pytest.importorskip("zarr")
@@ -63,7 +78,9 @@ def test_stars_of_basins_are_the_attractors_and_numbers_stand_in_their_areas(sto
     # The numbers are those of the results, with the itineraries that they have there.
     with open_results(stores / "basin") as results:
         known = results["attractor"].attrs["attractors"]
-    each = [f"{k}  {one['itinerary']} ({one['fraction']:.1%})" for k, one in enumerate(known)]
+    each = [
+        f"{k}  {one['itinerary']} ({100 * one['fraction']:.3g} %)" for k, one in enumerate(known)
+    ]
     assert shown[:-1] == each
     assert shown[-1] == "attractor, once a period"
     assert {text.get_text() for text in axes.texts} <= {text[0] for text in shown}
@@ -145,6 +162,118 @@ def test_a_metric_over_two_parameters_is_that_of_the_orbits(stores: Path, metric
         assert low == -high or low >= 0 or high <= 0
 
 
+OF_PERFORMANCE = ("velocity", "progression", "work", "damper_loss", "friction_loss", "lift")
+OF_PERFORMANCE += ("peak_force", "peak_contact")
+
+
+@pytest.mark.parametrize("scene", ["capsule", "slope"])
+@pytest.mark.parametrize("metric", [*METRIC_UNITS, "lift", "lyapunov"])
+def test_every_metric_of_a_device_is_drawn_in_its_unit(of_devices, scene: str, metric: str) -> None:
+    """In sweeps and along branches, against the energies, forces and multipliers of the orbit."""
+    device, results = of_devices[scene]
+    if (metric, scene) == ("lift", "capsule"):
+        with pytest.raises(InvalidInput, match="what the sweep computes: velocity"):
+            plot_metric(results, metric)
+        return
+    (axes,) = plot_metric(results, metric).axes
+    own = device.dimensionless()
+    orbit = solve_orbit(own.replace(alpha=float(results["alpha"][1])))
+    found = performance(orbit)
+    length, force = device.length_scale, device.friction_force
+    energy, rate = length * force, device.natural_frequency
+    turn = 2 * np.pi / (own.omega * rate)  # s
+    way, work = abs(float(orbit.progression)) * length, float(found.work.value) * energy
+    scales = dict.fromkeys(OF_PERFORMANCE, energy) | {"velocity": length * rate}
+    scales |= {"progression": length, "peak_force": force, "peak_contact": force}
+    if metric in OF_PERFORMANCE:
+        expected = float(getattr(found, metric).value) * scales[metric]
+    else:
+        bound = force * getattr(own, "f_plus" if orbit.progression > 0 else "f_minus", 1.0)
+        expected = {
+            "speed": way / turn,
+            "power": work / turn,
+            "speed_per_work": way / work,
+            "cost_of_transport": work / (bound * way),
+            "lyapunov": np.log(abs(orbit.multipliers[0])) / turn,
+        }[metric]
+    unit = re.findall(r"\(([^)]*)\)$", axes.get_ylabel())
+    prefixes = {"m": 1e-3, "µ": 1e-6, "k": 1e3}
+    prefix, base = 1.0, UNITS[metric].name
+    if unit and unit[0] != base:
+        assert unit[0][1:] == base
+        prefix = prefixes[unit[0][0]]
+    assert unit or not base
+    assert axes.lines[0].get_ydata()[1] * prefix == pytest.approx(expected, rel=1e-8)
+    branch = continue_orbit(orbit, "alpha", orbit.parameters.alpha * 1.01, points=1)
+    record = branch_record(branch)
+    (along,) = plot_diagram(record, metric, device=device).axes
+    assert along.get_ylabel() == axes.get_ylabel()
+    assert along.lines[0].get_ydata()[0] * prefix == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.fixture(scope="module")
+def of_devices(tmp_path_factory) -> dict[str, Any]:
+    """A device of two scenes, and a sweep of its amplitude."""
+    from capsule_sym import Axis, Sweep, open_results, run_sweep, scenes
+
+    where, found = tmp_path_factory.mktemp("devices"), {}
+    slope = scenes.slope.PhysicalParameters(**asdict(DEVICE) | {"mu_back": 0.3, "slope": 0.05})
+    for name, device in (("capsule", DEVICE), ("slope", slope)):
+        axis = Axis.of_device(device, "P_d", np.array([0.1, 0.15]))
+        compute = ("itinerary", "progression", "energies", "forces", "lyapunov")
+        run_sweep(Sweep((axis,), device=device, compute=compute), where / name)
+        with open_results(where / name) as results:
+            found[name] = device, results.load()
+    return found
+
+
+def test_outliers_do_not_squeeze_a_metric_or_a_front_of_cells() -> None:
+    over = {"alpha": np.linspace(0, 1, 10), "gamma": np.linspace(1, 3, 10)}
+    speed, work = np.linspace(0.1, 0.2, 100), np.linspace(0.1, 0.2, 100) ** 2
+    work[:3] = 1e4
+    cells = {"velocity": speed.reshape(10, 10), "work": work.reshape(10, 10)}
+    cells["velocity"][9, 9] = 0.0
+    data = {name: (tuple(over), values) for name, values in cells.items()}
+    results = xr.Dataset(data, coords=over, attrs={"omega": 2 * np.pi, "f_b": 1.0})
+    figure = plot_metric(results, "cost_of_transport")
+    (mesh,) = figure.axes[0].collections
+    assert mesh.get_clim()[1] == pytest.approx(work[98] / speed[98])
+    assert mesh.colorbar.extend == "max"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["infinite"]
+    figure = sweeps.plot_pareto(results)
+    assert figure.axes[0].get_xlim()[1] < 10
+    assert figure.legends[0].get_texts()[0].get_text() == "cells, 3 of 99 beyond"
+
+
+def test_stars_of_a_devices_basin_are_in_its_units() -> None:
+    from tests.figures.test_layout import swept
+
+    starts = swept().rename(alpha="x_r", gamma="v_r")
+    starts["x_r"].attrs = {"si_units": "m", "si_scale": 0.25}
+    starts["v_r"].attrs = {"si_units": "m/s", "si_scale": 0.002}
+    final = np.tile([1.0, 2.0, 0.0], (*starts["attractor"].shape, 1))
+    starts["final"] = (("x_r", "v_r", "component"), final)
+    (axes,) = sweeps.plot_basin(starts).axes
+    (star,) = (line.get_xydata().tolist() for line in axes.lines)
+    assert star == [pytest.approx([0.25, 4.0])]  # m, mm/s
+
+
+def test_all_of_a_page_of_ones_own_is_laid_out(stores: Path) -> None:
+    """Charts, a basin and a metric that were drawn one after the other."""
+    from capsule_sym import figure_style, open_results, plot_chart
+    from tests.figures.layout import problems
+
+    with figure_style():
+        figure = Figure(figsize=(7, 5), layout="constrained")
+        panels = figure.subplots(2, 2).ravel()
+        with open_results(stores / "grid") as grid, open_results(stores / "basin") as basin:
+            plot_chart(grid, axes=panels[0])
+            sweeps.plot_basin(basin, axes=panels[1])
+            plot_metric(grid, axes=panels[2])
+            plot_chart(grid, axes=panels[3])
+        assert problems(figure) == []
+
+
 def test_a_metric_over_one_parameter_is_dots_and_others_are_refused(stores: Path) -> None:
     from capsule_sym import open_results
 
@@ -153,7 +282,7 @@ def test_a_metric_over_one_parameter_is_dots_and_others_are_refused(stores: Path
         (line,) = axes.lines
         assert list(line.get_xdata()) == pytest.approx([0.3, 0.9, 1.5])
         assert line.get_linestyle() == "None"
-        with pytest.raises(InvalidInput, match="what the sweep computes: velocity, speed, work"):
+        with pytest.raises(InvalidInput, match="what the sweep computes: velocity, speed, prog"):
             plot_metric(results, "lyapunov")
 
 
@@ -207,7 +336,7 @@ def test_the_phase_of_a_dimensionless_start_has_no_unit(tmp_path: Path) -> None:
     compute = ("itinerary", "progression", "final")
     run_basin(Sweep(starts, Parameters(), compute=compute), tmp_path / "basin")
     with open_results(tmp_path / "basin") as results:
-        assert plot_basin(results).axes[0].get_ylabel() == "phase"
+        assert plot_basin(results).axes[0].get_ylabel() == r"phase $\tau$"
 
 
 def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
