@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from difflib import SequenceMatcher
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
@@ -138,13 +138,18 @@ def draw_itineraries(
     within = [one for one in orbits if ends[0] < one.parameters.alpha < ends[1]]
     cuts = [one.parameters.alpha for one in within]
     for one in within:
-        k = next(k for k, (alpha, _) in enumerate(nodes) if alpha > one.parameters.alpha)
-        exact = one.parameters.alpha, _column(cycle(one), longest)
-        # A motion from rest may be on another branch.
-        if _joined(nodes[k - 1][1], exact[1]) and _joined(exact[1], nodes[k][1]):
-            nodes.insert(k, exact)
+        alpha, exact = one.parameters.alpha, _column(cycle(one), longest)
+        k = next(k for k, (at, _) in enumerate(nodes) if at > alpha)
+        # On one side a segment of duration 0 divides another, on the other side it does not exist.
+        alike = exact, _undivided(exact)
+        before = next((one for one in alike if _joined(nodes[k - 1][1], one)), None)
+        after = next((one for one in alike if _joined(one, nodes[k][1])), None)
+        if before and after:  # a motion from rest may be on another branch
+            nodes[k:k] = [(alpha, before), (alpha, after)]
     areas: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in scene.facts.FIELDS}
     for (left, before), (right, after) in pairwise(nodes):
+        if left == right:
+            continue
         joined = _joined(before, after)
         inside = [at for at in cuts if left < at < right] if before and after else []
         middle = inside[0] if inside else (left + right) / 2
@@ -184,6 +189,12 @@ def _column(drawn: Sequence[Arc], longest: int) -> _Column:
         for arc in drawn
         if turn + arc.time[0] - first < longest and np.ptp(arc.time) > _EMPTY
     ]
+
+
+def _undivided(column: _Column) -> _Column:
+    """A column in which neighbours of one field are one."""
+    each = (list(part) for _, part in groupby(column, key=lambda one: one[0]))
+    return [(part[0][0], part[0][1], part[-1][2]) for part in each]
 
 
 def _joined(before: _Column, after: _Column) -> list[tuple[int, Any, Any]] | None:

@@ -203,7 +203,8 @@ def test_an_area_of_itineraries_ends_at_the_solved_bifurcation(settled, branch) 
     areas = {one.get_label(): one for one in plot_itineraries(runs, branch).axes[0].collections}
     corners = np.concatenate([path.vertices for path in areas["F3"].get_paths()])
     assert corners[:, 0].min() == pytest.approx(exact, abs=1e-15)
-    assert np.ptp(corners[corners[:, 0] == corners[:, 0].min(), 1]) < 1e-6  # without a step
+    step = np.ptp(corners[corners[:, 0] == corners[:, 0].min(), 1])
+    assert step < 1e-6
     (backward,) = [arc for arc in cycle(runs[1]) if arc.field == 3]
     at_end = corners[corners[:, 0] == runs[1].parameters.alpha, 1]
     assert [at_end.min(), at_end.max()] == pytest.approx(backward.time[[0, -1]] % 1, abs=1e-9)
