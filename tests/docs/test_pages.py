@@ -29,6 +29,7 @@ SLOW = {
     "docs/howto/optimise.md",
     "docs/howto/orbit.md",
     "docs/howto/own-scene.md",
+    "docs/howto/pulse.md",
     "docs/howto/rig.md",
     "docs/howto/sweep.md",
     "docs/tutorials/prototype.md",
