@@ -230,7 +230,7 @@ def checked(target: _Target, types: bool = True) -> _Target:
     arguments, and too few or too many of them.
     """
     if isinstance(target, type):
-        target.__init__ = _checked(target.__init__, target.__qualname__, types)  # type: ignore[misc]
+        target.__init__ = _checked(target.__init__, target.__name__, types)  # type: ignore[misc]
         return target
     made: _Target = _checked(target, target.__name__)
     return made
@@ -276,10 +276,9 @@ def _check_names(signature: inspect.Signature, name: str, args: Any, named: Any)
     try:
         signature.bind(*args, **named)
     except TypeError as error:
-        kinds = {one: about.kind for one, about in signature.parameters.items() if one != "self"}
-        several = inspect.Parameter.VAR_KEYWORD
-        names = ["name=value" if kind is several else one for one, kind in kinds.items()]
-        if several not in kinds.values():
+        every = (str(one).partition(":")[0] for one in signature.parameters.values())
+        names = [one.partition("=")[0] for one in every if one != "self"]
+        if not any(one.startswith("**") for one in names):
             for one in named:
                 check_one_of(f"argument of {name}", one, names)
         given = (*names[: len(args)], *named)

@@ -17,7 +17,7 @@ from os import PathLike
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from capsule_sym._arguments import checked
+from capsule_sym._arguments import checked, is_real
 from capsule_sym._errors import InvalidInput
 from capsule_sym._units import Scales
 from capsule_sym.generated.capsule.parameters import DeviceFields, Fields, Relations
@@ -194,22 +194,12 @@ def _number(facts: ModuleType, name: str, value: Any, positive: bool | None = No
     allowed = "finite" + ("" if least else " and > 0" if positive else " and >= 0")
     # Types whose conversion to double would silently drop digits (mpf, Fraction, strings) are
     # refused, and so is bool, which is an int in Python.
-    if isinstance(value, bool) or not (isinstance(value, int | float) or _of_numpy(value)):
+    if not is_real(value):
         raise InvalidInput(name, value, f"a real number, {allowed}")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = -math.inf if value < 0 else math.inf
+    number = float(value)
     if not math.isfinite(number) or number < least or (positive and number == 0):
         raise InvalidInput(name, number, allowed)
     return number
-
-
-def _of_numpy(value: object) -> bool:
-    """True for a real number of NumPy, which is imported only if there may be one."""
-    import numpy as np
-
-    return isinstance(value, np.integer | np.floating)
 
 
 class _Frozen:

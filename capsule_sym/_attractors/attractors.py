@@ -209,10 +209,7 @@ def checked_starts(
 ) -> tuple[Vector, Vector]:
     """States (n, 3) and phases (n,) of starts; raises InvalidInput if they are not allowed."""
     if not isinstance(starts, Mapping):
-        try:
-            states = np.atleast_2d(np.array(starts, dtype=float))
-        except (TypeError, ValueError):
-            states = np.zeros(0)
+        states = np.atleast_2d(np.array(starts, dtype=float))
         if states.ndim != 2 or states.shape[1] != 3 or not len(states):
             raise InvalidInput("starts", starts, "a box, or states of shape (n, 3)")
         return states, spread("phases", phases, (len(states),))

@@ -19,7 +19,7 @@ from capsule_sym._design.guesses import best_of, drawn, limits_of, spectral
 from capsule_sym._design.least_squares import LOSSES, Least, Loss, Profile, least
 from capsule_sym._design.measured import measured
 from capsule_sym._design.problem import Problem, about_trend, spread_of
-from capsule_sym._design.quantities import System, dimensionless, real, record, values_of
+from capsule_sym._design.quantities import System, dimensionless, record, values_of
 from capsule_sym._design.residuals import OF_START, PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import (
@@ -27,6 +27,7 @@ from capsule_sym._map.checks import (
     check_count,
     check_phase,
     checked_seconds,
+    checked_state,
     is_real,
 )
 from capsule_sym._map.labelled import package
@@ -269,13 +270,6 @@ def fit(
     problem = Problem([run], unknown, progress)
     limits = limits_of(problem, bounds or {})
     return fitted(problem, limits, loss, starts, follow, seed, steps, max_seconds)
-
-
-def checked_state(state: Sequence[float]) -> tuple[float, ...]:
-    """State of a start; raises InvalidInput unless it is three finite numbers."""
-    if not isinstance(state, Sequence | np.ndarray) or len(state) != 3 or not all(map(real, state)):
-        raise InvalidInput("state", state, "three finite numbers")
-    return tuple(state)
 
 
 @np.errstate(under="ignore")

@@ -12,7 +12,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from capsule_sym._arguments import checked
-from capsule_sym._design.fit import Fit, checked_state, fitted
+from capsule_sym._design.fit import Fit, fitted
 from capsule_sym._design.guesses import SLIPS, limits_of
 from capsule_sym._design.measured import OF_STATE, measured
 from capsule_sym._design.measurement_files import read_measured
@@ -21,7 +21,7 @@ from capsule_sym._design.quantities import System, real
 from capsule_sym._design.residuals import PHASE, STATE, Recorded
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
-from capsule_sym._map.checks import SEARCH_SECONDS
+from capsule_sym._map.checks import SEARCH_SECONDS, checked_state
 from capsule_sym._map.result import by_fields
 from capsule_sym._parameters import names_of
 from capsule_sym._systems import drives

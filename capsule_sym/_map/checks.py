@@ -16,7 +16,8 @@ SEARCH_SECONDS = 600.0
 """Limit of time of a search, if none is given."""
 
 
-def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
+def checked_state(state: Sequence[float]) -> tuple[float, float, float]:
+    """State as three floats; raises InvalidInput for any other."""
     try:
         x_r, v_r, v_c = state
         if not type(x_r) is type(v_r) is type(v_c) is float:
@@ -53,7 +54,7 @@ def check_start(
     parameters: SceneParameters, state: Sequence[float], phase: float, periods: int
 ) -> tuple[float, float, float]:
     """State as three floats; raises InvalidInput for any argument that is not allowed."""
-    values = _checked_state(state)
+    values = checked_state(state)
     _check_scales(parameters)
     check_phase(phase, parameters.period)
     check_count("periods", periods)

@@ -200,14 +200,10 @@ def _descending_root(
         return low
     if polynomial(high) >= 0:
         return high
-    if isinstance(low, float) and isinstance(high, float):
-        return brent(polynomial, low, high, max(tolerance / 16, _TINY), LEAST)
-    # In a bracket from 0 the root may be as far from its middle as that is from 0.
-    return brent(polynomial, low, high, tolerance / 8, 4 * unit)
-
-
-LEAST = 2.0**-51
-"""Relative tolerance of `brent` at which its least step changes every double."""
+    # In a bracket from 0 the root may be as far from its middle as that is from 0. The least step
+    # at 4 units changes every number.
+    least = _TINY if isinstance(low + high, float) else 0
+    return brent(polynomial, low, high, max(tolerance / 16, least), 4 * unit)
 
 
 def brent(

@@ -173,14 +173,7 @@ def _rows(
     """Scene of parameter sets, and the sets as rows."""
     scene = given or CAPSULE
     if isinstance(parameters, np.ndarray):
-        if parameters.dtype.kind not in "iuf":
-            allowed = f"real numbers of shape (n, {len(scene.facts.PARAMETERS)})"
-            raise InvalidInput("parameters", parameters.dtype, allowed)
         return scene, checked_rows(np.array(parameters, dtype=float, order="C"), scene)
-    if isinstance(parameters, SceneParameters) or not all(
-        isinstance(one, SceneParameters) for one in parameters
-    ):
-        raise InvalidInput("parameters", parameters, "a sequence of Parameters, or their rows")
     if len(parameters) and given is None:
         scene = parameters[0].scene
     for one in parameters:

@@ -293,8 +293,6 @@ def _draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
     check_count("points", points, 2)
     if axes is None:
         axes = package("matplotlib.pyplot").subplots()[1]
-    elif not hasattr(axes, "plot"):
-        raise InvalidInput("axes", axes, "one of figure.subplots()")
     period, (first, last) = run.parameters.period, run.span
     count = int(min(_MOST_POINTS, 2 + points * (last - first) / period))
     times = np.linspace(first, last, count)

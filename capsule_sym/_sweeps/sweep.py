@@ -71,12 +71,11 @@ class Sweep:
         for kind in ([axis.name for axis in self.axes], changed):
             if twice := [name for name in kind if kind.count(name) > 1]:
                 raise InvalidInput("axis", twice[0], "given once")
-        asked = self.compute if isinstance(self.compute, list | tuple) else [self.compute]
-        wrong = [quantity for quantity in asked if quantity not in QUANTITIES]
-        if wrong or not asked:
-            value = wrong[0] if wrong else self.compute
-            raise InvalidInput("compute", value, f"some of {', '.join(QUANTITIES)}")
-        set_(self, "compute", tuple(q for q in QUANTITIES if q in asked))
+        if wrong := [one for one in self.compute or ("",) if one not in QUANTITIES]:
+            raise InvalidInput(
+                "compute", wrong[0] or self.compute, f"some of {', '.join(QUANTITIES)}"
+            )
+        set_(self, "compute", tuple(one for one in QUANTITIES if one in self.compute))
         if not is_real(self.tolerance) or not 0.0 < self.tolerance < 1.0:
             raise InvalidInput("tolerance", self.tolerance, "a number in (0, 1)")
         column = {q: a.values[:, i] for a in self.axes for i, q in enumerate(a.quantities)}

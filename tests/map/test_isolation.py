@@ -18,6 +18,7 @@ from capsule_sym._map.expansion import Expansion
 from capsule_sym._map.isolation import Search, search
 
 UNIT = 2.0**-53
+LEAST = 4 * UNIT  # relative tolerance at which the least step changes every double
 NARROW = 1e-5  # relative width above which a bracket is not worth polishing
 
 
@@ -323,7 +324,7 @@ def test_brents_method_has_all_digits_and_takes_scipys_steps(f, a, b, true) -> N
     # The least relative tolerance ends where neighbouring doubles are the bracket.
     calls = []
     with mp.workdps(30):
-        last = isolation.brent(counted, float(a), float(b), 1e-290, isolation.LEAST)
+        last = isolation.brent(counted, float(a), float(b), 1e-290, LEAST)
         assert last == brentq(counted, a, b, xtol=2e-290, rtol=4 * 2.0**-52)
 
 
@@ -331,7 +332,7 @@ def test_brents_method_keeps_its_bracket_where_products_of_values_underflow() ->
     def f(x: float) -> float:
         return 2.0**-560 * (0.2 - x**3)
 
-    root = isolation.brent(f, 0.0, 1.0, 1e-290, isolation.LEAST)
+    root = isolation.brent(f, 0.0, 1.0, 1e-290, LEAST)
     assert root == pytest.approx(0.2 ** (1 / 3), rel=1e-15)
 
 
@@ -347,7 +348,7 @@ def test_brents_method_refuses_ends_that_are_no_numbers(field, a, b, value) -> N
         return value * (x - 0.5)
 
     with pytest.raises(InvalidInput) as caught:
-        isolation.brent(f, a, b, 1e-290, isolation.LEAST)
+        isolation.brent(f, a, b, 1e-290, LEAST)
     assert caught.value.field == field
 
 
