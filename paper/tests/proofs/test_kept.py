@@ -65,9 +65,12 @@ def attempted(name: str, one: dict) -> str | None:
 @pytest.mark.long
 @pytest.mark.parametrize("name", TASKS)
 def test_present_code_proves_some_of_all_again(name: str) -> None:
-    """The code that proved them all is known by its digest; one part in fifty is tried again."""
+    """The code that proved them all is known by its digest; one part in fifty is tried again.
+
+    Which ones depends on the present code, so that its versions together try all of them.
+    """
     assert re.fullmatch("[0-9a-f]{64}", lines(name)[0]["code"])
-    for one in records(name)[::50]:
+    for one in records(name)[int(TASKS[name].code(), 16) % 50 :: 50]:
         assert attempted(name, one) == one["itinerary"], one
 
 
