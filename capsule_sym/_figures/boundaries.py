@@ -5,15 +5,16 @@ L10 is the part of P1 = 0, P2 = delta that Eq. (14) omits: v_r < 0, P3 > f_b, fo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from capsule_sym._arrays import Matrix as Array
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, SceneParameters
 
 Limits = tuple[float, float]
+_REST_ENDS = {(0, 1): "L1", (0, -1): "L2", (1, 1): "L3", (1, -1): "L4"}
 
 
 def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
@@ -23,19 +24,11 @@ def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
     """
     p, delta = parameters, parameters.delta
     rectangle = [(1.0, 0.0, -x_r[0]), (-1.0, 0.0, x_r[1]), (0.0, 1.0, -v_r[0]), (0.0, -1.0, v_r[1])]
-    found = {}
     reach = 1e3 * max(map(abs, (*x_r, *v_r, p.f_b, delta)))
-    for name, side, stick, bound in (
-        ("L1", -1.0, 2, p.f_b),
-        ("L2", -1.0, 2, -p.f_b),
-        ("L3", 1.0, 5, p.f_b),
-        ("L4", 1.0, 5, -p.f_b),
-    ):
-        c = NumpyBackend().constants(stick, p)
-        middle = np.array([c.position_at(bound, 0.0), 0.0])
-        along = reach * np.array([-c.force_change(0.0, 1.0), c.force_change(1.0, 0.0)])
-        whole = np.array([middle - along, middle + along])
-        found[name] = within(whole, [*rectangle, (side, 0.0, -side * delta)])
+    found = {
+        _REST_ENDS[contact, way]: within(line, rectangle)
+        for contact, way, line in rest_ends(p, *v_r)
+    }
     upper, lower = np.clip(corners(p), -reach, reach)
     for name, high, low in (
         ("L5", reach, max(upper, 0.0)),
@@ -47,6 +40,31 @@ def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
         if high > low:
             found[name] = within(np.array([(delta, high), (delta, low)]), rectangle)
     return {name: line for name, line in found.items() if len(line) and np.ptp(line, axis=0).any()}
+
+
+def rest_ends(
+    parameters: SceneParameters, low: float, high: float
+) -> Iterator[tuple[int, int, Array]]:
+    """Lines of a scene on which rest ends, over a range of v_r: contact, sign and ends (2, 2)."""
+    facts, numbers = parameters.scene.facts, NumpyBackend(parameters.scene)
+    front, *behind = stops_of(parameters)
+    back = behind[0] if behind else -np.inf
+    for contact, left, right in ((0, back, front), (1, front, np.inf), (2, -np.inf, back)):
+        if (contact, 0) not in facts.FIELD_OF:
+            continue
+        rest = numbers.constants(facts.FIELD_OF[contact, 0], parameters)
+        sides = [(1.0, 0.0, -left)] * (left > -np.inf) + [(-1.0, 0.0, right)] * (right < np.inf)
+        for way, name in facts.BOUNDS.items():
+            bound = way * getattr(parameters, name)
+            ends = np.array([(rest.position_at(bound, v), v) for v in (low, high)])
+            if len(line := within(ends, sides)):
+                yield contact, way, line
+
+
+def stops_of(parameters: SceneParameters) -> tuple[float, ...]:
+    """Places x_r of the stops: in front and, if there are two, behind."""
+    (front, _), *behind = parameters.scene.facts.STOPS
+    return (getattr(parameters, front), *(-getattr(parameters, gap) for gap, _ in behind))
 
 
 def corners(parameters: Parameters) -> tuple[float, float]:

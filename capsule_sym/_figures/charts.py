@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from matplotlib.patheffects import Stroke
 
-from capsule_sym._figures.labels import CENTRED, drawn_lines, fix_layout, name_points
+from capsule_sym._figures.labels import CENTRED, fix_layout, name_points, widest
 from capsule_sym._figures.layout import add_key, axes_for, handles_of, limit
 from capsule_sym._figures.regions import Plane, Region, by_cells
 from capsule_sym._figures.sizes import PAGE
@@ -121,37 +121,26 @@ def _number_regions(
     axes: Axes, plane: Plane, regions: Sequence[Region], colours: Mapping[str, str]
 ) -> None:
     """The number of each region where it has most room, or beside it where it has none."""
-    import shapely
-
-    pixel, back = fix_layout(axes), axes.transData.inverted().transform
-    lines = shapely.MultiLineString(drawn_lines(axes)).buffer(pixel)
-    beside, fills = list[tuple[Any, str, str]](), list[str]()
     whole = float(np.ptp(plane.x) * np.ptp(plane.y))
     areas = [(region.shape().area / whole, region) for region in regions]
-    seen: set[str] = set()
+    chosen = list[Region]()
     for area, region in sorted(areas, key=lambda one: -one[0]):
         # Of an itinerary the largest region has its number, and what else is not small.
-        if area < (_SMALL if region.itinerary in seen else _TINY):
-            continue
-        if (itinerary := region.itinerary) not in colours:
-            continue
-        seen.add(itinerary)
-        ink, number = readable(colours[itinerary]), str(list(colours).index(itinerary) + 1)
-        shape = region._replace(rings=tuple(map(axes.transData.transform, region.rings))).shape()
-        free = shape.difference(lines) or shape
-        name = axes.text(0, 0, number, color=ink, **CENTRED)
-        room = np.hypot(*name.get_window_extent().size) / 2
-        for spot in (
-            shapely.point_on_surface(free),
-            shapely.Point(shapely.maximum_inscribed_circle(free).coords[0]),
-        ):
-            name.set_position(tuple(back(spot.coords[0])))
-            if shapely.distance(free.boundary, spot) > room:
-                break
-        else:
-            beside.append((name.get_position(), number, ink))
-            fills.append(colours[itinerary])
+        seen = any(one.itinerary == region.itinerary for one in chosen)
+        if area >= (_SMALL if seen else _TINY) and region.itinerary in colours:
+            chosen.append(region)
+    fix_layout(axes)
+    pixels = axes.transData.transform
+    shapes = [one._replace(rings=tuple(map(pixels, one.rings))).shape() for one in chosen]
+    beside, fills = list[tuple[Any, str, str]](), list[str]()
+    for region, (place, room) in zip(chosen, widest(axes, shapes), strict=True):
+        colour = colours[region.itinerary]
+        ink, number = readable(colour), str(list(colours).index(region.itinerary) + 1)
+        name = axes.text(*place, number, color=ink, **CENTRED)
+        if np.hypot(*name.get_window_extent().size) / 2 > room:
             name.remove()
+            beside.append((place, number, ink))
+            fills.append(colour)
     name_points(axes, beside, fills)
 
 

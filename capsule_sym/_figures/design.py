@@ -64,20 +64,17 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
         mark, colour, label = kinds.get(status, ("x", "0.4", "not proved an optimum"))
         axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=label)
     if len(front.points):
-        limits = [bulk(values) for values in (front.costs, front.values)]
-        beyond = False
-        for values, (low, high), view in zip(
-            (front.costs, front.values), limits, (axes.set_xlim, axes.set_ylim), strict=True
-        ):
+        near = []
+        for values, name in ((front.costs, "xlim"), (front.values, "ylim")):
+            low, high = bulk(values)
             if values.min() < low or values.max() > high:
-                room, beyond = 0.05 * (high - low), True
-                view(low - room, high + room)
-        if beyond:
-            (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-            x, y = np.clip(front.costs, left, right), np.clip(front.values, bottom, top)
-            out = (x != front.costs) | (y != front.values)
-            looks: dict[str, Any] = {"color": "0.4", "clip_on": False, "linestyle": ""}
-            axes.plot(x[out], y[out], ">", label="outlier beyond the axes", **looks)
+                room = 0.05 * (high - low)
+                axes.set(**{name: (low - room, high + room)})
+            near.append(np.clip(values, *getattr(axes, f"get_{name}")()))
+        out = (near[0] != front.costs) | (near[1] != front.values)
+        looks: dict[str, Any] = {"color": "0.4", "clip_on": False, "linestyle": ""}
+        if out.any():
+            axes.plot(*np.array(near)[:, out], ">", label="outlier beyond the axes", **looks)
     limit(axes)
     axes.set_ylabel(metric_label(front.metrics[0], system))
     axes.set_xlabel(metric_label(front.metrics[1], system))

@@ -16,7 +16,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.arcs import Arc, Motion, cycle, is_periodic, phase_zero
 from capsule_sym._figures.branches import Record, axis_label, in_units, name_bifurcations, units_of
 from capsule_sym._figures.computed import orbit_of
-from capsule_sym._figures.labels import CENTRED, fix_layout
+from capsule_sym._figures.labels import CENTRED, fix_layout, widest
 from capsule_sym._figures.layout import add_key, axes_for, limit
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
@@ -31,7 +31,7 @@ from capsule_sym._figures.style import (
     styled,
 )
 from capsule_sym._figures.units import Units
-from capsule_sym._parameters import SceneDevice
+from capsule_sym._parameters import Scene, SceneDevice
 
 
 @styled
@@ -68,43 +68,31 @@ def plot_itineraries(
             handles.append(blank("not settled"))
         add_key(figure, handles)
         name_bifurcations(record, axes, units)
-        _name_fields(motions, axes, colours, units)
+        _name_fields(axes, colours, motions[0].parameters.scene)
     return describe(figure, "Which field acts when", parameters=motions[0].parameters)
 
 
 _EMPTY = 1e-9  # excitation periods
 _JUMP = 0.2  # excitation periods by which a switch moves between neighbouring motions, if they jump
-_TALL = 0.06  # share of a column from which on a segment can hold its name
+_LETTER = 5.0  # points from the middle of a name to the rim of an area that can hold it
 
 
-def _name_fields(motions: Sequence[Motion], axes: Axes, colours: Colours, units: Units) -> None:
+def _name_fields(axes: Axes, colours: Colours, scene: Scene) -> None:
     """The name of each field in its area, where it has most room within it and between lines."""
-    places: dict[int, list[tuple[float, float, float]]] = {}
-    scene, (_, top) = motions[0].parameters.scene, axes.get_ylim()
-    fix_layout(axes)
-    scale = units.scale("alpha")
-    open_ = [scale * one.parameters.alpha for one in motions if not is_periodic(one)]
-    rims = [
-        *axes.get_xlim(),
-        *open_,
-        *(float(np.asarray(one.get_xdata())[0]) for one in axes.lines),
+    import shapely
+
+    pixel, turn = fix_layout(axes), axes.transData.transform
+    parts = [
+        [shapely.Polygon(turn(one.vertices)) for one in a.get_paths()] for a in axes.collections
     ]
-    wide, tall = axes.transData.transform((1, 1)) - axes.transData.transform((0, 0))
-    for motion in filter(is_periodic, motions):
-        drawn = cycle(motion)
-        for arc in drawn:
-            low, high = arc.time[[0, -1]] - phase_zero(drawn)
-            at = scale * motion.parameters.alpha
-            if high - low >= _TALL * top:
-                places.setdefault(arc.field, []).append((high - low, at, (low + high) / 2))
-    for field, found in places.items():
-        _, place = max(
-            (min(tall * long, 2 * wide * min(abs(at - rim) for rim in rims)), (at, middle))
-            for long, at, middle in found
-        )
-        colour = field_colour(field, colours, scene)
-        patch = {"facecolor": colour, "edgecolor": "none", "pad": 0.8}  # a line may cross the area
-        axes.text(*place, f"$F_{{{field}}}$", color=readable(colour), bbox=patch, **CENTRED)
+    # A part of a pixel more, so that neighbours are one area.
+    areas = [shapely.unary_union([one.buffer(0.1) for one in each]) for each in parts]
+    for area, (place, room) in zip(axes.collections, widest(axes, areas), strict=True):
+        if room >= _LETTER * pixel:
+            name = str(area.get_label())
+            colour = field_colour(int(name[1:]), colours, scene)
+            patch = {"facecolor": colour, "edgecolor": "none", "pad": 0.8}  # a line may cross it
+            axes.text(*place, f"$F_{{{name[1:]}}}$", color=readable(colour), bbox=patch, **CENTRED)
 
 
 _Column = list[tuple[int, float, float]]

@@ -42,6 +42,17 @@ def drawn_lines(axes: Axes) -> list[Matrix]:
     return [part for part in found if len(part) > 1]
 
 
+def widest(axes: Axes, areas: Sequence[Any]) -> list[tuple[Any, float]]:
+    """Place inside each area, in pixels, that is farthest from its rim and lines, and how far."""
+    import shapely
+
+    lines = shapely.MultiLineString(drawn_lines(axes)).buffer(fix_layout(axes))
+    free = (area.difference(lines) or area for area in areas)
+    circles = map(shapely.maximum_inscribed_circle, free)
+    back = axes.transData.inverted().transform
+    return [(tuple(back(one.coords[0])), one.length) for one in circles]
+
+
 def name_points(
     axes: Axes, points: Sequence[tuple[Any, str, str]], fills: Sequence[str] = ()
 ) -> None:

@@ -64,16 +64,13 @@ def add_key(
     room = page.bbox.width - 2 * _RIM * figure_of(page).dpi
     looks |= {"handles": handles, "columnspacing": 1.2}
     looks["loc"] = "outside lower center" if below else "outside upper center"
-    count = len(handles)
-    legend = page.legend(ncols=count, **looks)
-    wide, high = _size(legend)
-    while wide > room and count > 1:
-        # Columns are of one width at most: so many fit for certain, and one more is tried.
-        count = max(1, min(count - 1, int(count * room / wide) + 1))
-        count = -(-len(handles) // -(-len(handles) // count))  # as even as so many rows can be
-        legend.remove()
-        legend = page.legend(ncols=count, **looks)
+    for rows in range(1, len(handles) + 1):
+        columns = -(-len(handles) // rows)
+        legend = page.legend(ncols=columns, **looks)
         wide, high = _size(legend)
+        if wide <= room or columns == 1:
+            break
+        legend.remove()
     if wide > room:
         texts = legend.get_texts()
         letters = max(len(text.get_text()) for text in texts)

@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic, phase_zero
-from capsule_sym._figures.boundaries import lines, within
+from capsule_sym._figures.boundaries import lines, rest_ends, stops_of
 from capsule_sym._figures.layout import across, add_key, axes_for, label_row, limit
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
@@ -34,7 +34,6 @@ from capsule_sym._figures.style import (
     styled,
 )
 from capsule_sym._figures.units import Units
-from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import CAPSULE, Parameters, Scene, SceneDevice, SceneParameters
 
 _MARGIN = 0.08  # of the range of a curve, left free around it
@@ -257,29 +256,11 @@ def borders(
 
     Each is what it is, and its ends (2, 2) in (x_r, v_r).
     """
-    facts, numbers = parameters.scene.facts, NumpyBackend(parameters.scene)
-    front, *behind = stops_of(parameters)
-    back = behind[0] if behind else -np.inf
-    found = [(_STOP, np.array([(at, low), (at, high)])) for at in (front, *behind)]
-    if facts.REACTS:
-        return found
-    for contact, left, right in ((0, back, front), (1, front, np.inf), (2, -np.inf, back)):
-        if (contact, 0) not in facts.FIELD_OF:
-            continue
-        rest = numbers.constants(facts.FIELD_OF[contact, 0], parameters)
-        sides = [(1.0, 0.0, -left)] * (left > -np.inf) + [(-1.0, 0.0, right)] * (right < np.inf)
-        for way, name in facts.BOUNDS.items():
-            bound = way * getattr(parameters, name)
-            ends = np.array([(rest.position_at(bound, v), v) for v in (low, high)])
-            if len(line := within(ends, sides)):
-                found.append((_FORWARD if way > 0 else _BACKWARD, line))
+    found = [(_STOP, np.array([(at, low), (at, high)])) for at in stops_of(parameters)]
+    if not parameters.scene.facts.REACTS:
+        ends = rest_ends(parameters, low, high)
+        found += [(_FORWARD if way > 0 else _BACKWARD, line) for _, way, line in ends]
     return found
-
-
-def stops_of(parameters: SceneParameters) -> tuple[float, ...]:
-    """Places x_r of the stops: in front and, if there are two, behind."""
-    (front, _), *behind = parameters.scene.facts.STOPS
-    return (getattr(parameters, front), *(-getattr(parameters, gap) for gap, _ in behind))
 
 
 _NAMED = 0.04  # of the bar: a piece into which the name of its segment fits
