@@ -14,12 +14,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from capsule_sym._figures.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic, phase_zero
 from capsule_sym._figures.boundaries import lines, rest_ends, stops_of
-from capsule_sym._figures.layout import across, add_key, axes_for, label_row, limit
+from capsule_sym._figures.layout import across, add_key, axes_for, handles_of, label_row, limit
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     GREY,
@@ -107,7 +106,7 @@ def plot_phase_portrait(
         colour = field_colour(arc.field, colours, arc.scene)
         axes.plot(arc.x_r, arc.v_r, "-", color=colour, **looks)
     _mark_edges(axes, drawn, is_periodic(result) and periods is None)
-    _frame(axes, drawn)
+    axes.margins(_MARGIN)
     draw_lines(result.parameters, axes, units)
     axes.set_xlabel(units.label("x_r"))
     axes.set_ylabel(units.label("v_r"))
@@ -124,16 +123,6 @@ def _mark_edges(axes: Axes, drawn: Sequence[Arc], closed: bool) -> None:
             mark, label = _EDGES[bool(levels[following.field])]
             looks: dict[str, Any] = {"color": "black", "markersize": 3.5, "zorder": 4}
             axes.plot(following.x_r[:1], following.v_r[:1], mark, label=label, **looks)
-
-
-def _frame(axes: Axes, drawn: list[Arc]) -> None:
-    for values, view in (
-        (np.concatenate([arc.x_r for arc in drawn]), axes.set_xlim),
-        (np.concatenate([arc.v_r for arc in drawn]), axes.set_ylim),
-    ):
-        low, high = float(values.min()), float(values.max())
-        room = _MARGIN * (high - low) or 1.0
-        view(low - room, high + room)
 
 
 @styled
@@ -200,23 +189,13 @@ def boundary_handles(figure: Figure) -> list[Any]:
         names = [mathematical(name) for name in LOOKS if LOOKS[name] == look and name in drawn]
         if names:
             looks.append((r" $\cup$ ".join(names), *look, 0.6))
-    looks += [(name, *look, 0.6) for name, look in _BORDERS.items() if name in drawn]
     handles = [
         Line2D([], [], linestyle=style, color=colour, linewidth=width, label=label)
         for label, style, colour, width in looks
     ]
-    marks = [
-        Line2D([], [], linestyle="", marker=mark, color="black", markersize=3.5, label=label)
-        for mark, label in _EDGES.values()
-        if label in drawn
-    ]
-    return [*handles, *marks, *band_handles(figure)]
-
-
-def band_handles(figure: Figure) -> list[Any]:
-    """Legend entry for the bands of pulses, if any are drawn."""
-    drawn = PULSE in labels_of(figure)
-    return [Patch(color="0.92", linewidth=0, label=PULSE)] if drawn else []
+    own = (*_BORDERS, *(label for _, label in _EDGES.values()), PULSE)
+    shown = {str(one.get_label()): one for one in handles_of(figure.axes)}
+    return handles + [shown[name] for name in own if name in shown]
 
 
 def draw_lines(parameters: SceneParameters, axes: Axes, units: Units) -> None:
@@ -301,11 +280,14 @@ def plot_margins(
         gap.plot(time, arc.x_r - stop, color=colour)
         velocity.plot(time, arc.v_c, color=colour, linewidth=0.5 if stick else 1.1)
         force.plot(time, push, color=colour, linewidth=1.1 if stick else 0.5)
+    bounds = [
+        way * getattr(parameters, name) for way, name in parameters.scene.facts.BOUNDS.items()
+    ]
     levels = [(gap, at - stop) for at in places] + [(velocity, 0.0)]
-    for way, name in parameters.scene.facts.BOUNDS.items():
-        levels.append((force, way * getattr(parameters, name) * units.scale("peak_force")))
+    levels += [(force, bound * units.scale("peak_force")) for bound in bounds]
+    looks: dict[str, Any] = {"color": "0.35", "linewidth": 0.6, "linestyle": "--", "zorder": 1}
     for row, level in levels:
-        row.axhline(level, color="0.35", linewidth=0.6, linestyle="--", zorder=1)
+        row.axhline(level, label="level of an event", **looks)
     label_row(gap, units.label("x_r", "" if len(places) > 1 else r"gap $x_r-\delta$"))
     label_row(velocity, units.label("v_c"))
     own = parameters.scene is CAPSULE
@@ -315,14 +297,9 @@ def plot_margins(
     for row in (gap, velocity, force):
         shade_pulses(row, parameters, begin, units)
     if axes is None:
-        handles = field_handles(figure, colours, parameters.scene) + band_handles(figure)
-        for text, style, ink, wide in (
-            ("level of an event", "--", "0.35", 0.6),
-            ("no guard of the acting field", "-", "0.4", 0.5),
-        ):
-            looks: dict[str, Any] = {"linestyle": style, "color": ink, "linewidth": wide}
-            handles.append(Line2D([], [], label=text, **looks))
-        add_key(figure, handles + unsettled_handles([result]))
+        thin = Line2D([], [], color="0.4", linewidth=0.5, label="no guard of the acting field")
+        handles = field_handles(figure, colours, parameters.scene) + handles_of([gap])
+        add_key(figure, [*handles, thin, *unsettled_handles([result])])
     return describe(figure, "Guards over time", parameters=parameters)
 
 
@@ -336,8 +313,8 @@ def itinerary_bar(
         axes.broken_barh([(left, width)], (0, 1), facecolor=colour, label=f"F{arc.field}")
         if width > _NAMED * (drawn[-1].time[-1] - begin):
             middle, name = left + width / 2, f"$F_{{{arc.field}}}$"
-            ink = readable(colour) if colour.startswith("#") else "white"
-            axes.text(middle, 0.46, name, color=ink, ha="center", va="center", fontsize="small")
+            looks = {"color": readable(colour), "ha": "center", "va": "center"}
+            axes.text(middle, 0.46, name, fontsize="small", **looks)
     axes.set_ylim(0, 1)
     axes.set_yticks([])
     axes.tick_params(bottom=False)

@@ -143,8 +143,8 @@ def blank(label: str) -> Patch:
 
 
 def readable(colour: str) -> str:
-    """Black or white, whichever reads better on a colour "#rrggbb"."""
-    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    """Black or white, whichever reads better on a colour."""
+    red, green, blue = to_rgb(colour)
     light = 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2
     return "black" if light > 0.22 else "white"
 
