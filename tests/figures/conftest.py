@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from capsule_sym._figures.computed import branch_from_rest
 def settled() -> Callable[..., Trajectory]:
     """The run of the case study from rest at an amplitude, which ends in a steady motion."""
 
+    @cache
     def run(alpha: float, gamma: float = 3.0, periods: int = 128) -> Trajectory:
         return simulate(Parameters(alpha=alpha, gamma=gamma), periods=periods)
 

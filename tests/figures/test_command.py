@@ -97,9 +97,9 @@ def test_a_figure_is_written_and_pyplot_stays_out(tmp_path: Path) -> None:
 
 
 def test_the_data_are_written_beside_the_figure(tmp_path: Path) -> None:
-    line = ("figure", "motion", "--out", "x.svg", "--data", "--json")
+    line = ("figure", "motion", "--out", "x.png", "--dpi", "30", "--data", "--json")
     done = run_here(*line, cwd=tmp_path)
-    sizes = {name: (tmp_path / name).stat().st_size for name in ("x.svg", "x.csv")}
+    sizes = {name: (tmp_path / name).stat().st_size for name in ("x.png", "x.csv")}
     files = [{"path": name, "bytes": size} for name, size in sizes.items()]
     assert json.loads(done.stdout) == {"figure": "motion", "files": files}
     assert (tmp_path / "x.csv").read_text().startswith("panel,x_label,y_label,series,x,y,z\n1,")
@@ -108,5 +108,5 @@ def test_the_data_are_written_beside_the_figure(tmp_path: Path) -> None:
 def test_nothing_but_the_figure_is_written_where_one_is(tmp_path: Path) -> None:
     here = tmp_path / "here"
     here.mkdir()
-    assert run_here("figure", "margins", "--out", "x.svg", cwd=here).returncode == 0
-    assert [path.name for path in here.iterdir()] == ["x.svg"]
+    assert run_here("figure", "margins", "--out", "x.png", "--dpi", "30", cwd=here).returncode == 0
+    assert [path.name for path in here.iterdir()] == ["x.png"]

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from capsule_sym import InvalidInput, continue_orbit, period_doubling_cascade, plot_diagram
 from capsule_sym._cli import main
@@ -93,7 +94,7 @@ def test_a_record_that_lacks_something_is_one_line(record, lacks: str) -> None:
         del table[name]
     said = f"record = \"without '{name}'\": must be a whole one|of an orbit, with .*{name[:5]}"
     with pytest.raises(InvalidInput, match=said):
-        plot_diagram(broken)
+        plot_diagram(broken, axes=Figure().subplots())
 
 
 def test_labels_of_a_quantity_that_is_the_same_everywhere_are_beside_their_points(record) -> None:

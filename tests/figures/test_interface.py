@@ -40,23 +40,23 @@ def test_a_script_shows_and_saves_what_it_draws(settled) -> None:
     import matplotlib.pyplot as plt
 
     run, before = settled(1.2), plt.get_fignums()
-    figures = [plot(run), plot_motion(run)]
+    figures = [new_figure(1, 1), plot(run)]
     assert [one.number for one in figures] == [n for n in plt.get_fignums() if n not in before]
     assert plt.gcf() is figures[-1]
     written = [io.BytesIO(), io.BytesIO()]
-    plt.savefig(written[0])
-    figures[-1].savefig(written[1])
+    plt.savefig(written[0], dpi=30)
+    figures[-1].savefig(written[1], dpi=30)
     assert written[0].getvalue() == written[1].getvalue()
     own, axes = plt.subplots(1, 2)
     assert plot(run, axes=axes) is own
     assert plt.gcf() is own
     for _ in range(20):  # neither a warning, nor figures without end
-        plot(run)
+        new_figure(1, 1)
     assert len(plt.get_fignums()) < plt.rcParams["figure.max_open_warning"]
     assert plt.fignum_exists(own.number)
     plt.close("all")
     token = UNLISTED.set(True)
-    plot(run)
+    new_figure(1, 1)
     UNLISTED.reset(token)
     assert not plt.get_fignums()
 

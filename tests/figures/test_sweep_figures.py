@@ -116,7 +116,9 @@ def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
     ("store", "more"), [("grid", []), ("basin", []), ("grid", ["--as", "pareto"])]
 )
 def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, more) -> None:
-    done = run_here("figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
+    done = run_here(
+        "figure", str(stores / store), "--out", "x.png", "--dpi", "30", *more, cwd=tmp_path
+    )
     assert (done.returncode, done.stderr) == (0, "wrote x.png\n")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
@@ -170,15 +172,13 @@ OF_PERFORMANCE += ("peak_force", "peak_contact")
 @pytest.mark.parametrize("metric", [*METRIC_UNITS, "lift", "lyapunov"])
 def test_every_metric_of_a_device_is_drawn_in_its_unit(of_devices, scene: str, metric: str) -> None:
     """In sweeps and along branches, against the energies, forces and multipliers of the orbit."""
-    device, results = of_devices[scene]
+    device, results, orbit, record = of_devices[scene]
     if (metric, scene) == ("lift", "capsule"):
         with pytest.raises(InvalidInput, match="what the sweep computes: velocity"):
             plot_metric(results, metric)
         return
-    (axes,) = plot_metric(results, metric).axes
-    own = device.dimensionless()
-    orbit = solve_orbit(own.replace(alpha=float(results["alpha"][1])))
-    found = performance(orbit)
+    plot_metric(results, metric, axes=(axes := Figure().subplots()))
+    own, found = device.dimensionless(), performance(orbit)
     length, force = device.length_scale, device.friction_force
     energy, rate = length * force, device.natural_frequency
     turn = 2 * np.pi / (own.omega * rate)  # s
@@ -204,16 +204,14 @@ def test_every_metric_of_a_device_is_drawn_in_its_unit(of_devices, scene: str, m
         prefix = prefixes[unit[0][0]]
     assert unit or not base
     assert axes.lines[0].get_ydata()[1] * prefix == pytest.approx(expected, rel=1e-8)
-    branch = continue_orbit(orbit, "alpha", orbit.parameters.alpha * 1.01, points=1)
-    record = branch_record(branch)
-    (along,) = plot_diagram(record, metric, device=device).axes
+    plot_diagram(record, metric, device=device, axes=(along := Figure().subplots()))
     assert along.get_ylabel() == axes.get_ylabel()
     assert along.lines[0].get_ydata()[0] * prefix == pytest.approx(expected, rel=1e-8)
 
 
 @pytest.fixture(scope="module")
 def of_devices(tmp_path_factory) -> dict[str, Any]:
-    """A device of two scenes, and a sweep of its amplitude."""
+    """A device of two scenes, a sweep of its amplitude, and the branch from its last motion."""
     from capsule_sym import Axis, Sweep, open_results, run_sweep, scenes
 
     where, found = tmp_path_factory.mktemp("devices"), {}
@@ -223,7 +221,10 @@ def of_devices(tmp_path_factory) -> dict[str, Any]:
         compute = ("itinerary", "progression", "energies", "forces", "lyapunov")
         run_sweep(Sweep((axis,), device=device, compute=compute), where / name)
         with open_results(where / name) as results:
-            found[name] = device, results.load()
+            first = device.dimensionless().replace(alpha=float(results["alpha"][1]))
+            orbit = solve_orbit(first)
+            branch = continue_orbit(orbit, "alpha", first.alpha * 1.01, points=1)
+            found[name] = device, results.load(), orbit, branch_record(branch)
     return found
 
 
@@ -259,18 +260,16 @@ def test_stars_of_a_devices_basin_are_in_its_units() -> None:
 
 
 def test_all_of_a_page_of_ones_own_is_laid_out(stores: Path) -> None:
-    """Charts, a basin and a metric that were drawn one after the other."""
+    """A chart, and a metric that was drawn after it."""
     from capsule_sym import figure_style, open_results, plot_chart
     from tests.figures.layout import problems
 
     with figure_style():
-        figure = Figure(figsize=(7, 5), layout="constrained")
-        panels = figure.subplots(2, 2).ravel()
-        with open_results(stores / "grid") as grid, open_results(stores / "basin") as basin:
-            plot_chart(grid, axes=panels[0])
-            sweeps.plot_basin(basin, axes=panels[1])
-            plot_metric(grid, axes=panels[2])
-            plot_chart(grid, axes=panels[3])
+        figure = Figure(figsize=(7, 3), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        with open_results(stores / "grid") as grid:
+            plot_chart(grid, axes=left)
+            plot_metric(grid, axes=right)
         assert problems(figure) == []
 
 
@@ -340,7 +339,7 @@ def test_the_phase_of_a_dimensionless_start_has_no_unit(tmp_path: Path) -> None:
 
 
 def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
-    line = ["figure", str(stores / "basin"), "--out", "x.png", "--json"]
+    line = ["figure", str(stores / "basin"), "--out", "x.png", "--dpi", "30", "--json"]
     done = run_here(*line, cwd=tmp_path)
     size = (tmp_path / "x.png").stat().st_size
     told = {"figure": "basin", "files": [{"path": "x.png", "bytes": size}]}
