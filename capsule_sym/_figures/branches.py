@@ -125,11 +125,15 @@ def in_order(record: Record) -> tuple[list[Record], list[bool]]:
     """Points and bifurcations along a branch, and the stability of each stretch between them."""
     points, after = record["points"], 0
     beside: dict[int, list[Record]] = {}  # bifurcations by the number of points before them
+    steps = np.diff([points[0]["value"], *(one["value"] for one in points), points[-1]["value"]])
+    turns = steps[:-2] * steps[2:] < 0  # around each stretch, as at a fold alone
     for one in record["bifurcations"]:
-        fits = [_fits(one, *ends) for ends in pairwise(points[after:])]
+        stretches = zip(turns[after:], pairwise(points[after:]), strict=True)
+        fits = [_fits(one, *ends, turned) for turned, ends in stretches]
         after += fits.index(max(fits)) if fits else 0
         ends = [abs(point["value"] - one["value"]) for point in points[after : after + 2]]
-        last = after + 2 == len(points) and _fits(one, *points[after:])[0] < 0 and ends[1] < ends[0]
+        beyond = after + 2 == len(points) and _fits(one, *points[after:], False)[1] < 0
+        last = beyond and ends[1] < ends[0]
         beside.setdefault(after + last, []).append(one)
     nodes, stable = [], []
     for k, point in enumerate(points):
@@ -143,8 +147,11 @@ def in_order(record: Record) -> tuple[list[Record], list[bool]]:
     return nodes, stable[: len(nodes) - 1]
 
 
-def _fits(one: Record, before: Record, after: Record) -> tuple[float, int]:
-    """Rank of a place between two points for a bifurcation: by its value, then by their orbits."""
+def _fits(one: Record, before: Record, after: Record, turned: bool) -> tuple[bool, float, int]:
+    """Rank of a place between two points for a bifurcation: by its value, then by their orbits.
+
+    The value of a fold is beyond both, and the branch may pass it later on.
+    """
     low, high = sorted((before["value"], after["value"]))
     changed = before["stable"] != after["stable"]
     alike = (
@@ -152,7 +159,8 @@ def _fits(one: Record, before: Record, after: Record) -> tuple[float, int]:
         one.get("itinerary_after") == after["itinerary"],
         changed and one["type"] in ("fold", "period doubling"),
     )
-    return -max(low - one["value"], one["value"] - high, 0.0), sum(alike)
+    away = max(low - one["value"], one["value"] - high, 0.0)
+    return bool(turned) and one["type"] == "fold", -away, sum(alike)
 
 
 def _stable_after(one: Record, otherwise: bool) -> bool:

@@ -191,6 +191,26 @@ def test_styles_change_at_the_solved_bifurcation(doubling) -> None:
         assert max(before) == min(after) == exact
 
 
+def test_styles_change_at_a_fold_whose_value_the_branch_passes_again() -> None:
+    values = (1.0, 0.9, 0.8, 0.85, 0.95, 0.9, 0.7)
+    points = [
+        point(value, stable, [[value, value, 0.0]], value)
+        for value, stable in zip(values, (True, True, True, False, False, True, True), strict=True)
+    ]
+    folds = [
+        {**SMALL["bifurcations"][1], "value": value, "average_velocity": value}
+        for value in (0.799, 0.951)
+    ]
+    for one, size in zip(folds, (1.1, 0.9), strict=True):
+        one["multipliers_after"] = [[size, 0.0]]
+    axes = plot_bifurcations({**SMALL, "points": points, "bifurcations": folds}).axes[2]
+    drawn = [list(line.get_xdata()) for line in axes.lines if line.get_label() in STYLES]
+    assert drawn == [[1.0, 0.9, 0.8, 0.799], [0.799, 0.85, 0.95, 0.951], [0.951, 0.9, 0.7]]
+
+
+STYLES = "stable", "unstable"
+
+
 @pytest.fixture(scope="module")
 def doubling() -> Any:
     return continue_orbit(solve_orbit(Parameters(alpha=0.04, zeta=0.005)), "alpha", 0.046, points=3)
