@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from capsule_sym._figures.labels import CENTRED, LETTER, areas_of, fix_layout, widest
 from capsule_sym._figures.layout import add_key, axes_for, limit
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
@@ -27,9 +28,6 @@ from capsule_sym._figures.style import (
 if TYPE_CHECKING:
     from capsule_sym._attractors.branches import AttractorBranch, Change, ContinuedAttractors
 
-_NAMED = 0.08  # fraction from which on an area has its number
-_NARROW = 0.01  # share of the axis over which it goes then
-_LARGE = 0.7  # share of an area's greatest height above which it may stand
 _HATCHES = (None, "/////", ".....", "xxxxx")  # of attractors that share a colour
 _Values = NDArray[np.float64]
 
@@ -49,7 +47,6 @@ def plot_attractors(
     alone = axes is None
     figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))
     places, heights = _stacked(found)
-    fine = np.linspace(found.values[0], found.values[-1], 401)
     names = [_name(branch) for branch in found.branches]
     handles: list[Any] = []
     below = np.zeros(len(places))
@@ -64,14 +61,6 @@ def plot_attractors(
         there[:-1] |= height[1:] > 0
         axes.fill_between(places, below, below + height, where=there, **looks)
         handles.append(Patch(**looks))
-        tall = np.interp(fine, places, height)
-        large = np.flatnonzero(tall >= _LARGE * tall.max())
-        most = int(large[abs(fine[large] - fine[large].mean()).argmin()])
-        wide = np.ptp(branch.values) >= _NARROW * np.ptp(found.values)
-        if tall[most] >= _NAMED and wide:
-            middle = np.interp(fine[most], places, below + height / 2)
-            text: dict[str, Any] = {"ha": "center", "va": "center", "color": readable(colour)}
-            axes.text(_inward(fine, most), middle, str(branch.number), **text)
         below = below + height
     for mark, label, face, level, chosen in (
         ("^", "birth", "black", 1.035, [one.birth for one in found.branches]),
@@ -90,6 +79,11 @@ def plot_attractors(
         marks = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
         late = [blank("not settled")] * bool(found.unsettled.any())
         add_key(figure, [*handles, *marks, *late])
+    drawn, pixel = [one for one in axes.collections if one.get_paths()], fix_layout(axes)
+    for area, (place, room) in zip(drawn, widest(axes, areas_of(axes)), strict=True):
+        if room >= LETTER * pixel:
+            ink, number = readable(area.get_facecolor()[0]), str(area.get_label())
+            axes.text(*place, number.split()[0], color=ink, **CENTRED)
     title = f"Attractors along {found.name}"
     return describe(figure, title, parameters=found.base, starts=found.starts)
 
@@ -137,9 +131,3 @@ def _stacked(found: ContinuedAttractors) -> tuple[_Values, _Values]:
 def _place(change: Change | None, nowhere: float) -> float:
     """Value of a birth or death, if it is known."""
     return change.value if change is not None and np.isfinite(change.value) else nowhere
-
-
-def _inward(places: _Values, at: int) -> float:
-    """A place for a number, away from the ends of the axis."""
-    room = 0.02 * (places[-1] - places[0])
-    return float(np.clip(places[at], places[0] + room, places[-1] - room))

@@ -16,7 +16,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.arcs import Arc, Motion, cycle, is_periodic, phase_zero
 from capsule_sym._figures.branches import Record, axis_label, in_units, name_bifurcations, units_of
 from capsule_sym._figures.computed import orbit_of
-from capsule_sym._figures.labels import CENTRED, fix_layout, widest
+from capsule_sym._figures.labels import CENTRED, LETTER, areas_of, fix_layout, widest
 from capsule_sym._figures.layout import add_key, axes_for, limit
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
@@ -74,21 +74,13 @@ def plot_itineraries(
 
 _EMPTY = 1e-9  # excitation periods
 _JUMP = 0.2  # excitation periods by which a switch moves between neighbouring motions, if they jump
-_LETTER = 5.0  # points from the middle of a name to the rim of an area that can hold it
 
 
 def _name_fields(axes: Axes, colours: Colours, scene: Scene) -> None:
     """The name of each field in its area, where it has most room within it and between lines."""
-    import shapely
-
-    pixel, turn = fix_layout(axes), axes.transData.transform
-    parts = [
-        [shapely.Polygon(turn(one.vertices)) for one in a.get_paths()] for a in axes.collections
-    ]
-    # A part of a pixel more, so that neighbours are one area.
-    areas = [shapely.unary_union([one.buffer(0.1) for one in each]) for each in parts]
-    for area, (place, room) in zip(axes.collections, widest(axes, areas), strict=True):
-        if room >= _LETTER * pixel:
+    pixel = fix_layout(axes)
+    for area, (place, room) in zip(axes.collections, widest(axes, areas_of(axes)), strict=True):
+        if room >= LETTER * pixel:
             name = str(area.get_label())
             colour = field_colour(int(name[1:]), colours, scene)
             patch = {"facecolor": colour, "edgecolor": "none", "pad": 0.8}  # a line may cross it

@@ -15,6 +15,9 @@ from capsule_sym._figures.style import figure_of
 CENTRED: dict[str, Any] = {"ha": "center", "va": "center_baseline", "size": "small", "zorder": 30}
 """Looks of a name within an area."""
 
+LETTER = 5.0
+"""Points from the middle of a name to the rim of an area that can hold it."""
+
 _RIM = 3.5  # points from a named point to its name, so that a marker there stays free
 _LED = 8.0  # points from which on a line leads to a name
 _OFF = 2.0  # points between a name and the line that leads to it
@@ -40,6 +43,18 @@ def drawn_lines(axes: Axes) -> list[Matrix]:
         if line.get_linestyle() != "None":
             found += line.get_path().to_polygons(line.get_transform(), closed_only=False)
     return [part for part in found if len(part) > 1]
+
+
+def areas_of(axes: Axes) -> list[Any]:
+    """Areas of a drawing, in pixels, one for each of its collections that has any."""
+    import shapely
+
+    turn = axes.transData.transform
+    each = (
+        [shapely.Polygon(turn(one.vertices)) for one in a.get_paths()] for a in axes.collections
+    )
+    # A part of a pixel more, so that neighbours are one area.
+    return [shapely.unary_union([part.buffer(0.1) for part in parts]) for parts in each if parts]
 
 
 def widest(axes: Axes, areas: Sequence[Any]) -> list[tuple[Any, float]]:

@@ -142,7 +142,7 @@ def blank(label: str) -> Patch:
     return Patch(facecolor="white", edgecolor="0.5", label=label)
 
 
-def readable(colour: str) -> str:
+def readable(colour: Any) -> str:
     """Black or white, whichever reads better on a colour."""
     red, green, blue = to_rgb(colour)
     light = 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2
