@@ -132,7 +132,7 @@ def in_order(record: Record) -> tuple[list[Record], list[bool]]:
         fits = [_fits(one, *ends, turned) for turned, ends in stretches]
         after += fits.index(max(fits)) if fits else 0
         ends = [abs(point["value"] - one["value"]) for point in points[after : after + 2]]
-        beyond = after + 2 == len(points) and _fits(one, *points[after:], False)[1] < 0
+        beyond = after + 2 == len(points) and fits[-1][1] < 0
         last = beyond and ends[1] < ends[0]
         beside.setdefault(after + last, []).append(one)
     nodes, stable = [], []

@@ -55,12 +55,11 @@ def branch_record(branch: Branch) -> dict[str, Any]:
     from capsule_sym._orbits.continuation import records
 
     record = records.branch_record(branch)
-    for point, plain in zip(branch.points, record["points"], strict=True):
-        plain |= {"stroboscopic": strobe(point.orbit), "energy": _energies(point.orbit)}
-    for one, plain in zip(branch.bifurcations, record["bifurcations"], strict=True):
-        velocity = float(one.orbit.average_velocity)
-        plain |= {"stroboscopic": strobe(one.orbit), "average_velocity": velocity}
-        plain["energy"] = _energies(one.orbit)
+    nodes: list[Any] = [*branch.points, *branch.bifurcations]
+    for node, plain in zip(nodes, record["points"] + record["bifurcations"], strict=True):
+        velocity = float(node.orbit.average_velocity)
+        plain |= {"stroboscopic": strobe(node.orbit), "average_velocity": velocity}
+        plain["energy"] = _energies(node.orbit)
     return record
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import name_points
-from capsule_sym._figures.layout import add_key, add_words, axes_for, limit
+from capsule_sym._figures.layout import add_key, add_words, axes_for, handles_of, limit
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     CURVES,
@@ -41,14 +41,13 @@ def plot_curves(
     first, second = curves[0]["parameters"]
     alone = axes is None
     figure, axes = axes_for(axes, width, 3.3)
-    shown, places = set(), dict[tuple[float, float], str]()
+    places = dict[tuple[float, float], str]()
     for curve in curves:
         kind = curve["type"]
         colour, dashes = CURVES.get(kind, OTHER_CURVE)
         points = curve["points"]
         x, y = ([point[name] for point in points] for name in (first, second))
-        axes.plot(x, y, linestyle=dashes, color=colour, label=None if kind in shown else kind)
-        shown.add(kind)
+        axes.plot(x, y, linestyle=dashes, color=colour, label=kind)
         for one in curve["codimension_two"]:
             # A point that two curves have is one point.
             place = round(one[first], 9), round(one[second], 9)
@@ -61,7 +60,7 @@ def plot_curves(
     axes.set_ylabel(named(second))
     stand = {place: f"C{number}" for number, place in enumerate(places, 1)}
     if alone:
-        add_key(figure, axes.get_legend_handles_labels()[0], handlelength=DASHES)
+        add_key(figure, handles_of([axes]), handlelength=DASHES)
         kinds: dict[str, list[str]] = {}
         for place, text in places.items():
             kinds.setdefault(text, []).append(stand[place])

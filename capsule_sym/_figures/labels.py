@@ -57,7 +57,7 @@ def areas_of(axes: Axes) -> list[Any]:
     return [shapely.unary_union([part.buffer(0.1) for part in parts]) for parts in each if parts]
 
 
-def widest(axes: Axes, areas: Sequence[Any]) -> list[tuple[Any, float]]:
+def widest(axes: Axes, areas: Sequence[Any]) -> list[tuple[tuple[float, float], float]]:
     """Place inside each area, in pixels, that is farthest from its rim and lines, and how far."""
     import shapely
 
@@ -65,7 +65,7 @@ def widest(axes: Axes, areas: Sequence[Any]) -> list[tuple[Any, float]]:
     free = (area.difference(lines) or area for area in areas)
     circles = map(shapely.maximum_inscribed_circle, free)
     back = axes.transData.inverted().transform
-    return [(tuple(back(one.coords[0])), one.length) for one in circles]
+    return [((x, y), one.length) for one in circles for x, y in [back(one.coords[0])]]
 
 
 def name_points(

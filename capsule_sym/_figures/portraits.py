@@ -313,7 +313,7 @@ def itinerary_bar(
         axes.broken_barh([(left, width)], (0, 1), facecolor=colour, label=f"F{arc.field}")
         if width > _NAMED * (drawn[-1].time[-1] - begin):
             middle, name = left + width / 2, f"$F_{{{arc.field}}}$"
-            looks = {"color": readable(colour), "ha": "center", "va": "center"}
+            looks: dict[str, Any] = {"color": readable(colour), "ha": "center", "va": "center"}
             axes.text(middle, 0.46, name, fontsize="small", **looks)
     axes.set_ylim(0, 1)
     axes.set_yticks([])

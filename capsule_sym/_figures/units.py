@@ -111,9 +111,8 @@ def named(name: str) -> str:
 
     if name in (known := _known()):
         return known[name]
-    units = {one: unit for scene in map(load, SHIPPED) for one, unit in units_of(scene).items()}
-    symbol = f"${name.replace('Omega', chr(92) + 'Omega')}$"
-    return f"{symbol} ({units[name]})" if units.get(name) else name
+    unit = next((u[name] for u in map(units_of, map(load, SHIPPED)) if u.get(name)), "")
+    return f"${name.replace('Omega', chr(92) + 'Omega')}$ ({unit})" if unit else name
 
 
 def said(*parameters: str, device: bool = False) -> list[str]:
