@@ -75,10 +75,11 @@ def plot_bifurcations(
         units.label("v_r", "stroboscopic $v_r$", "strobed velocity"),
         units.label("velocity"),
     )
-    for row, index, label in zip(rows, (0, 1, None), labels, strict=True):
-        at, values = [one["value"] for one in nodes], [_values(one, index) for one in nodes]
-        draw_runs(row, at, values, stable, _BY_STABILITY)
-        marked = [_values(one, index)[0] for one in found]
+    at = [one["value"] for one in nodes]
+    for row, name, label in zip(rows, ("x_r", "v_r", "velocity"), labels, strict=True):
+        scale = units.scale(name)
+        draw_runs(row, at, [_values(one, name, scale) for one in nodes], stable, _BY_STABILITY)
+        marked = [_values(one, name, scale)[0] for one in found]
         draw_points(row, [one["value"] for one in found], marked, "exact bifurcation point")
         label_row(row, label)
     key = handles_of(rows[:1]) if axes is None else None
@@ -114,11 +115,11 @@ def span(record: Record) -> tuple[float, float]:
     return low - room, high + room
 
 
-def _values(point: Record, index: int | None) -> list[float]:
+def _values(point: Record, name: str, scale: float) -> list[float]:
     """A stroboscopic coordinate at each excitation period of an orbit, or its average velocity."""
-    if index is None:
-        return [point["average_velocity"]]
-    return [float(state[index]) for state in point["stroboscopic"]]
+    if name == "velocity":
+        return [scale * point["average_velocity"]]
+    return [scale * float(state[("x_r", "v_r").index(name)]) for state in point["stroboscopic"]]
 
 
 def in_order(record: Record) -> tuple[list[Record], list[bool]]:
@@ -216,22 +217,13 @@ def _finish(record: Record, units: Units, rows: Sequence[Axes], key: list[Any] |
 
 
 def in_units(record: Record, units: Units) -> Record:
-    """A branch in the units of a figure: values, stroboscopic states, velocities and energies."""
-    value, energy = units.scale(record["parameter"]), units.scale("work")
-    state = [units.scale(name) for name in ("x_r", "v_r", "v_c")]
-
-    def scaled(one: Record) -> Record:
-        known = {
-            "value": one["value"] * value,
-            "stroboscopic": (np.array(one["stroboscopic"]) * state).tolist(),
-            "average_velocity": one["average_velocity"] * units.scale("velocity"),
-        }
-        if one.get("energy"):
-            known["energy"] = {name: part * energy for name, part in one["energy"].items()}
-        return {**one, **known}
-
-    changed = {name: [scaled(one) for one in record[name]] for name in ("points", "bifurcations")}
-    return {**record, **changed}
+    """A branch with the values of its parameter in the units of a figure."""
+    scale = units.scale(record["parameter"])
+    nodes = {name: record[name] for name in ("points", "bifurcations")}
+    return {**record} | {
+        name: [{**one, "value": one["value"] * scale} for one in each]
+        for name, each in nodes.items()
+    }
 
 
 def name_bifurcations(record: Record, axes: Axes, units: Units) -> None:
@@ -320,7 +312,7 @@ def plot_energies(
     points = [one for one in in_order(record)[0] if one.get("energy")]
     values = np.array([point["value"] for point in points])
     work, damper, friction, lift = (
-        np.array([point["energy"].get(name, 0.0) for point in points])
+        np.array([point["energy"].get(name, 0.0) for point in points]) * units.scale("work")
         for name in ("work", "damper_loss", "friction_loss", "lift")
     )
     rows = {"height_ratios": (1.6, 1)}
