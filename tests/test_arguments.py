@@ -358,7 +358,7 @@ def test_a_mistake_is_named_with_what_was_expected(call: str, words: str) -> Non
         "continue_attractors(p, 'alpha', [0.0, 0.6, 0.7], BOX, count=4)",
         "tolerances(['velocity', 'peak_force'], {'alpha': 0.5, 'gamma': 0.9}, p, samples=64)",
         "optimise('speed_per_work', {'alpha': (0.5, 0.6)}, p, samples=16)",
-        "pareto('velocity', 'work', {'alpha': (0.5, 0.6)}, p, points=3)",
+        "pareto('velocity', 'work', {'alpha': (0.5, 0.6)}, p, points=3, max_seconds=0.2)",
         "fit(data, p.replace(zeta=0.06), ['zeta'])",
         "fit({'t': TIMES, 'x_r': 1e-170 * np.cos(TIMES)}, p, ['alpha'])",
         "run_sweep(cs.Sweep((axis,), compute=('lyapunov', 'energies', 'multipliers')), 'store')",

@@ -17,6 +17,7 @@ from capsule_sym._map.location import Switch
 from capsule_sym._map.reference import reached, tells
 from capsule_sym._native import core
 from tests.map import Motion
+from tests.sampling import many, sampled
 
 BACKENDS = ["numpy", "mpmath"] if core is None else ["c", "numpy", "mpmath"]
 NAMED = Parameters(0.5, 1, 0, 0, 0, 1, 0.5), (0.0, 0.0, -1e-9), 0.0
@@ -96,7 +97,8 @@ def starts(draw: Any) -> Start:
     return parameters, (x_r, v_r, v_c), draw(st.sampled_from([0.0, parameters.period / 8]))
 
 
-@settings(max_examples=24, deadline=None, derandomize=True)
+@sampled
+@settings(max_examples=many(24, 8), deadline=None, derandomize=True)
 @given(starts())
 @example(NAMED)
 # A slope that is proved not to vanish, and that is computed as zero.

@@ -62,7 +62,7 @@ def check_errors(motion: Motion, h: float, truth: Any) -> None:
 
 @sampled
 def test_error_bounds_of_the_closed_form_hold() -> None:
-    for motion, h in some(CASES, len(CASES) // 3):
+    for motion, h in some(CASES, len(CASES) // 9):
         if h:
             vector = motion.state_at(h)
             check_errors(motion, h, vector[:3])
