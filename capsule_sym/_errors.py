@@ -61,10 +61,10 @@ def _shown(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def check_one_of(field: str, value: object, allowed: Collection[str]) -> None:
-    """Raise InvalidInput unless a value is one of the names that are allowed."""
+def check_one_of(field: str, value: object, allowed: Collection[str], of: str = "") -> None:
+    """Raise InvalidInput unless a value is one of the names that are allowed, `of` something."""
     if value not in allowed:
-        raise InvalidInput(field, value, f"one of {', '.join(allowed)}")
+        raise InvalidInput(field, value, f"one of {', '.join(allowed)}{of}")
 
 
 class NotInstalled(CapsuleError, ImportError):

@@ -18,7 +18,7 @@ from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from capsule_sym._arguments import checked, is_real
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._units import Scales
 from capsule_sym.generated.capsule.parameters import DeviceFields, Fields, Relations
 
@@ -220,8 +220,7 @@ class _Frozen:
     def replace(self, **changes: float) -> Self:
         """Return a copy with some parameters changed; raises `InvalidInput` like construction."""
         for name in changes:
-            if name not in (names := names_of(self)):
-                raise InvalidInput("parameter", name, f"one of {', '.join(names)}{self.scene.told}")
+            check_one_of("parameter", name, names_of(self), self.scene.told)
         return type(self)(**self.to_dict() | changes)
 
     def to_dict(self) -> dict[str, float]:

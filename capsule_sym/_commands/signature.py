@@ -112,9 +112,9 @@ class Command(click.Command):
             names |= set(ctx.meta.get(RANGES, ())) if field == "to" else set()
             for one in self.params:
                 given = ctx.get_parameter_source(str(one.name))
-                if one.name in names and given is click.core.ParameterSource.COMMANDLINE:
-                    named = f"{one.opts[0]} {part}".rstrip()
-                    error.field = named if isinstance(one, click.Option) else error.field
+                typed = one.name in names and given is click.core.ParameterSource.COMMANDLINE
+                if typed and isinstance(one, click.Option):
+                    error.field = f"{one.opts[0]} {part}".rstrip()
             raise
 
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.result import record as record
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.metrics.performance import performance, shown
@@ -133,8 +133,7 @@ def metric_of(orbit: Orbit, name: str) -> float:
     none = np.zeros(len(orbit.scene.facts.PARAMETERS))
     plain = {one: Slope(float(getattr(found, one).value), none) for one in shown(orbit.scene)}
     every = _of_one(plain, orbit.parameters)
-    if name not in every:
-        raise InvalidInput("quantity", name, f"one of {', '.join(every)} in this scene")
+    check_one_of("quantity", name, every, " in this scene")
     return float(every[name].value)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import InvalidInput, Status, counted
+from capsule_sym._errors import InvalidInput, Status, check_one_of, counted
 from capsule_sym._map import evaluation
 from capsule_sym._map.backend import Number
 from capsule_sym._map.checks import check_count
@@ -288,8 +288,7 @@ class Trajectory(Labelled):
 
 def _draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
     """Plot a run into axes: displacements over time, or the phase portrait."""
-    if of not in ("displacements", "phase"):
-        raise InvalidInput("of", of, "displacements or phase")
+    check_one_of("of", of, ("displacements", "phase"))
     check_count("points", points, 2)
     if axes is None:
         axes = package("matplotlib.pyplot").subplots()[1]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._arguments import checked
-from capsule_sym._errors import InvalidInput, counted
+from capsule_sym._errors import InvalidInput, check_one_of, counted
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.result import brief
 from capsule_sym._parameters import CAPSULE, Scene, SceneDevice
@@ -193,9 +193,7 @@ def named(scene: Scene) -> tuple[str, ...]:
 
 def _range(scene: Scene, quantity: object) -> tuple[float, float]:
     """Range of a quantity; raises InvalidInput for an unknown name."""
-    names = named(scene)
-    if not isinstance(quantity, str) or quantity not in names:
-        raise InvalidInput("axis", quantity, f"one of {', '.join(names)}{scene.told}")
+    check_one_of("axis", quantity, named(scene), scene.told)
     ends: tuple[float, float] = scene.facts.RANGES.get(
         quantity, (0.0 if quantity == "phase" else -1e20, 1e20)
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._files import read_toml
 from capsule_sym._map.checks import is_real
 from capsule_sym._parameters import CAPSULE, Scene, SceneDevice, scene_in
@@ -83,8 +83,7 @@ def _axis(scene: Scene, name: str, given: Any, device: SceneDevice | None) -> Ax
         return Axis(name, axis.quantities, axis.values, scene=scene)
     _check_table(name, given, ("from", "to", "count", "spacing"), needed=("from", "to", "count"))
     spacing = given.get("spacing", "linear")
-    if not isinstance(spacing, str) or spacing not in _SPACINGS:
-        raise InvalidInput("spacing", spacing, f"one of {', '.join(_SPACINGS)}")
+    check_one_of("spacing", spacing, tuple(_SPACINGS))
     of, spaced = _SPACINGS[spacing]
     low, high, count = given["from"], given["to"], given["count"]
     if own is None:
@@ -128,7 +127,7 @@ def _check_table(
     if not isinstance(given, Mapping):
         raise InvalidInput(field, given, "a table")
     for name in given:
-        if allowed is not None and name not in allowed:
-            raise InvalidInput(field, name, f"one of {', '.join(allowed)}{told}")
+        if allowed is not None:
+            check_one_of(field, name, allowed, told)
     if missing := [name for name in needed if name not in given]:
         raise InvalidInput(field, dict(given), f"a table with {', '.join(missing)} too{told}")

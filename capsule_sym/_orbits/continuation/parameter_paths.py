@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.backend import Number
 from capsule_sym._map.result import brief
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
@@ -236,13 +236,11 @@ def parameter_path(
     """
     functions, texts, known = [], [], scene.facts.PARAMETERS
     for tied, given in (ties or {}).items():
-        if tied not in known or tied == name:
-            others = ", ".join(one for one in known if one != name)
-            raise InvalidInput("ties", tied, f"of one of {others}")
+        check_one_of("ties", tied, [one for one in known if one != name])
         functions.append((tied, _function(given, name) if isinstance(given, str) else given))
         texts.append((tied, given if isinstance(given, str) else None))
-    if name not in known and not functions:
-        raise InvalidInput("parameter", name, f"one of {', '.join(known)}")
+    if not functions:
+        check_one_of("parameter", name, known)
     return ParameterPath(name, tuple(functions), tuple(texts), scene)
 
 

@@ -247,9 +247,7 @@ def check(
     """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
     (first, second), known = names, base.scene.facts.PARAMETERS
     check_one_of("first", first, known)
-    if second not in known or second == first:
-        others = (name for name in known if name != first)
-        raise InvalidInput("second", second, f"one of {', '.join(others)}")
+    check_one_of("second", second, [name for name in known if name != first])
     try:
         pairs = [(low, high) for low, high in ranges]
         (_, _) = pairs
