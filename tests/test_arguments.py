@@ -351,16 +351,16 @@ def test_a_mistake_is_named_with_what_was_expected(call: str, words: str) -> Non
 @pytest.mark.parametrize(
     "call",
     [
-        *(
-            "attractors(p, BOX, count=16)",
-            "simulate_many([p, p], [(0, 0, 0), (1e-300, 0, 1e-300)])",
-        ),
+        *("attractors(p, BOX, count=16)", "attractors(p, [(1e-200, 0, 1e-300)])"),
+        "Destinations([orbit]).of([(1e-300, 0, 1e-300)])",
+        "simulate_many([p, p], [(0, 0, 0), (1e-300, 0, 1e-300)])",
         "continue_attractors(p, 'alpha', [0.0, 0.6, 0.7], BOX, count=4)",
         "tolerances(['velocity', 'peak_force'], {'alpha': 0.5, 'gamma': 0.9}, p, samples=64)",
         "optimise('speed_per_work', {'alpha': (0.5, 0.6)}, p, samples=16)",
         "pareto('velocity', 'work', {'alpha': (0.5, 0.6)}, p, points=3, max_seconds=0.2)",
         "fit(data, p.replace(zeta=0.06), ['zeta'])",
         "fit({'t': TIMES, 'x_r': 1e-170 * np.cos(TIMES)}, p, ['alpha'])",
+        "fit({'t': TIMES, 'x_r': 1e160 * np.cos(TIMES)}, p, ['alpha'])",
         "run_sweep(cs.Sweep((axis,), compute=('lyapunov', 'energies', 'multipliers')), 'store')",
         "run_basin(cs.Sweep((cs.Axis.linear('x_r', -1.0, 1.0, 3),)), 'store')",
         "continue_orbit(orbit, 'alpha', 0.4, points=5)",
