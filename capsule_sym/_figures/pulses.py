@@ -12,6 +12,8 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, styled
 from capsule_sym._parameters import SceneDevice
 
+_TIME = r" $\tau$"  # dimensionless
+
 if TYPE_CHECKING:
     from capsule_sym._attractors.pulse import Pulse
 
@@ -43,6 +45,6 @@ def plot_pulse(
         row.plot(columns["time"], columns[name], color=STABLE)
         row.set_ylabel(said)
     add_key(page, handles_of(rows[:1]))
-    rows[-1].set_xlabel(f"time since the pulse begins{time}")
+    rows[-1].set_xlabel(f"time{time if device else _TIME} since the pulse begins")
     rows[-1].set_xlim(columns["time"][0], columns["time"][-1])
     return describe(page, "A pulse of the drive from one attractor to another")

@@ -75,7 +75,7 @@ def plot_shock(
         for apart in np.linalg.norm(edge[:, None] - marks, axis=2).min(axis=1):
             right.axhline(apart, color=UNSTABLE, linestyle="--", zorder=0)
     right.set_xlabel("excitation periods")
-    right.set_ylabel("distance from the motion")
+    right.set_ylabel("distance from the motion" + " (dimensionless)" * (device is not None))
     if axes is None:
         add_key(figure, handles_of((left, right)))
     return describe(figure, "Minimal shock of a motion", parameters=shock.orbit.parameters)
