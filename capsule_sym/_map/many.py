@@ -174,6 +174,8 @@ def _rows(
     scene = given or CAPSULE
     if isinstance(parameters, np.ndarray):
         return scene, checked_rows(np.array(parameters, dtype=float, order="C"), scene)
+    if not all(isinstance(one, SceneParameters) for one in parameters):
+        raise InvalidInput("parameters", parameters, "a list of Parameters, or their rows")
     if len(parameters) and given is None:
         scene = parameters[0].scene
     for one in parameters:
