@@ -218,7 +218,7 @@ def _sampled(
     grid = Grid(program, program.scenarios[0], (every - program.low) / (program.high - program.low))
     state, parts = program.scenarios[0].state, []
     for first in range(0, grid.count, _BLOCK):
-        program.tell(f"samples, {first} of {counted(grid.count, 'run')}")
+        program.tell(f"{first:,} of {counted(grid.count, 'run')}")
         rows = grid.rows[first : first + _BLOCK]
         parts.append(settle_many(rows, state, first=_FIRST, most=_MOST, scene=grid.scene))
         check_time()

@@ -131,7 +131,7 @@ def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Co
     right.set_ylabel("$v_r$", labelpad=0)
     left.set_title(rf"({letter})  $\alpha$ = {motion.parameters.alpha:g}", loc="left")
     steady = motion.steady()
-    right.set_title(" ".join(steady.itinerary) if steady else "not periodic", loc="left")
+    right.set_title(" ".join(steady.itinerary) if steady else "not settled", loc="left")
     for axes in (left, right):
         axes.locator_params(axis="y", nbins=4)
         axes.locator_params(axis="x", nbins=5)

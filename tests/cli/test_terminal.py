@@ -40,7 +40,10 @@ MIDDLE = {
         r"Switching pulses of \d+ of 1,000",
     ),
     "orbit": (["--starts", "100000"], "Searching"),
-    "tolerances": (["--tolerance", "alpha=0.1", "--samples", "1048576"], "Sampling: first sample"),
+    "tolerances": (
+        ["--tolerance", "alpha=0.1", "--samples", "1048576"],
+        r"Sampling: [\d,]+ of [\d,]+ runs",
+    ),
     "shock": (["--samples", "10000000"], "Knocking: knocks of"),
     "branch": (["--alpha", "0.1:2", "--points", "3000"], r"Following \d{2,} points, at"),
     "curve": (

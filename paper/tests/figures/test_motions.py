@@ -52,10 +52,10 @@ def test_what_is_not_periodic_is_grey_and_named(settled) -> None:
     grey = {line.get_data_3d()[1][0] for line in behind.axes[0].lines if line.get_color() == "0.6"}
     assert grey == {1.2}
     named = behind.legends[0].get_texts()[-1].get_text()
-    assert named == "not periodic: last periods of the run"
+    assert named == "not settled: last periods of the run"
     pages = plot_fig7(motions)
     assert [one.get_text() for one in pages.legends[0].get_texts()].count(named) == 1
-    assert [axes.get_title(loc="left") for axes in pages.axes].count("not periodic") == 1
+    assert [axes.get_title(loc="left") for axes in pages.axes].count("not settled") == 1
 
 
 def test_events_move_to_their_exact_values(branch) -> None:
