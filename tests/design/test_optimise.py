@@ -228,7 +228,7 @@ def test_a_metric_that_varies_in_a_further_round_is_not_flat(monkeypatch) -> Non
 def test_no_optimum_is_lost_by_further_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
     # In one round of 16 cells a broader peak hides the best.
     base, over = (
-        cs.Parameters(alpha=1.5, zeta=0.02, beta=20.0),
+        cs.Parameters(alpha=1.5, zeta=0.02, beta=10.0),
         {"omega": (0.3, 3), "alpha": (0.2, 3)},
     )
     alone = cs.optimise("velocity", over, base, samples=16)
