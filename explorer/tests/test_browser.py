@@ -399,7 +399,7 @@ def test_the_tour_covers_nothing_that_it_tells_of_and_ends_by_keys(open_page, si
     while tab.locator("#tour[open]").count():
         seen.append(tab.locator(".toured").get_attribute("id"))
         card, told = tab.evaluate(BOXES)
-        assert told[3] - told[1] > 20
+        assert told[3] - told[2] > 20
         assert told[2] >= 0
         assert told[3] <= size[1]
         beside = card[0] >= told[1] or card[1] <= told[0]
