@@ -64,6 +64,11 @@ def scale_of(units: Sequence[float], name: str) -> float:
     return scale
 
 
+def units_of(device: Scales) -> tuple[float, float, float]:
+    """Units of force (N), length (m) and rate (rad/s) of a device."""
+    return device.friction_force, device.length_scale, device.natural_frequency
+
+
 class Scales:
     """The SI units of results, from the units of a device in any arithmetic."""
 
@@ -84,11 +89,6 @@ class Scales:
         """Length that friction stretches the spring, the unit of length (m)."""
         raise NotImplementedError
 
-    @property
-    def unit_scales(self) -> tuple[float, float, float]:
-        """Units of force (N), length (m) and rate (rad/s)."""
-        return self.friction_force, self.length_scale, self.natural_frequency
-
     @checked
     def scale(self, name: str) -> float:
         """The SI unit of a result: what its dimensionless value is multiplied with.
@@ -97,7 +97,7 @@ class Scales:
         `work` (J) or `peak_force` (N). Raises `InvalidInput` for another.
         """
         check_one_of("quantity", name, UNITS)
-        return scale_of(self.unit_scales, name)
+        return scale_of(units_of(self), name)
 
     @checked
     def time(self, tau: _Quantity) -> _Quantity:

@@ -21,7 +21,7 @@ from capsule_sym._parameters import Scene
 from capsule_sym._sweeps.axes import START
 from capsule_sym._sweeps.quantities import CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
-from capsule_sym._units import UNITS
+from capsule_sym._units import UNITS, units_of
 
 
 class Added(NamedTuple):
@@ -120,7 +120,7 @@ def _described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) 
         "periods": sweep.periods,
         "tolerance": sweep.tolerance,
         **{name: value for name, value in fixed.items() if name not in varied},
-        **({"si_scales": sweep.device.unit_scales} if sweep.device else {}),
+        **({"si_scales": units_of(sweep.device)} if sweep.device else {}),
         **{name: origin[name] for name in ("command", "kernels")},
         "core": "; ".join(cores) or origin["core"],
         "versions": ", ".join(f"{name} {v}" for name, v in origin["versions"].items()),
