@@ -18,6 +18,7 @@ _NEEDS = {
 }
 
 
+# Not a cache of functools: its import would come before Ctrl-C has its handler in `__main__`.
 _modules: dict[str, str] = {}
 
 
@@ -54,7 +55,7 @@ def __getattr__(name: str) -> object:
 
             backend = os.environ.get("MPLBACKEND")
             raise InvalidInput("MPLBACKEND", backend, "a backend of Matplotlib") from error
-        if isinstance(found, type(_homes)):
+        if isinstance(found, type(_homes)):  # a function
             from capsule_sym._arguments import checked
 
             found = checked(found)

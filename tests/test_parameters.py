@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import sys
 from dataclasses import FrozenInstanceError, fields
 from decimal import Decimal
 from fractions import Fraction
@@ -115,10 +116,10 @@ def test_what_is_out_of_range_is_refused(kind, values, name, value) -> None:
     with pytest.raises(cs.InvalidInput) as caught:
         kind(**values | {name: value})
     assert caught.value.field == name
-    assert not 0 <= caught.value.value < 1e308
+    assert not 0 <= caught.value.value < sys.float_info.max
     assert (caught.value.value < 0) == (value < 0)
     bound = "finite and > 0" if name in POSITIVE else "finite and >= 0"
-    assert caught.value.allowed.removeprefix("a real number, ") == bound
+    assert caught.value.allowed == "a real number, " * isinstance(value, int) + bound
 
 
 @pytest.mark.parametrize(("kind", "values", "name"), EVERY_FIELD)

@@ -54,7 +54,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_branch_goes_on_as_long_as_runs_settle(case: Case) -> None:
+def test_a_branch_reaches_the_end_of_its_range(case: Case) -> None:
     p = scenes.load(case.scene).Parameters(omega=case.begin, **case.parameters)
     branch = cs.continue_orbit(cs.solve_orbit(p), "omega", case.end)
     assert branch.success, branch.message
