@@ -1,68 +1,71 @@
-"""Objective and limits of many motions at once, as of `Program.at`, in arrays.
+"""Metrics, objective and limits of many motions at once: the one evaluation of searches.
 
-A metric is a `Slope` with a value of shape (n,) and a slope (k, n), by the k scaled variables.
+A place of the bounds has the motion on which each scenario's start settles, by the core. It is
+unknown if the core leaves its run open, or if there is no time for it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.evaluation import drifting
-from capsule_sym._design.program import Program, Scenario
-from capsule_sym._design.quantities import Function, valued, values_of, with_derived
+from capsule_sym._design.evaluation import drifting, settle
+from capsule_sym._design.program import KEPT, STABLE, Program, Scenario
+from capsule_sym._design.quantities import (
+    Function,
+    dimensionless,
+    of,
+    valued,
+    values_of,
+    with_derived,
+)
+from capsule_sym._design.settled import Settled, settle_many
+from capsule_sym._errors import counted
+from capsule_sym._native import core_of, present
 from capsule_sym._orbits.continuation.parameter_paths import Slope
-from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
+from capsule_sym._orbits.metrics.many import METRICS, Performances
 from capsule_sym._parameters import Scene, SceneDevice
-from capsule_sym._processes import processors
 
-
-@dataclass(frozen=True, eq=False)
-class Values:
-    """Objectives (n,) to minimise, and slacks (n, limits), of n motions, without units.
-
-    Derivatives (n, k) and (n, limits, k) are by the scaled variables. A value that is not finite is
-    the worst one.
-    """
-
-    objective: Vector
-    objective_by: Matrix
-    slacks: Matrix
-    slacks_by: NDArray[np.float64]
+BEYOND = 1e100
+"""Merit of a place beyond a limit by nothing: more than any objective."""
+_BLOCK = 1024  # places between two looks at the time
+_FIRST, _LEAST, _MOST = (
+    32,
+    64,
+    256,
+)  # excitation periods: first stretch of a run, bounds of the last
+_FOLDINGS = 25.0  # e-foldings of a transient by damping alone: 1e-11 of it is left
+_OPEN = 8  # switches in a stretch that the core leaves open: with more of them a place is unknown
+_DRAWN = 2  # random states at each place, besides the starts, where all stable motions count
 
 
 class Grid:
-    """Parameters of a scenario at points u (n, k) of a program, and metrics there."""
+    """Parameters of a scenario at points u (n, k) of a program, and values of motions there."""
 
     def __init__(self, program: Program, scenario: Scenario, u: Matrix) -> None:
         self.program, self.count = program, len(u)
-        system, span = program.system, program.high - program.low
+        system = program.system
         self.scene: Scene = system.scene
-        at = np.where(u == 1.0, program.high, program.low + u * span)
-        given: dict[str, Slope] = {
-            name: Slope(value, 0.0) for name, value in values_of(system).items()
-        }
-        for i, name in enumerate(program.names):
-            slope = np.zeros((len(span), 1))
-            slope[i] = span[i]
-            given[name] = Slope(at[:, i], slope)
-        for name, by in scenario.factors.items():
-            given[name] = given[name] * by
-        self.own = self.scene.values(**given)
+        at = np.where(u == 1.0, program.high, program.low + u * (program.high - program.low))
+        given: dict[str, Any] = dict(values_of(system)) | dict(
+            zip(program.names, at.T, strict=True)
+        )
+        given |= {name: given[name] * by for name, by in scenario.factors.items()}
+        self.own = self.scene.values(**{name: Slope(one, 0.0) for name, one in given.items()})
         self.device = isinstance(system, SceneDevice)
         with np.errstate(all="ignore"):
-            ratios = self.own.ratios() if self.device else given
-        plain = [_lifted(ratios[name]) for name in self.scene.facts.PARAMETERS]
-        self.rows = np.array([np.broadcast_to(one.value, self.count) for one in plain]).T.copy()
+            ratios = self.own.ratios() if self.device else vars(self.own)
+        plain = (
+            getattr(ratios[name], "value", ratios[name]) for name in self.scene.facts.PARAMETERS
+        )
+        self.rows = np.array([np.broadcast_to(one, self.count) for one in plain]).T.copy()
         """Dimensionless parameters, (n, p)."""
-        shape = len(span), self.count
-        self.rows_by = np.array([np.broadcast_to(one.slope, shape) for one in plain])
-        """Derivatives of the parameters by the scaled variables, (p, k, n)."""
 
     @property
     def allowed(self) -> NDArray[np.bool_]:
@@ -72,71 +75,216 @@ class Grid:
         gaps = [self.scene.facts.PARAMETERS.index(name) for name, _ in self.scene.facts.STOPS]
         return found & (self.rows[:, gaps].sum(axis=1) > 0) if len(gaps) > 1 else found
 
-    def closed(self, states: Matrix, numbers: NDArray[np.int64]) -> Performances:
-        """Motions closed near states (n, 3), of so many excitation periods (n,)."""
-        how: dict[str, Any] = {"gradients": True, "threads": processors(), "scene": self.scene}
-        return performance_many(self.rows, states, numbers, **how)
-
-    def of(self, found: Performances) -> Values:
-        """Objective and slacks of one motion at each point; nan if it is not closed."""
-        values, gradients = found.values, found.gradients.copy()
-        drift = np.isin(METRICS, ("velocity", "progression"))
-        at_rest = ~drifting(
-            self.scene, self.rows, found.fields, values, abs(found.multipliers[:, 0])
-        )
-        values[at_rest[:, None] & drift] = 0.0
-        gradients[at_rest[:, None] & drift] = 0.0
+    def metrics(self, found: Performances) -> dict[str, Slope]:
+        """All metrics and parameters by name, (n,), in SI units if the system is a device."""
+        values, moduli = found.values, abs(found.multipliers[:, 0])
+        at_rest = ~drifting(self.scene, self.rows, found.fields, values, moduli)
+        values[at_rest[:, None] & np.isin(METRICS, ("velocity", "progression"))] = 0.0
+        own = {
+            name: Slope(row, 0.0)
+            for name, row in zip(self.scene.facts.PARAMETERS, self.rows.T, strict=True)
+        }
         with np.errstate(all="ignore"):
-            by = np.einsum("nmp,pkn->mkn", gradients, self.rows_by)
-            metrics = {name: Slope(values[:, i], by[i]) for i, name in enumerate(METRICS)}
-            every = self._with_derived(metrics)
-            objective, slope = self._valued("metric", self.program.function, every, "")
-            objective, slope = objective * self.program.sign, slope * self.program.sign
-            slacks = np.empty((self.count, len(self.program.limits)))
-            slacks_by = np.empty((*slacks.shape, len(self.program.names)))
-            for j, limit in enumerate(self.program.limits):
-                held, by_u = self._valued("subject_to", limit.function, every, limit.text)
-                slacks[:, j] = np.where(
-                    np.isfinite(held), (held - limit.value) * limit.sign, -np.inf
+            given = {name: Slope(row, 0.0) for name, row in zip(METRICS, values.T, strict=True)}
+            every = with_derived(given, own, self.scene.facts.BOUNDS)
+            if self.device:
+                every = {name: one * self.own.scale(name) for name, one in every.items()}
+        found_: dict[str, Slope] = every | vars(self.own)
+        return found_
+
+    def valued(
+        self, function: Function, every: Mapping[str, Slope], field: str = "metric", text: str = ""
+    ) -> Vector:
+        """Values (n,) of a function of the metrics."""
+        with np.errstate(all="ignore"):
+            try:
+                found: Any = function(every)
+                if np.iscomplexobj(found.value) or not isinstance(found, Slope):
+                    raise TypeError
+                return np.broadcast_to(np.asarray(found.value, float), self.count)
+            except Exception:  # a function that does not accept arrays is evaluated one by one
+                rows = {k: np.broadcast_to(v.value, self.count).tolist() for k, v in every.items()}
+                return np.array(
+                    [
+                        valued(
+                            field,
+                            function,
+                            {k: Slope(v[i], np.zeros(1)) for k, v in rows.items()},
+                            text,
+                        )[0]
+                        for i in range(self.count)
+                    ]
                 )
-                slacks_by[:, j] = by_u * limit.sign
-        return Values(np.where(np.isfinite(objective), objective, np.inf), slope, slacks, slacks_by)
-
-    def _with_derived(self, metrics: Mapping[str, Slope]) -> dict[str, Slope]:
-        """All metrics and parameters by name, in SI units if the system is a device."""
-        rows = map(Slope, self.rows.T, self.rows_by)
-        own = dict(zip(self.scene.facts.PARAMETERS, rows, strict=True))
-        found = with_derived(metrics, own, self.scene.facts.BOUNDS)
-        if self.device:
-            found = {name: one * self.own.scale(name) for name, one in found.items()}
-        every: dict[str, Slope] = found | vars(self.own)
-        return every
-
-    def _valued(
-        self, field: str, function: Function, every: Mapping[str, Slope], text: str
-    ) -> tuple[Vector, Matrix]:
-        """Values (n,) and derivatives (n, k) of a function of the metrics."""
-        shape = self.count, len(self.program.names)
-        try:
-            found: Any = function(every)
-            value = np.broadcast_to(np.asarray(found.value), self.count)
-            slope = np.broadcast_to(np.asarray(found.slope, dtype=float), shape[::-1]).T
-            if np.iscomplexobj(value) or not isinstance(found, Slope):
-                raise TypeError
-        except Exception:  # a function that does not accept arrays is evaluated one by one
-            value, slope = np.empty(self.count), np.zeros(shape)
-            full = shape[::-1]
-            for i in range(self.count):
-                one = {
-                    name: Slope(
-                        float(np.broadcast_to(each.value, self.count)[i]),
-                        np.broadcast_to(each.slope, full)[:, i],
-                    )
-                    for name, each in every.items()
-                }
-                value[i], slope[i] = valued(field, function, one, text)
-        return value.astype(float), np.where(np.isfinite(value)[:, None], slope, 0.0)
 
 
-def _lifted(value: Any) -> Slope:
-    return value if isinstance(value, Slope) else Slope(value, 0.0)
+@dataclass(eq=False)
+class Cells:
+    """Values at n places: worst objective, least slacks and the motions of m scenarios.
+
+    Nothing has a unit yet. The objective is nan without a motion, and infinite if the function is
+    not finite.
+    """
+
+    u: Matrix
+    objectives: Matrix
+    """Objective of each scenario, (n, m)."""
+    slacks: Matrix
+    """Slacks of the limits and of the margin of stability, (n, limits)."""
+    states: NDArray[np.float64]
+    """States of the motions at forcing angle 0, (n, m, 3)."""
+    numbers: NDArray[np.int64]
+    """Excitation periods of the motions, (n, m); 0 without one, -1 if unknown."""
+    peaks: Vector
+    """Largest contact force."""
+
+    def __len__(self) -> int:
+        return len(self.u)
+
+    @property
+    def worst(self) -> Vector:
+        """Objective of the worst scenario (n,)."""
+        found: Vector = self.objectives.max(axis=1)
+        return found
+
+    def of(self, some: NDArray[Any]) -> Cells:
+        """Some of the places, by indices or a mask."""
+        return Cells(*(getattr(self, one.name)[some] for one in fields(self)))
+
+    def beyond(self, program: Program) -> Vector:
+        """Largest violation of a limit (n,), in units of the limits."""
+        found: Vector = np.maximum(0.0, -(self.slacks / program.sizes).min(axis=1, initial=np.inf))
+        return found
+
+    def merit(self, program: Program) -> Vector:
+        """Objective over its unit (n,), BEYOND or more beyond limits; infinite without a motion."""
+        beyond = self.beyond(program)
+        worst = np.where(beyond > KEPT, BEYOND * (1 + beyond), self.worst / program.unit)
+        return np.where(np.isfinite(self.worst), worst, np.inf)
+
+    @property
+    def unknown(self) -> int:
+        """Number of places that are unknown."""
+        return int((self.numbers < 0).any(axis=1).sum())
+
+
+def together(parts: Sequence[Cells]) -> Cells:
+    """Places of several parts as one."""
+    return Cells(
+        *(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Cells))
+    )
+
+
+def evaluate(program: Program, u: Matrix, states: Any = None, longer: int = 1) -> Cells:
+    """Values at places u (n, k), by runs from the scenarios' starts.
+
+    If all stable motions count, the best of those that the starts and random states lead to. With
+    `states` (n, 3) runs of the first scenario begin there, and those of the others on the motion of
+    the first. Runs are `longer` by a power of two.
+    """
+    if program.among == STABLE and states is None and len(u):
+        every = together([_evaluate(program, u, one, longer) for one in _anywhere(program, u)])
+        rank = every.merit(program).reshape(-1, len(u)).argmin(axis=0)
+        return every.of(rank * len(u) + np.arange(len(u)))
+    return _evaluate(program, u, states, longer)
+
+
+def unknown(program: Program, u: Matrix) -> Cells:
+    """Places that no run has reached."""
+    n, m = len(u), len(program.scenarios)
+    slacks, states = np.full((n, len(program.sizes)), np.inf), np.full((n, m, 3), np.nan)
+    return Cells(u, np.full((n, m), np.nan), slacks, states, np.full((n, m), -1), np.zeros(n))
+
+
+def _evaluate(program: Program, u: Matrix, states: Any, longer: int) -> Cells:
+    parts = [unknown(program, u[:0])]
+    for first in range(0, len(u), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        if len(u) > _BLOCK:
+            program.tell(f"survey, {first} of {counted(len(u), 'place')}")
+        begin = None if states is None else states[block]
+        over = present().over
+        parts.append(
+            unknown(program, u[block]) if over else _block(program, u[block], begin, longer)
+        )
+    return together(parts)
+
+
+def _block(program: Program, u: Matrix, states: Any, longer: int) -> Cells:
+    """Values at places, a few of them."""
+    found = unknown(program, u)
+    for j, one in enumerate(program.scenarios):
+        if core_of(program.system.scene) is None:
+            _alone(program, one, j, found)
+            continue
+        grid = Grid(program, one, u)
+        begin = one.state if states is None else found.states[:, 0] if j else states
+        begin = np.where(np.isfinite(begin), begin, one.state)
+        motions = settled(grid, begin, _lasting(grid) * longer)
+        moving = motions.period_numbers > 0
+        every = grid.metrics(motions.found)
+        objective = grid.valued(program.function, every) * program.sign
+        objective = np.where(np.isfinite(objective), objective, np.inf)
+        found.objectives[:, j] = np.where(moving, objective, np.nan)
+        held: list[Any] = [
+            (grid.valued(one.function, every, "subject_to", one.text) - one.value) * one.sign
+            for one in program.limits
+        ]
+        if program.margin is not None:
+            held.append(1 - program.margin - abs(motions.found.multipliers[:, 0]))
+        for k, slack in enumerate(held):
+            slack = np.where(np.isfinite(slack), slack, -np.inf)
+            found.slacks[:, k] = np.minimum(found.slacks[:, k], np.where(moving, slack, np.inf))
+        found.peaks = np.maximum(found.peaks, np.where(moving, motions.found["peak_contact"], 0.0))
+        found.states[:, j], found.numbers[:, j] = motions.found.states, motions.period_numbers
+    return found
+
+
+def _alone(program: Program, scenario: Scenario, j: int, cells: Cells) -> None:
+    """Values of a scenario at places, one by one in Python."""
+    for i, u in enumerate(cells.u):
+        if present().over:
+            break
+        system = scenario.system(program.system_at(u))
+        motion = settle(dimensionless(system), scenario.state)
+        cells.numbers[i, j] = 0 if motion is None else motion.period_number
+        if motion is None:
+            continue
+        every = of(motion.metrics, system)
+        value = valued("metric", program.function, every)[0] * program.sign
+        cells.objectives[i, j] = value if math.isfinite(value) else np.inf
+        slacks = np.array([limit.slack(every)[0] for limit in program.limits])
+        if program.margin is not None:
+            slacks = np.append(slacks, 1 - program.margin - motion.multiplier)
+        slacks = np.where(np.isfinite(slacks), slacks, -np.inf)
+        cells.slacks[i] = np.minimum(cells.slacks[i], slacks)
+        cells.peaks[i] = max(cells.peaks[i], motion.metrics["peak_contact"].value)
+
+
+def settled(grid: Grid, states: Any, most: Any) -> Settled:
+    """Motions on which starts settle; none where parameters are not allowed."""
+    own = [*dimensionless(grid.program.system).to_dict().values()]
+    rows = np.where(grid.allowed[:, None], grid.rows, own)
+    found = settle_many(rows, states, first=_FIRST, most=most, max_open=_OPEN, scene=grid.scene)
+    found.period_numbers[~grid.allowed] = 0
+    return found
+
+
+def _lasting(grid: Grid) -> Any:
+    """Excitation periods of the last stretch of runs (n,), by their damping."""
+    if "zeta" not in (names := grid.scene.facts.PARAMETERS):
+        return np.array(_MOST)
+    omega, zeta = (grid.rows[:, names.index(name)] for name in ("omega", "zeta"))
+    with np.errstate(divide="ignore"):
+        needed = _FOLDINGS * omega / (math.tau * zeta) / _FIRST
+    stretches = np.floor(np.log2(1 + np.minimum(needed, _MOST / _FIRST)))
+    return np.maximum(_FIRST * 2 ** stretches.astype(int), _LEAST)
+
+
+def _anywhere(program: Program, u: Matrix) -> list[Any]:
+    """States from which stable motions are searched at places: the starts, and random ones."""
+    draw, grid = np.random.default_rng(0), Grid(program, program.scenarios[0], u)
+    p = dict(zip(grid.scene.facts.PARAMETERS, grid.rows.T, strict=True))
+    far = 2 * (1 + p["alpha"] + p[grid.scene.facts.STOPS[0][0]])
+    box = np.stack([far, far * p["omega"], far * p["omega"] / (1 + p["gamma"])], axis=1)
+    given = [np.tile(state, (len(u), 1)) for state in program.seeds]
+    return given + [box * draw.uniform(-1, 1, box.shape) for _ in range(_DRAWN)]

@@ -140,7 +140,7 @@ def _values(parameters: SceneParameters) -> Vector:
     return np.array(list(parameters.to_dict().values()))
 
 
-def _closed(parameters: SceneParameters, state: Vector, period_number: int) -> Motion | None:
+def closed(parameters: SceneParameters, state: Vector, period_number: int) -> Motion | None:
     """Motion of the map near a state at forcing angle 0, by the core; None if none."""
     if core_of(parameters.scene) is None:
         return None
@@ -170,7 +170,7 @@ def settle(
     )
     check_time()
     number = int(found.period_numbers[0])
-    return Motion(parameters, found.found, number) if number else None
+    return Motion(parameters, found.found, number) if number > 0 else None
 
 
 def _start_of(orbit: Orbit, parameters: SceneParameters) -> tuple[list[float], float]:
@@ -184,7 +184,7 @@ def _moved(motion: Motion, found: Performances, parameters: SceneParameters) -> 
     """Motion of the map at other parameters, next to one closed by the core."""
     moved = _values(parameters) - _values(motion.parameters)
     state = motion.state + found.by_parameter[0] @ moved
-    return _closed(parameters, state, motion.period_number)
+    return closed(parameters, state, motion.period_number)
 
 
 def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | None:
@@ -207,12 +207,10 @@ def same_itinerary_at(motion: Motion, parameters: SceneParameters) -> Motion | N
     return Motion(parameters, None, orbit=solved) if solved.success else None
 
 
-def continue_motion(
-    motion: Motion, parameters: SceneParameters, again: bool = True
-) -> Motion | None:
-    """The motion continued to other parameters; None if it is lost.
+def continue_motion(motion: Motion, parameters: SceneParameters, again: bool) -> Motion | None:
+    """The motion continued to other parameters, or the one on which it settles; None if lost.
 
-    A run `again` finds it, or one that it becomes, where the core does not close it next to it.
+    Only `again` it is run to settle, unless no core closed it.
     """
     if motion.found is not None:
         found, state, phase = _moved(motion, motion.found, parameters), motion.state.tolist(), 0.0

@@ -1,8 +1,8 @@
 """Optimisation of a metric of the steady motion over parameters.
 
-A survey runs cells within the bounds, and searches climb from the best of them side by side,
-through changes of itinerary, at which metrics are continuous. Newton's method on the conditions of
-an optimum follows.
+A survey and a population that evolves from it show where to search. Searches by SQP follow the
+motion from there, through changes of itinerary, at which metrics are continuous. Newton's method on
+the conditions of an optimum follows.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from capsule_sym._design.counts import FOLLOW, SAMPLES, SEED
+from capsule_sym._design.counts import SAMPLES, SEED
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.program import AMONG, STARTS, Program, scenarios_of
@@ -24,7 +24,6 @@ from capsule_sym._design.quantities import (
     limits_of,
     real,
 )
-from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput, check_one_of
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
@@ -45,7 +44,6 @@ def optimise(
     among: str = STARTS,
     samples: int = 2048,
     seed: int = 0,
-    follow: int = 12,
     max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Optimum:
@@ -65,10 +63,9 @@ def optimise(
     0.1}, the worst motion is optimised: over all starts, with all parameters at the ends of their
     tolerances. `among="stable"` considers every stable motion found from the starts and from
     others, whether or not a start settles on it; with `tolerances` the worst of its continuations.
-    `samples` is the number of cells of the survey; from 4,096 on rounds of 2,048, 8,192 and so on
-    precede the last one if there is the core, and the best of all rounds counts. A `seed` other
-    than 0 adds a round of half as many cells. `follow` is the largest number of places of a round
-    from which optima are sought. After `max_seconds` the result is the best place so far.
+    `samples` is the number of places of the survey, and `seed` that of its sequence. After
+    `max_seconds` the result is the best place so far. Places whose runs are left open, or for which
+    there is no time, are unknown: the message has their number.
     `progress` is called with a text.
 
     The optimum is the best one found; it is not proved to be global. Raises InvalidInput for names,
@@ -77,10 +74,10 @@ def optimise(
     program = program_of(
         metric, over, base, maximise, subject_to, margin, starts, tolerances, progress, among
     )
-    survey = checked_survey(samples, seed, follow)
+    check_survey(samples, seed)
     optimiser = Optimiser(program)
     with Watch(checked_seconds(max_seconds)):
-        optimiser.run(survey)
+        optimiser.run(samples, seed)
     return optimiser.result
 
 
@@ -146,12 +143,10 @@ def _check_ends(program: Program) -> None:
                 raise InvalidInput(f"bounds of {name}", bounds, allowed) from None
 
 
-def checked_survey(samples: int, seed: int, follow: int) -> Survey:
-    """Survey of checked arguments; raises InvalidInput."""
+def check_survey(samples: int, seed: int) -> None:
+    """Raises InvalidInput for counts that are not allowed."""
     check_count("samples", samples, *SAMPLES)
     check_count("seed", seed, *SEED)
-    check_count("follow", follow, *FOLLOW)
-    return Survey(samples, seed, follow)
 
 
 def _check_bounds(over: Mapping[str, Sequence[float]], system: System) -> None:

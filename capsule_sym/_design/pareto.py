@@ -1,8 +1,9 @@
 """Pareto front of two metrics: points of which none is better in one and as good in the other.
 
-Cells of a survey show the approximate front. A point of it is the best of one metric with a bound
-on the other, searched from the most promising cells. A bound that is not active is in a gap of the
-front: the gap is enclosed from both sides, and no further point is searched in it.
+A survey shows the approximate front. A point of it is the best of one metric with a bound on the
+other. The next one is searched in the middle of the widest step, from the survey and both points.
+If the bound is not active the other metric is minimised there, and both results have a gap between.
+A step to another branch is halved until it is short. The points kept at the end are polished.
 """
 
 from __future__ import annotations
@@ -11,35 +12,32 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._arrays import Vector
 from capsule_sym._design.counts import POINTS
-from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.front import Front, FrontPart
-from capsule_sym._design.optimise import checked_survey, program_of
+from capsule_sym._design.front import Front
+from capsule_sym._design.front_points import SAME, Point, Points
+from capsule_sym._design.optimise import check_survey, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
-from capsule_sym._design.polish import BASIN, KINK
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, System, function_of
-from capsule_sym._design.survey import Survey
+from capsule_sym._design.quantities import Function, Limit, System, function_of
 from capsule_sym._design.tradeoffs import Tradeoffs
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._native import Watch
 
-_NEARER = (0.03, 0.01, 0.003)  # of the bounds: distances of cells around the points found
-_AROUND = 8  # cells around each point, each time
-_CLIMBERS = 6  # searches side by side with a bound
-_BETWEEN = 7  # drives between neighbouring points
-_FAR = 0.1  # of the bounds, between neighbouring points that may be on different branches
-_TINY = 1e-3  # least width of a gap, in the metrics' ranges
-_SAME = 1e-6  # least difference of points, in a metric's range on the front
-_LEFT = "another branch is better from there on"
-_TAKEN = "better than the branch before from there on"
+_CELLS = 4  # times as many places of both metrics as of one
+_STARTS = 2  # places of the survey from which a point is searched, besides its neighbours
+_EFFORT = 120  # orbits that are solved for, for the conditions of one point
+_ROUNDING = 1e-9  # relative difference of metrics at one optimum
+_BETTER = 1e-4  # of the range: a place of the survey from which a point is searched again
+_SHORT = 0.2  # of a range, over the number of points: a tenth of the mean step between them
+_FAR = 0.1  # of the bounds, between drives that may be on different branches
+_BETWEEN = np.array([[0.25], [0.5], [0.75]])  # places on the line between two such drives
+_ROUNDS = 2  # of finding points and places that better them
+_ATTEMPTS = 2  # searches for each point of the front, at most
 
 
 def pareto(
@@ -56,301 +54,217 @@ def pareto(
     tolerances: Mapping[str, float] | None = None,
     samples: int = 256,
     seed: int = 0,
-    follow: int = 3,
     max_seconds: float = SEARCH_SECONDS,
     progress: Callable[[str], object] | None = None,
 ) -> Front:
     """Pareto front of a metric to maximise, or minimise, against one to minimise.
 
     About `points` points are spaced evenly along it, between its two ends, the optima of either
-    metric. Where neighbouring motions are worse in both metrics the front has a gap: its `parts`
-    have the endpoints and their reasons. All else is as in `optimise`, including the units. After
-    `max_seconds` the front has the points found so far.
+    metric. A part of it ends at a gap, in which searches from both sides and the survey find
+    nothing, or where another branch becomes better: `parts` have the endpoints and their reasons.
+    All else is as in `optimise`, including the units. After `max_seconds` the front has the points
+    found so far.
 
     Raises InvalidInput as `optimise` does, and where one metric is best and the other not finite.
     """
     check_count("points", points, *POINTS)
-    survey = checked_survey(samples, seed, follow)
+    check_survey(samples, seed)
     program = program_of(
         metric, over, base, maximise, subject_to, margin, starts, tolerances, progress
     )
     cost = function_of("against", against, program.system)
     fronts = _Fronts(program, cost, points)
     with Watch(checked_seconds(max_seconds)):
-        fronts.run(survey)
+        fronts.run(samples, seed)
     return fronts.result
 
 
-class _Point(NamedTuple):
-    """Optimum, both of its metrics in the sense of minimisation, and the front's slope there."""
+class _Fronts(Points):
+    """Search for the points of a front."""
 
-    optimum: Optimum
-    both: tuple[float, float]
-    slope: float
-    held: str
-    """Active constraints besides the bound on the other metric."""
-
-
-class _Gap(NamedTuple):
-    """Gap: last point of a part, first point of the next, and the reasons."""
-
-    last: _Point
-    first: _Point
-    ends: str
-    begins: str
-
-
-class _Fronts:
-    def __init__(self, program: Program, cost: Function, points: int) -> None:
-        self.program, self.cost, self.count = program, cost, points
+    def __init__(self, program: Program, cost: Function, count: int) -> None:
         other = replace(program, function=cost, sign=1)
-        self.optimisers = tuple(Optimiser(one, precise=False) for one in (program, other))
-        self.ends: tuple[_Point, ...] = ()
-        self.found: list[_Point] = []
-        self.gaps: list[_Gap] = []
+        super().__init__(Optimiser(program), Optimiser(other), count)
+        self.known: dict[tuple[Point, Point], bool] = {}
+        """Pairs of points, and whether they are on different branches."""
         self.missed = 0
-        """Number of bounds without an optimum."""
-        self.ranges = np.ones(2)
+        """Number of points that were not found."""
+        self.short = _SHORT / count
+        """Length within which the end of a part is found."""
         self.done = False
 
-    def run(self, survey: Survey) -> None:
-        """Find the ends, the cells between them, and the points."""
+    def run(self, samples: int, seed: int) -> None:
+        """Find the ends, the approximate front between them, and the points."""
         for one in self.optimisers:
-            one.run(survey)
-        self.cells = Tradeoffs([one.program for one in self.optimisers])
-        best, least = (one.result for one in self.optimisers)
-        whole = all(map(self.whole, (best, least)))
-        if whole and self.between(self.point(least, 1), self.point(best, 0)):
-            self.cells.look_around(survey)
-            low, high = self.bettered(1, self.ends[0]), self.bettered(0, self.ends[1])
-            if self.between(low, high):
-                self.fill(low, high, self.count - 2)
-                self.mend()
-                self.complete()
-                self.part()
+            one.run(samples, seed)
+        if all(self.whole(one.result) for one in self.optimisers):
+            self.overview(_CELLS * samples, seed)
+            best, least = (one.result for one in self.optimisers)
+            self.ends = self.end(least, 1), self.end(best, 0)
+            for column, end in enumerate(reversed(self.ends)):
+                if not math.isfinite(end.both[1 - column]):
+                    other, own = self.names[1 - column], self.names[column]
+                    allowed = f"finite where {own} is best, as by a limit such as 'speed >= 0.01'"
+                    raise InvalidInput(("against", "metric")[column], other, allowed)
+            self.between()
         self.done = True
 
-    def between(self, low: _Point, high: _Point) -> bool:
-        """Set the ends and the ranges; True if a front is between them."""
-        for column, end in enumerate((high, low)):
-            if not math.isfinite(end.both[1 - column]):
-                other, own = self.names[1 - column], self.names[column]
-                allowed = f"finite where {own} is best, as by a limit such as 'speed >= 0.01'"
-                raise InvalidInput(("against", "metric")[column], other, allowed)
-        known = self.ends
-        self.ends = low, high
+    def overview(self, samples: int, seed: int) -> None:
+        """Survey both metrics; what betters an optimum is searched and polished, too."""
+        self.cells = Tradeoffs(*(one.program for one in self.optimisers))
+        self.cells.survey(samples, seed)
+        for one in self.optimisers:
+            self.cells.look(one.survey.cells.u)
+        self.cells.evolve()
+        for column, one in enumerate(self.optimisers):
+            begin = map(one.program.begin, self.cells.starts(column, math.inf, 1))
+            places, known = [*filter(None, map(one.descend, begin))], len(one.rests)
+            one.polish(places)
+            if len(one.rests) > known:
+                one.found = one.told(places)
+
+    def between(self) -> None:
+        """Find the points between the ends, if there are any."""
+        low, high = (np.array(end.both) for end in self.ends)
+        same = np.isclose(low, high, _ROUNDING, 0.0)
+        if same.any() or high[0] > low[0] or high[1] < low[1]:
+            self.ends = (self.ends[int(high[0] < low[0] and not same[0])],)
+            return
+        self.ranges = abs(high - low)
         for end in self.ends:
-            if end not in known:
-                self.add(end)
-        gained = low.both[0] - high.both[0], high.both[1] - low.both[1]
-        if min(gained) <= 0:
-            return False
-        self.ranges = np.array(gained)
-        return True
+            self.cells.add(end.u[None], np.array([end.both]))
+        for _ in range(_ROUNDS):
+            self.fill()
+            self.cells.evolve()
+            self.mend()
+        self.fill()
+        self.found = [point for point in self.thinned if point.search]
+        for i, point in enumerate(self.found):
+            self.program.tell(f"point {i + 1} of {len(self.found)}")
+            self.polish(point)
 
-    def bettered(self, column: int, end: _Point) -> _Point:
-        """The best of a metric, from the best cell if it is better."""
-        i = int(np.argmin(self.cells.both[:, column]))
-        if self.cells.both[i, column] > end.both[column] - _SAME * self.ranges[column]:
-            return end
-        optimiser = Optimiser(self.optimisers[column].program, precise=False)
-        optimum = optimiser.from_place(self.cells.u[i], np.inf)
-        if optimum is None or not self.whole(optimum):
-            return end
-        return min(end, self.point(optimum, column), key=lambda point: point.both[column])
+    def fill(self) -> None:
+        """Find points in the middle of the widest steps, and halve steps to another branch."""
+        points = self.undominated
+        self.gaps = [
+            pair
+            for pair in self.gaps
+            if all(min(self.length(end, one) for one in points) < SAME for end in pair)
+        ]
+        for _ in range(_ATTEMPTS * self.count):
+            self.missed = max(0, self.count - len(points))
+            steps = [
+                (self.length(*pair), i)
+                for i, pair in enumerate(pairwise(points))
+                if not self.gap(*pair) and (self.missed or self.apart(*pair))
+            ]
+            width, i = max(steps, default=(0.0, 0))
+            if width < self.short:
+                self.missed = 0
+                break
+            self.program.tell(f"search between {len(points)} points of {self.count}")
+            pair, before = (points[i], points[i + 1]), len(points)
+            self.divide(*pair)
+            points = self.undominated
+            if len(points) == before and not self.gap(*pair):
+                self.gaps.append(pair)
+        self.gaps = [pair for pair in self.gaps if self.worse(*pair, SAME)]
+        self.gaps += [
+            pair for pair in pairwise(points) if not self.gap(*pair) and self.apart(*pair)
+        ]
 
-    def add(self, point: _Point) -> None:
+    def add(self, point: Point) -> None:
         """Keep a point, also as a start of other searches."""
         self.found.append(point)
-        self.cells.add(self.program.u_of(point.optimum.system)[None], np.array([point.both]))
+        self.cells.add(point.u[None], np.array([point.both]))
 
-    def fill(self, low: _Point, high: _Point, count: int) -> None:
-        """Find about `count` points between two, evenly along the front, none in its gaps."""
-        if count < 1 or self.near(low, high):
-            return
+    def divide(self, low: Point, high: Point) -> None:
+        """Find a point between two, or the gap between them."""
         ways = (np.array(high.both) - low.both) / self.ranges
-        # The metric that changes more defines the point better.
-        column = int(ways[1] > -ways[0])
-        share = (count + 1) // 2 / (count + 1)
-        if column == 0:
-            share = 1 - share if count % 2 == 0 else share
-        bound = low.both[column] + share * (high.both[column] - low.both[column])
-        self.program.tell(f"point {len(self.found) + 1} of {self.count}")
-        beside = high if column == 0 else low
-        point = self.best(1 - column, bound, beside)
-        if point is None:
-            self.missed += 1
-            return
-        first = last = point
-        slack = bound - point.both[column] > _SAME * self.ranges[column]
-        if slack and point.optimum.success and point.optimum.bifurcation not in (BASIN, KINK):
-            # In a gap: slightly better than one end is the other end.
-            wanted = point.both[1 - column] - _SAME * self.ranges[1 - column]
-            other = self.best(column, wanted, high if column else low)
-            if other is None:
-                self.missed += 1
+        column = int(ways[1] > -ways[0])  # the metric that changes more defines the point better
+        bound = (low.both[column] + high.both[column]) / 2
+        point = self.best(1 - column, bound, (low, high))
+        sides = [low, high]
+        if point is not None:
+            self.add(point)
+            sides[1 - column] = point
+            if bound - point.both[column] <= SAME * self.ranges[column]:
                 return
-            if self.length(point, other) > _TINY:
-                first, last = (point, other) if column else (other, point)
-        first = low if self.near(low, first) else first
-        last = high if self.near(high, last) else last
-        new = {id(one): one for one in (first, last) if one is not low and one is not high}
-        if not new and first is last:
-            self.missed += 1  # the search returned to an end
-            return
-        for one in new.values():
-            self.add(one)
-        if first is not last:
-            self.gaps.append(_Gap(first, last, self.told(first, 0), self.told(last, 1)))
-        lengths = self.length(low, first), self.length(last, high)
-        count -= len(new)
-        before = round(count * lengths[0] / (sum(lengths) or 1.0))
-        known = len(self.found)
-        self.fill(low, first, before)
-        self.fill(last, high, count - max(before, len(self.found) - known))
+            # In a gap: slightly better than one end is the other end.
+            wanted = point.both[1 - column] - 2 * SAME * self.ranges[1 - column]
+            other = self.best(column, wanted, (low, high))
+            if other is not None:
+                self.add(other)
+                sides[column] = other
+        if self.length(*sides) > self.short:
+            self.gaps.append((sides[0], sides[1]))
 
-    def told(self, point: _Point, column: int) -> str:
-        """Reason why a part ends, or begins, at the best point of a metric."""
-        if not math.isnan(point.slope):
-            return _TAKEN if column else _LEFT
-        greatest = "greatest" if self.program.sign * (1 - 2 * column) < 0 else "least"
-        return f"{self.names[column]} is {greatest}: {point.held}"
-
-    def mend(self) -> None:
-        """Improve the points that cells around them dominate, or the branch of the point before."""
-        kept = self.undominated
-        places = np.array([self.program.u_of(point.optimum.system) for point in kept])
-        for reach in _NEARER:
-            self.cells.look_near(places, reach, _AROUND * len(places))
-        for i, point in enumerate(kept):
-            cheaper = np.flatnonzero(self.cells.both[:, 1] <= point.both[1])
-            best = cheaper[np.argmin(self.cells.both[cheaper, 0])]
-            if self.cells.both[best, 0] < point.both[0] - _SAME * self.ranges[0]:
-                self.mended(point, self.cells.u[best])
-            elif i and abs(places[i] - places[i - 1]).max() > _FAR:
-                self.mended(point, places[i - 1])
-
-    def complete(self) -> None:
-        """Find points on the longest steps, in place of those that others dominate."""
-        kept = self.undominated
-        for _ in range(self.count - len(kept) if len(kept) > 1 else 0):
-            steps = [
-                (self.length(*pair) if self.gap_after(kept, i) is None else 0.0, i)
-                for i, pair in enumerate(pairwise(kept))
-            ]
-            i = max(steps)[1]
-            self.fill(kept[i], kept[i + 1], 1)
-            kept = self.undominated
-
-    def mended(self, point: _Point, u: Vector) -> None:
-        """Replace a point by one next to a better place, also in gaps."""
-        first = any(gap.first is point for gap in self.gaps)
-        better = self.search(int(first), point.both[1 - first], u, point)
-        if better is not None:
-            self.add(better)
-            self.gaps = [
-                gap._replace(
-                    last=better if gap.last is point else gap.last,
-                    first=better if gap.first is point else gap.first,
-                )
-                for gap in self.gaps
-            ]
-
-    def part(self) -> None:
-        """Find gaps between neighbouring points on different branches."""
-        kept = self.undominated
-        places = [self.program.u_of(point.optimum.system) for point in kept]
-        for i, (one, other) in enumerate(pairwise(kept)):
-            apart = places[i + 1] - places[i]
-            if abs(apart).max() < _FAR or self.gap_after(kept, i) is not None:
-                continue
-            shares = np.linspace(0, 1, _BETWEEN + 2)[1:-1, None]
-            both = self.cells.look(places[i] + shares * apart)
-            nearest = np.array(one.both) + shares * (np.array(other.both) - one.both)
-            worse = np.sum((both - nearest[: len(both)]) / self.ranges, axis=1)
-            if len(worse) < _BETWEEN or worse.max() > self.length(one, other):
-                self.gaps.append(_Gap(one, other, _LEFT, _TAKEN))
-
-    def length(self, low: _Point, high: _Point) -> float:
-        """Length of the front between two points, in ranges of its metrics."""
-        return float(np.sum(abs(np.array(high.both) - low.both) / self.ranges))
-
-    def near(self, one: _Point, other: _Point) -> bool:
-        """True if two points are equal."""
-        return self.length(one, other) < 3 * _SAME
-
-    def best(self, column: int, bound: float, beside: _Point) -> _Point | None:
+    def best(self, column: int, bound: float, near: Sequence[Point]) -> Point | None:
         """Best of a metric with the other at most at a bound, both in the sense of minimisation.
 
-        Searches begin at cells, and at the point `beside` if it is on another branch.
+        Searches begin at the best places of the survey, and at points near to it.
         """
-        goal = np.full(2, bound)
-        goal[column] = min(self.cells.within(column, bound))
-        self.cells.climb(column, goal, self.ranges, _CLIMBERS)
-        begin = self.cells.starts(column, bound, self.ranges)
-        u = self.program.u_of(beside.optimum.system)
-        if all(abs(u - one).max() > _FAR for one in begin):
-            begin.append(u)
-        best: _Point | None = None
-        for u in begin:
-            best = self.search(column, bound, u, best) or best
-        return best
-
-    def search(
-        self, column: int, bound: float, u: Vector, known: _Point | None = None
-    ) -> _Point | None:
-        """The same next to a place; None if it is not better than a known one."""
-        program = self.cells.held(column, bound, self.ranges)
-        level = np.inf if known is None else known.both[column] / program.unit
-        optimum = Optimiser(program, precise=False).from_place(u, level)
-        if optimum is None or not self.whole(optimum):
+        begin = self.cells.starts(column, bound, _STARTS)
+        begin += [one.u for one in near if all(abs(one.u - u).max() > _FAR for u in begin)]
+        optimiser = Optimiser(self.held(column, bound), _EFFORT)
+        ends = [optimiser.descend(optimiser.program.begin(u)) for u in begin]
+        kept = [end for end in ends if end is not None and not end.beyond]
+        if not kept:
             return None
-        point = self.point(optimum, column, len(self.program.limits))
-        return point if known is None or point.both[column] < known.both[column] else None
+        place = min(kept, key=lambda end: end.worst)
+        return Point(place.u, self.both(place.u, place.motions), column, (optimiser, place))
 
-    def point(self, optimum: Optimum, column: int, before: int | None = None) -> _Point:
-        """Optimum of a metric as a point of the front; `before` limits precede its bound."""
-        both = self.worst(optimum, 0), self.worst(optimum, 1)
-        slope, reason = math.nan, _reason(optimum, before)
-        if before is not None:
-            # All scenarios have this bound: it is relaxed for all of them.
-            count = before + 1 + (self.program.margin is not None)
-            gained = sum(one.multiplier for one in optimum.constraints[before::count])
-            slope = (1 / gained if column else gained) if gained else math.nan
-        if column:
-            # A decrease of the cost by another constraint is worth the slope, at the same cost.
-            held = [replace(one, multiplier=one.multiplier * slope) for one in optimum.constraints]
-            sign = self.program.sign
-            optimum = replace(
-                optimum,
-                metric=self.names[0],
-                maximised=sign < 0,
-                value=sign * both[0],
-                constraints=tuple(held),
-                bounds={name: by * slope for name, by in optimum.bounds.items()},
-                slopes={}
-                if math.isnan(slope)
-                else {name: sign * by * slope for name, by in optimum.slopes.items()},
-            )
-        return _Point(optimum, both, slope, reason)
+    def polish(self, point: Point) -> None:
+        """Solve for the conditions of a point."""
+        assert point.search is not None
+        optimiser, place = point.search
+        rest = optimiser.solved(place) or optimiser.bounded(place, precise=False)
+        optimiser.found = optimiser.optimum(rest)
+        self.tell(point, optimiser.result, len(self.program.limits))
 
-    @property
-    def names(self) -> tuple[str, str]:
-        """Names of both metrics."""
-        first, second = (one.program.name for one in self.optimisers)
-        return first, second
+    def held(self, column: int, bound: float) -> Program:
+        """Problem of the best of a metric with the other within a bound, over its range."""
+        other, program = self.optimisers[1 - column].program, self.optimisers[column].program
+        sign = "<=" if other.sign > 0 else ">="
+        text = f"{other.name} {sign} {other.sign * bound:.6g}"
+        limit = Limit(text, other.function, other.sign * bound, -other.sign)
+        return replace(
+            program,
+            progress=None,
+            again=False,
+            limits=(*program.limits, limit),
+            limit_units=(*program.limit_units, float(self.ranges[1 - column])),
+        )
 
-    def worst(self, optimum: Optimum, column: int) -> float:
-        """Metric in the sense of minimisation, for the worst of the scenarios of an optimum."""
-        motions = tuple(Motion(one.parameters, None, orbit=one) for one in optimum.orbits)
-        program = self.optimisers[column].program
-        plain = replace(program, unit=1.0, limits=(), limit_units=(), margin=None)
-        return plain.at(plain.u_of(optimum.system), motions).worst
+    def mend(self) -> None:
+        """Search again for points that places of the survey better."""
+        points = self.undominated[1:-1]
+        self.cells.refine([point.both[1] for point in points])
+        for point in points:
+            last = self.found[-1].both
+            if last[0] < point.both[0] and last[1] <= point.both[1]:
+                continue  # bettered by the point found for the one before
+            known = self.cells.least(0, point.both[1]) < point.both[0] - _BETTER * self.ranges[0]
+            if known and (better := self.best(0, point.both[1], ())):
+                self.add(better)
+
+    def apart(self, low: Point, high: Point) -> bool:
+        """True if two points are on different branches: drives between distant ones are worse."""
+        if abs(low.u - high.u).max() <= _FAR:
+            return False
+        if (low, high) not in self.known:
+            self.known[low, high] = self.worse(low, high, self.length(low, high))
+        return self.known[low, high]
+
+    def worse(self, low: Point, high: Point, by: float) -> bool:
+        """True if a drive between those of two points is worse, by a share of a range."""
+        both = self.cells.values(low.u + _BETWEEN * (high.u - low.u))
+        return not bool(np.all(both <= np.maximum(low.both, high.both) + by * self.ranges))
 
     def whole(self, point: Optimum) -> bool:
         """True if a point has the orbits of all scenarios, and is within the limits."""
-        infeasible = point.status is OptimumStatus.INFEASIBLE
-        return len(point.orbits) == len(self.program.scenarios) and not infeasible
+        every = len(point.orbits) == len(self.program.scenarios)
+        return every and point.status is not OptimumStatus.INFEASIBLE
 
     @property
     def result(self) -> Front:
@@ -358,12 +272,16 @@ class _Fronts:
         best, least = (one.result for one in self.optimisers)
         if not self.ends:
             if not self.done:
-                ends = [self.point(best, 0)] if self.whole(best) else []
+                ends = [self.end(best, 0)] if self.whole(best) else []
                 message = "time limit reached: ends are missing"
                 return self.front(ends, OptimumStatus.TIME_LIMIT, message)
             end = least if self.whole(best) else best
             return self.front([], end.status, end.message)
-        kept = self.undominated
+        kept = self.thinned
+        for point in kept:
+            if point.search is not None:
+                optimiser, place = point.search
+                self.tell(point, optimiser.rough(place), len(self.program.limits))
         if len(kept) == 1:
             return self.front(kept, OptimumStatus.OPTIMAL, "one point is best in both metrics")
         told = counted(len(kept), "point")
@@ -373,59 +291,10 @@ class _Fronts:
         parts = len(self.parts(kept))
         if parts > 1:
             told += f" in {parts} parts"
-        rough = sum(not point.optimum.success for point in kept)
+        rough = sum(not one.optimum.success for one in kept if one.optimum is not None)
         lacks = [f"{rough} of them are not proved optima"] if rough else []
         lacks += [f"{self.missed} were not found"] if self.missed else []
         if lacks:
             message = f"{told}: {' and '.join(lacks)}"
             return self.front(kept, OptimumStatus.NOT_CONVERGED, message)
         return self.front(kept, OptimumStatus.OPTIMAL, told)
-
-    @property
-    def undominated(self) -> list[_Point]:
-        """Points that no other point dominates."""
-        kept = list[_Point]()
-        for point in sorted([*self.ends, *self.found], key=lambda point: point.both[::-1]):
-            if not kept or point.both[0] < kept[-1].both[0] - _SAME * self.ranges[0]:
-                kept.append(point)
-        return kept
-
-    def gap_after(self, points: Sequence[_Point], i: int) -> _Gap | None:
-        """Gap between a point and the next one, if there is one."""
-        for gap in self.gaps:
-            if gap.last is points[i] or gap.first is points[i + 1]:
-                return gap
-        return None
-
-    def parts(self, points: Sequence[_Point]) -> tuple[FrontPart, ...]:
-        """Parts of a front with these points."""
-        parts, first, begins = list[FrontPart](), 0, f"the least {self.names[1]}"
-        for i in range(len(points) - 1):
-            if (gap := self.gap_after(points, i)) is not None:
-                parts.append(FrontPart(first, i, begins, gap.ends))
-                first, begins = i + 1, gap.begins
-        greatest = "greatest" if self.program.sign < 0 else "least"
-        ends = f"the {greatest} {self.names[0]}"
-        return (*parts, FrontPart(first, len(points) - 1, begins, ends)) if points else ()
-
-    def front(self, points: Sequence[_Point], status: OptimumStatus, message: str) -> Front:
-        """Result with these points."""
-        return Front(
-            metrics=self.names,
-            maximised=self.program.sign < 0,
-            points=tuple(point.optimum for point in points),
-            costs=np.array([point.both[1] for point in points]),
-            slopes=np.array([point.slope for point in points]),
-            parts=self.parts(points),
-            status=status,
-            message=message,
-        )
-
-
-def _reason(optimum: Optimum, before: int | None) -> str:
-    """Active constraints of an optimum besides its bound, which `before` constraints precede."""
-    told = [f"{name} at its bound" for name, by in optimum.bounds.items() if by > 0]
-    told += [one.text for one in optimum.constraints[:before] if one.active]
-    if optimum.bifurcation or optimum.border is not None:
-        told.append(optimum.bifurcation or "the itinerary changes")
-    return " and ".join(told) or "a smooth optimum"

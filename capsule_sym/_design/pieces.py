@@ -99,17 +99,6 @@ class Piece:
         """Slice of the slacks that are borders."""
         return slice(self.asked, self.asked + len(self.keys))
 
-    def smooth(self, place: Place) -> float:
-        """Distance in the variables to the nearest border that does not hold the place."""
-        far = place.slacks[self.borders_at]
-        least = float(far[far > _AT].min(initial=_FREE))
-        if self.program.margin is not None:
-            each = len(self.program.texts)
-            for motion, by in zip(place.motions, place.slacks_by[each - 1 :: each], strict=False):
-                slope = float(np.linalg.norm(self.by_u(by)))
-                least = min(least, abs(1 - motion.multiplier) / max(slope, 1e-300))
-        return least
-
     def borders(self, u: Vector, motions: Sequence[Motion]) -> list[tuple[float, Vector]]:
         """Slacks of the borders, with derivatives by all parameters."""
         every = [_borders(motion) for motion in motions]

@@ -7,9 +7,8 @@ continues in a better piece; if there is none, the place is an optimum at the bo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from copy import copy
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
@@ -21,7 +20,7 @@ from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.local import Search
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.program import Budget, Exhausted, Place, Program
-from capsule_sym._design.stationary import Stationary, adjusted, balanced, stationary
+from capsule_sym._design.stationary import Stationary, rough, stationary
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.points.kinds import (
@@ -42,20 +41,24 @@ KINK = "kink"
 """Bound of a place with no better neighbour, without solved conditions."""
 MARGIN = 1e-2
 """Of the largest multiplier, if stability bounds the best and no margin is required."""
+EFFORT = 300
+"""Orbits that are solved for, for one optimum."""
 _MARGINS = (0.5, 0.25, 0.125)  # of it, from which the limit is extrapolated
 _REAL = 1e-6  # imaginary over absolute part
-_REACH = 0.05  # of the bounds, of a search on one piece
-_ROUNDS = 4  # searches on one piece
-_HOPS = 12  # from piece to piece
-EFFORT = 1000  # orbits that are solved for
+_REACH = 0.05  # of the bounds: largest way of a search on one piece
+_ROUNDS = 12  # searches on one piece
+_HOPS = 6  # from piece to piece
 _BESIDE = 1e-6  # of the bounds: where the pieces beyond a border are looked at
 _INSIDE = 1e-12  # of the bounds: where a result is, within a border that holds it
-_JUMP = 100  # times what the gradient explains
+_JUMP = 100  # times what the gradient explains: another motion
+_NEAR = 1e-6  # slacks below which constraints act where no equations are solved
 _HELD = 1e-9  # least multiplier of a border that holds an optimum
 _AT = 1e-9  # of the bounds: at a border
 _MOST = 3  # largest number of borders for which all pieces are examined
-_BETTER = 1e-11  # units of the objective
-_WORSE = 1e-9
+_BETTER, _WORSE = 1e-11, 1e-9  # units of the objective: rounding of an optimum, and of other places
+
+Beside = tuple[Vector, Place | None]
+"""Direction from a place, and the place there."""
 
 
 class Side(NamedTuple):
@@ -127,10 +130,7 @@ class Rest:
 
 
 def polish(program: Program, place: Place, effort: int = EFFORT) -> Rest | None:
-    """Best place next to a given one; None if no piece has it, or it takes too long.
-
-    The effort is the number of orbits that may be solved for.
-    """
+    """Best place next to a given one; None if no piece has it, or it takes too many orbits."""
     program = replace(program, budget=Budget(effort))
     with suppress(Exhausted):
         rest = _over_pieces(program, place)
@@ -142,38 +142,30 @@ def polish(program: Program, place: Place, effort: int = EFFORT) -> Rest | None:
 
 
 def with_limit(rest: Rest) -> Rest:
-    """The same with what is approached as the margin of stability goes to 0, and what is there.
+    """The same with the limit of the objective as the margin of stability goes to 0.
 
     Along the optima the objective is a smooth function of the margin, also at a fold.
     """
-    if not rest.at_margin:
+    if not rest.at_margin or rest.program.margin is None:
         return rest
-    try:
-        return _with_limit(replace(rest, program=replace(rest.program, budget=Budget(EFFORT))))
-    except Exhausted:
+    margins, values, last = list[float](), list[float](), rest
+    with suppress(Exhausted):
+        for share in _MARGINS:
+            margin = min(rest.program.margin, MARGIN) * share
+            program = replace(rest.program, margin=margin, budget=Budget(EFFORT))
+            narrow = on_piece(program, last.found.place)
+            if narrow is None or not narrow.whole:
+                break
+            if not narrow.at_margin:  # the best is stable within the given margin
+                return rest
+            margins.append(margin)
+            values.append(narrow.found.place.worst)
+            last = narrow
+    if not values:
         kind = bifurcation_of(rest.critical)
         return replace(rest, bifurcation=kind, limit=rest.found.place.worst)
-
-
-def _with_limit(rest: Rest) -> Rest:
-    """The same."""
-    program, last = rest.program, rest
-    margins, values = [], []
-    assert program.margin is not None
-    for share in _MARGINS:
-        margin = min(program.margin, MARGIN) * share
-        narrow = _next(replace(program, margin=margin), last)
-        if narrow is None or not narrow.whole:
-            break
-        if not narrow.at_margin:  # the best is stable within the given margin
-            return rest
-        margins.append(margin)
-        values.append(narrow.found.place.worst)
-        last, rest = narrow, replace(rest, bifurcation=bifurcation_of(narrow.critical))
-    if not values:
-        return rest
     fitted = np.polynomial.Polynomial.fit(margins, values, len(values) - 1)
-    return replace(rest, limit=float(fitted(0.0)))
+    return replace(rest, bifurcation=bifurcation_of(last.critical), limit=float(fitted(0.0)))
 
 
 def bifurcation_of(motion: Motion) -> str:
@@ -189,51 +181,37 @@ def _over_pieces(program: Program, place: Place) -> Rest | None:
     """Best place next to a place, over all pieces passed."""
     rest = on_piece(program, place)
     for _ in range(_HOPS):
-        if rest is None:
-            return None
-        if not rest.whole:
-            other = _elsewhere(program, rest)
-            if other is None:
-                return rest
-            rest = other
-        rest, moved = _beyond(program, rest)
-        if not moved and rest.whole:
-            return rest
+        if rest is None or (rest.whole and not rest.held):
+            break
+        around = list(_around(program, rest))
+        better = _better(program, rest, around)
+        if better is None:
+            return _with_sides(rest, around) if rest.whole else rest
+        rest = better
     return rest
 
 
-def _elsewhere(program: Program, rest: Rest) -> Rest | None:
-    """Better result of a search over all pieces, or of a piece beside the place; None if worse."""
+def _better(program: Program, rest: Rest, around: Sequence[Beside]) -> Rest | None:
+    """Better result on a piece beside a place; None if there is none."""
     here = rest.found.place
-    near = program.place(here.u, program.followed(here.motions, here.u))
     seen = {_itineraries(here)}
-    if near is not None:
-        best = Search(program, near, _REACH).run()[0]
-        if best.rank < (max(0.0, here.beyond), here.worst - _BETTER):
-            return on_piece(program, best)
-    for way in np.vstack([np.eye(len(here.u)), -np.eye(len(here.u))]):
-        side = program.beside(here, np.clip(here.u + _BESIDE * way, 0.0, 1.0))
+    for _, side in around:
         if side is None or _itineraries(side) in seen:
             continue
         seen.add(_itineraries(side))
+        piece = Piece(program, side)
+        there = piece.at(here.u)
+        if rest.whole and there is not None and rough(piece, there, _NEAR).minimal:
+            continue  # the conditions hold on this piece too
         other = on_piece(program, side)
-        if other is not None and other.whole and other.found.place.worst <= here.worst + _WORSE:
+        if other is None or other.found.place.slacks.min(initial=0.0) < -_WORSE:
+            continue
+        gained = here.worst - other.found.place.worst
+        if gained > (_BETTER if other.whole else _WORSE) or (
+            other.whole and not rest.whole and gained > -_WORSE
+        ):
             return other
     return None
-
-
-def _next(program: Program, last: Rest) -> Rest | None:
-    """Best place on the piece of the last one, with a smaller margin of stability."""
-    near = last.found.place
-    if last.piece is not None:
-        piece = copy(last.piece)
-        piece.program = program
-        first = piece.at(near.u)
-        if first is not None and (found := adjusted(piece, first, last.found)) is not None:
-            close = abs(found.place.u - near.u).max() < _REACH
-            if close and found.minimal and _as_good(found, first):
-                return Rest(program, found, piece, whole=True)
-    return on_piece(program, near)
 
 
 def on_piece(program: Program, place: Place) -> Rest | None:
@@ -248,7 +226,7 @@ def on_piece(program: Program, place: Place) -> Rest | None:
         found = stationary(piece, best)
         good = found is not None and found.minimal and _as_good(found, best)
         if found is None or not good:
-            found = balanced(piece, best)
+            found = rough(piece, best, _NEAR)
             good = found.minimal
         rest = Rest(program, found, piece, whole=good)
         moved = abs(found.place.u - place.u).max()
@@ -267,42 +245,19 @@ def _as_good(found: Stationary, best: Place) -> bool:
     )
 
 
-def _beyond(program: Program, rest: Rest) -> tuple[Rest, bool]:
-    """Best place of the pieces beyond the borders, and True if it is another place."""
-    if not rest.held:
-        return rest, False
-    sides, whole = list[Side](), rest.whole
-    for way, side in _sectors(program, rest):
-        if side is None:
-            sides.append(Side(("",), np.nan))
-            continue
-        names = _itineraries(side)
-        if any(names == known.itineraries for known in sides):
-            continue
-        sides.append(Side(names, _slope(rest, side, way)))
-        whole &= sides[-1].slope > -_HELD
-        if len(sides) == 1 or _balanced_from(program, side, rest.found.place.u):
-            continue  # the first is the own piece
-        other = on_piece(program, side)
-        if other is None:
-            continue
-        place = other.found.place
-        if place.slacks.min(initial=0.0) > -_WORSE and (
-            place.worst < rest.found.place.worst - (_BETTER if other.whole else _WORSE)
-        ):
-            return other, True
-    lost = any(np.isnan(side.slope) for side in sides)
-    told = replace(_inside(rest), sides=tuple(sides), whole=whole)
+def _with_sides(rest: Rest, around: Sequence[Beside]) -> Rest:
+    """Result at a border, with the pieces beside it; not an optimum if it is better beyond."""
+    sides = dict[tuple[str, ...], Side]()
+    for way, side in around:
+        names = ("",) if side is None else _itineraries(side)
+        slope = np.nan if side is None else _slope(rest, side, way)
+        sides.setdefault(names, Side(names, slope))
+    slopes = np.array([side.slope for side in sides.values()])
+    lost, whole = bool(np.isnan(slopes).any()), not np.any(slopes < -_HELD)
+    told = replace(_inside(rest), sides=tuple(sides.values()), whole=whole)
     if lost:
         told = replace(told, bifurcation=_border(rest), limit=rest.found.place.worst)
-    return told, False
-
-
-def _balanced_from(program: Program, side: Place, u: Vector) -> bool:
-    """True if the conditions hold at variables for the piece of a neighbouring place too."""
-    piece = Piece(program, side)
-    here = piece.at(u)
-    return here is not None and balanced(piece, here).minimal
+    return told
 
 
 def _inside(rest: Rest) -> Rest:
@@ -331,23 +286,24 @@ def _slope(rest: Rest, side: Place, way: Vector) -> float:
     return float(rest.program.by_u(by) @ way)
 
 
-def _sectors(program: Program, rest: Rest) -> Iterator[tuple[Vector, Place | None]]:
+def _around(program: Program, rest: Rest) -> Iterator[Beside]:
     """Directions into the pieces that meet at a place, its own first, with places there.
 
     The place is None if the motions are lost.
     """
-    place, normals = rest.found.place, _normals(rest)
+    place, k = rest.found.place, len(rest.found.place.u)
+    ways = [*np.eye(k), *-np.eye(k)]
+    if rest.held:
+        normals = _normals(rest)
+        signs = product((1.0, -1.0), repeat=len(normals))
+        ways = [np.linalg.lstsq(normals, np.array(one), rcond=1e-6)[0] for one in signs]
     slope = 1 + abs(program.by_u(place.objective_by)).max()
-    for signs in product((1.0, -1.0), repeat=len(normals)):
-        way = np.linalg.lstsq(normals, np.array(signs), rcond=1e-6)[0]
-        if not np.any(way):
-            continue
-        way /= np.linalg.norm(way)
-        side = program.beside(place, np.clip(place.u + _BESIDE * way, 0.0, 1.0))
-        if side is None or abs(side.worst - place.worst) > _JUMP * _BESIDE * slope:
-            yield way, None
-        else:
-            yield way, side
+    for way in ways:
+        if np.any(way):
+            way = way / np.linalg.norm(way)
+            side = program.beside(place, np.clip(place.u + _BESIDE * way, 0.0, 1.0))
+            lost = side is None or abs(side.worst - place.worst) > _JUMP * _BESIDE * slope
+            yield way, None if lost else side
 
 
 def _border(rest: Rest) -> str:

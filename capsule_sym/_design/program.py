@@ -144,8 +144,6 @@ class Program:
     """Divisor of the objective: its variation."""
     limit_units: tuple[float, ...] = ()
     """Divisors of the limits' slacks; by default the limit, unless it is 0."""
-    elastic: bool = False
-    """True if the least slack is to be maximised instead."""
     among: str = STARTS
     """Motions to consider: those from the "starts", or all "stable" ones."""
     progress: Callable[[str], object] | None = None
@@ -202,9 +200,10 @@ class Program:
 
     def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """Motions continued to other variables; None if one is lost."""
-        pairs, again = zip(motions, self.systems_at(u), strict=True), self.again
+        pairs = zip(motions, self.systems_at(u), strict=True)
         return _every(
-            evaluation.continue_motion(one, dimensionless(system), again) for one, system in pairs
+            evaluation.continue_motion(one, dimensionless(system), self.again)
+            for one, system in pairs
         )
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
@@ -252,8 +251,6 @@ class Program:
                 (slack / size, slope * factors / size)
                 for (slack, slope), size in zip(held, self.sizes, strict=True)
             ]
-        if self.elastic:
-            objective, slacks = [(-value, -slope) for value, slope in slacks], []
         return Place(u, motions, *self._arrays(objective), *self._arrays(slacks))
 
     def _arrays(self, rows: Sequence[tuple[float, Vector]]) -> tuple[Vector, Matrix]:

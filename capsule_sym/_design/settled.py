@@ -20,13 +20,15 @@ _REPEATED = 1e-2  # change over its periods, over the motion's size, below which
 _REPEATS, _APART = 5e-2, 0.2  # the same of all states of its last period, and over their spread
 _NEAR = 1e-2  # distance of the closed motion from its run
 _MOST_OPEN = 100  # segments of a run that the core may fail to decide, before it counts as unknown
+UNKNOWN = -1
 _ARRIVED = 1e-7  # distance at which a run has arrived at its motion
 
 
 class Settled(NamedTuple):
     """Motions of n starts: closed ones, and the number of their excitation periods, (n,).
 
-    The number is 0 if a start has not settled on a motion.
+    The number is 0 if a start has not settled on a motion, and UNKNOWN if the core leaves its run
+    open or there is no time for it.
     """
 
     found: Performances
@@ -66,6 +68,7 @@ def settle_many(
     first: int,
     most: ArrayLike,
     gradients: bool = False,
+    max_open: int = _MOST_OPEN,
     scene: Scene,
 ) -> Settled:
     """Motions on which starts (n, 3) settle, at rows (n, k) of the parameters of a scene.
@@ -87,10 +90,11 @@ def settle_many(
             length,
             keep="stroboscopic",
             max_seconds=present().left,
-            max_open=_MOST_OPEN,
+            max_open=max_open,
             threads=processors(),
             scene=scene,
         )
+        whole.period_numbers[left[~run.success]] = UNKNOWN
         left = left[run.success]
         seen = min(length, 2 * LONGEST + 1)
         marks = run.kept[run.offsets[1:][run.success, None] + np.arange(-seen, 0)]
@@ -100,6 +104,7 @@ def settle_many(
         left, length = left[number == 0], 2 * length
         on = most[left] >= length
         left, begin, at = left[on], begin[on], at[on]
+    whole.period_numbers[left] = UNKNOWN
     return whole
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -222,23 +222,20 @@ def _sampled(
         rows = grid.rows[first : first + _BLOCK]
         parts.append(settle_many(rows, state, first=_FIRST, most=_MOST, scene=grid.scene))
         check_time()
-        if not parts[0].period_numbers[0]:
+        if parts[0].period_numbers[0] <= 0:
             told = "a state that leads to a periodic motion at the nominal parameters"
             raise InvalidInput("start", state, told)
     motions = joined(parts)
-    columns = []
-    for function in functions:
-        grid.program = replace(program, function=function)
-        columns.append(grid.of(motions.found).objective)
-    metrics = np.array(columns).T
-    metrics[(motions.period_numbers == 0)[:, None] | ~np.isfinite(metrics)] = np.nan
+    known = grid.metrics(motions.found)
+    metrics = np.array([grid.valued(function, known) for function in functions]).T
+    metrics[(motions.period_numbers <= 0)[:, None] | ~np.isfinite(metrics)] = np.nan
     one, other, *mixed = np.split(metrics[1:], len(program.names) + 2)
     own, found = (
         Settled(motions.found.of(some), motions.period_numbers[some])
         for some in (slice(1), slice(1, n + 1))
     )
     branch = own.branch(0)
-    branches = [found.branch(i) if found.period_numbers[i] else () for i in range(n)]
+    branches = [found.branch(i) if found.period_numbers[i] > 0 else () for i in range(n)]
     kept, there = continued(own, grid.rows[0], found, grid.rows[1 : n + 1])
     texts, counts = np.unique([_shown(each) for each in branches], return_counts=True)
     order = np.argsort(-counts, kind="stable")[:_SHOWN]

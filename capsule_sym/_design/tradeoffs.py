@@ -1,4 +1,8 @@
-"""Cells of a survey with two metrics, from which searches of their trade-offs start."""
+"""Places of a survey with two metrics, from which searches of their trade-offs start.
+
+The places that few others better in both metrics have children: two places, drawn evenly along the
+approximate front, share their variables, which are moved by a share of the difference of both.
+"""
 
 from __future__ import annotations
 
@@ -9,130 +13,111 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._arrays import Matrix, Vector
-from capsule_sym._design.climb import climb
-from capsule_sym._design.overview import overview
+from capsule_sym._design.cells import evaluate
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Limit
-from capsule_sym._design.survey import Survey, Surveyor, spread
-from capsule_sym._native import check_time, core_of
+from capsule_sym._native import check_time
+from capsule_sym._processes import sobol
 
-_CELLS = 4  # factor of the cells of a survey, with both metrics
-_CHILDREN = 1  # factor of the cells around the front in each round
-_REACHES = (0.1, 0.03, 0.01)  # of the bounds: distances of these cells, round by round
-_LAYERS = 3  # fronts, each without the ones before, that get cells around them
-_GOALS, _CLIMBERS = 6, 24  # trade-offs that searches try to better, and how many of each
-_STEPS = 12  # of each
-_WAYS = (0.5, 0.75, 0.9, 1.0)  # of their ways, where starts may lead to better motions
-_APART = 0.05  # of the bounds, between starts of searches with one bound
-_PROMISING = 0.005  # of the ranges: largest difference of a start from the best one
-_STARTS = 2  # number of starts with one bound
+_GENERATIONS, _CHILDREN = 12, 256  # of an evolution, and of a generation
+_LAYERS = 4  # fronts, each without the ones before, whose places have children
+_CROSSED = 0.25  # share of a child's variables that are the second place's
+_OF_DIFFERENCE = -3.0, -0.5  # powers of ten: steps of a child, of the difference of both places
+_OF_BOUNDS = -4.0, -1.0  # the same of a step of one variable on the average, of the bounds
+_REFINED, _AROUND = 4, 16  # times, and places around a best one each time, for each variable
+_APART = 0.05  # of the bounds, between two starts of searches
 
 
 class Tradeoffs:
-    """Cells `u` (n, k) with `both` metrics (n, 2), in the sense of minimisation."""
+    """Places `u` (n, k) within the limits with `both` metrics (n, 2), to be minimised."""
 
-    def __init__(self, programs: Sequence[Program]) -> None:
-        self.programs, program = programs, programs[0]
-        self.u, self.both = np.empty((0, len(program.names))), np.empty((0, 2))
+    def __init__(self, first: Program, second: Program) -> None:
+        limit = Limit("", second.function, 0.0, -second.sign)
+        self.count = len(first.limits)
+        self.program = replace(
+            first, limits=(*first.limits, limit), limit_units=(*first.limit_units, 1.0)
+        )
+        self.u, self.both = np.empty((0, len(first.names))), np.empty((0, 2))
         self.draw = np.random.default_rng(0)
 
-    def look_around(self, survey: Survey) -> None:
-        """Run cells within the bounds, then nearer and nearer to the best trade-offs."""
-        self.draw = np.random.default_rng(survey.seed)
-        self.look(spread(self.u.shape[1], _CELLS * survey.samples, survey.seed))
-        if len(front := self.edge(1)):
-            both = self.both[front[::-1]]
-            ranges = np.maximum(np.ptp(both, axis=0), 1e-300)
-            far = np.append(0.0, np.cumsum(abs(np.diff(both, axis=0) / ranges).sum(axis=1)))
-            for share in (np.arange(_GOALS) + 0.5) / _GOALS:
-                goal = both[np.searchsorted(far, share * far[-1])]
-                self.climb(0, goal, ranges, _CLIMBERS)
-        for reach in _REACHES:
-            self.look_near(self.u[self.edge()], reach, _CHILDREN * survey.samples)
+    def survey(self, samples: int, seed: int) -> None:
+        """Evaluate places all over the bounds."""
+        self.draw = np.random.default_rng(seed)
+        self.look(sobol(self.u.shape[1], samples, seed))
 
-    def held(self, column: int, bound: float, ranges: Vector) -> Program:
-        """Problem of the best of a metric with the other within a bound, over its range."""
-        other, program = self.programs[1 - column], self.programs[column]
-        sign = "<=" if other.sign > 0 else ">="
-        text = f"{other.name} {sign} {other.sign * bound:.6g}"
-        limit = Limit(text, other.function, other.sign * bound, -other.sign)
-        return replace(
-            program,
-            progress=None,
-            limits=(*program.limits, limit),
-            limit_units=(*program.limit_units, float(ranges[1 - column])),
-        )
+    def evolve(self) -> None:
+        """Evaluate children of the best trade-offs, generation by generation."""
+        for _ in range(_GENERATIONS if len(self.u) else 0):
+            one, two = self.along(_CHILDREN), self.along(_CHILDREN)
+            u = np.where(self.draw.uniform(size=one.shape) < _CROSSED, two, one)
+            u += self.normal(_OF_DIFFERENCE, one.shape) * (two - one)
+            alone = self.draw.uniform(size=one.shape) < 1 / one.shape[1]
+            self.look(np.clip(u + alone * self.normal(_OF_BOUNDS, one.shape), 0.0, 1.0))
 
-    def climb(self, column: int, goal: Vector, ranges: Vector, count: int) -> None:
-        """Run cells on the ways of searches that better one metric of a goal, from cells near it.
+    def normal(self, powers: tuple[float, float], shape: tuple[int, ...]) -> Matrix:
+        """Normal random numbers, their deviations spread evenly between powers of ten."""
+        return self.draw.normal(0.0, 10 ** self.draw.uniform(*powers, size=shape))
 
-        They are near if none of both metrics is much worse.
-        """
-        program = self.held(column, float(goal[1 - column]), ranges)
-        if core_of(program.system.scene) is None:
-            return
-        program = replace(program, unit=float(ranges[column]))
-        apart = 0.5 * len(self.u) ** (-1 / self.u.shape[1])
-        order = np.argsort(((self.both - goal) / ranges).max(axis=1), kind="stable")
-        u = self.distant(order, apart, count)
-        found = overview(program, u)
-        check_time()
-        known = np.flatnonzero(np.isfinite(found.worst)).tolist()
-        begin = Surveyor(program).closed(u, found, known)
-        ends = climb(program, begin, _STEPS, apart / 2)
-        self.look(np.vstack([begin.u + share * (ends.u - begin.u) for share in _WAYS]))
+    def along(self, count: int) -> Matrix:
+        """Places (count, k) drawn evenly along one of the first fronts."""
+        front = self.front(int(self.draw.integers(_LAYERS)))
+        both = self.both[front]
+        steps = abs(np.diff(both, axis=0)) / (np.ptp(both, axis=0) + (np.ptp(both, axis=0) == 0))
+        length = np.append(0.0, np.cumsum(steps.sum(axis=1)))
+        at = self.draw.uniform(0.0, length[-1], size=count)
+        nearest = np.round(np.interp(at, length, np.arange(len(front)))).astype(int)
+        found: Matrix = self.u[front[nearest]]
+        return found
 
-    def look_near(self, u: Matrix, reach: float, count: int) -> None:
-        """Run cells around places, at most at the distance `reach`."""
-        near = u[np.arange(count) % len(u)]
-        self.look(np.clip(near + reach * self.draw.uniform(-1, 1, near.shape), 0.0, 1.0))
+    def refine(self, costs: Sequence[float]) -> None:
+        """Evaluate places around the best one of each cost."""
+        for _ in range(_REFINED):
+            if best := [u for cost in costs for u in self.starts(0, cost, 1)]:
+                u = np.repeat(best, _AROUND * self.u.shape[1], axis=0)
+                self.look(np.clip(u + self.normal(_OF_BOUNDS, u.shape), 0.0, 1.0))
 
-    def look(self, u: Matrix) -> Matrix:
-        """Run cells, keep those within the limits, and return both metrics of these."""
-        program, cost = self.programs
-        limits = *program.limits, Limit("", cost.function, 0.0, -1)
-        found = overview(replace(program, limits=limits), u)
-        check_time()
-        both: Matrix = np.column_stack([found.worst, -found.slacks[:, -1]])
+    def look(self, u: Matrix) -> None:
+        """Evaluate places, and keep those within the limits."""
+        both = self.values(u)
         good = np.isfinite(both).all(axis=1)
-        good &= found.slacks[:, :-1].min(axis=1, initial=np.inf) >= 0
-        both = both[good]
-        self.add(u[good], both)
+        self.add(u[good], both[good])
+
+    def values(self, u: Matrix) -> Matrix:
+        """Both metrics (n, 2) of places; infinite beyond limits."""
+        found = evaluate(self.program, u)
+        check_time()
+        both = np.column_stack([found.worst, -found.slacks[:, self.count]])
+        slacks = np.delete(found.slacks, self.count, axis=1)
+        both[slacks.min(axis=1, initial=np.inf) < 0] = np.inf
         return both
 
     def add(self, u: Matrix, both: Matrix) -> None:
-        """Keep cells (n, k) with both metrics (n, 2)."""
+        """Keep places (n, k) with both metrics (n, 2)."""
         self.u, self.both = np.vstack([self.u, u]), np.vstack([self.both, both])
 
-    def edge(self, layers: int = _LAYERS) -> NDArray[np.intp]:
-        """Cells dominated by few others: the first fronts, one behind another."""
-        left, chosen = np.lexsort(self.both.T), list[NDArray[np.intp]]()
-        for _ in range(layers):
+    def front(self, behind: int = 0) -> NDArray[np.intp]:
+        """Places that no other betters, by their second metric; or the front so far behind."""
+        left = np.lexsort(self.both.T)
+        while True:
             before = np.minimum.accumulate(np.append(np.inf, self.both[left, 0]))[:-1]
-            front = self.both[left, 0] < before
-            chosen, left = [*chosen, left[front]], left[~front]
-        return np.concatenate(chosen)
+            ahead = self.both[left, 0] < before
+            if not behind or ahead.all():
+                found: NDArray[np.intp] = left[ahead]
+                return found
+            left, behind = left[~ahead], behind - 1
 
-    def within(self, column: int, bound: float) -> Vector:
-        """A metric of the cells with the other within a bound."""
-        found: Vector = self.both[self.both[:, 1 - column] <= bound, column]
-        return found
+    def least(self, column: int, bound: float) -> float:
+        """Least value of a metric with the other within a bound."""
+        within = self.both[:, 1 - column] <= bound
+        return float(self.both[within, column].min(initial=np.inf))
 
-    def starts(self, column: int, bound: float, ranges: Vector) -> list[Vector]:
-        """Starts for the best of a metric with the other within a bound."""
+    def starts(self, column: int, bound: float, most: int) -> list[Vector]:
+        """Best places of a metric with the other within a bound, distant from each other."""
         within = np.flatnonzero(self.both[:, 1 - column] <= bound)
-        worse = self.both[within, column] / ranges[column]
-        order = np.argsort(worse, kind="stable")
-        order = order[worse[order] <= worse.min(initial=np.inf) + _PROMISING]
-        return list(self.distant(within[order], _APART, _STARTS))
-
-    def distant(self, order: NDArray[np.intp], apart: float, most: int) -> Matrix:
-        """The first cells in an order that are distant from each other, (n, k)."""
-        chosen = list[int]()
-        for i in order.tolist():
+        chosen = list[Vector]()
+        for u in self.u[within[np.argsort(self.both[within, column], kind="stable")]]:
+            if all(abs(u - one).max() > _APART for one in chosen):
+                chosen.append(u)
             if len(chosen) == most:
                 break
-            if np.all(abs(self.u[chosen] - self.u[i]).max(axis=1) > apart):
-                chosen.append(i)
-        found: Matrix = self.u[chosen]
-        return found
+        return chosen

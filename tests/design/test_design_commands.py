@@ -132,7 +132,6 @@ def test_a_command_that_is_out_of_time_says_so(name, call, tmp_path) -> None:
 OVER = {"alpha": (0.8, 1.0)}
 COUNTS = {
     "optimise samples": (lambda n: cs.optimise("speed", OVER, samples=n), 1, 1_000_000),
-    "optimise follow": (lambda n: cs.optimise("speed", OVER, follow=n), 1, 1000),
     "pareto points": (lambda n: cs.pareto("speed", "work", OVER, points=n), 2, 10_000),
     "fit starts": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), starts=n), 0, 100_000),
     "fit follow": (lambda n: cs.fit(DATA, cs.Parameters(), ("alpha",), follow=n), 1, 1000),

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from functools import partial
 from itertools import product
 from typing import Any
 
@@ -10,14 +9,11 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._design import survey
 from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import same_itinerary_at, settle
 from capsule_sym._design.quantities import dimensionless_slopes, of
 from capsule_sym._units import METRIC_UNITS
 from tests.design.cells import metrics_of
-from tests.design.clock import LIMIT, Clock
-from tests.sampling import many
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
 DEVICE = cs.PhysicalParameters(
@@ -177,86 +173,6 @@ def test_places_that_keep_a_limit_are_found_where_the_objective_is_far_less_beyo
     assert found.value == pytest.approx(LIGHTEST, rel=1e-12)
 
 
-@pytest.mark.long
-def test_a_further_round_finds_places_that_keep_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(survey, "_ROUNDS", (4,))
-    assert lightest(4).status is cs.OptimumStatus.INFEASIBLE
-    assert lightest(8).value == pytest.approx(LIGHTEST, rel=1e-12)
-
-
-@pytest.mark.long
-def test_at_the_time_limit_the_best_of_all_rounds_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(survey, "_ROUNDS", (4, 8))
-    over = {"omega": (0.3, 3.0), "alpha": (0.2, 3.0)}
-    fastest = partial(cs.optimise, "velocity", over, cs.Parameters(alpha=1.5, zeta=0.02, beta=20.0))
-    for problem in (lightest, fastest)[: many(2, 1)]:
-        clock = Clock(monkeypatch, "survey, 0 of 16 runs")  # the third round
-        found = problem(samples=16, max_seconds=LIMIT, progress=clock.progress)
-        assert found.status is cs.OptimumStatus.TIME_LIMIT
-        assert found.value == pytest.approx(problem(samples=8).value, rel=1e-9)
-
-
-@pytest.mark.long
-def test_further_rounds_add_to_what_a_search_for_the_limits_finds(monkeypatch) -> None:
-    monkeypatch.setattr(survey, "_ROUNDS", (2,))
-    base = cs.Parameters(alpha=1.5, omega=2.547, delta=0.5557, zeta=0.0316, beta=1.5, gamma=2.854)
-    few, more = (
-        cs.optimise(
-            "peak_force",
-            {"alpha": (0.3, 3.0), "omega": (0.3, 3.0)},
-            base,
-            maximise=False,
-            subject_to=("speed >= 0.2",),
-            samples=samples,
-        )
-        for samples in (2, 4)
-    )
-    assert few.success
-    assert more.value < (1 + 1e-9) * few.value
-
-
-@pytest.mark.long
-def test_a_metric_that_varies_in_a_further_round_is_not_flat(monkeypatch) -> None:
-    monkeypatch.setattr(survey, "_ROUNDS", (8,))
-    base = cs.Parameters(alpha=0.7, delta=1.5, zeta=0.05, beta=20.0)
-    few, more = (cs.optimise("speed", {"omega": (0.5, 100.0)}, base, samples=n) for n in (8, 64))
-    assert few.status is cs.OptimumStatus.FLAT
-    assert more.success
-
-
-@pytest.mark.long
-def test_no_optimum_is_lost_by_further_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
-    # In one round of 16 cells a broader peak hides the best.
-    base, over = (
-        cs.Parameters(alpha=1.5, zeta=0.02, beta=10.0),
-        {"omega": (0.3, 3), "alpha": (0.2, 3)},
-    )
-    alone = cs.optimise("velocity", over, base, samples=16)
-    monkeypatch.setattr(survey, "_ROUNDS", (8,))
-    found = [cs.optimise("velocity", over, base, samples=samples).value for samples in (8, 16, 64)]
-    assert alone.value < 0.9 * found[0]
-    assert found[1] > (1 - 1e-9) * found[0]
-    assert found[2] > (1 - 1e-9) * found[0]
-
-
-ROUNDS = {
-    1: [1],
-    4095: [4095],
-    4096: [2048, 4096],
-    10_000: [2048, 10_000],
-    65_536: [2048, 8192, 32_768, 65_536],
-}
-
-
-@pytest.mark.parametrize("samples", ROUNDS)
-def test_a_survey_of_many_cells_has_rounds_of_fewer_before(samples: int) -> None:
-    rounds = survey.Survey(samples, 0, 1).rounds
-    assert [cells for cells, _ in rounds] == ROUNDS[samples]
-    assert survey.Survey(samples, 3, 1).rounds == [*rounds, (max(1, samples // 2), 3)]
-    assert rounds[0][1] == 0
-    assert len({seed for _, seed in rounds}) == len(rounds)
-
-
 def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None:
     found = cs.optimise(
         "speed", {"alpha": (0.5, 0.9)}, subject_to=["peak_force <= 0.5", "speed <= 10"], samples=2
@@ -376,7 +292,6 @@ def test_distances_from_borders_change_as_differences_say() -> None:
         ({"tolerances": ["zeta"]}, "tolerances"),
         ({"tolerances": {"zeta": "a"}}, "tolerances"),
         ({"seed": -1}, "seed"),
-        ({"follow": 0}, "follow"),
         ({"starts": ["abc"]}, "starts"),
         ({"starts": None}, "starts"),
         ({"base": {"alpha": 1}}, "base"),

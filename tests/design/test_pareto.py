@@ -1,19 +1,29 @@
 """Pareto fronts: no cell of a survey beats them, and their slopes are what their points say."""
 
 import json
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import capsule_sym as cs
+from capsule_sym._design.front_points import SAME, Point
+from capsule_sym._design.optimise import program_of
+from capsule_sym._design.pareto import _Fronts
+from capsule_sym._design.quantities import function_of
+from capsule_sym._design.tradeoffs import Tradeoffs
 from tests.design.cells import metrics_of
 
 BOUNDS = {"alpha": (0.3, 2.0), "omega": (0.6, 1.2)}
+DAMPED = cs.Parameters(zeta=0.5, delta=20.0)  # soon settled
 
 
 @pytest.fixture(scope="module")
 def front() -> cs.Front:
-    return cs.pareto("speed", "cost_of_transport", BOUNDS, points=8, samples=64)
+    return cs.pareto(
+        "speed", "cost_of_transport", BOUNDS, points=8, samples=64, max_seconds=math.inf
+    )
 
 
 @pytest.mark.long
@@ -118,7 +128,7 @@ def worse_between(front: cs.Front, last: int, over: dict[str, tuple[float, float
 def test_a_front_in_parts_has_all_of_its_points_and_no_cell_beats_one(scene, count) -> None:
     base = getattr(cs.scenes, scene).Parameters()
     over = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
-    found = cs.pareto("speed", "cost_of_transport", over, base, points=20)
+    found = cs.pareto("speed", "cost_of_transport", over, base, points=20, max_seconds=math.inf)
     assert len(found.parts) >= 3
     assert len(found.points) == 20
     speeds, costs = drawn(base, over, count).T
@@ -138,7 +148,7 @@ def test_a_front_in_parts_has_all_of_its_points_and_no_cell_beats_one(scene, cou
 @pytest.mark.long
 def test_a_branch_on_which_few_cells_are_good_is_on_the_front() -> None:
     base, over = cs.Parameters(zeta=0.02, beta=10.0), {"alpha": (0.2, 3.0), "omega": (0.3, 2.5)}
-    found = cs.pareto("speed", "peak_force", over, base, points=20)
+    found = cs.pareto("speed", "peak_force", over, base, points=20, max_seconds=math.inf)
     assert found.success
     drives = [(a, o) for a in np.linspace(1.9, 2.4, 21) for o in np.linspace(0.386, 0.392, 13)]
     cells = [one for one in metrics_of([base.replace(alpha=a, omega=o) for a, o in drives]) if one]
@@ -152,7 +162,8 @@ def test_a_branch_on_which_few_cells_are_good_is_on_the_front() -> None:
 
 @pytest.mark.long
 def test_one_point_may_be_best_in_both() -> None:
-    found = cs.pareto("speed", "peak_force - speed*100", {"alpha": (0.7, 0.9)}, points=5, samples=4)
+    how = {"points": 5, "samples": 4, "max_seconds": math.inf}
+    found = cs.pareto("speed", "peak_force - speed*100", {"alpha": (0.7, 0.9)}, **how)
     assert len(found.points) == 1
 
 
@@ -165,6 +176,7 @@ def test_both_metrics_count_in_their_worst_motion() -> None:
         tolerances={"zeta": 0.5},
         points=4,
         samples=16,
+        max_seconds=math.inf,
     )
     assert len(found.points) == 4
     for k in (0, -1):
@@ -191,7 +203,8 @@ def test_both_metrics_count_in_their_worst_motion() -> None:
     ],
 )
 def test_the_slope_is_that_of_the_front_whatever_else_holds(changed) -> None:
-    found = cs.pareto("speed", "cost_of_transport", BOUNDS, points=5, samples=16, **changed)
+    how = {"points": 5, "samples": 16, "max_seconds": math.inf} | changed
+    found = cs.pareto("speed", "cost_of_transport", BOUNDS, **how)
     assert len(found.points) == 5
     slopes = found.columns["slope"]
     chords = np.diff(found.values) / np.diff(found.costs)
@@ -203,7 +216,8 @@ def test_the_slope_is_that_of_the_front_whatever_else_holds(changed) -> None:
 
 @pytest.mark.long
 def test_the_end_of_least_cost_claims_nothing_of_the_first_metric() -> None:
-    found = cs.pareto("speed", "work", {"alpha": (0.5, 0.9)}, points=2, samples=8)
+    how = {"points": 2, "samples": 8, "max_seconds": math.inf}
+    found = cs.pareto("speed", "work", {"alpha": (0.5, 0.9)}, **how)
     assert len(found.points) == 2
     end = found.points[0]
     assert end.over["alpha"] == 0.5
@@ -227,7 +241,7 @@ def test_what_is_not_allowed_is_refused(changed, field) -> None:
 @pytest.mark.long
 def test_a_metric_that_is_not_finite_at_the_end_of_a_front_is_told() -> None:
     """The least force does not move the capsule, whose cost of transport is infinite."""
-    how = {"points": 5, "maximise": False, "samples": 32}
+    how = {"points": 5, "maximise": False, "samples": 32, "max_seconds": math.inf}
     with pytest.raises(
         cs.InvalidInput, match=r"metric = 'cost_of_transport': must be finite where"
     ):
@@ -236,3 +250,157 @@ def test_a_metric_that_is_not_finite_at_the_end_of_a_front_is_told() -> None:
         "cost_of_transport", "peak_force", BOUNDS, subject_to=["speed >= 0.05"], **how
     )
     assert len(found.points) == 5
+
+
+def searched(limits: tuple[str, ...] = ()) -> tuple[_Fronts, Tradeoffs]:
+    """An empty front of alpha, to maximise, against omega over the unit square, and its survey."""
+    over = {"alpha": (0.0, 1.0), "omega": (1.0, 2.0)}
+    rest = ((0.0, 0.0, 0.0),)
+    program = program_of("alpha", over, DAMPED, True, limits, None, rest, None)
+    program = replace(program, limit_units=(1.0,) * len(limits))
+    fronts = _Fronts(program, function_of("against", "omega", program.system), 4)
+    return fronts, Tradeoffs(*(one.program for one in fronts.optimisers))
+
+
+def test_a_survey_has_its_fronts_and_the_best_within_bounds() -> None:
+    cells = searched()[1]
+    both = np.array([[3.0, 0.0], [1.0, 1.0], [2.0, 1.0], [1.0, 2.0], [0.0, 3.0], [2.5, 0.5]])
+    u = np.array([[0.0, 0.0], [0.2, 0.0], [0.24, 0.0], [0.4, 0.0], [0.6, 0.0], [0.8, 0.0]])
+    cells.add(u, both)
+    assert cells.front().tolist() == [0, 5, 1, 4]
+    assert cells.front(1).tolist() == [2, 3]
+    assert cells.front(5).tolist() == [2, 3]
+    assert cells.least(0, 1.0) == 1.0
+    assert cells.least(1, 0.99) == 3.0
+    assert cells.least(0, -1.0) == np.inf
+    # The third place is next to the second.
+    assert [one[0] for one in cells.starts(0, 1.0, 3)] == [0.2, 0.8, 0.0]
+    assert [one[0] for one in cells.starts(1, 2.0, 2)] == [0.2, 0.4]
+    drawn = np.array([one[0] for _ in range(40) for one in cells.along(500)])
+    # Each front has its draws; the steps of the first are 1/3, 2/3 and 1 long.
+    first = drawn[~np.isin(drawn, (0.24, 0.4))]
+    assert 0.1 < len(first) / len(drawn) < 0.4
+    shares = [np.mean(first == one) for one in (0.0, 0.8, 0.2, 0.6)]
+    assert shares == pytest.approx([1 / 12, 3 / 12, 5 / 12, 3 / 12], abs=0.03)
+
+
+def test_places_of_a_survey_are_within_limits_and_beget_better_ones() -> None:
+    cells = searched(("alpha <= 0.5",))[1]
+    assert cells.values(np.array([[0.25, 0.5], [0.75, 0.5]])).tolist() == [
+        [-0.25, 1.5],
+        [np.inf, np.inf],
+    ]
+    cells.survey(16, 0)
+    assert 0 < len(cells.u) < 16
+    before = -cells.least(0, 1.2)
+    cells.refine([1.2])
+    assert before < -cells.least(0, 1.2) <= 0.5
+    assert np.all(cells.u[:, 0] <= 0.5)
+    count = len(cells.u)
+    cells.evolve()
+    assert len(cells.u) > count
+    assert -cells.least(0, 1.001) > 0.49
+
+
+def test_points_of_a_front_are_worth_it_evenly_spaced_and_in_parts() -> None:
+    fronts = searched()[0]
+    fronts.ranges = np.array([2.0, 4.0])
+
+    def point(gain: float, cost: float, u: float = 0.5) -> Point:
+        return Point(np.array([u, u]), (-2 * gain, 4 * cost))
+
+    low, high = fronts.ends = point(0, 0), point(1, 1)
+    kept = [point(0.2, 0.1), point(0.4, 0.3), point(0.42, 0.6), point(0.6, 0.62), point(0.9, 0.9)]
+    beaten = point(0.39, 0.5), point(0.4, 0.3 + SAME / 2)
+    idle = point(0.2 + SAME / 2, 0.15), point(1 - SAME / 2, 0.95), point(0.5, 0.62 - SAME / 2)
+    fronts.found = [*kept, *beaten, *idle]
+    assert fronts.undominated == [low, *kept, high]
+    assert fronts.length(low, kept[0]) == pytest.approx(0.3)
+    assert [one.both[1] / 4 for one in fronts.thinned] == pytest.approx([0, 0.3, 0.62, 1])
+    fronts.gaps = [(kept[1], kept[2])]
+    assert fronts.gap(kept[1], kept[2])
+    assert fronts.gap(point(0.4, 0.3 - SAME / 2), point(0.42, 0.5))
+    assert not fronts.gap(point(0.4, 0.3 - 2 * SAME), kept[2])
+    assert not fronts.gap(kept[1], point(0.42, 0.4))
+    assert not fronts.gap(kept[1], kept[3])
+    assert fronts.thinned == [low, kept[1], kept[2], high]
+    first, second = fronts.parts(fronts.thinned)
+    assert (first.first, first.last, second.first, second.last) == (0, 1, 2, 3)
+    assert first.begins == "the least omega"
+    assert first.ends.startswith("alpha is greatest")
+    assert second.begins.startswith("omega is least")
+    assert second.ends == "the greatest alpha"
+    assert fronts.parts([]) == ()
+
+
+def test_points_that_places_of_the_survey_better_are_searched_again() -> None:
+    fronts, fronts.cells = searched()
+    fronts.ranges = np.array([1.0, 2.0])
+    u, every = (
+        np.array([0.5, 0.5]),
+        [(0.0, 0.0), (-0.2, 0.4), (-0.4, 0.8), (-0.6, 1.2), (-1.0, 2.0)],
+    )
+    low, *fronts.found, high = (Point(u, both) for both in every)
+    fronts.ends, asked = (low, high), []
+    gained = np.array([[-0.20005, 0.39], [-0.4002, 0.79]])
+    fronts.cells.refine = lambda costs: fronts.cells.add(np.stack([u, u]), gained)
+    fronts.best = lambda column, bound, near: asked.append((column, bound)) or Point(u, (-0.7, 0.8))
+    fronts.mend()
+    assert asked == [(0, 0.8)]  # what is found betters the next point, too
+    assert [one.both[0] for one in fronts.undominated] == [0.0, -0.2, -0.7, -1.0]
+
+
+def test_a_gap_of_a_front_is_where_the_theory_says() -> None:
+    """A cubic rises to 0.016 at 0.8, and is there again at 1.4."""
+    found = cs.pareto(
+        "(alpha-1)**3-0.12*(alpha-1)",
+        "alpha",
+        {"alpha": (0.5, 1.5)},
+        DAMPED,
+        points=6,
+        samples=4,
+        max_seconds=math.inf,
+    )
+    assert found.success
+    (first, second), drives = found.parts, found.costs - 1
+    assert (first.first, second.last) == (0, len(found.points) - 1)
+    assert found.costs[[0, first.last, -1]] == pytest.approx([0.5, 0.8, 1.5], abs=1e-8)
+    assert 1.4 < found.costs[second.first] < 1.4 + 2 * SAME
+    assert found.values == pytest.approx(drives**3 - 0.12 * drives, abs=1e-9)
+    inner = ~np.isnan(found.slopes)
+    assert np.flatnonzero(~inner).tolist() == [0, first.last, len(drives) - 1]
+    assert found.slopes[inner] == pytest.approx(3 * drives[inner] ** 2 - 0.12, abs=1e-6)
+    assert first.ends.endswith("is greatest: a smooth optimum")
+
+
+def test_a_front_jumps_to_another_branch_where_the_theory_says() -> None:
+    """Of two valleys the one at omega 0.7 costs alpha / 2, the one at 1.1 0.36 + alpha / 10."""
+    cost = "300*(omega-0.7)**2*(omega-1.1)**2+alpha*(1.2-omega)+0.9*(omega-0.7)"
+    over = {"alpha": (0.5, 1.5), "omega": (0.6, 1.2)}
+    found = cs.pareto("alpha", cost, over, DAMPED, points=6, samples=16, max_seconds=math.inf)
+    first, second = found.parts
+    ends = found.values[[first.last, second.first]]
+    assert ends[0] < 0.9 < ends[1]
+    assert np.diff(ends / np.ptp(found.values)) < 0.1 * 2 / 6
+    omegas = np.array([one.over["omega"] for one in found.points])
+    assert (omegas < 0.9).tolist() == (found.values < 0.9).tolist()
+    assert first.ends == "another branch is better from there on"
+    assert second.begins == "better than the branch before from there on"
+    grid = np.linspace(0.6, 1.2, 60_001)
+    valley, slope = 300 * (grid - 0.7) ** 2 * (grid - 1.1) ** 2, 0.9 * (grid - 0.7)
+    for value, own in zip(found.values[:-1], found.costs[:-1], strict=True):
+        assert own == pytest.approx((valley + value * (1.2 - grid) + slope).min(), abs=1e-7)
+
+
+@pytest.mark.long
+def test_a_front_has_the_slow_drives_of_little_power() -> None:
+    base, over = (
+        cs.Parameters(alpha=1.5, zeta=0.03, beta=10.0),
+        {"omega": (0.4, 2), "delta": (0, 1)},
+    )
+    found = cs.pareto("speed", "power", over, base, points=20, max_seconds=math.inf)
+    slow = (found.values > 0) & (found.values < 0.22)
+    assert slow.sum() >= 10
+    assert np.all((found.costs[slow] > 0.0299) & (found.costs[slow] < 0.2831))
+    # `optimise` with at most this power finds 0.0623; the front is concave there.
+    assert np.interp(0.17, found.costs, found.values) > 0.0618

@@ -6,15 +6,17 @@ from scipy.integrate import quad
 
 from capsule_sym import Parameters, continue_orbit, solve_orbit
 from capsule_sym._design import pieces
-from capsule_sym._design.led import FINEST, LAST, LONGER, led_beside, refined
+from capsule_sym._design import polish as polish_module
+from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimise import program_of
+from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import optimum_of
 from capsule_sym._design.pieces import Piece
-from capsule_sym._design.polish import MARGIN, on_piece, polish, with_limit
+from capsule_sym._design.polish import MARGIN, bifurcation_of, polish, with_limit
 from capsule_sym._orbits.continuation.parameter_paths import Slope
-
-pytestmark = pytest.mark.long
+from capsule_sym._orbits.continuation.points.kinds import FOLD as FOLD_TYPE
+from capsule_sym._orbits.continuation.points.kinds import NEIMARK_SACKER, PERIOD_DOUBLING
 
 REST = (0.0, 0.0, 0.0)
 FOLD = Parameters(
@@ -49,11 +51,13 @@ def at(metric, over, base, maximise, margin=None, u=0.5):
 @pytest.mark.parametrize(
     ("kind", "metric", "base", "bounds", "end", "maximise"),
     [
-        ("fold", "velocity/work", FOLD, (0.15, 0.65), 0.6, True),
+        pytest.param(
+            *("fold", "velocity/work", FOLD, (0.15, 0.65), 0.6, True), marks=pytest.mark.long
+        ),
         ("period doubling", "velocity", FLIP, (0.70, 0.84), 0.7, False),
     ],
 )
-@pytest.mark.parametrize("margin", [None, 0.05])
+@pytest.mark.parametrize("margin", [pytest.param(None, marks=pytest.mark.long), 0.05])
 def test_at_a_border_of_stability_the_limit_is_that_of_the_bifurcation(
     kind, metric, base, bounds, end, maximise, margin
 ) -> None:
@@ -70,6 +74,18 @@ def test_at_a_border_of_stability_the_limit_is_that_of_the_bifurcation(
     # It is on the branch, short of the bifurcation, and worse than what is approached there.
     assert (found.limit - found.value) * (1 if maximise else -1) > 0
     assert abs(found.over["delta"] - event.value) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("multiplier", "kind"),
+    [(1.0, FOLD_TYPE), (-1.0, PERIOD_DOUBLING), (0.6 + 0.8j, NEIMARK_SACKER)],
+)
+def test_a_loss_of_stability_is_named_by_where_the_multiplier_leaves(
+    monkeypatch, multiplier, kind
+) -> None:
+    orbit = solve_orbit(Parameters())
+    monkeypatch.setattr(polish_module, "floquet_multipliers", lambda one: [multiplier])
+    assert bifurcation_of(Motion(orbit.parameters, None, orbit=orbit)) == kind
 
 
 def test_a_margin_that_the_best_keeps_by_itself_bounds_nothing() -> None:
@@ -96,6 +112,7 @@ def test_an_optimum_close_to_a_border_is_one_inside() -> None:
         assert beside.worst > rest.found.place.worst
 
 
+@pytest.mark.long
 def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins() -> None:
     base = Parameters(
         alpha=1.6429116, omega=0.92876304, beta=11.501066, zeta=0.023622016, delta=0.28, gamma=7.7
@@ -104,8 +121,7 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     program = program_of("work", over, base, False, (), None, (REST,), None)
 
     def best(u):
-        place = refined(program, program.begin(np.array(u)), 0.02, 1e-6)
-        return refined(program, place, LAST, FINEST, LONGER)
+        return Optimiser(program).bettered(program.begin(np.array(u)))
 
     one = best((0.2799, 0.9592))
     other = best((one.u[0] + 1e-3, one.u[1] - 1e-3))
@@ -113,8 +129,8 @@ def test_the_best_that_starts_lead_to_does_not_depend_on_where_a_search_begins()
     assert other.u == pytest.approx(one.u, abs=1e-5)
 
 
+@pytest.mark.long
 def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
-    """The search of the piece where it begins does not find the best."""
     base = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
     program = program_of(
         "velocity", {"alpha": (0.975, 0.995)}, base, False, (), None, (REST,), None
@@ -126,9 +142,8 @@ def test_where_a_border_holds_a_place_the_pieces_beyond_are_looked_at() -> None:
     assert rest is not None
     assert rest.whole
     assert rest.found.place.worst <= best.worst
-    alone = on_piece(program, far)
-    assert alone is not None
-    assert not (alone.whole and alone.found.place.worst < rest.found.place.worst + 1e-9)
+    assert len({side.itineraries for side in rest.sides}) >= 2
+    assert min(side.slope for side in rest.sides) > 0
 
 
 def test_where_two_peaks_of_a_force_are_equal_each_of_them_is_a_constraint() -> None:
@@ -145,6 +160,7 @@ def test_where_two_peaks_of_a_force_are_equal_each_of_them_is_a_constraint() -> 
         assert beside.worst > rest.found.place.worst
 
 
+@pytest.mark.long
 def test_slopes_by_fixed_parameters_hold_at_a_margin() -> None:
     def solved(base):
         program, place = at("velocity/work", {"delta": (0.15, 0.65)}, base, True, 0.05, u=0.1)
@@ -179,13 +195,14 @@ def test_peaks_that_are_equal_to_the_last_bit_are_both_constraints(monkeypatch) 
     assert len(Piece(program, there).peaks) == 2
 
 
-def test_each_start_has_to_lead_to_its_own_motion_beside_a_place() -> None:
+def test_each_start_has_to_lead_to_its_own_motion() -> None:
     base = Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
     starts = ((0.5, -0.9, -0.9), (0.4, 0.9, 0.1))
     program = program_of("velocity", {"alpha": (2.4, 2.6)}, base, True, (), None, starts, None)
     place = program.begin(np.array([0.5]))
     first, second = place.motions
     assert first.metrics["velocity"].value * second.metrics["velocity"].value < 0
-    assert led_beside(program, place)
-    for motions in ((first, first), (second, second), (second, first)):
-        assert not led_beside(program, program.place(place.u, motions))
+    led = Optimiser(program).led
+    assert led([place]) == [place]
+    for motions in ((first, first), (second, second)):
+        assert led([program.place(place.u, motions)]) == []

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 import capsule_sym as cs
+from capsule_sym._design import cells as cells_module
 from capsule_sym._design import evaluation, quantities
-from capsule_sym._design import overview as overview_module
 from capsule_sym._design import survey as survey_module
+from capsule_sym._design.cells import evaluate
 from capsule_sym._design.optimise import program_of
-from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.pieces import Piece
 from capsule_sym._design.stationary import rough, stationary
-from capsule_sym._design.survey import Survey, spread, with_faces
+from capsule_sym._design.survey import Survey
 from capsule_sym._native import core
+from capsule_sym._processes import sobol
 from tests.design.cells import metrics_of
 from tests.design.clock import LIMIT, Clock
 
@@ -29,7 +30,7 @@ DEVICE = cs.PhysicalParameters(
 def surveyed(limit: float) -> float:
     """The greatest speed in the survey's own cells at which the peak force is within a limit."""
     program = program_of("speed", BOUNDS, None, True, (), None, START, None)
-    found = metrics_of([program.system_at(u) for u in spread(2, 256, 0)])
+    found = metrics_of([program.system_at(u) for u in sobol(2, 256, 0)])
     return max(abs(one["velocity"]) for one in found if one and one["peak_force"] <= limit)
 
 
@@ -202,7 +203,7 @@ def test_without_contact_or_stiffness_nothing_drifts() -> None:
             assert not motion.metrics[name].slope.any()
         assert motion.metrics["work"].value > 0 or motion.itinerary == ("F2",)
         program = program_of("progression", {"zeta": (p.zeta, 1.0)}, p, True, (), None, START, None)
-        (about,) = overview_module.overview(program, np.zeros((1, 1))).worst
+        (about,) = evaluate(program, np.zeros((1, 1))).worst
         assert np.isnan(about) or about == 0.0
 
 
@@ -233,18 +234,15 @@ def test_a_metric_without_a_number_where_nothing_drifts_says_why() -> None:
 def test_the_best_cell_of_a_survey_is_the_best_in_its_worst_scenario() -> None:
     tolerances = dict.fromkeys(("zeta", "beta"), 0.05)
     program = program_of("speed", BOUNDS, None, True, (), None, START, tolerances)
-    surveyor = Optimiser(program).surveyor
-    surveyor.candidates(Survey(64, 0, 3))
-    cells = with_faces(spread(2, 64, 0))
+    survey = Survey(program)
+    survey.run(64, 0)
     worst = np.full(64, np.inf)
     for one in program.scenarios:
-        found = metrics_of([one.system(program.system_at(u)) for u in cells])
+        found = metrics_of([one.system(program.system_at(u)) for u in survey.cells.u])
         speeds = [abs(m["velocity"]) if m else np.nan for m in found]
         worst = np.minimum(worst, speeds)  # nan where a scenario has no motion
-    best = int(np.nanargmax(worst))
-    assert surveyor.best is not None
-    assert np.array_equal(surveyor.best[2], cells[best])
-    assert -surveyor.best[1] == pytest.approx(worst[best], rel=1e-12)
+    assert survey.best == int(np.nanargmax(worst))
+    assert -survey.cells.worst[survey.best] == pytest.approx(np.nanmax(worst), rel=1e-12)
 
 
 @pytest.mark.parametrize("at", ["survey", pytest.param("search 1", marks=pytest.mark.long)])
@@ -255,7 +253,9 @@ def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeyp
     found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
     assert (found.status, found.success) == ("time-limit", False)
     if at == "survey":
-        assert (found.over, found.message) == ({}, "time limit reached, and no place was found")
+        unknown = "16 of 16 places are unknown: allow more time, or smaller bounds"
+        message = f"time limit reached, and no place was found; {unknown}"
+        assert (found.over, found.message) == ({}, message)
         return
     assert 0.1 < found.value < 0.3
     # The value is that of the worst of the 65 scenarios.
@@ -266,14 +266,14 @@ def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeyp
 
 @pytest.mark.parametrize("shares", [{}, {"zeta": 0.2, "f_b": 0.2}])
 def test_a_survey_that_is_out_of_time_has_the_best_cell(monkeypatch, shares) -> None:
-    clock, survey = Clock(monkeypatch, "over"), survey_module.overview
+    clock, survey = Clock(monkeypatch, "over"), survey_module.evaluate
 
-    def limited(*given):
-        found = survey(*given)
-        clock.progress("over")
+    def limited(*given, **how):
+        found = survey(*given, **how)
+        clock.progress("over" * len(given[1]))
         return found
 
-    monkeypatch.setattr(survey_module, "overview", limited)
+    monkeypatch.setattr(survey_module, "evaluate", limited)
     how = {"tolerances": shares, "samples": 16}
     found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
     assert found.message == "time limit reached: this is the best place so far"
@@ -290,7 +290,7 @@ def test_a_survey_that_is_out_of_time_has_the_best_cell(monkeypatch, shares) -> 
 
 
 def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> None:
-    clock, looked, settle = Clock(monkeypatch, "over"), [], overview_module.settle_many
+    clock, looked, settle = Clock(monkeypatch, "over"), [], cells_module.settle_many
 
     def limited(rows, *given, **how):
         looked.append(len(rows))
@@ -298,11 +298,12 @@ def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> 
         clock.progress("over")
         return found
 
-    monkeypatch.setattr(overview_module, "settle_many", limited)
-    monkeypatch.setattr(overview_module, "_CELLS", 4)
+    monkeypatch.setattr(cells_module, "settle_many", limited)
+    monkeypatch.setattr(cells_module, "_BLOCK", 4)
     found = cs.optimise("speed", {"alpha": (0.5, 1.5)}, samples=100, max_seconds=LIMIT)
     assert looked == [4]
-    assert found.message == "time limit reached: this is the best place so far"
+    unknown = "96 of 100 places are unknown: allow more time, or smaller bounds"
+    assert found.message == f"time limit reached: this is the best place so far; {unknown}"
 
 
 @pytest.mark.parametrize("bounds", [{1: "f_b", -1: "gamma"}, {1: "f_b"}, {}])
@@ -355,4 +356,4 @@ def test_equal_peaks_at_a_bound_leave_no_optimum_undecided() -> None:
 def test_a_metric_that_nothing_changes_is_flat() -> None:
     found = cs.optimise("alpha", {"omega": (0.5, 1.0)}, samples=2)
     assert (found.status, found.success, found.over) == ("flat", False, {})
-    assert found.message == "alpha is 0.7 at each of 4 surveyed places, and nothing changes it"
+    assert found.message == "alpha is 0.7 at each of 2 surveyed places, and nothing changes it"

@@ -1,5 +1,7 @@
 """Sensitivities, fits and optima of scenes other than the paper's."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -150,5 +152,5 @@ def test_a_search_that_ends_where_the_drive_drags_the_device_says_so() -> None:
     bounds = {"D": (0.2, 0.9)}
     found = cs.optimise("velocity", bounds, cs.scenes.prototype.Parameters(alpha=2))
     assert (found.status, 2 * found.system.D > 0.99) == ("optimal-at-border", True)
-    assert "; there the mean force of drive and load, 0.99" in found.message
-    assert found.message.endswith("nearly reaches friction, 1")
+    told = r"; there the mean force of drive and load, (0\.99\d*|1), nearly reaches friction, 1$"
+    assert re.search(told, found.message)

@@ -1,15 +1,15 @@
-"""The survey of an optimisation: cells in batches, searches side by side, what starts lead to."""
+"""The survey of an optimisation: places in batches, a population, what starts lead to."""
 
 import numpy as np
 import pytest
 
 import capsule_sym as cs
-from capsule_sym._design import survey
-from capsule_sym._design.climb import climb, places_of
+from capsule_sym._design.cells import Cells, evaluate
+from capsule_sym._design.evaluation import _start_of
 from capsule_sym._design.optimise import program_of
-from capsule_sym._design.overview import overview
 from capsule_sym._design.polish import BASIN
-from capsule_sym._design.settled import settle_many
+from capsule_sym._design.settled import attracting, settle_many
+from capsule_sym._design.survey import Survey
 
 START = ((0.0, 0.0, 0.0),)
 DEVICE = cs.PhysicalParameters(
@@ -36,63 +36,63 @@ PROBLEMS = {
 def test_values_of_many_motions_are_those_of_each(name: str) -> None:
     metric, over, base = PROBLEMS[name]
     tolerances = {next(iter(over)): 0.01}
-    program = program_of(metric, over, base, True, ("work <= 1",), None, START, tolerances)
+    program = program_of(metric, over, base, True, ("work <= 1",), 0.01, START, tolerances)
     u = np.random.default_rng(2).uniform(size=(6, len(over)))
-    found = overview(program, u)
-    motions = [
-        cs.performance_many(
-            np.array([list(_plain(one.system(program.system_at(v))).values()) for v in u]),
-            settled.found.states,
-            np.maximum(settled.period_numbers, 1),
-            gradients=True,
-            scene=base.scene,
-        )
-        for one, settled in zip(program.scenarios, found.motions, strict=True)
-    ]
-    numbers = np.stack([one.period_numbers for one in found.motions], axis=1)
-    places, seen = places_of(program, u, motions, numbers), 0
+    found, seen = evaluate(program, u), 0
     for i, v in enumerate(u):
         place = program.begin(v)
-        if place is None or not numbers[i].all():
+        if place is None or not (found.numbers[i] > 0).all():
             continue
         seen += 1
-        assert found.worst[i] == pytest.approx(place.worst, rel=1e-9, abs=1e-12)
-        assert places.worst[i] == pytest.approx(place.worst, rel=1e-9, abs=1e-12)
-        assert found.slacks[i, 0] == pytest.approx(place.slacks.min(), rel=1e-9, abs=1e-12)
-        by = program.by_u(place.objective_by)[int(np.argmax(place.objective))]
-        if place.slacks.min() > 0:
-            assert places.slope[i] == pytest.approx(by, rel=1e-7, abs=1e-9 * abs(by).max())
+        assert found.objectives[i] == pytest.approx(place.objective, rel=1e-9, abs=1e-12)
+        slacks = place.slacks.reshape(len(program.scenarios), 2).min(axis=0)
+        assert found.slacks[i] == pytest.approx(slacks, rel=1e-9, abs=1e-12)
+        states = [motion.state for motion in place.motions]
+        assert found.states[i] == pytest.approx(np.array(states), abs=1e-9)
     assert seen >= 3
 
 
-def _plain(system):
-    return (system if hasattr(system, "alpha") else system.dimensionless()).to_dict()
+def test_places_beyond_a_limit_rank_after_all_within_and_lost_ones_last() -> None:
+    program = program_of(
+        "alpha", {"alpha": (0, 1)}, None, False, ("alpha >= 1",), None, START, None
+    )
+    u, none = np.zeros((4, 1)), np.zeros((4, 1, 3))
+    worst, slacks = np.array([1e9, -1.0, -2.0, np.nan]), np.array([[0.0], [-1.0], [-2.0], [np.inf]])
+    cells = Cells(u, worst[:, None], slacks, none, np.array([[1], [1], [2], [-1]]), np.zeros(4))
+    assert np.argsort(cells.merit(program)).tolist() == [0, 1, 2, 3]
+    assert cells.unknown == 1
+    assert cells.beyond(program).tolist()[:3] == [0.0, 1.0, 2.0]
 
 
-def test_searches_side_by_side_come_to_the_optimum() -> None:
+def test_searches_start_at_places_that_no_neighbour_betters() -> None:
+    """Two wells: the best place of each, the deeper one first, and none twice."""
+    program = program_of("alpha", {"alpha": (0, 1)}, None, False, (), None, START, None)
+    survey = Survey(program)
+    u = np.linspace(0.0, 1.0, 101)[:, None]
+    worst = np.minimum(abs(u[:, 0] - 0.2), abs(u[:, 0] - 0.7) - 0.1)
+    survey.cells = Cells(
+        u,
+        worst[:, None],
+        np.empty((101, 0)),
+        np.zeros((101, 1, 3)),
+        np.ones((101, 1), int),
+        np.zeros(101),
+    )
+    assert survey.starts(5) == [70, 20]
+    assert survey.starts(5) == []
+
+
+def test_a_population_evolves_to_better_places_and_all_are_kept() -> None:
     over = {"alpha": (0.2, 2.0), "delta": (0.0, 0.5), "beta": (0.0, 20.0)}
-    program = program_of("cost_of_transport", over, None, False, (), None, START, None)
-    u = np.array([[0.4, 0.2, 0.7], [0.3, 0.5, 0.5], [0.6, 0.1, 0.9]])
-    (settled,) = overview(program, u).motions
-    rows = np.array([list(program.system_at(v).to_dict().values()) for v in u])
-    numbers = settled.period_numbers
-    found = cs.performance_many(rows, settled.found.states, numbers, gradients=True)
-    ends = climb(program, places_of(program, u, [found], numbers[:, None]), 60, 0.1)
-    assert ends.worst.min() == pytest.approx(1.372648972, rel=1e-8)
-    assert ends.u[ends.worst.argmin()] == pytest.approx([0.33227, 0.0, 1.0], abs=1e-4)
-
-
-@pytest.mark.long
-def test_searches_begin_at_few_places_of_one_branch(monkeypatch: pytest.MonkeyPatch) -> None:
-    over = {"omega": (0.3, 3.0), "alpha": (0.2, 3.0)}
-    program = program_of("velocity", over, BESIDE, True, (), None, START, None)
-    branches, cap = [], survey._ALIKE
-    for most in (cap, 1):
-        monkeypatch.setattr(survey, "_ALIKE", most)
-        found = survey.Surveyor(program).candidates(survey.Survey(512, 0, 32))
-        branches.append([(m.period_number, m.itinerary) for one in found for m in one.motions])
-    assert 1 < max(map(branches[0].count, branches[0])) <= cap
-    assert len(set(branches[1])) == len(branches[1]) == len(set(branches[0])) > 1
+    survey = Survey(program_of("cost_of_transport", over, None, False, (), None, START, None))
+    survey.run(64, 0)
+    assert len(survey.cells) == 64
+    before = survey.cells.merit(survey.program).min() * survey.program.unit
+    survey.evolve(20)
+    after = survey.cells.merit(survey.program).min() * survey.program.unit
+    assert len(survey.cells) > 64
+    # The optimum, 1.372648972, is at (0.332, 0, 1) of the bounds.
+    assert 1.372648972 < after < 1.4 < before
 
 
 def test_motions_of_several_periods_are_closed_with_their_numbers() -> None:
@@ -140,3 +140,14 @@ def test_what_motions_count_is_one_of_two() -> None:
     ) as told:
         cs.optimise("speed", NARROW, among="all")
     assert told.value.field == "among"
+
+
+def test_a_motion_that_is_closed_and_unstable_is_not_one_on_which_starts_settle() -> None:
+    p = cs.Parameters(alpha=1.5, omega=2.2, delta=0.1, zeta=0.02, beta=20.0)
+    branch = cs.continue_orbit(cs.solve_orbit(p.replace(delta=0.5)), "delta", 0.1)
+    lost = [one.orbit for one in branch.points if abs(cs.floquet_multipliers(one.orbit)[0]) > 1.5]
+    rows = np.array([[*one.parameters.to_dict().values()] for one in lost])
+    starts, phases = zip(*(_start_of(one, one.parameters) for one in lost), strict=True)
+    found = cs.performance_many(rows, cs.simulate_many(rows, starts, phases, 1).states)
+    assert found.closed.sum() > 5
+    assert not attracting(found).any()
