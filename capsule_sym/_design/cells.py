@@ -41,7 +41,7 @@ _FIRST, _LEAST, _MOST = (
     256,
 )  # excitation periods: first stretch of a run, bounds of the last
 _FOLDINGS = 25.0  # e-foldings of a transient by damping alone: 1e-11 of it is left
-_OPEN = 8  # switches in a stretch that the core leaves open: with more of them a place is unknown
+_OPEN = 8  # switches in a stretch that the core cannot decide: with more of them a place is unknown
 _DRAWN = 2  # random states at each place, besides the starts, where all stable motions count
 
 

@@ -90,7 +90,7 @@ class Points:
 
     @property
     def thinned(self) -> list[Point]:
-        """Points, at most so many as asked for, without those that close the least steps."""
+        """Points, at most so many as wanted, without those that close the least steps."""
         points = self.undominated
         while len(points) > self.count:
             steps = [

@@ -64,8 +64,8 @@ def optimise(
     tolerances. `among="stable"` considers every stable motion found from the starts and from
     others, whether or not a start settles on it; with `tolerances` the worst of its continuations.
     `samples` is the number of places of the survey, and `seed` that of its sequence. After
-    `max_seconds` the result is the best place so far. Places whose runs are left open, or for which
-    there is no time, are unknown: the message has their number.
+    `max_seconds` the result is the best place so far. Places whose runs the core
+    cannot decide, or for which there is no time, are unknown: the message has their number.
     `progress` is called with a text.
 
     The optimum is the best one found; it is not proved to be global. Raises InvalidInput for names,

@@ -191,7 +191,7 @@ class Optimiser:
         rest = polish(self.program, place, times * self.effort)
         if rest is None or not rest.whole:
             return None
-        # Exactly on a border each period of a run may have a switch that the core leaves open.
+        # Exactly on a border each period of a run may have a switch that the core cannot decide.
         apart, tries = (_BESIDE, _AROUND) if rest.held else (0.0, 1)
         return with_limit(rest) if self.led([rest.found.place] * tries, 2, apart) else None
 
