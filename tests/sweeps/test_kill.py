@@ -126,7 +126,12 @@ def test_a_file_that_may_not_grow_stops_the_run_clearly(tmp_path: Path) -> None:
         f"run_sweep(chart(40, 40, periods=3, chunk=(40, 40)), {str(tmp_path / 'store')!r})"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, preexec_fn=limited
+        # -B: what Python compiles on its first import would be cut at the limit, and stay so.
+        [sys.executable, "-B", "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        preexec_fn=limited,
     )
     assert done.returncode == 1
     assert "NotWritten" in done.stderr.splitlines()[-1]
