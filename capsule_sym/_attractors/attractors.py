@@ -173,14 +173,72 @@ def attractors(
 ) -> Attractors:
     """Attractors of a set of starts, each as a closed orbit, with the fraction of the starts.
 
-    `starts` are states (x_r, v_r, v_c), shape (n, 3), at `phases`, (n,) or one. Or they are a box:
-    bounds of x_r, v_r, v_c and phase by name, such as {"x_r": (-2, 2), "v_r": (-2, 2)}, in which
-    `count` low-discrepancy points (Halton's) are taken. A single number is a fixed value, and a
-    missing name is 0. Each start is run until it lies in a neighbourhood of an orbit that the map
-    carries into itself, until it repeats itself, or for `periods` excitation periods. All
-    quantities are dimensionless. `progress` is called with the number of settled starts and of all
-    starts. After `max_seconds` the result has the attractors found so far. Raises
-    InvalidInput for a value that is not allowed, and for a box without extent.
+    Each start is run until it lies in a neighbourhood of an orbit that the map carries into itself,
+    until it repeats itself, or for `periods` excitation periods. Unknown orbits are solved by
+    Newton's method from the ends of runs that nearly repeat.
+
+    A start that does not settle within `periods` has the number -1. Its motion is chaotic, an orbit
+    of more than 16 periods, or a slow approach. After `max_seconds` the result has the attractors
+    found so far.
+
+    Parameters
+    ----------
+    parameters : Parameters or SceneParameters
+        Parameters of the capsule or of a scene, dimensionless.
+    starts : array_like of shape (n, 3), or mapping of str to float or (low, high)
+        Start states (x_r, v_r, v_c), dimensionless. Or a box: bounds of x_r, v_r, v_c and phase by
+        name, such as `{"x_r": (-2, 2), "v_r": (-2, 2)}`. A single number is a fixed value, and a
+        missing name is 0. A box has an extent in at least one of the names.
+    count : int, default 400, 1 to 1,000,000
+        Number of points of a box. It has no effect on given states.
+    phases : float or array_like of shape (n,), default 0, from 0 to below 2 pi/omega
+        Phases of given states: times in the excitation period, dimensionless. A box has its own.
+    periods : int, default 4096, 2 or more
+        Length after which a run counts as unsettled, in excitation periods.
+    threads : int, default 1, 1 or more
+        Number of threads.
+    max_seconds : float, default 600, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, optional
+        Function that is called with the number of settled starts and that of all starts.
+
+    Returns
+    -------
+    Attractors
+        `attractors` has that of the most starts first, each with `orbit`, `count`, `fraction` and
+        `interval`. `numbers` has the attractor number of each start, `unsettled` the number of
+        starts without one. `status` is "finished" or "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, and for a box without extent.
+
+    Notes
+    -----
+    The points of a box are Halton's low-discrepancy sequence, without its first point. The 95 %
+    intervals of the fractions are those of Clopper and Pearson. The points are not independent; the
+    intervals hold for practically independent starts.
+
+    See Also
+    --------
+    continue_attractors : attractors along a parameter.
+    run_basin : attractors over a grid of starts, on disk.
+    minimal_shock : smallest shock that loses a motion.
+
+    Examples
+    --------
+    Two attractors, fast forward and slowly backward:
+
+    >>> import capsule_sym as cs
+    >>> system = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    >>> found = cs.attractors(system, {"x_r": (-2, 2), "v_r": (-2, 2)}, count=20)
+    >>> print(found.message)
+    20 starts lead to 2 attractors
+    >>> for one in found.attractors:
+    ...     print(f"{one.fraction:.2f} of the starts: {one.progression:.4f} per period")
+    0.60 of the starts: 4.2081 per period
+    0.40 of the starts: -0.3257 per period
     """
     states, times = checked_starts(starts, count, phases, parameters)
     check_count("periods", periods, 2)

@@ -57,26 +57,80 @@ def switch_by_pulse(
     """Pulse of the drive that leads from one stable orbit to another.
 
     For at most `most_periods` periods, from forcing angle 0, one parameter of the drive has another
-    value; then the drive is as before. `over` has the bounds of that value: of alpha or omega, of
-    alpha_low or D if the drive is pulsed, or of P_d or Omega of a device in SI units. By default
-    the amplitude varies from 0 to twice its own. `base` is that device, or the parameters of the
-    orbits. For a motion of several periods the pulse begins in the best of them.
-
-    `least` is "periods" for the shortest pulse, with the middle of the widest interval of values
-    that lead to the end. It is "work" for the least work of the drive during the pulse, at least a
-    share `margin` of the interval away from its ends; the interval has at least 0.1 % of the bounds
-    if there is such a one. With `tolerances`, a share for each of some parameters, the same pulse
-    works with all of them at both ends, including those of the drive.
+    value; then the drive is as before. For a motion of several periods the pulse begins in the best
+    of them. A run leads to the end if it enters a neighbourhood that the map carries into itself,
+    as in `attractors`.
 
     `values` are tried first for each number of periods, four times as many if none of them leads to
-    the end, and more between those that lead to different attractors: much narrower intervals are
-    found beside basin boundaries. After `max_seconds` the result has the best pulse so far. A run
-    that the core cannot decide has a tenth of the time left; beyond it its end is unknown.
-    `progress` is called with a text. A run leads to the end if it enters a neighbourhood that the
-    map carries into itself, as in `attractors`.
+    the end. More are tried between those that lead to different attractors: much narrower intervals
+    are found beside basin boundaries. After `max_seconds` the result has the best pulse so far. A
+    run that the core cannot decide has a tenth of the time left; beyond it its end is unknown.
 
-    Raises InvalidInput for orbits that are equal, unstable or at different parameters, for an
-    unknown parameter of the drive, and for values that are not allowed.
+    Parameters
+    ----------
+    start : Orbit
+        Stable periodic orbit before the pulse.
+    end : Orbit
+        Another stable periodic orbit, at the same parameters.
+    over : mapping of str to (low, high), optional
+        Bounds of the value of one parameter of the drive: of alpha or omega, of alpha_low or D if
+        the drive is pulsed, dimensionless. For a device they are bounds of P_d or Omega in SI
+        units. By default the amplitude varies from 0 to twice its own.
+    base : PhysicalParameters, Parameters or SceneParameters, optional
+        Device whose dimensionless parameters are those of the orbits. The default is the parameters
+        of the orbits.
+    most_periods : int, default 8, 1 to 1,000
+        Largest number of periods of the changed drive.
+    least : {"periods", "work"}, default "periods"
+        "periods" gives the shortest pulse, with the middle of the widest interval of values that
+        lead to the end. "work" gives the pulse of least work of the drive. Its interval has at
+        least 0.1 % of the bounds if there is such a one.
+    margin : float, default 0.05, 0 to 0.5
+        Least distance of the value from the ends of its interval for "work", as a share of the
+        interval.
+    tolerances : mapping of str to float, optional, each above 0 and below 1
+        Tolerances of parameters by name, as shares. The same pulse works at the nominal values and
+        at all combinations of their ends, including those of the drive.
+    values : int, default 2000, 9 to 1,000,000
+        Number of values that are tried first for each number of periods.
+    max_seconds : float, default 60, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, optional
+        Function that is called with a text.
+
+    Returns
+    -------
+    Pulse
+        `value` and `periods` of the pulse, the `interval` around the value that leads to the end
+        too, its `work`, and the `transient` in excitation periods. In SI units if the system is a
+        device, else dimensionless. `status` is "found", "no-pulse", "attractor-lost" if an
+        attractor does not exist at an end of the tolerances, or "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For orbits that are equal, not stable or at different parameters, for an unknown parameter
+        of the drive, and for a value outside its range.
+
+    See Also
+    --------
+    attractors : orbits to choose from.
+    plot_pulse : figure of the result.
+
+    Examples
+    --------
+    Two weak periods turn a capsule that moves forward into one that moves backward:
+
+    >>> import capsule_sym as cs
+    >>> system = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    >>> found = cs.attractors(system, {"x_r": (-2, 2), "v_r": (-2, 2)}, count=20)
+    >>> forward, backward = (one.orbit for one in found.attractors)
+    >>> pulse = cs.switch_by_pulse(forward, backward, values=50)
+    >>> print(f"alpha = {pulse.value:.4f} for {pulse.periods} periods, then {pulse.transient}")
+    alpha = 0.8877 for 2 periods, then 18
+    >>> back = cs.switch_by_pulse(backward, forward, {"omega": (0.3, 0.5)}, values=50)
+    >>> print(f"omega = {back.value:.4f} for {back.periods} period")
+    omega = 0.4676 for 1 period
     """
     system = start.parameters if base is None else base
     name, bounds = checked(start, end, over, system)

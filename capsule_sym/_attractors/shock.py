@@ -141,22 +141,77 @@ def minimal_shock(
     max_seconds: float = 60.0,
     progress: Callable[[str], object] | None = None,
 ) -> Shock:
-    """Smallest knock of (x_r, v_r, v_c), at any time, after which a stable motion is lost.
+    """Smallest shock, at any time, after which a stable motion is lost.
 
-    The motion is lost if it leads to another attractor, or has not returned within `periods`
-    excitation periods, by default 1024 plus the time in which it attracts by e^20. The size of a
-    knock is the root of the sum of squares of its components times their `weights`; a component of
-    infinite weight is 0. Knocks up to the size `largest` are tried, by default 4 times 1 + the
-    largest size of x_r, v_r and v_c, times the least weight. `others` are known attractors; missing
-    ones are found during the search. All quantities are dimensionless.
+    A shock is a sudden change of (x_r, v_r, v_c). The motion is lost if it leads to another
+    attractor, or has not returned within `periods` excitation periods. Shocks at all times of the
+    motion's period are tried, of growing size, up to `largest`. From the smallest one that loses
+    the motion the boundary of the basin is followed to its nearest point. At the end `samples`
+    smaller shocks are tried, none of which loses the motion.
 
-    The knock leads to the nearest point of the boundary of the motion's basin, within 1e-4 of its
-    size. It is not proved that no other part is nearer: at the end `samples` smaller
-    knocks are tried, none of which loses the motion. `seed` determines them. A run that the core
-    cannot decide has a tenth of the time left; beyond it, it counts as one that returns. After
-    `max_seconds` the result is the best so far.
+    The shock leads to the nearest point of the boundary, within 1e-4 of its size. It is not proved
+    that no other part of the boundary is nearer. A run that the core cannot decide has a tenth of
+    the time left; beyond it, it counts as one that returns. After `max_seconds` the result is the
+    best so far.
 
-    Raises InvalidInput for a value that is not allowed, such as an unstable orbit.
+    Parameters
+    ----------
+    orbit : Orbit
+        The motion: a stable periodic orbit.
+    weights : sequence of float, shape (3,), default (1, 1, 1), each above 0
+        Weights of the components of a shock, numbers without unit. The size of a shock is the root
+        of the sum of squares of its components times their weights. A component of infinite weight
+        is 0; not all weights are infinite.
+    largest : float, optional, finite and above 0
+        Largest size that is tried, dimensionless. The default is 4 times 1 + the largest size of
+        x_r, v_r and v_c on the motion, times the least weight.
+    others : sequence of Orbit, default ()
+        Known attractors at the same parameters. Missing ones are found during the search.
+    periods : int, optional, 64 to 1,000,000
+        Excitation periods within which a motion has to return. The default is 1024 plus the time in
+        which the motion attracts by e^20.
+    samples : int, default 10,000, 100 to 10,000,000
+        Number of smaller shocks that are tried at the end.
+    seed : int, default 0, 0 to 2^63
+        Seed of the random shocks.
+    max_seconds : float, default 60, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, optional
+        Function that is called with a text.
+
+    Returns
+    -------
+    Shock
+        `knock` is the change of the state, `size` its size, `phase` its time, `start` the state
+        before it. `edge` is the edge state: the unstable orbit to which the boundary leads.
+        `attractor` is the motion beyond. `status` is "found", "sampled" if no periodic edge state
+        was found, "not-lost" if no shock up to `largest` loses the motion, or "time-limit". All
+        quantities are dimensionless.
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, an orbit that is not stable, and others at other parameters.
+
+    See Also
+    --------
+    plot_shock : figure of the result.
+    attractors : attractors that starts lead to.
+
+    Examples
+    --------
+    Smallest change of the relative velocity alone, as by a blow on the mass:
+
+    >>> import capsule_sym as cs
+    >>> system = cs.Parameters(alpha=2.4, omega=0.9, delta=0.3, zeta=0.08, beta=48.0, gamma=5.0)
+    >>> box = {"x_r": (-2, 2), "v_r": (-2, 2)}
+    >>> fast, slow = (one.orbit for one in cs.attractors(system, box, count=40).attractors)
+    >>> inf = float("inf")
+    >>> shock = cs.minimal_shock(slow, weights=(inf, 1, inf), samples=100)
+    >>> print(shock.status, round(shock.size, 4))
+    found 0.1191
+    >>> print([round(float(orbit.progression), 4) for orbit in (slow, shock.attractor)])
+    [0.5516, -0.7019]
     """
     if periods is not None:
         check_count("periods", periods, *_LONGEST)

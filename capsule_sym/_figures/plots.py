@@ -15,11 +15,43 @@ if TYPE_CHECKING:
 def plot(result: Any, **options: Any) -> Figure:
     """The figure that shows a result at a glance.
 
-    A `Trajectory` or an `Orbit` gives its displacements and phase portrait, a `Branch` the
-    bifurcation diagram, a `Fit` its residuals, a `Front` its curve, `ContinuedAttractors` their
-    fractions, a `Shock` and a `Pulse` both motions, `Tolerances` the spread. Options are those of
-    `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front`, `plot_attractors`,
-    `plot_shock`, `plot_pulse` and `plot_tolerances`. Raises InvalidInput for anything else.
+    It is pyplot's current figure; a notebook shows it once.
+
+    Parameters
+    ----------
+    result : Trajectory, Orbit, Branch, Fit, Front, ContinuedAttractors, Shock, Pulse or Tolerances
+        A trajectory or an orbit gives its displacements and phase portrait, a branch the
+        bifurcation diagram, a fit its residuals, and a front its curve. `ContinuedAttractors` give
+        their fractions, a shock and a pulse both motions, tolerances the spread.
+    **options : optional
+        Options of the function that draws it: `plot_motion`, `plot_bifurcations`, `plot_residuals`,
+        `plot_front`, `plot_attractors`, `plot_shock`, `plot_pulse` or `plot_tolerances`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For anything else. Sweeps are drawn by `plot_chart`, `plot_basin` and `plot_pareto`.
+
+    See Also
+    --------
+    save_figure : file of a figure.
+    figure_style : width of figures.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> figure = cs.plot(orbit)
+    >>> print([axes.get_ylabel() for axes in figure.axes])
+    ['displacements $x_m$, $x_c$', 'relative velocity $v_r$']
+    >>> figure = cs.plot(cs.continue_orbit(orbit, "alpha", 1.0))
+    >>> print(figure.axes[0].get_ylabel())
+    stroboscopic $x_r$
     """
     from capsule_sym._figures.computed import branch_record
 

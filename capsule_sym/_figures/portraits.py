@@ -135,10 +135,51 @@ def plot_motion(
     axes: Sequence[Axes] | None = None,
     device: SceneDevice | None = None,
 ) -> Figure:
-    """Displacements and phase portrait side by side: a run's last periods, or an orbit.
+    """Displacements and phase portrait of a motion, side by side.
 
-    The portrait is that of the steady motion at the run's end; without one the legend states it.
-    Drawn into two `axes` if they are given, and in SI units with the `device` whose motion it is.
+    The left panel has a run's last periods, or an orbit. The portrait is that of the steady motion
+    at the run's end; without one the legend states it.
+
+    Parameters
+    ----------
+    result : Trajectory or Orbit
+        The motion.
+    periods : int, default 3, 1 to the run's whole periods
+        Number of the run's last excitation periods in the left panel. It has no effect on an orbit.
+    colours : {"safe", "paper"}, default "safe"
+        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : two Axes of Matplotlib, optional
+        Axes to draw into, without the legend, in place of a new figure: `axes` for the
+        displacements and for the portrait.
+    device : PhysicalParameters, optional
+        Device whose motion it is; the figure is then in SI units.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, for another number of axes, and for a device whose
+        dimensionless parameters are others than those of the motion.
+
+    See Also
+    --------
+    plot_margins : distances of the guards from their events.
+    plot_displacements, plot_phase_portrait : one panel alone.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> figure = cs.plot_motion(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> print([axes.get_ylabel() for axes in figure.axes])
+    ['displacements $x_m$, $x_c$', 'relative velocity $v_r$']
+    >>> print([text.get_text() for text in figure.legends[0].get_texts()][:4])
+    ['$F_{1}$ NC-FD', '$F_{2}$ NC-S', '$F_{4}$ C-FD', '$F_{5}$ C-S']
     """
     side = across(width, 2.4, 2)
     figure, (left, right) = axes_for(axes, width, 2.3 * (3 - side), nrows=3 - side, ncols=side)

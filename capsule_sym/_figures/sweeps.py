@@ -55,12 +55,52 @@ _FAR = 10  # times the front's largest cost, up to which cells are drawn
 def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Attractor of each start, over the two coordinates of a basin's cells.
 
-    `results` is what `open_results` gives of a basin. A colour is an attractor; its number is that
-    of the results and of `sweep --info`, and the key gives its itinerary and share. Grey are starts
-    that have not settled within the sweep's periods, white those without a result. Stars, in the
-    colour of their attractor, are its own stroboscopic states, where both coordinates are among the
-    state's: they may lie in another area, as starts have one value of the third. Drawn into `axes`,
-    without the key, if they are given. Raises InvalidInput for results of another kind.
+    A colour is an attractor; its number is that of the results and of `sweep --info`. The key gives
+    its itinerary and share. Grey are starts that have not settled within the sweep's periods, white
+    those without a result.
+
+    Stars, in the colour of their attractor, are its own stroboscopic states, where both coordinates
+    are among the state's. They may lie in another area, as starts have one value of the third.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Results of a basin over two coordinates, as `open_results` gives, dimensionless or with SI
+        units.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure. Its axes are in SI units if the basin is a device's, else dimensionless.
+
+    Raises
+    ------
+    InvalidInput
+        For results of another kind.
+
+    See Also
+    --------
+    run_basin : computes a basin.
+    plot_attractors : fractions of the starts along a parameter.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import capsule_sym as cs
+    >>> axes = cs.Axis.linear("x_r", -2.0, 2.0, 6), cs.Axis.linear("v_r", -2.0, 2.0, 4)
+    >>> system = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    >>> sweep = cs.Sweep(axes, system, periods=300)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary, basin = cs.run_basin(sweep, f"{folder}/basin")
+    ...     figure = cs.plot_basin(cs.open_results(f"{folder}/basin"))
+    >>> print(figure.axes[0].get_xlabel())
+    relative displacement $x_r$
+    >>> print([text.get_text()[-8:] for text in figure.legends[0].get_texts()][:2])
+    ['(66.7 %)', '(33.3 %)']
     """
     if "attractor" not in results or len(results["attractor"].dims) != 2:
         raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")

@@ -114,23 +114,82 @@ def run_sweep(
     progress: Progress = lambda done, total: None,
     max_seconds: float = 6 * SEARCH_SECONDS,
 ) -> Summary:
-    """Run all cells that a store does not hold yet; each finished chunk is written at once.
+    """Run of all cells that a store does not hold yet.
 
-    Threads compute the chunks, or any `concurrent.futures.Executor`, such as that of a Dask client,
-    in whose processes `capsule_sym` can be imported. At most `workers` chunks (by default one per
-    core, at most 1,024) are in work at a time: memory does not grow with the sweep, and an
-    interruption loses at most one chunk per worker. Results are the same byte for byte however
-    often a run is stopped and resumed. With `any_core` a store is resumed with a different core,
-    and this no longer holds (see `opened`). `progress` is called with the number of finished cells
-    and of all cells.
+    Each finished chunk is written at once. At most `workers` chunks are in work at a time, so
+    memory does not grow with the sweep. An interruption loses at most one chunk per worker. Results
+    are the same byte for byte however often a run is stopped and resumed; with `any_core` this no
+    longer holds. Finished chunks are kept in each case: on an error, on Ctrl-C and after
+    `max_seconds`.
 
-    The summary has `success`, `status` (a `SweepStatus`), `message` and `statistics`;
-    `open_results` reads the results.
+    Parameters
+    ----------
+    sweep : Sweep
+        Cells, length of the runs, and quantities to compute. `load_sweep` and `read_plan` give one
+        too.
+    store : str or path
+        Directory that receives the results. It is new, or with `resume` that of an earlier run.
+    executor : concurrent.futures.Executor, optional
+        Executor that computes the chunks, such as that of a Dask client. `capsule_sym` can be
+        imported in its processes. By default threads of this process compute them.
+    workers : int, optional, 1 to 1,024
+        Number of chunks in work at a time. The default is the number of processors that this
+        process may use.
+    resume : bool, default False
+        True continues an existing store: missing and damaged chunks are computed.
+    any_core : bool, default False
+        True allows to resume with another core than that of the first run. Results of two cores
+        differ in the last bits.
+    command : str, default ""
+        Command that the store records.
+    progress : callable, optional
+        Function that is called with the number of finished cells and that of all cells, by default
+        one without effect.
+    max_seconds : float, default 3600, above 0
+        Time limit, in seconds of wall time; `inf` sets none. Unfinished chunks are then abandoned.
 
-    Raises InvalidInput for a store that cannot be used (see `opened`), NotWritten on a full disk,
-    and Lost for chunks that the executor could not compute: after all others, or after three.
-    Finished chunks are always kept: also on KeyboardInterrupt, which reports their number of cells,
-    and after `max_seconds`, when unfinished chunks are abandoned and the status is "time-limit".
+    Returns
+    -------
+    Summary
+        Summary of the run, with `success`, `status`, `message`, `outcomes` (number of cells by
+        outcome) and `statistics`. The status is a `SweepStatus`: "complete", "failed" if the
+        quantities of some cell could not be computed, or "time-limit". `open_results` reads the
+        results.
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, and for a store that cannot be used. Such a store exists and
+        `resume` is False, has other content, belongs to another sweep or to other kernels, or is in
+        use by another run. One of another core needs `any_core`.
+    NotWritten
+        If results cannot be written, as on a full disk.
+    Lost
+        If the executor could not compute some chunks: after all others, or after three such chunks.
+    KeyboardInterrupt
+        On Ctrl-C; its text has the number of cells that are kept.
+
+    See Also
+    --------
+    open_results : results of a store.
+    run_basin : sweep over starts, with the attractor of each cell.
+    load_sweep : sweep from a TOML file.
+
+    Examples
+    --------
+    Progression over 11 amplitudes:
+
+    >>> import tempfile
+    >>> import capsule_sym as cs
+    >>> axis = cs.Axis.linear("alpha", 0.5, 1.5, 11)
+    >>> sweep = cs.Sweep((axis,), periods=100, compute=("progression",))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary = cs.run_sweep(sweep, f"{folder}/store")
+    ...     progression = cs.open_results(f"{folder}/store").progression.load()
+    >>> print(summary.status, summary.message)
+    complete 11 converged
+    >>> print(f"{float(progression.sel(alpha=0.7, method='nearest')):.6f}")
+    0.411567
     """
     path, count = Path(store), processors() if workers is None else workers
     check_count("workers", count, most=MOST_WORKERS)

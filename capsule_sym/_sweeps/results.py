@@ -213,12 +213,53 @@ def damaged(path: Path, what: str, kind: str = "sweep") -> InvalidInput:
 
 
 def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Results of a store as an xarray Dataset, loaded on access; cells not computed are PENDING.
+    """Results of a store as an xarray Dataset.
 
-    Dimensions and coordinates are the sweep's axes, attributes its provenance. `itinerary` holds
-    codes; its attributes `flag_values` and `flag_meanings` give their texts, with _ between the
-    fields. Raises InvalidInput if there is no store, or if its coordinates, metadata or chunks are
-    damaged; of more than 10^7 cells only the ends of chunks are looked at.
+    Values are loaded on access. Dimensions and coordinates are the sweep's axes. Attributes have
+    the fixed parameters and the provenance: command, kernels, core and versions. Every result has a
+    `long_name`.
+
+    `outcome` has the outcome of each cell; 0, PENDING, marks a cell that is not computed.
+    `itinerary` holds codes. Its attributes `flag_values` and `flag_meanings` give their texts, with
+    _ between the fields.
+
+    Parameters
+    ----------
+    path : str or path
+        Directory of a store that `run_sweep`, `run_basin` or the commands `sweep` and `basin`
+        wrote.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables with one value for each cell, over the axes of the sweep. They are dimensionless.
+        For a device `si_scale` and `si_units` among their attributes convert them to SI units.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no store, or if its coordinates, metadata or chunks are damaged. In a store of
+        more than 10^7 cells only the ends of the chunks are checked.
+
+    See Also
+    --------
+    run_sweep : computes the results.
+    plot_chart : itineraries over two parameters.
+    plot_metric : a metric over one or two parameters.
+    plot_basin : attractors over two coordinates of the start.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import capsule_sym as cs
+    >>> sweep = cs.Sweep((cs.Axis.of("alpha", [0.4, 0.9]),), periods=100)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary = cs.run_sweep(sweep, f"{folder}/store")
+    ...     results = cs.open_results(f"{folder}/store").load()
+    >>> print(dict(results.sizes), results.period_number.values)
+    {'alpha': 2} [1 1]
+    >>> print(results.itinerary.attrs["flag_meanings"])
+    F5_F4_F1_F2 F5_F4_F5_F2
     """
     import xarray as xr  # its import takes longer than a small sweep, which needs none
 
