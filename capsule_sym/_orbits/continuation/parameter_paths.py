@@ -229,10 +229,47 @@ def parameter_path(
 ) -> ParameterPath:
     """Path on which a parameter varies, with others tied to it by functions or texts.
 
-    It is one of the scene's, or a new name of which a tied one is an affine function.
+    A tie is a function of the varied parameter. It consists of arithmetic, so that its derivative
+    is exact.
 
-    A text, such as "0.5*omega**2", has numbers, the name of the varied parameter, + - * / ** and
-    parentheses. Raises InvalidInput for other texts, and for ties of an unknown parameter.
+    Parameters
+    ----------
+    name : str
+        Name of the varied parameter: one of the scene's, or with `ties` a new name. A continuation
+        needs a tied parameter that is an affine function of a new name.
+    ties : mapping of str to callable or str, default None
+        Tied parameters of the scene, other than `name`, each with a function or a text. A function
+        takes one number and returns one, by + - * / and powers with constant exponents. A text,
+        such as "0.5*omega**2", has numbers, the name of the varied parameter, + - * / ** and
+        parentheses, and 200 characters at most. Parameters are dimensionless; a new name has the
+        units of its ties.
+    scene : Scene, default the paper's
+        Scene of the parameters, as `scenes.load` gives.
+
+    Returns
+    -------
+    ParameterPath
+        The path, for which continuations evaluate parameters and derivatives.
+
+    Raises
+    ------
+    InvalidInput
+        For other texts, for ties of an unknown parameter, and for an unknown `name` without ties.
+
+    See Also
+    --------
+    device_path : tie of a quantity in SI units.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> path = cs.parameter_path("omega", {"alpha": "0.9*(omega/0.8)**2"})
+    >>> print(path)
+    <ParameterPath: omega; alpha = 0.9*(omega/0.8)**2>
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> alpha, omega, *_ = path.placed(orbit.values, 0.9)
+    >>> print(f"{alpha:.6f}", omega)
+    1.139063 0.9
     """
     functions, texts, known = [], [], scene.facts.PARAMETERS
     for tied, given in (ties or {}).items():
@@ -260,9 +297,47 @@ def chosen_path(
 def device_path(device: SceneDevice, name: str) -> dict[str, str]:
     """Tie of one quantity of a device in SI units, for `parameter_path`.
 
-    In the paper's scene it is P_d, Omega, G, c or k2.
+    The quantity is proportional to one dimensionless parameter. It does not change the units of
+    force, length and time.
 
-    Raises InvalidInput for another name.
+    Parameters
+    ----------
+    device : PhysicalParameters, or the device of another scene
+        The device, in SI units. Its other quantities stay as they are.
+    name : str
+        Name of the quantity. In the paper's scene it is P_d, Omega, G, c or k2.
+
+    Returns
+    -------
+    dict of str to str
+        The dimensionless parameter that varies, and its formula with `name` in SI units: the `ties`
+        of a path in `name`.
+
+    Raises
+    ------
+    InvalidInput
+        For another name.
+
+    See Also
+    --------
+    parameter_path : path with these ties.
+    continue_orbit : branch along such a path.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> device = cs.PhysicalParameters(
+    ...     M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3.0, Omega=8.0, mu=0.2
+    ... )
+    >>> cs.device_path(device, "Omega")
+    {'omega': '0.1*Omega'}
+
+    A branch over the amplitude of the drive, in N:
+
+    >>> orbit = cs.solve_orbit(device.dimensionless())
+    >>> branch = cs.continue_orbit(orbit, "P_d", 3.2, points=4, ties=cs.device_path(device, "P_d"))
+    >>> print(round(branch.points[0].value, 9), round(branch.points[-1].value, 9))
+    3.0 3.2
     """
     tied, factor = device.tie(name)
     return {tied: f"{factor!r}*{name}"}

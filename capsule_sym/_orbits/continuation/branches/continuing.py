@@ -67,13 +67,66 @@ def continue_orbit(
 
     At least `points` steps are taken, more where the branch bends or the itinerary changes. The
     branch passes folds, contains stable and unstable orbits, and continues from itinerary to
-    itinerary until the parameter leaves the range between the two values. Its `status` and
-    `message` give the reason for an earlier end; it ends after `max_seconds` at the latest. Other
-    parameters may vary with it: `ties` has for each a function, or a text such as "0.5*omega**2".
-    `parameter` may then also be a new name of which one tied parameter is an affine function.
-    `settings` has the step lengths and tolerances. Raises InvalidInput for an unknown parameter
-    that is not tied, a value that the parameter cannot have, equal values, and an orbit whose
-    parameters are not on the path.
+    itinerary. It ends where the parameter leaves the range between the two values. Its `status` and
+    `message` give the reason for an earlier end. At the time limit it ends with the points so far.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Orbit at which the branch starts, as `solve_orbit` gives; dimensionless.
+    parameter : str
+        Name of the parameter that varies, one of the scene's. With `ties` it may be a new name, of
+        which one tied parameter is an affine function.
+    to : float, finite
+        Value of the parameter at which the branch ends, within the parameter's own range and other
+        than the value of the orbit. Dimensionless; a new name has the units that its ties give it.
+    points : int, default 100, 1 to 5,000
+        Least number of steps over the range.
+    ties : mapping of str to callable or str, default None
+        Other parameters that vary with the first one. Each name has a function of the first one's
+        value, or a text such as "0.5*omega**2"; see `parameter_path`. Values are dimensionless, but
+        a new name has the units that its ties give it.
+    settings : ContinuationSettings, default ContinuationSettings()
+        Step lengths and tolerances, dimensionless.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    Branch
+        Orbits in order, the bifurcations between them, `status` and `message`. `success` is True if
+        the branch reaches `to`.
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown parameter that is not tied, a value that the parameter cannot have, and equal
+        values. For an orbit whose parameters are not on the path, a result without an orbit, and
+        ties that are not arithmetic. Also for other arguments out of their ranges.
+
+    Notes
+    -----
+    The equations of a periodic orbit are those of multiple shooting. Branches are followed by
+    pseudo-arclength. A border collision is solved for as an orbit with a segment of duration 0.
+    Folds, period doublings and Neimark-Sacker bifurcations are zeros of test functions of the
+    monodromy matrix.
+
+    See Also
+    --------
+    continue_both_ways : branches to both ends of a range.
+    continue_from : branches that leave a labelled point.
+    continue_bifurcation : curve of a bifurcation in two parameters.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> branch = cs.continue_orbit(orbit, "alpha", 1.0, points=4)
+    >>> print(branch.status)
+    reached
+    >>> for one in branch.bifurcations:
+    ...     print(one.label, one.type, f"{one.value:.10f}")
+    AS1 adding-sliding 0.9409980034
     """
     axis = axis_from(orbit, parameter_path(parameter, ties, orbit.scene), to)
     with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
@@ -115,7 +168,54 @@ def continue_both_ways(
 
     A closed branch (an isola) returns to the same orbit at the same value; its status is
     "returned". Otherwise the first branch goes from the orbit to larger values, the second to
-    smaller ones. Arguments, units and errors are otherwise those of `continue_orbit`.
+    smaller ones. Each is computed as by `continue_orbit`.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Orbit at which the branches start, as `solve_orbit` gives; dimensionless.
+    parameter : str
+        Name of the parameter that varies, one of the scene's. With `ties` it may be a new name, of
+        which one tied parameter is an affine function.
+    ends : sequence of float, (low, high)
+        Range of the parameter, ascending, with the value of the orbit between its ends.
+        Dimensionless; a new name has the units that its ties give it.
+    points : int, default 100, 1 to 5,000
+        Least number of steps over the range.
+    ties : mapping of str to callable or str, default None
+        Other parameters that vary with the first one. Each name has a function of the first one's
+        value, or a text such as "0.5*omega**2"; see `parameter_path`. Values are dimensionless, but
+        a new name has the units that its ties give it.
+    settings : ContinuationSettings, default ContinuationSettings()
+        Step lengths and tolerances, dimensionless.
+    max_seconds : float, default inf, above 0
+        Time limit of both branches together, in seconds of wall time.
+
+    Returns
+    -------
+    tuple of Branch
+        The closed branch, or the branch to `high` and the branch to `low`. After `max_seconds` a
+        branch ends with status "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For two ends that are not ascending around the value of the orbit. Otherwise as in
+        `continue_orbit`, for an orbit that was found.
+
+    See Also
+    --------
+    continue_orbit : branch to one value.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> up, down = cs.continue_both_ways(orbit, "alpha", (0.8, 1.0), points=4)
+    >>> print(up.points[-1].value, down.points[-1].value)
+    1.0 0.8
+    >>> print([one.label for one in up.bifurcations], [one.label for one in down.bifurcations])
+    ['AS1'] []
     """
     axis = _axis_within(orbit, parameter, ends, ties)
     with computing(points, settings, max_seconds, orbit.scene) as (numbers, limit):
@@ -214,18 +314,71 @@ def continue_from(
 ) -> tuple[Branch, ...]:
     """All branches that leave a labelled point of a branch, or of its file, towards a value.
 
-    `parameter` and `ties`, as in `continue_orbit`, are by default those of the branch, with its
-    units. `settings` are those of `continue_orbit`. The result depends on the point:
+    The result depends on the point:
 
     - period doubling: the branch itself and that of the doubled orbits;
     - symmetry breaking: the branch itself, and two branches that are mirror images of each other;
     - fold: its two sides;
-    - border collision: the branches on the side of `to`, at a non-smooth fold two or none.
+    - border collision: the branches on the side of `to`, at a non-smooth fold two or none;
+    - Neimark-Sacker bifurcation, or an end (EP1, EP2): the branch itself.
 
-    The `origin` of a branch is the label; of several branches "PD1.1", "PD1.2", and so on. After
-    `max_seconds` the branches end with status "time-limit", some without points. Raises
-    InvalidInput for an unknown label, a file of another version, a value that the parameter cannot
-    have, and if no branch leaves in that direction.
+    Branches that lead away from `to` are left out.
+
+    Parameters
+    ----------
+    source : Branch, str or path
+        The branch, or the file branch.json that `branch --out` wrote.
+    label : str
+        Label of the point, such as "PD1". "EP1" and "EP2" are the ends of the branch.
+    to : float, finite
+        Value of the varied parameter towards which the branches lead, other than that of the point.
+        Dimensionless; a name that is no parameter of the scene has the units of its ties.
+    parameter : str, default None
+        Name of the parameter that varies. None: that of the branch.
+    points : int, default 100, 1 to 5,000
+        Least number of steps over the range.
+    ties : mapping of str to callable or str, default None
+        Other parameters that vary with the first one. Each name has a function of the first one's
+        value, or a text such as "0.5*omega**2"; see `parameter_path`. None, without `parameter`:
+        those of the branch. Values are dimensionless, but a new name has the units that its ties
+        give it.
+    settings : ContinuationSettings, default ContinuationSettings()
+        Step lengths and tolerances, dimensionless.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    tuple of Branch
+        The branches. `origin` of a single branch is the label, those of several are "PD1.1",
+        "PD1.2", and so on. After `max_seconds` branches end with status "time-limit", some without
+        points.
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown label, a file of another version, a value that the parameter cannot have, and
+        if no branch leaves in that direction. Also if the stiffness of a stop varies from 0 at a
+        bifurcation of a motion that passes the stop. Otherwise as in `continue_orbit`.
+
+    See Also
+    --------
+    period_doubling_cascade : doubled orbits of a branch, to a depth.
+    labelled_point : point of a file.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9)), "alpha", 1.0, points=4)
+    >>> [onward] = cs.continue_from(branch, "AS1", 1.0, points=4)
+    >>> print(onward.origin, onward.status, f"{onward.points[0].value:.6f}")
+    AS1 reached 0.940998
+
+    From the same point in another parameter:
+
+    >>> [other] = cs.continue_from(branch, "AS1", 3.4, parameter="gamma", points=4)
+    >>> print(other.parameter, other.points[-1].value)
+    gamma 3.4
     """
     if isinstance(source, Branch):
         own, point = source.axis.path, source.at(label)
@@ -283,10 +436,50 @@ def period_doubling_cascade(
 ) -> tuple[Branch, ...]:
     """Branches of doubled orbits that leave a branch, and those that leave them, to a depth.
 
-    Each is continued to the ends of the range of the first branch, in its units. A branch that ends
-    at a period doubling of a known branch names it in its message; it is not continued from there
-    again. After `max_seconds` the last branch ends with status "time-limit". `settings` are those
-    of `continue_orbit`. Raises InvalidInput for a depth that is not allowed.
+    Each branch is continued to an end of the range of the first branch, in its units. A branch may
+    end at another period doubling of the branch that it left. Its message then names this point,
+    and no branch is continued from there. A period doubling beside which no doubled orbit is found
+    gives a branch without points, of status "not-converged".
+
+    Parameters
+    ----------
+    branch : Branch
+        The first branch, as `continue_orbit` gives.
+    depth : int, 0 to 16
+        Number of period doublings in a row; 0 gives no branch.
+    points : int, default 100, 1 to 5,000
+        Least number of steps over the range.
+    settings : ContinuationSettings, default ContinuationSettings()
+        Step lengths and tolerances, dimensionless.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    tuple of Branch
+        The branches of doubled orbits, without the first branch, level by level. `origin` of a
+        branch is the path of labels to it, such as "PD1/PD1". After `max_seconds` the last branch
+        ends with status "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For a depth, a number of points, or a time that is not allowed.
+
+    See Also
+    --------
+    continue_from : branches from one point, with the branch itself.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.03, zeta=0.005))
+    >>> branch = cs.continue_orbit(orbit, "alpha", 0.05, points=3)
+    >>> print([f"{one.label} at {one.value:.6f}" for one in branch.bifurcations])
+    ['PD1 at 0.042904']
+    >>> [doubled] = cs.period_doubling_cascade(branch, 1, points=3)
+    >>> print(doubled.origin, doubled.status, doubled.points[0].orbit.itinerary.period_number)
+    PD1 reached 2
     """
     check_count("depth", depth, 0, _DEEPEST)
     found: list[Branch] = []

@@ -45,10 +45,48 @@ def labelled_point(
 ) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
     """Path of a saved branch (`branch --out`), and its point with this label.
 
-    On a branch that was switched to at PD1, the label of point AS2 is "PD1/AS2".
-    `parameter` and `ties`, if given, replace those of the file. Raises InvalidInput for a file that
-    cannot be read, is not a branch of this format, or has no such label. A file cannot hold ties by
-    Python functions: they have to be given again.
+    Parameters
+    ----------
+    path : str or path
+        File branch.json that `branch --out` wrote.
+    label : str
+        Label of the point, such as "AS1"; "EP1" and "EP2" are the ends of the branch. On a branch
+        that was switched to at PD1, the label of point AS2 is "PD1/AS2".
+    parameter : str, default None
+        Name of a parameter that replaces the varied one of the file.
+    ties : mapping of str to callable or str, default None
+        Ties that replace those of the file; see `parameter_path`. Without `parameter` they are
+        functions of the varied parameter of the file. A file cannot hold ties by Python functions:
+        they have to be given again.
+
+    Returns
+    -------
+    path : ParameterPath
+        Path of the varied parameter, dimensionless, or in the units of its ties.
+    point : Bifurcation or BranchPoint
+        The bifurcation, or an end of the branch; dimensionless.
+
+    Raises
+    ------
+    InvalidInput
+        For a file that cannot be read, is not a branch of this format, or has no such label. Also
+        for an unknown parameter, and for ties that are not allowed.
+
+    See Also
+    --------
+    continue_from : branches from the point, for a file or a branch.
+    read_branch : whole record of the file.
+
+    Examples
+    --------
+    >>> import subprocess, sys, tempfile
+    >>> import capsule_sym as cs
+    >>> command = [sys.executable, "-m", "capsule_sym", "branch", "--alpha", "0.9:1"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = subprocess.run([*command, "--out", folder], check=True, capture_output=True)
+    ...     path, point = cs.labelled_point(f"{folder}/branch.json", "AS1")
+    >>> print(path.name, point.type, f"{point.value:.10f}")
+    alpha adding-sliding 0.9409980034
     """
     record = read_branch(path)
     try:
@@ -90,7 +128,46 @@ def read_curves(path: Path | str) -> Record | None:
 
 
 def read_branch(path: Path | str) -> Record:
-    """Record of a file that `branch --out` wrote; raises InvalidInput for any other."""
+    """Record of a file that `branch --out` wrote.
+
+    Parameters
+    ----------
+    path : str or path
+        File branch.json.
+
+    Returns
+    -------
+    dict
+        Content of the file: `parameters`, the varied `parameter`, `ties`, `points`, `bifurcations`,
+        `status`, `message`, and the branches `switched` to. Numbers are dimensionless, but a name
+        that is no parameter of the scene has the units of its ties.
+
+    Raises
+    ------
+    InvalidInput
+        For a file that cannot be read, that `branch --out` did not write, or that is of another
+        version of the format.
+
+    See Also
+    --------
+    labelled_point : one point of the file.
+    orbit_from_record : orbit of a point.
+
+    Examples
+    --------
+    >>> import subprocess, sys, tempfile
+    >>> import capsule_sym as cs
+    >>> command = [sys.executable, "-m", "capsule_sym", "branch", "--alpha", "0.9:1"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = subprocess.run([*command, "--out", folder], check=True, capture_output=True)
+    ...     record = cs.read_branch(f"{folder}/branch.json")
+    >>> print(record["parameter"], record["status"])
+    alpha reached
+    >>> print([one["label"] for one in record["bifurcations"]])
+    ['AS1']
+    >>> print(cs.orbit_from_record(record["points"][0]).itinerary)
+    F5 F4 F1 F2
+    """
     record = read_json(path, _WHAT)
     if not isinstance(record, dict) or "bifurcations" not in record:
         raise InvalidInput("file", str(path), "a branch.json that `branch --out` wrote")
@@ -131,8 +208,50 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
 def orbit_from_record(record: Mapping[str, Any]) -> Orbit:
     """Orbit of a record with parameters, itinerary, phase, state and durations; dimensionless.
 
-    Raises InvalidInput for a record that lacks one of these, and ValueError if they do not solve
-    the orbit's equations.
+    The points of a file that `branch --out` wrote are such records.
+
+    Parameters
+    ----------
+    record : mapping of str to object
+        Values by name, all dimensionless:
+
+        - `parameters`: mapping of all parameters of the scene to float;
+        - `phase`: time in the excitation period at which the first segment starts;
+        - `state`: (x_r, v_r, v_c) at this time, of shape (3,);
+        - `durations`: durations of the n segments, of shape (n,);
+        - `itinerary`: sequence of the n fields, such as ["F5", "F4", "F1", "F2"];
+        - `period_number`: number of excitation periods of the orbit, int;
+        - `scene`: name of the scene, str; without it the paper's.
+
+        Other entries are ignored.
+
+    Returns
+    -------
+    Orbit
+        The orbit with the given numbers, not corrected.
+
+    Raises
+    ------
+    InvalidInput
+        For a record that lacks one of these, and for an itinerary or a scene that is not known.
+    ValueError
+        If the numbers do not solve the equations of the orbit, with a residual below 1e-6.
+
+    See Also
+    --------
+    read_branch : record of a file.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> p = orbit.parameters
+    >>> record = {"parameters": p.to_dict(), "phase": orbit.z[3] / p.omega}
+    >>> record |= {"state": orbit.z[:3], "durations": orbit.durations}
+    >>> record |= {"itinerary": orbit.itinerary.names, "period_number": 1}
+    >>> again = cs.orbit_from_record(record)
+    >>> print(again.status, again.itinerary)
+    converged F5 F4 F1 F2
     """
     needed = ("parameters", "phase", "state", "durations", "itinerary", "period_number")
     given = record if isinstance(record, Mapping) else {}

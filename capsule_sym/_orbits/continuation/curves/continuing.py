@@ -59,13 +59,60 @@ def continue_bifurcation(
 ) -> Curve:
     """Curve through a bifurcation in its parameter and a second one, within two ranges.
 
-    The ranges, dimensionless, are those of the bifurcation's parameter and of the second parameter,
-    and contain the bifurcation. No step is longer than 1/`points` of either range; `settings` has
-    the other step lengths and the tolerances. Where another inequality of the itinerary fails, the
-    point is located exactly and the curve continues in the itinerary beyond. After `max_seconds` it
-    ends with status "time-limit". Raises InvalidInput for a second parameter that is unknown or is
-    the first, for ranges that are not ascending, exceed the parameters' own, or do not contain the
-    bifurcation, and if the stiffness of a stop varies from 0 for a motion that passes the stop.
+    The curve is followed in both directions until a parameter leaves its range. No step is longer
+    than 1/`points` of either range. Where another inequality of the itinerary fails, the point is
+    located exactly, and the curve continues in the itinerary beyond.
+
+    Parameters
+    ----------
+    bifurcation : Bifurcation
+        Bifurcation at which the curve starts, as `branch.at("PD1")` gives; dimensionless.
+    second : str
+        Name of the second parameter, other than that of the bifurcation.
+    ranges : pair of pairs of float, ((low, high), (low, high))
+        Ranges of the bifurcation's parameter and of the second one, dimensionless. Each is
+        ascending, within the parameter's own range, and contains the value of the bifurcation.
+    points : int, default 50, 1 to 5,000
+        Least number of steps over each range.
+    settings : ContinuationSettings, default ContinuationSettings()
+        Step lengths and tolerances, dimensionless.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    Curve
+        Points in order, codimension-two points, and `endings` with the status and the message of
+        both ends. After `max_seconds` an end has status "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For a second parameter that is unknown or is the first. For ranges that are not ascending,
+        exceed the parameters' own, or do not contain the bifurcation. If the stiffness of a stop
+        varies from 0 for a motion that passes the stop. For a symmetry breaking, if the motions do
+        not keep their mirror images on the curve.
+
+    Notes
+    -----
+    One condition is added to the equations of the orbit: a segment of duration 0, or a zero of the
+    test function. The curve is followed by pseudo-arclength. At a codimension-two point two
+    conditions are solved for as one system, with a bound on the rounding error of the solution.
+
+    See Also
+    --------
+    curves_from : other curves through the codimension-two points.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9)), "alpha", 1.0, points=4)
+    >>> ranges = (0.9, 1.0), (3.2, 3.4)
+    >>> curve = cs.continue_bifurcation(branch.at("AS1"), "gamma", ranges, points=5)
+    >>> print(curve.type, [str(status) for status, _ in curve.endings])
+    adding-sliding ['reached', 'reached']
+    >>> print([round(value, 6) for value in curve.points[0].values])
+    [0.940605, 3.2]
     """
     first, orbit = bifurcation.parameter, bifurcation.orbit
     axes = _axes(orbit, (first, second), ranges)
@@ -110,9 +157,52 @@ def curves_from(
     - a cusp: none, since the curve of folds itself passes it;
     - a generalized period doubling: folds of the doubled orbits.
 
-    Each curve is given once, without those in `known`. The ranges are dimensionless. After
-    `max_seconds` the last curve ends with status "time-limit". Settings and errors are those of
-    `continue_bifurcation`.
+    Each curve is given once, without those in `known`. A point gives none if its other curve has no
+    admissible motion there.
+
+    Parameters
+    ----------
+    curve : Curve
+        Curve with codimension-two points, as `continue_bifurcation` gives.
+    ranges : pair of pairs of float, ((low, high), (low, high))
+        Ranges of the curve's two parameters, dimensionless. Each is ascending, within the
+        parameter's own range, and contains the codimension-two points.
+    points : int, default 50, 1 to 5,000
+        Least number of steps over each range.
+    known : sequence of Curve, default ()
+        Curves that are not to be given again.
+    settings : ContinuationSettings, default ContinuationSettings()
+        Step lengths and tolerances, dimensionless.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    tuple of Curve
+        The curves. `origin` of each names the two conditions of the point at which it starts. After
+        `max_seconds` the last curve ends with status "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For ranges as in `continue_bifurcation`; they are checked if another curve may pass a point.
+        Also for a number of points or a time that is not allowed.
+
+    See Also
+    --------
+    continue_bifurcation : curve of a bifurcation.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.3)), "alpha", 0.4, points=3)
+    >>> ranges = (0.3, 0.4), (0.0478, 0.05)
+    >>> curve = cs.continue_bifurcation(branch.at("AS1"), "zeta", ranges, points=3)
+    >>> print([one.types for one in curve.codimension_two])
+    [('adding-sliding', 'period doubling')]
+    >>> [other] = cs.curves_from(curve, ranges, points=3)
+    >>> print(other.type, "from", other.origin)
+    period doubling from adding-sliding and period doubling
     """
     found: list[Curve] = []
     kind = curve.type
