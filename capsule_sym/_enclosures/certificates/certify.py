@@ -94,8 +94,53 @@ def certify_orbit(
 ) -> dict[str, Any]:
     """Certificate of an orbit: existence, uniqueness, itinerary, and whether it is stable.
 
-    The parameters are the decimals that its doubles print as, or those in `exact`. Raises Unproved
-    with the step that failed, and after `max_seconds`.
+    The orbit is enclosed in ball arithmetic. Then every event function is proved positive inside
+    its segment. The Floquet multipliers are proved to be inside the unit circle, or one outside it.
+    The orbit is one of the paper's scene. The extra `symbolic` is needed.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        The orbit, as `solve_orbit` gives; dimensionless. Its numbers are the guess of the proof.
+    exact : mapping of str to str, default None
+        Exact parameters by name, each a decimal such as "0.05", dimensionless. A parameter that is
+        not given is the decimal as which its double prints.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    dict
+        The certificate, of kind "orbit": `fields`, `periods`, `parameters`, `angle`, `durations`,
+        `states` and `stable`. Numbers are decimals as texts, dimensionless, `angle` in radians. It
+        can be written as JSON.
+
+    Raises
+    ------
+    Unproved
+        With the step that failed, and after `max_seconds`. The statement may still hold. It is an
+        ArithmeticError.
+    InvalidInput
+        For an unknown name in `exact`, for a text that is no decimal, and for a time that is not
+        allowed.
+
+    Notes
+    -----
+    Existence and uniqueness follow by Krawczyk's method for the equations of the orbit, with 256
+    bits, and stability by Jury's conditions. The system is that of Eqs. (7)-(12) of the paper.
+
+    See Also
+    --------
+    check_certificate : independent check of the certificate.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> certificate = cs.certify_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> print(certificate["kind"], certificate["fields"], certificate["stable"])
+    orbit [1, 2, 5, 4] True
+    >>> print(certificate["durations"][0])
+    0.981818749997849077221677549776
     """
     parameters = _decimals(orbit.values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
@@ -120,8 +165,51 @@ def certify_bifurcation(
     """Certificate of a bifurcation with a segment of duration 0, and the proved event.
 
     Alpha is solved for. The other parameters are those of the bifurcation or of the curve's point,
-    as in `certify_orbit`. Raises Unproved with the step that failed, for a smooth bifurcation, for
-    a branch in another parameter, and after `max_seconds`.
+    or those in `exact`. The orbit is one of the paper's scene. The extra `symbolic` is needed.
+
+    Parameters
+    ----------
+    found : Bifurcation or CurvePoint
+        Bifurcation of a branch in alpha, or point of a curve; dimensionless. Its numbers are the
+        guess of the proof.
+    exact : mapping of str to str, default None
+        Exact parameters by name, each a decimal such as "0.05", dimensionless. A parameter that is
+        not given is the decimal as which its double prints.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    certificate : dict
+        The certificate, of kind "bifurcation", as in `certify_orbit`. `free` has alpha, `still` the
+        segment of duration 0. Numbers are decimals as texts, dimensionless.
+    event : Event
+        The proved event: its `type`, `line`, `order` of contact, `values` of alpha, `multipliers`
+        and `coefficient`, in balls.
+
+    Raises
+    ------
+    Unproved
+        With the step that failed, for a smooth bifurcation, for a branch in another parameter, and
+        after `max_seconds`. It is an ArithmeticError.
+    InvalidInput
+        For an unknown name in `exact`, for a text that is no decimal, and for a time that is not
+        allowed.
+
+    See Also
+    --------
+    continue_orbit : branch with its bifurcations.
+    check_certificate : independent check of the certificate.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9)), "alpha", 1.0, points=4)
+    >>> certificate, event = cs.certify_bifurcation(branch.at("AS1"))
+    >>> print(certificate["free"]["alpha"])
+    0.940998003446078071890892524918
+    >>> print(event.type, event.line, event.order)
+    adding-sliding L2^(2) 2
     """
     if found.segment is None:
         raise Unproved("type", f"{_named(found)} has no segment of duration 0")
@@ -148,8 +236,48 @@ def certify_run(
 ) -> dict[str, Any]:
     """Certificate of a run to the end of a period: itinerary, switches, and final state.
 
-    Start and parameters are the decimals that its doubles print as, or those in `exact` by name.
-    Raises Unproved with the segment that is not the next one, and after `max_seconds`.
+    Each switch is enclosed and proved to be the first event. The start is given by the decimals as
+    which its doubles print. The run is one of the paper's scene. The extra `symbolic` is needed.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Run that ends with a period, with its segments (`keep="segments"`), as `simulate` gives;
+        dimensionless.
+    exact : mapping of str to str, default None
+        Exact parameters by name, each a decimal such as "0.05", dimensionless. A parameter that is
+        not given is the decimal as which its double prints.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+
+    Returns
+    -------
+    dict
+        The certificate, of kind "run": `fields`, `periods`, `parameters`, `angle`, `durations`,
+        `states` and the state at the `end`. Numbers are decimals as texts, dimensionless, `angle`
+        in radians.
+
+    Raises
+    ------
+    Unproved
+        With the segment that is not the next one, if the run does not end with a period, and after
+        `max_seconds`. It is an ArithmeticError.
+    InvalidInput
+        If segments were not kept, and for an unknown name in `exact`. Also for a text that is no
+        decimal, and for a time that is not allowed.
+
+    See Also
+    --------
+    check_certificate : independent check of the certificate.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> certificate = cs.certify_run(cs.simulate(cs.Parameters(alpha=0.9), periods=1))
+    >>> print(certificate["kind"], certificate["periods"], certificate["fields"])
+    run 1 [2, 5, 4, 5, 2, 3, 6, 4]
+    >>> print([text[:10] for text in certificate["end"]])
+    ['1.02752353', '-0.3684343', '0.35221837']
     """
     with Watch(checked_seconds(max_seconds)):
         return _certified_run(trajectory, exact)

@@ -330,7 +330,48 @@ def jury(turn: Any) -> tuple[Any, ...]:
 
 
 def check_certificate(given: Any) -> None:
-    """Accept a certificate, or raise Rejected."""
+    """Accept a certificate, or raise Rejected.
+
+    The check repeats the proof with code of its own, in ball arithmetic. It does not use what made
+    the certificate. The extra `symbolic` is needed.
+
+    Parameters
+    ----------
+    given : dict
+        Certificate of an orbit, a bifurcation or a run, of the form that certificates.schema.json
+        gives. Numbers are decimals as texts, dimensionless.
+
+    Returns
+    -------
+    None
+        If the certificate is accepted.
+
+    Raises
+    ------
+    Rejected
+        For a certificate of another form, and for a claim that is not proved, with the reason.
+
+    Notes
+    -----
+    The check uses Eqs. (7)-(12) of the paper, flint's exponential of their matrices, and
+    comparisons of balls. A number with 30 decimals stands for all within half a unit of the last
+    one.
+
+    See Also
+    --------
+    certify_orbit, certify_bifurcation, certify_run : certificates.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> certificate = cs.certify_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> cs.check_certificate(certificate)
+    >>> try:
+    ...     cs.check_certificate(certificate | {"stable": False})
+    ... except cs.Rejected as error:
+    ...     print(error)
+    stability
+    """
     kind = given.get("kind") if isinstance(given, dict) else None
     if not (isinstance(kind, str) and kind in FORMS):
         raise Rejected(f"kind: none of those that the schema gives, {', '.join(FORMS)}")
