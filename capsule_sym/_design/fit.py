@@ -245,19 +245,80 @@ def fit(
 ) -> Fit:
     """Fit unknown values of a system to measured time series, by least squares.
 
-    `data` has columns (n,): ascending times `t`, and one or more of x_r, v_r, v_c, x_c, x_m, v_m; a
-    gap is nan, masked, or pandas' NA. The motion starts in `state` (x_r, v_r, v_c), at `phase` of
-    the forcing, at the first of the times, gap or not. `unknown` names parameters of `system`, and
-    x_r, v_r, v_c, phase, x_c of the start (x_c: the capsule's position). Other values are known;
-    the given values of the unknowns are the first guess. All is dimensionless, or in SI units if
-    `system` is PhysicalParameters.
+    The motion starts in `state`, at `phase` of the forcing, at the first of the times, even if the
+    first values are gaps. The given values of the unknowns are the first guess; all other values
+    are known. If the frequency of the drive is unknown, frequencies from the spectrum of the data
+    are guesses too. All is dimensionless, or in SI units if `system` is a device.
 
-    The residuals of a column are in units of its standard deviation; `loss` is one of SciPy's.
-    `starts` is a number of further random guesses, within `bounds` or else between half and twice
-    the guess. The best `follow` of these and the given guess are continued; `seed` is their random
-    seed. `steps` limits the runs with derivatives of each. After `max_seconds` the result has the
-    best values so far. `progress` is called with a text. Raises InvalidInput for columns, names,
-    bounds or values that are not allowed.
+    Parameters
+    ----------
+    data : mapping of str to array_like of shape (n,)
+        Columns by name: ascending times `t`, and one or more of x_r, v_r, v_c, x_c, x_m, v_m, as
+        `read_measured` gives. A gap is nan, masked, or pandas' NA. There are more values than
+        unknowns. Dimensionless, or in SI units if `system` is a device.
+    system : Parameters, PhysicalParameters, or those of another scene
+        Known parameters, and first guesses of the unknown ones, dimensionless or in SI units.
+    unknown : sequence of str
+        Names of the unknowns, at least one: parameters of `system`, and x_r, v_r, v_c, phase, x_c
+        of the start (x_c: the capsule's position).
+    state : sequence of float, default (0.0, 0.0, 0.0)
+        State (x_r, v_r, v_c) at the first time, or a guess, of size at most 1e20. Dimensionless, or
+        in SI units if `system` is a device.
+    phase : float, default 0.0, from 0 to below the excitation period
+        Time in the excitation period at the first of the times, or a guess. Dimensionless, or in
+        seconds if `system` is a device.
+    bounds : mapping of str to (float, float), default None
+        Bounds (low, high) of unknowns, ascending, within the parameter's own range and around the
+        guess. Dimensionless, or in SI units if `system` is a device.
+    loss : str, default "linear"
+        Loss of the squared residuals, one of SciPy's: "linear", "soft_l1", "huber", "cauchy" or
+        "arctan". All but the first give outliers less weight.
+    starts : int, default 0, 0 to 100,000
+        Number of further random guesses, within `bounds` or else between half and twice the guess.
+    follow : int, default 4, 1 to 1,000
+        Number of guesses that are continued: the best ones, of the given guess and all others.
+    seed : int, default 0, 0 to 10**12
+        Seed of the random guesses.
+    steps : int, default 200, 1 to 100,000
+        Largest number of runs with derivatives of each least-squares solution. A robust loss takes
+        three of these for a guess.
+    max_seconds : float, default 600.0, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, default None
+        Function that is called with a text during the fit.
+
+    Returns
+    -------
+    Fit
+        Fitted `values` by name, `standard_errors`, `noise`, `status` and `message`. In SI units if
+        `system` is a device, else dimensionless. `success` is True for the status "converged".
+        After `max_seconds` it has the best values so far, and the status "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For columns, names, bounds or values that are not allowed.
+
+    Notes
+    -----
+    The residuals of a column are in units of its standard deviation. Their Jacobian is exact, since
+    the closed forms are differentiated through all switches. The least squares are SciPy's.
+
+    See Also
+    --------
+    fit_rig : fit to several runs, in the units of a camera.
+    sensitivities : derivatives of a run.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import capsule_sym as cs
+    >>> times = np.linspace(0.0, 15.0, 200)
+    >>> run = cs.simulate(cs.Parameters(alpha=0.9), periods=2)
+    >>> data = {"t": times, "x_r": run(times)[:, 0]}
+    >>> found = cs.fit(data, cs.Parameters(alpha=0.85), ["alpha"])
+    >>> print(found.status, round(found.values["alpha"], 6))
+    converged 0.9
     """
     for name in unknown:
         check_parameter("unknown", name, system, *OF_START)

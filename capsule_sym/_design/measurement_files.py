@@ -48,13 +48,53 @@ class Measurements(dict[str, NDArray[np.float64]]):
 
 
 def read_measured(path: str | PathLike[str]) -> Measurements:
-    """Columns (n,) of a text or Parquet file by name, nan for a gap, and a `message` on them.
+    r"""Columns (n,) of a text or Parquet file by name, nan for a gap, and a `message` on them.
 
-    Separator, decimal comma, thousands separators, encoding and comments are detected. A header may
-    name units, as in "x_m [mm]", or a row below it: multiples of s, m and m/s become SI units,
-    others are kept. Raises InvalidInput for a file that cannot be read, for a column that is
-    missing, unknown or repeated, and for a value that is not allowed, with its row in the file.
-    Raises NotInstalled for Parquet without pyarrow.
+    Separator, decimal comma, thousands separators, encoding and comments are detected. The columns
+    are `t`, or `time`, and one or more of x_r, v_r, v_c, x_c, x_m, v_m, in any order.
+
+    A header may name units, as in "x_m [mm]", or a row below it. Multiples of s, m and m/s become
+    SI units; others are kept. In a Parquet file they stand in the names of the columns.
+
+    Parameters
+    ----------
+    path : str or path
+        The file; one that ends with .parquet is read as Parquet.
+
+    Returns
+    -------
+    Measurements
+        Mapping of names to arrays of shape (n,), in SI units where the file names a multiple of
+        them. `units` has the units that the file names, `message` the number of rows and the
+        columns.
+
+    Raises
+    ------
+    InvalidInput
+        For a file that cannot be read, and for a column that is missing, unknown or repeated. For a
+        value that is not allowed, with its row in the file. Also for a unit of another quantity,
+        and for a comma that may separate decimals or thousands.
+    NotInstalled
+        For Parquet without pyarrow.
+
+    See Also
+    --------
+    fit : fit to these columns.
+    read_rig : several files, with the unknowns of a rig.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import capsule_sym as cs
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "run.csv")
+    ...     _ = file.write_text("t [s];x_m [mm]\n0;0\n0,5;\n1;2,5\n")
+    ...     data = cs.read_measured(file)
+    >>> print(data.message)
+    read 3 rows: t in s, x_m in mm
+    >>> print(data["x_m"])  # in metres
+    [0.        nan 0.0025]
     """
     file = Path(path)
     heads, columns, rows = _parquet(file) if file.suffix == ".parquet" else _text(file)

@@ -49,27 +49,90 @@ def optimise(
 ) -> Optimum:
     """Parameters at which a metric of the steady motion is greatest, or least.
 
-    `metric` is the name of one, arithmetic of metrics and parameters such as "velocity/work", or a
-    function: it gets them by name and returns a number, by arithmetic. The names are velocity,
-    speed, progression, work, damper_loss, friction_loss, power, peak_force, peak_contact,
-    speed_per_work and cost_of_transport; energies and progression are per excitation period,
-    speed_per_work is `|progression|` over work. `over` has the bounds of each varied parameter;
-    `base` has the other parameters. All is dimensionless, or in SI units if `base` is
-    PhysicalParameters. `subject_to` has constraints: "peak_force <= 2", or (function, "<=", 2).
-    With a `margin` all Floquet multipliers are at most 1 - margin.
+    A survey of the bounds and a population that evolves from its best points show where to search.
+    Local searches follow the motion from there, through changes of itinerary, at which metrics are
+    continuous. Newton's method on the conditions of an optimum follows. The result is the best
+    optimum found; it is not proved to be global.
 
-    The motion is the one on which each of `starts` settles, states (x_r, v_r, v_c) at phase 0,
-    dimensionless. With several starts, or with `tolerances` of parameters as shares, such as {"mu":
-    0.1}, the worst motion is optimised: over all starts, with all parameters at the ends of their
-    tolerances. `among="stable"` considers every stable motion found from the starts and from
-    others, whether or not a start settles on it; with `tolerances` the worst of its continuations.
-    `samples` is the number of places of the survey, and `seed` that of its sequence. After
-    `max_seconds` the result is the best place so far. Places whose runs the core
-    cannot decide, or for which there is no time, are unknown: the message has their number.
-    `progress` is called with a text.
+    Points of the survey whose runs the core cannot decide, or for which there is no time, are
+    unknown: the message has their number. With several starts, or with tolerances, the worst motion
+    is optimised: over all starts, at the parameters and at all ends of their tolerances.
 
-    The optimum is the best one found; it is not proved to be global. Raises InvalidInput for names,
-    bounds or texts that are not allowed.
+    Parameters
+    ----------
+    metric : str or callable
+        Name of a metric, arithmetic of metrics and parameters such as "velocity/work", or a
+        function. The names are velocity, speed, progression, work, damper_loss, friction_loss,
+        power, peak_force, peak_contact, speed_per_work and cost_of_transport. Energies and
+        progression are per excitation period; speed_per_work is `|progression|` over work. A
+        function gets metrics and parameters by name, in a mapping, and returns a number, by
+        arithmetic. All is dimensionless, or in SI units if `base` is a device.
+    over : mapping of str to (float, float)
+        Bounds (low, high) of each varied parameter: ascending finite numbers within its own range.
+        Dimensionless, or in SI units if `base` is a device.
+    base : Parameters, PhysicalParameters, or those of another scene, default None
+        Values of the other parameters, dimensionless or in SI units. None: those of the case study,
+        Parameters().
+    maximise : bool, default True
+        True for the greatest value, False for the least.
+    subject_to : sequence of str or tuple, default ()
+        Constraints, each a text such as "peak_force <= 2" or a tuple (metric, "<=" or ">=",
+        number). The number has the unit of the metric.
+    margin : float, default None, from 0 to below 1
+        Least distance of the Floquet multipliers from the unit circle, dimensionless: the modulus
+        of each is at most 1 - `margin`. None: no such constraint.
+    starts : sequence of (float, float, float), default ((0.0, 0.0, 0.0),), at least one
+        States (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion of a
+        start is the one on which it settles. With several starts the worst motion counts.
+    tolerances : mapping of str to float, default None
+        Tolerances of parameters as shares between 0 and 1, dimensionless: {"mu": 0.1} is 10 %. The
+        worst motion counts: at the parameters, and with all of these at the ends of their
+        tolerances.
+    among : "starts" or "stable", default "starts"
+        Motions to consider. "starts": those on which the given starts settle. "stable": every
+        stable motion found from the starts and from others, whether or not a start settles on it;
+        with `tolerances` the worst of its continuations.
+    samples : int, default 2048, 1 to 1,000,000
+        Number of points of the survey.
+    seed : int, default 0, 0 to 10**12
+        Seed of the survey and of the population.
+    max_seconds : float, default 600.0, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, default None
+        Function that is called with a text during the search.
+
+    Returns
+    -------
+    Optimum
+        Variables in `over`, the `value` of the metric, active constraints, `status` and `message`.
+        In SI units if `base` is a device, else dimensionless. `success` is True for the statuses
+        "optimal" and "optimal-at-border". After `max_seconds` it is the best point so far, of
+        status "time-limit".
+
+    Raises
+    ------
+    InvalidInput
+        For names, bounds, texts or other arguments that are not allowed.
+
+    Notes
+    -----
+    The survey is a Sobol sequence, followed by differential evolution (Storn and Price, 1997). The
+    local searches are SciPy's SLSQP. `residual` of the result is that of the Karush-Kuhn-Tucker
+    conditions, with exact derivatives.
+
+    See Also
+    --------
+    pareto : best trade-offs of two metrics.
+    tolerances : spread of metrics under tolerances.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> found = cs.optimise("speed_per_work", {"alpha": (0.9, 1.0)}, samples=4)
+    >>> print(found.status, f"{found.value:.6f} at alpha = {found.over['alpha']:.4f}")
+    optimal 0.714293 at alpha = 0.9645
+    >>> print(*found.itinerary)
+    F5 F4 F1 F2 F3 F2
     """
     program = program_of(
         metric, over, base, maximise, subject_to, margin, starts, tolerances, progress, among

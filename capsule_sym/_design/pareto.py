@@ -62,10 +62,72 @@ def pareto(
     About `points` points are spaced evenly along it, between its two ends, the optima of either
     metric. A part of it ends at a gap, in which searches from both sides and the survey find
     nothing, or where another branch becomes better: `parts` have the endpoints and their reasons.
-    All else is as in `optimise`, including the units. After `max_seconds` the front has the points
-    found so far.
+    Otherwise the search is as in `optimise`.
 
-    Raises InvalidInput as `optimise` does, and where one metric is best and the other not finite.
+    Parameters
+    ----------
+    metric : str or callable
+        First metric, to maximise or minimise, as in `optimise`. Dimensionless, or in SI units if
+        `base` is a device.
+    against : str or callable
+        Second metric, to minimise, as in `optimise`.
+    over : mapping of str to (float, float)
+        Bounds (low, high) of each varied parameter: ascending finite numbers within its own range.
+        Dimensionless, or in SI units if `base` is a device.
+    base : Parameters, PhysicalParameters, or those of another scene, default None
+        Values of the other parameters, dimensionless or in SI units. None: those of the case study,
+        Parameters().
+    points : int, default 50, 2 to 10,000
+        Approximate number of points of the front.
+    maximise : bool, default True
+        True for the greatest first metric, False for the least.
+    subject_to : sequence of str or tuple, default ()
+        Constraints, each a text such as "peak_force <= 2" or a tuple (metric, "<=" or ">=",
+        number). The number has the unit of the metric.
+    margin : float, default None, from 0 to below 1
+        Least distance of the Floquet multipliers from the unit circle, dimensionless: the modulus
+        of each is at most 1 - `margin`. None: no such constraint.
+    starts : sequence of (float, float, float), default ((0.0, 0.0, 0.0),), at least one
+        States (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion of a
+        start is the one on which it settles. With several starts the worst motion counts.
+    tolerances : mapping of str to float, default None
+        Tolerances of parameters as shares between 0 and 1, dimensionless: {"mu": 0.1} is 10 %. The
+        worst motion counts: at the parameters, and with all of these at the ends of their
+        tolerances.
+    samples : int, default 256, 1 to 1,000,000
+        Number of points of the survey of each metric.
+    seed : int, default 0, 0 to 10**12
+        Seed of the survey and of the population.
+    max_seconds : float, default 600.0, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, default None
+        Function that is called with a text during the search.
+
+    Returns
+    -------
+    Front
+        Points by increasing second metric, each an `Optimum`, with `values`, `costs`, `parts`,
+        `status` and `message`. In SI units if `base` is a device, else dimensionless. It has one
+        point if one is the best in both metrics. After `max_seconds` it has the points found so
+        far.
+
+    Raises
+    ------
+    InvalidInput
+        As in `optimise`, and where one metric is best and the other not finite.
+
+    See Also
+    --------
+    optimise : optimum of one metric.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> front = cs.pareto("speed", "work", {"alpha": (0.6, 1.2)}, points=2, samples=1)
+    >>> for speed, work, point in zip(front.values, front.costs, front.points):
+    ...     print(f"speed {speed:.4f}, work {work:.4f} at alpha = {point.over['alpha']:.4f}")
+    speed 0.0304, work 0.3860 at alpha = 0.6000
+    speed 0.1705, work 2.0065 at alpha = 1.2000
     """
     check_count("points", points, *POINTS)
     check_survey(samples, seed)

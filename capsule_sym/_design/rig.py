@@ -87,11 +87,70 @@ def fit_rig(
 ) -> Fit:
     """Fit unknown values of a rig to its recorded runs, by least squares.
 
-    `system` has the known parameters and first guesses of the unknowns; other arguments are those
-    of `fit`. Values of a run have its name as a prefix, as in "slow.phase" and "slow.offset_x_m".
-    Scales, offsets and drifts need no guess, since the series are linear in them. Residuals of all
-    series in the same unit have the same weight. Raises InvalidInput for names, columns and values
-    that are not allowed.
+    A series of a quantity q is scale q(t') + offset + drift t. Here t is the camera's time from the
+    first one, and t' = (1 + slip) t. Scales, offsets and drifts need no guess, since the series are
+    linear in them. An unknown phase or state without a guess is searched along the steady motion
+    from rest.
+
+    Parameters
+    ----------
+    rig : Rig
+        Recorded runs, with the names of the unknowns. Positions are in the camera's units, times
+        and all other values in those of `system`.
+    system : Parameters, PhysicalParameters, or those of another scene
+        Known parameters, and first guesses of the unknown ones, dimensionless or in SI units. The
+        drive of a run replaces its values.
+    loss : str, default "linear"
+        Loss of the squared residuals, one of SciPy's: "linear", "soft_l1", "huber", "cauchy" or
+        "arctan". All but the first give outliers less weight.
+    starts : int, default 0, 0 to 100,000
+        Number of further random guesses, within the rig's bounds or else between half and twice the
+        guess.
+    follow : int, default 4, 1 to 1,000
+        Number of guesses that are continued: the best ones, of the given guess and all others.
+    seed : int, default 0, 0 to 10**12
+        Seed of the random guesses.
+    steps : int, default 200, 1 to 100,000
+        Largest number of runs with derivatives of each least-squares solution. A robust loss takes
+        three of these for a guess.
+    max_seconds : float, default 600.0, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, default None
+        Function that is called with a text during the fit.
+
+    Returns
+    -------
+    Fit
+        Result as of `fit`, in SI units if `system` is a device, else dimensionless. Values of a run
+        have its name as a prefix, as in "slow.phase" and "slow.offset_x_m".
+
+    Raises
+    ------
+    InvalidInput
+        For names, columns and values that are not allowed, for runs without amplitude or frequency
+        of the drive, and for a rig without runs.
+
+    Notes
+    -----
+    Residuals of all series in the same unit have the same weight.
+
+    See Also
+    --------
+    read_rig : rig of a file.
+    fit : fit to one run.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import capsule_sym as cs
+    >>> times = np.linspace(0.0, 15.0, 60)
+    >>> x_r = cs.simulate(cs.Parameters(alpha=0.9), periods=2)(times)[:, 0]
+    >>> drive = {"alpha": 0.9, "omega": 0.8}
+    >>> run = cs.RigRun("slow", {"t": times, "x_r": 500 * x_r + 20}, drive)  # in pixels
+    >>> rig = cs.Rig([run], unknown=["zeta", "scale"])
+    >>> found = cs.fit_rig(rig, cs.Parameters(zeta=0.04))
+    >>> print(found.status, {name: round(value, 6) for name, value in found.values.items()})
+    converged {'zeta': 0.05, 'scale': 500.0, 'slow.offset_x_r': 20.0}
     """
     problem = Problem(recorded(rig, system), tuple(rig.unknown), progress)
     limits = limits_of(problem, rig.bounds)
@@ -166,11 +225,45 @@ def _unknown(rig: Rig, series: Sequence[str], own: Sequence[str]) -> tuple[str, 
 
 
 def read_rig(path: str | PathLike[str]) -> Rig:
-    """Rig from a TOML file, with its series from CSV or Parquet files beside it.
+    r"""Rig from a TOML file, with its series from CSV or Parquet files beside it.
 
     Keys are `unknown`, `each`, `scale`, `slip`, a table `bounds`, and a table `[[run]]` for each
-    run: `file`, `name` (by default that of the file), the drive and other parameters of this run,
-    `state` and `phase`. Raises InvalidInput for files that cannot be read and for other keys.
+    run. A run has `file`, `name` (by default that of the file), the drive and other parameters of
+    this run, `state` and `phase`.
+
+    Parameters
+    ----------
+    path : str or path
+        The TOML file.
+
+    Returns
+    -------
+    Rig
+        The recorded runs and the unknowns. Series are as `read_measured` gives: in SI units where
+        their file names a multiple of them, else in its units.
+
+    Raises
+    ------
+    InvalidInput
+        For files that cannot be read, for other keys, and for a run without a file.
+
+    See Also
+    --------
+    fit_rig : fit to these runs.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import capsule_sym as cs
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "slow.csv").write_text("t,x_m\n0,210\n0.1,214\n0.2,221\n")
+    ...     file = Path(folder, "rig.toml")
+    ...     lines = 'unknown = ["mu"]', "scale = 8000", "[[run]]", 'file = "slow.csv"'
+    ...     _ = file.write_text("\n".join([*lines, "P_d = 3.0", "Omega = 8.0"]))
+    ...     rig = cs.read_rig(file)
+    >>> print(rig.unknown, rig.scale, rig.runs[0].name, rig.runs[0].drive)
+    ['mu'] 8000 slow {'P_d': 3.0, 'Omega': 8.0}
     """
     table = read_toml(path)
     for key in table:

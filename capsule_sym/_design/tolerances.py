@@ -128,16 +128,62 @@ def tolerances(
 ) -> Tolerances:
     """Spread of metrics of the steady motion under tolerances of parameters.
 
-    `metrics` are one or several, as in `optimise`. `over` has for each varied parameter a share,
-    such as {"mu": 0.1} for a uniform distribution within 10 % of the nominal value, or a frozen
-    distribution of SciPy. `base` has the nominal values. The motion of a sample is the one on which
-    `start`, a state (x_r, v_r, v_c) at phase 0, dimensionless, settles. `samples` is a power of
-    two. The result has mean, deviation, quantiles, and Sobol's indices of first order and total,
-    with bootstrap intervals; for these a sample without a finite value, such as one without a
-    periodic motion, has the mean. It also has the probabilities of another itinerary or attractor.
+    The result has mean, deviation, quantiles, and Sobol's indices of first order and total, with
+    bootstrap intervals. For these a sample without a finite value, such as one without a periodic
+    motion, has the mean. It also has the probabilities of another itinerary or attractor.
 
-    After `max_seconds` the result has only its status. Raises InvalidInput for names, values and
-    distributions that are not allowed, and if a sample exceeds the range of a parameter.
+    Parameters
+    ----------
+    metrics : str, callable, or sequence of these
+        One metric or several, as in `optimise`.
+    over : mapping of str to float or distribution
+        Tolerance of each varied parameter: a share between 0 and 1, dimensionless, or a frozen
+        distribution of SciPy. The share 0.1 is a uniform distribution within 10 % of the nominal
+        value. Values of a distribution are dimensionless, or in SI units if `base` is a device.
+    base : Parameters, PhysicalParameters, or those of another scene, default None
+        Nominal values, dimensionless or in SI units. None: those of the case study, Parameters().
+    start : sequence of float, default (0.0, 0.0, 0.0)
+        State (x_r, v_r, v_c) at phase 0, dimensionless, of size at most 1e20. The motion of a
+        sample is the one on which it settles.
+    samples : int, default 4096, 64 to 1,048,576
+        Number of samples, a power of two. The indices of k parameters take k + 2 runs for each.
+    seed : int, default 0, 0 to 10**12
+        Seed of the samples.
+    max_seconds : float, default 600.0, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, default None
+        Function that is called with a text during the runs.
+
+    Returns
+    -------
+    Tolerances
+        Spread of each metric in `metrics`, probabilities, and the samples. In SI units if `base` is
+        a device, else dimensionless; indices and probabilities are dimensionless. After
+        `max_seconds` it has only its status.
+
+    Raises
+    ------
+    InvalidInput
+        For names, values and distributions that are not allowed, and if a sample exceeds the range
+        of a parameter. Also if the start leads to no periodic motion at the nominal values.
+
+    Notes
+    -----
+    The samples are a scrambled Sobol sequence. The indices are by the estimators of Saltelli
+    (2010), as in SciPy; intervals of probabilities are those of Clopper and Pearson.
+
+    See Also
+    --------
+    optimise : best worst case under tolerances.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> base = cs.Parameters(alpha=0.9)
+    >>> spread = cs.tolerances("velocity", {"alpha": 0.05, "zeta": 0.1}, base, samples=64)
+    >>> one = spread.metrics[0]
+    >>> print(spread.message, f"{one.mean:.3f} +- {one.deviation:.3f}", one.total.round(1))
+    64 samples 0.102 +- 0.007 [1. 0.]
     """
     system = system_of(base)
     given = [metrics] if isinstance(metrics, str) or callable(metrics) else metrics
