@@ -59,14 +59,73 @@ def continue_attractors(
 ) -> ContinuedAttractors:
     """Attractors at several values of a parameter, continued from value to value.
 
-    `values`, shape (m,), of the parameter `name` are ascending, two or more. Other parameters may
-    vary with it by `ties`, as in `continue_orbit`. `starts`, `count`, `phases` and `periods` are
-    those of `attractors`, the same at all values. Where an attractor appears or disappears between
-    two values, its branch is continued exactly between them: `birth` and `death` have the
-    bifurcation at which it becomes stable, loses stability or ends. All quantities are
-    dimensionless. `progress` is called with the number of settled runs and of all runs. After
-    `max_seconds` the result has what was found so far. Raises InvalidInput for a value that is not
-    allowed.
+    The starts run at all values at once. Attractors at neighbouring values are the same if the
+    closed orbit continues from one value to the other and back, through changes of its itinerary.
+    Where an attractor appears or disappears between two values, its branch is continued exactly
+    between them: `birth` and `death` have the bifurcation at which it becomes stable, loses
+    stability or ends. An attractor that no start reaches at some value is continued there too, with
+    the fraction 0.
+
+    After `max_seconds` the result has what was found so far.
+
+    Parameters
+    ----------
+    parameters : Parameters or SceneParameters
+        Parameters of the capsule or of a scene, dimensionless.
+    name : str
+        Name of the parameter that varies. With `ties` it may be a new name.
+    values : array_like of shape (m,), two or more, ascending
+        Values of this parameter, dimensionless. Starts times values are at most 10^7.
+    starts : array_like of shape (n, 3), or mapping of str to float or (low, high)
+        Start states (x_r, v_r, v_c), dimensionless, or a box, as in `attractors`. They are the same
+        at all values.
+    count : int, default 400, 1 to 1,000,000
+        Number of points of a box. It has no effect on given states.
+    phases : float or array_like of shape (n,), default 0, from 0 to below 2 pi/omega
+        Phases of given states: times in the excitation period, dimensionless. A box has its own.
+    ties : mapping of str to callable or str, optional
+        Other parameters that vary with this one, as in `continue_orbit`: for each a function, or a
+        text such as "0.5*omega**2".
+    periods : int, default 1024, 2 or more
+        Length after which a run counts as unsettled, in excitation periods.
+    threads : int, default 1, 1 or more
+        Number of threads.
+    max_seconds : float, default 600, above 0
+        Time limit, in seconds of wall time.
+    progress : callable, optional
+        Function that is called with the number of settled runs and that of all runs.
+
+    Returns
+    -------
+    ContinuedAttractors
+        `branches` has one attractor each, with its `values`, `fractions`, `birth` and `death`.
+        `unsettled` has the number of unsettled starts at each value. All quantities are
+        dimensionless.
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, an unknown parameter, and values that do not ascend.
+
+    See Also
+    --------
+    attractors : attractors at one set of parameters.
+    plot_attractors : figure of the result.
+
+    Examples
+    --------
+    An attractor of period 2 loses its second period between two values:
+
+    >>> import capsule_sym as cs
+    >>> system = cs.Parameters(omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    >>> box = {"x_r": (-2, 2), "v_r": (-2, 2)}
+    >>> along = cs.continue_attractors(system, "alpha", [1.7, 1.75], box, count=20)
+    >>> for one in along.branches:
+    ...     ends = [f"{at.type} at {at.value:.6f}" if at else "-" for at in (one.birth, one.death)]
+    ...     print(one.number, one.fractions, *ends)
+    0 [0.75 0.8 ] - -
+    1 [0.25] - period doubling at 1.716473
+    2 [0.2] period doubling at 1.716473 -
     """
     path = parameter_path(name, ties, parameters.scene)
     try:

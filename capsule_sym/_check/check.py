@@ -175,17 +175,69 @@ def check_switches(
 ) -> SwitchCheck:
     """Comparison of an integrator's switches with the exact ones, computed in 50 digits.
 
-    `times` (n,) are the integrator's switching times, ascending, from `phase` on; the drive's angle
-    is omega t. `events` names the field entered at each switch: a number, "F5" or "C-S". The run
-    starts at `state` (x_r, v_r, v_c) and ends at `end`, by default at the last of the times.
-    `resolution` is the uncertainty of the times, such as half a unit of the last digit printed.
-    `tolerance`, that of the integrator, is compared with the one that suffices. All quantities are
-    dimensionless.
-
     Errors are compared with their growth: `growth` is the shift of each switch by an error of the
     segments before it. From `horizon` on no double can follow the motion, and switches are not
-    compared. The exact run stops after `max_seconds`; `progress` is called with its whole periods.
-    Raises InvalidInput for a value that is not allowed.
+    compared. The exact run stops after `max_seconds`; switches are then compared up to there.
+
+    A switch whose time is wrong by less than an eighth of a period, of the drive or of the mass on
+    its spring, whichever is shorter, counts as found.
+
+    Parameters
+    ----------
+    times : array_like of shape (n,), ascending, at most 10,000
+        Switching times of the integrator from `phase` on, dimensionless. The drive's angle is omega
+        t.
+    events : sequence of int or str, shape (n,)
+        Field entered at each switch: a number, "F5" or "C-S".
+    parameters : Parameters or SceneParameters
+        Parameters of the capsule or of a scene, dimensionless.
+    state : sequence of float, shape (3,), default (0, 0, 0), each of size at most 1e20
+        Start state (x_r, v_r, v_c), dimensionless.
+    phase : float, default 0, from 0 to below 2 pi/omega
+        Phase of the start: a time in the excitation period, dimensionless.
+    end : float, optional, not before the last of the times
+        Time at which the run ends, dimensionless. The default is the last of the times.
+    resolution : float, default 0, finite and not negative
+        Uncertainty of the times, dimensionless, such as half a unit of the last digit printed.
+    tolerance : float, optional, finite and above 0
+        Tolerance of the integrator, a number without unit. It is compared with the one that
+        suffices.
+    max_seconds : float, default inf, above 0
+        Time limit of the exact run, in seconds of wall time.
+    progress : callable, optional
+        Function that is called with the number of whole periods of the exact run.
+
+    Returns
+    -------
+    SwitchCheck
+        `success` is False if a switch is missed or invented; `differences` has these with their
+        cause. `errors`, `growth`, `segment_error` and `tolerance` give the sizes. All are
+        dimensionless.
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, times that do not ascend, and an unknown field.
+
+    See Also
+    --------
+    read_switches : switches of a CSV file.
+    simulate : the exact run.
+
+    Examples
+    --------
+    The second switch of a run is left out:
+
+    >>> import capsule_sym as cs
+    >>> p = cs.Parameters(alpha=0.7)
+    >>> run = cs.simulate(p, periods=1)
+    >>> times = [float(one.end.phase) for one in run.segments[:-1]]
+    >>> fields = [one.name for one in run.segments[1:]]
+    >>> print([f"{name} at {time:.4f}" for name, time in zip(fields[:3], times)])
+    ['F5 at 0.2410', 'F4 at 1.5105', 'F5 at 1.8521']
+    >>> found = cs.check_switches(times[:1] + times[2:], fields[:1] + fields[2:], p)
+    >>> print(found.success, found.message)
+    False 1 missed and 0 invented; the first at 1.51054; cause: search
     """
     found = evaluation.real("times", times, "real numbers")
     _check_times(found, phase, resolution)

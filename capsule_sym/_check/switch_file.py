@@ -29,11 +29,49 @@ class Switches(NamedTuple):
 
 
 def read_switches(path: str | PathLike[str], scene: Scene = CAPSULE) -> Switches:
-    """The switches of a CSV file with the columns `time` and `entered`.
+    r"""Switches of a CSV file with the columns `time` and `entered`.
 
-    Other columns are left alone. Lines `# name = value` give parameters of the scene, `state`
-    (three numbers), `phase`, `end` and `tolerance`. Raises InvalidInput for a file that cannot be
-    read, for a column that is missing, and for a value that is no number, with its row.
+    Other columns are left alone. Lines `# name = value` above them give parameters of the scene,
+    `state` (three numbers), `phase`, `end` and `tolerance`.
+
+    Parameters
+    ----------
+    path : str or path
+        File in UTF-8, of at most 10,000,000 bytes.
+    scene : Scene, default the paper's capsule
+        Scene whose parameters the file may name.
+
+    Returns
+    -------
+    Switches
+        Named tuple. `times` has numbers as the file gives them, and `events` the field entered at
+        each. `resolution` is half a unit of the last digit printed, or 0 if times have 15 digits or
+        more. `settings` has the numbers of the lines above, by name.
+
+    Raises
+    ------
+    InvalidInput
+        For a file that cannot be read, for a column that is missing, and for a value that is no
+        number, with its row.
+
+    See Also
+    --------
+    check_switches : comparison of the switches with the exact ones.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import capsule_sym as cs
+    >>> text = "# alpha = 0.7\n# end = 7.85\ntime,entered\n0.2411,F5\n2.6449,F2\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "switches.csv")
+    ...     size = path.write_text(text)
+    ...     read = cs.read_switches(path)
+    >>> print(read.times, read.events, f"{read.resolution:.5f}")
+    (0.2411, 2.6449) ('F5', 'F2') 0.00005
+    >>> print(read.settings)
+    {'alpha': (0.7,), 'end': (7.85,)}
     """
     try:
         if (size := Path(path).stat().st_size) > _MOST_BYTES:

@@ -36,13 +36,47 @@ _Values = NDArray[np.float64]
 def plot_attractors(
     found: ContinuedAttractors, *, width: float = PAGE, axes: Axes | None = None
 ) -> Figure:
-    """The fractions of starts that lead to each attractor, stacked, along a parameter.
+    """Fractions of the starts that lead to each attractor, stacked, along a parameter.
 
-    `found` is what `continue_attractors` gives. Each attractor has a colour and its number, for
-    which the key gives the itinerary and the least and largest fraction; marks above are births
-    (filled) and deaths (open) at the bifurcations of their branches, where fractions jump. An
-    attractor to which no start leads has no height. White are starts that have not settled. Drawn
-    into `axes`, without the key, if they are given.
+    Each attractor has a colour and its number, for which the key gives the itinerary and the least
+    and largest fraction. Marks above are births (filled) and deaths (open) at the bifurcations of
+    their branches, where fractions jump. An attractor to which no start leads has no height. White
+    are starts that have not settled.
+
+    Parameters
+    ----------
+    found : ContinuedAttractors
+        Attractors along a parameter, as `continue_attractors` gives.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For an argument of another type.
+
+    See Also
+    --------
+    continue_attractors : the computation.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> system = cs.Parameters(omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    >>> box = {"x_r": (-2, 2), "v_r": (-2, 2)}
+    >>> along = cs.continue_attractors(system, "alpha", [1.7, 1.75], box, count=20)
+    >>> figure = cs.plot_attractors(along)
+    >>> print(figure.axes[0].get_ylabel())
+    fraction of the starts
+    >>> print([text.get_text()[-8:] for text in figure.legends[0].get_texts()])
+    ['to 80 %)', '2 (25 %)', '2 (20 %)', 'birth', 'death']
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, max(2.4, 0.5 * width))

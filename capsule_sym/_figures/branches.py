@@ -63,8 +63,53 @@ def plot_bifurcations(
     """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
 
     Every exact bifurcation point has a marker with its label above; the legend below explains the
-    labels. Drawn into three `axes`, without the labels, if they are given; in SI units with the
-    `device` whose excitation amplitude, frequency, gap, damping or second spring varies.
+    labels.
+
+    Parameters
+    ----------
+    record : mapping of str
+        Branch as plain data. `parameter` is the name of the one that varies. `points` and
+        `bifurcations` have for each orbit its `value`, its states at the beginning of each
+        excitation period as `stroboscopic`, and its `average_velocity`, dimensionless. A point has
+        `stable` besides, a bifurcation its `label`, `type` and `line`. Files of `branch --out` have
+        no `stroboscopic`; `plot` makes the record of a branch.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : three Axes of Matplotlib, optional
+        Panels to draw into, without the labels, in place of a new figure: `axes` of one's own.
+    device : PhysicalParameters, optional
+        Device whose excitation amplitude, frequency, gap, damping or second spring varies; the
+        figure is then in SI units.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For a record that lacks something, for another number of axes, and for a device of another
+        scene, frequency, mass ratio or friction bound than that of the orbits.
+
+    See Also
+    --------
+    plot : the same figure of a branch.
+    plot_diagram : one quantity of several branches.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.8)), "alpha", 0.9, points=5)
+    >>> points = []
+    >>> for one in branch.points:
+    ...     orbit = one.orbit
+    ...     state = orbit.trajectory()(orbit.parameters.period).tolist()  # its period number is 1
+    ...     point = {"value": one.value, "stable": orbit.stable, "stroboscopic": [state]}
+    ...     points.append(point | {"average_velocity": float(orbit.average_velocity)})
+    >>> figure = cs.plot_bifurcations({"parameter": "alpha", "points": points, "bifurcations": []})
+    >>> print([axes.get_ylabel() for axes in figure.axes[:2]])
+    ['stroboscopic $x_r$', 'stroboscopic $v_r$']
     """
     units = units_of(record, device)
     record = in_units(record, units)
@@ -304,8 +349,51 @@ def plot_energies(
     the line is at the top of the areas, up to rounding. On a slope the work of lifting the bodies
     is an area too: on top of the losses where they rise, and below zero where they sink, as gravity
     then adds to the drive's work. The lower panel has the share of the work that friction takes.
-    Drawn into two `axes` if they are given, then without labels of bifurcations. In SI units with
-    a `device`, as by `plot_bifurcations`.
+
+    Parameters
+    ----------
+    record : mapping of str
+        Branch as plain data, as in `plot_bifurcations`. Points and bifurcations with `energy` are
+        drawn: `work`, `damper_loss`, `friction_loss` and on a slope `lift`, per excitation period
+        and dimensionless. Files of `branch --out` have none.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : two Axes of Matplotlib, optional
+        Panels to draw into, without labels of bifurcations, in place of a new figure: `axes` of
+        one's own.
+    device : PhysicalParameters, optional
+        Device whose excitation amplitude, frequency, gap, damping or second spring varies; the
+        figure is then in SI units.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For a record that lacks something, for another number of axes, and for a device of another
+        scene, frequency, mass ratio or friction bound than that of the orbits.
+
+    See Also
+    --------
+    performance : energies of one orbit.
+    plot_bifurcations : states along the branch.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> branch = cs.continue_orbit(cs.solve_orbit(cs.Parameters(alpha=0.8)), "alpha", 0.9, points=5)
+    >>> points = []
+    >>> for one in branch.points:
+    ...     found = cs.performance(one.orbit)
+    ...     names = ("work", "damper_loss", "friction_loss")
+    ...     energy = {name: float(getattr(found, name).value) for name in names}
+    ...     points.append({"value": one.value, "stable": one.orbit.stable, "energy": energy})
+    >>> figure = cs.plot_energies({"parameter": "alpha", "points": points, "bifurcations": []})
+    >>> print([axes.get_ylabel() for axes in figure.axes])
+    ['energy per period', 'share of friction']
     """
     units = units_of(record, device)
     record = in_units(record, units)

@@ -49,14 +49,51 @@ def plot_chart(
 ) -> Figure:
     """Itineraries over two axes, large regions with a number, exact curves and points on top.
 
-    `results` is what `open_results` gives of a sweep over two parameters.
-    Regions are bounded by the `curves` of `capsule-sym curve --json`, and by the edges of cells
-    where several itineraries remain between curves. The key gives the itinerary of each number;
-    numbers ascend as areas descend, and from the 19th on itineraries are pale grey. Cells that have
-    not settled within the sweep's periods are dark grey, those without a result white. A circle is
-    a codimension-two point. A thin line is drawn at the `levels` of the second parameter. Drawn
-    into `axes`, without the key, if they are given. Raises InvalidInput for results of another
-    kind.
+    Regions are bounded by the curves, and by the edges of cells where several itineraries remain
+    between curves. The key gives the itinerary of each number. Numbers ascend as areas descend, and
+    from the 19th on itineraries are pale grey. Cells that have not settled within the sweep's
+    periods are dark grey, those without a result white. A circle is a codimension-two point.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Results of a sweep over two parameters, as `open_results` gives, with two values or more of
+        each. Axes are in SI units where those of the sweep are, else dimensionless.
+    curves : sequence of mapping, default ()
+        Curves of bifurcations over the same two parameters, as `capsule-sym curve --json` prints
+        them.
+    levels : sequence of float, default ()
+        Values of the second parameter at which a thin line is drawn, in the unit of its axis.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For results of another kind, and for curves over other parameters.
+
+    See Also
+    --------
+    run_sweep : computes the results.
+    plot_metric : a metric in place of the itinerary.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import capsule_sym as cs
+    >>> axes = cs.Axis.linear("alpha", 0.1, 1.0, 6), cs.Axis.linear("delta", 0.0, 0.4, 4)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary = cs.run_sweep(cs.Sweep(axes, periods=100), f"{folder}/chart")
+    ...     figure = cs.plot_chart(cs.open_results(f"{folder}/chart"))
+    >>> print([text.get_text() for text in figure.legends[0].get_texts()][:3])
+    ['1  F5 F4 F1 F2', '2  F5 F2', '3  F5 F4 F1 F2 F3 F2']
     """
     plane, regions = by_cells(results, curves)
     return draw_regions(plane, regions, curves, levels=levels, width=width, axes=axes)

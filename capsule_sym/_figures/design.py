@@ -36,7 +36,40 @@ def metric_label(name: str, system: Any) -> str:
 def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """A Pareto front: the first metric over the second, a dot for each optimum, a line a part.
 
-    `front` is what `pareto` gives. Drawn into `axes` if they are given.
+    Outliers lie beyond the axes, with a mark at their edge. Between parts of the front a dotted
+    line has the metric of the part before.
+
+    Parameters
+    ----------
+    front : Front
+        Front, as `pareto` gives.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For an argument of another type.
+
+    See Also
+    --------
+    pareto : the computation.
+    plot_pareto : front of a sweep's cells.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> front = cs.pareto("velocity", "work", {"alpha": (0.8, 0.9)}, points=2, samples=2)
+    >>> figure = cs.plot_front(front)
+    >>> print(figure.axes[0].get_xlabel(), [line.get_label() for line in figure.axes[0].lines][1:])
+    work ['optimum']
     """
     system = front.points[0].system if front.points else None
     alone = axes is None
@@ -87,10 +120,44 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
 def plot_residuals(
     fit: Fit, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
-    """The residuals of a fit over time: a row for each measured column, a column for each run.
+    """Residuals of a fit over time: a row for each measured column, a column for each run.
 
     They are in units of the noise; bands show one and two of it. Triangles at the edge are outliers
-    beyond it. Drawn into `figure`, a figure or a part of one, if it is given.
+    beyond it.
+
+    Parameters
+    ----------
+    fit : Fit
+        Fit, as `fit` and `fit_rig` give.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    figure : Figure or SubFigure of Matplotlib, optional
+        Place to draw into in place of a new figure: `figure` is one of one's own, or a part of one.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For an argument of another type.
+
+    See Also
+    --------
+    fit : the computation.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import capsule_sym as cs
+    >>> times = np.linspace(0.0, 15.0, 100)
+    >>> x_r = cs.simulate(cs.Parameters(alpha=0.9), periods=2)(times)[:, 0]
+    >>> found = cs.fit({"t": times, "x_r": x_r}, cs.Parameters(alpha=0.85), ["alpha"])
+    >>> figure = cs.plot_residuals(found)
+    >>> print(figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel(), sep="; ")
+    time (dimensionless); $x_r$, residual over noise
     """
     every = [one.data for one in fit.problem.recorded]
     names = list(dict.fromkeys(name for data in every for name in data.names))

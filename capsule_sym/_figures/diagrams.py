@@ -55,13 +55,56 @@ def plot_diagram(
 ) -> Figure:
     """Branches and those that leave them: stroboscopic states, or a metric of the orbits.
 
-    The quantity is x_r, v_r, v_c or a metric: velocity, speed, progression, work, damper_loss,
-    friction_loss, power, peak_force, peak_contact, speed_per_work, cost_of_transport or lyapunov,
-    and lift in a scene with a load; energies and progression are those of an excitation period. It
-    is in SI units with the `device` whose orbits they are. A colour is a branch; stable orbits are
-    solid, unstable ones dashed. Every bifurcation has its label, and the key its type and value.
-    Drawn into `axes`, without the keys, if they are given. Raises InvalidInput for another
-    quantity, for branches in different parameters, and for records that lack something.
+    A colour is a branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its
+    label, and the key its type and value.
+
+    Parameters
+    ----------
+    record : mapping of str, or sequence of them
+        Branches as `read_branch` gives them, all in the same parameter.
+    quantity : str, default "x_r"
+        Quantity to draw: x_r, v_r, v_c or a metric. Metrics are velocity, speed, progression, work,
+        damper_loss, friction_loss, power, peak_force, peak_contact, speed_per_work,
+        cost_of_transport and lyapunov, and lift in a scene with a load. Energies and progression
+        are those of an excitation period.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without the keys, in place of a new figure: `axes` of one's own.
+    device : PhysicalParameters, optional
+        Device whose orbits they are; the quantity is then in SI units.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For another quantity, for branches in different parameters, and for records that lack
+        something.
+
+    See Also
+    --------
+    read_branch : record of a file.
+    plot_bifurcations : states and velocity of one branch.
+
+    Examples
+    --------
+    The command `branch` writes the file:
+
+    >>> import subprocess, sys, tempfile
+    >>> import capsule_sym as cs
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     command = [sys.executable, "-m", "capsule_sym", "branch", "--alpha", "0.9:1"]
+    ...     done = subprocess.run([*command, "--out", folder], capture_output=True)
+    ...     record = cs.read_branch(f"{folder}/branch.json")
+    >>> figure = cs.plot_diagram(record, "progression")
+    >>> print(figure.axes[0].get_ylabel())
+    progression per period
+    >>> print(figure.legends[1].get_texts()[0].get_text()[:19])
+    AS1  adding-sliding
     """
     if quantity not in QUANTITIES:
         raise InvalidInput("quantity", quantity, f"one of {', '.join(QUANTITIES)}")

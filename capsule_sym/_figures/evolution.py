@@ -45,10 +45,52 @@ def plot_itineraries(
     axes: Axes | None = None,
     device: SceneDevice | None = None,
 ) -> Figure:
-    """Field by phase against alpha, with the exact bifurcations of a branch named.
+    """Acting field by phase against alpha, with the exact bifurcations of a branch named.
 
-    Drawn into `axes` if they are given, then without labels of bifurcations. With a `device` over
-    its amplitude. Raises InvalidInput if `motions` is empty.
+    Motions are sorted by alpha. Switches are joined from motion to motion, through the orbits of
+    the bifurcations between them. Around a run that does not end in a steady motion it stays white.
+
+    Parameters
+    ----------
+    motions : sequence of Trajectory or Orbit
+        Motions at several values of alpha, one or more.
+    record : mapping of str
+        Branch in alpha as plain data, as `read_branch` gives. It needs `parameter`, `points` with
+        their `value`, and `bifurcations`.
+    colours : {"safe", "paper"}, default "safe"
+        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without labels of bifurcations, in place of a new figure: `axes` of
+        one's own.
+    device : PhysicalParameters, optional
+        Device whose motions they are; the figure is then over its amplitude in SI units.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        If `motions` is empty, for a record that lacks something, and for a device of another scene,
+        frequency, mass ratio or friction bound than that of the motions.
+
+    See Also
+    --------
+    plot_bifurcations : states along the branch.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> motions = [cs.solve_orbit(cs.Parameters(alpha=alpha)) for alpha in (0.7, 0.8, 0.9)]
+    >>> points = [{"value": motion.parameters.alpha} for motion in motions]
+    >>> record = {"parameter": "alpha", "points": points, "bifurcations": []}
+    >>> figure = cs.plot_itineraries(motions, record)
+    >>> print([text.get_text() for text in figure.legends[0].get_texts()])
+    ['$F_{1}$ NC-FD', '$F_{2}$ NC-S', '$F_{4}$ C-FD', '$F_{5}$ C-S']
     """
     alone = axes is None
     figure, axes = axes_for(axes, width, 2.9)

@@ -48,8 +48,45 @@ def plot_displacements(
 ) -> None:
     """Displacements of mass (dashed) and capsule (solid) against time (Fig. 7, left).
 
-    Draws the last `periods` of a run or one period of an orbit; time counts from a phase 0 of the
-    forcing, x_c from the beginning. In SI units with the `device` whose motion it is.
+    Draws the last `periods` of a run or one period of an orbit. Time counts from a phase 0 of the
+    forcing, x_c from the beginning.
+
+    Parameters
+    ----------
+    result : Trajectory or Orbit
+        The motion.
+    axes : Axes of Matplotlib
+        Place to draw into.
+    periods : int, default 3, 1 to the run's whole periods
+        Number of the run's last excitation periods. It has no effect on an orbit.
+    colours : {"safe", "paper"}, default "safe"
+        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
+    device : PhysicalParameters, optional
+        Device whose motion it is; the figure is then in SI units.
+
+    Returns
+    -------
+    None
+        The panel is drawn into `axes`.
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, and for a device of another scene, frequency, mass ratio or
+        friction bound than that of the motion.
+
+    See Also
+    --------
+    plot_motion : this panel and the phase portrait.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> import capsule_sym as cs
+    >>> axes = Figure().subplots()
+    >>> cs.plot_displacements(cs.solve_orbit(cs.Parameters(alpha=0.9)), axes)
+    >>> print(axes.get_ylabel(), *axes.get_xlim())
+    displacements $x_m$, $x_c$ 0.0 1.0
     """
     units = Units.of_motion(device, result.parameters)
     shown = arcs(result, periods)
@@ -94,8 +131,46 @@ def plot_phase_portrait(
 ) -> None:
     """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right).
 
-    Of a run its last `periods`; if not given, those of its steady motion. Thin where it does not
-    end in one. In SI units with the `device` whose motion it is.
+    The orbit is thin where a run does not end in a steady motion. A triangle marks each rise and
+    fall of a pulsed drive.
+
+    Parameters
+    ----------
+    result : Trajectory or Orbit
+        The motion.
+    axes : Axes of Matplotlib
+        Place to draw into.
+    periods : int, optional, 1 to the run's whole periods
+        Number of the run's last excitation periods. The default is those of its steady motion, or
+        at most 16 if there is none. It has no effect on an orbit.
+    colours : {"safe", "paper"}, default "safe"
+        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
+    device : PhysicalParameters, optional
+        Device whose motion it is; the figure is then in SI units.
+
+    Returns
+    -------
+    None
+        The panel is drawn into `axes`.
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, and for a device of another scene, frequency, mass ratio or
+        friction bound than that of the motion.
+
+    See Also
+    --------
+    plot_motion : this panel and the displacements.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> import capsule_sym as cs
+    >>> axes = Figure().subplots()
+    >>> cs.plot_phase_portrait(cs.solve_orbit(cs.Parameters(alpha=0.9)), axes)
+    >>> print(axes.get_xlabel(), axes.get_ylabel(), sep="; ")
+    relative displacement $x_r$; relative velocity $v_r$
     """
     units = Units.of_motion(device, result.parameters)
     shown = cycle(result) if periods is None else arcs(result, periods)
@@ -164,8 +239,8 @@ def plot_motion(
     Raises
     ------
     InvalidInput
-        For a value outside its range, for another number of axes, and for a device whose
-        dimensionless parameters are others than those of the motion.
+        For a value outside its range, for another number of axes, and for a device of another
+        scene, frequency, mass ratio or friction bound than that of the motion.
 
     See Also
     --------
@@ -300,8 +375,47 @@ def plot_margins(
 
     A switch happens where the mass meets a stop, where the capsule's velocity reaches 0, or where
     the pull on a sticking capsule reaches a friction bound. A curve is thin where its quantity is
-    no guard of the acting field. Drawn into four `axes` if they are given: for the itinerary, the
-    gap, the velocity and the force; in SI units with the `device` whose motion it is.
+    no guard of the acting field.
+
+    Parameters
+    ----------
+    result : Trajectory or Orbit
+        The motion.
+    periods : int, default 1, 1 to the run's whole periods
+        Number of the run's last excitation periods. It has no effect on an orbit.
+    colours : {"safe", "paper"}, default "safe"
+        Colours of the segments: safe for colour-blind readers, or those of Fig. 7 of the paper.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : four Axes of Matplotlib, optional
+        Panels to draw into, without the legend, in place of a new figure: `axes` for the itinerary,
+        the gap, the velocity and the force.
+    device : PhysicalParameters, optional
+        Device whose motion it is; the figure is then in SI units.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For a value outside its range, for another number of axes, and for a device of another
+        scene, frequency, mass ratio or friction bound than that of the motion.
+
+    See Also
+    --------
+    plot_motion : displacements and phase portrait.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> figure = cs.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> print([axes.get_ylabel() for axes in figure.axes[2:]])
+    ['capsule velocity $v_c$', 'force $P_3$, $P_4$']
+    >>> print([text.get_text() for text in figure.axes[0].texts])
+    ['$F_{4}$', '$F_{1}$', '$F_{2}$', '$F_{4}$']
     """
     parameters = result.parameters
     units = Units.of_motion(device, parameters)

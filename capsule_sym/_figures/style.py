@@ -165,12 +165,38 @@ def _sheet() -> dict[Any, Any]:
 
 @contextmanager
 def figure_style(width: float | Literal["column", "page"] | None = None) -> Iterator[None]:
-    """The style of all figures in force, for making, drawing and saving them.
+    """Context in which figures are made, drawn and saved in the style of the package.
 
-    `width` is that of figures made meanwhile: "column" (3.35 in), "page" (7 in, as where none is
-    given) or a number of inches. Settings of matplotlib that a style sheet or a matplotlibrc
-    changed before stay as they are; its `figure.figsize` gives the width. Raises InvalidInput for
-    another word.
+    Settings of matplotlib that a style sheet or a matplotlibrc changed before stay as they are; its
+    `figure.figsize` gives the width.
+
+    Parameters
+    ----------
+    width : float, "column" or "page", default None
+        Width of figures made meanwhile: "column" (3.35 in), "page" (7 in, as where none is given)
+        or a number of inches.
+
+    Returns
+    -------
+    context manager
+        Context for a `with` statement. The former settings hold after it.
+
+    Raises
+    ------
+    InvalidInput
+        For another word.
+
+    See Also
+    --------
+    save_figure : file of a figure.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> with cs.figure_style("column"):
+    ...     figure = cs.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> print(figure.get_figwidth())
+    3.35
     """
     ours = {name: at for name, at in _sheet().items() if rcParams[name] == rcParamsDefault[name]}
     if width is not None:
@@ -294,12 +320,49 @@ def save_figure(
 ) -> None:
     """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
 
-    The file's metadata describe the figure: `Title`, and `Description` (PDF: `Subject`), a
-    JSON object with the parameters. `dpi` is the resolution of a PNG, 300 if not given, and of
-    what is dots in the others. `data` writes all that is drawn as CSV beside it, with the ending
-    .csv: a row for each point, with the number of its panel, the labels of both axes, and the name
-    of its series. Raises InvalidInput for another ending or resolution, and for a path that cannot
-    be written.
+    The file's metadata describe the figure: `Title`, and `Description` (PDF: `Subject`), a JSON
+    object with the parameters. Missing folders are made. A file is replaced only once the new one
+    is whole.
+
+    Parameters
+    ----------
+    figure : Figure of Matplotlib
+        Figure to write.
+    path : str or path
+        File to write, with the ending .png, .svg or .pdf.
+    dpi : float, optional, 30 to 2400
+        Resolution of a PNG, and of what is dots in the others, as a number of dots per inch. The
+        default is 300.
+    data : bool, default False
+        True writes all that is drawn as CSV beside it, with the ending .csv: a row for each point,
+        with the number of its panel, the labels of both axes, and the name of its series.
+
+    Returns
+    -------
+    None
+        The result is the file.
+
+    Raises
+    ------
+    InvalidInput
+        For another ending or resolution, and for a path that cannot be written.
+
+    See Also
+    --------
+    figure_style : width of figures.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import capsule_sym as cs
+    >>> figure = cs.plot_margins(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     cs.save_figure(figure, f"{folder}/margins.svg", data=True)
+    ...     print(sorted(path.name for path in Path(folder).iterdir()))
+    ...     print(Path(folder, "margins.csv").read_text().splitlines()[0])
+    ['margins.csv', 'margins.svg']
+    panel,x_label,y_label,series,x,y,z
     """
     kind = check_ending(Path(path))
     check_resolution(dpi)

@@ -206,14 +206,52 @@ def plot_metric(
 ) -> Figure:
     """A metric of a sweep's cells, such as the average velocity, over its one or two axes.
 
-    `results` is what `open_results` gives of a sweep. Metrics are velocity, speed, progression,
-    work, damper_loss, friction_loss, power, peak_force, peak_contact, speed_per_work,
-    cost_of_transport, lyapunov and, in a scene with a load, lift, as far as the sweep computes what
-    they need; those of a device are in SI units. Over two axes a colour bar has the scale, in two
-    hues around 0 where the metric has both signs; its arrow stands for outliers. Grey are cells
-    without a result, such as the cost of a capsule that does not advance, and bifurcation `curves`
-    of `capsule-sym curve --json` lie on top. Over one axis each cell is a dot. Drawn into `axes` if
-    they are given. Raises InvalidInput for results of another kind.
+    Over two axes a colour bar has the scale, in two hues around 0 where the metric has both signs;
+    its arrow stands for outliers. Grey are cells without a result, such as the cost of a capsule
+    that does not advance. Over one axis each cell is a dot.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Results of a sweep over one or two axes, as `open_results` gives, dimensionless. Those of a
+        device are drawn in SI units.
+    metric : str, default "velocity"
+        Metric to draw, as far as the sweep computes what it needs: velocity, speed, progression,
+        work, damper_loss, friction_loss, power, peak_force, peak_contact, speed_per_work,
+        cost_of_transport and lyapunov, and in a scene with a load lift.
+    curves : sequence of mapping, default ()
+        Curves of bifurcations that lie on top of two axes, as `capsule-sym curve --json` prints
+        them.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For results of another kind, and for a metric that the sweep does not compute.
+
+    See Also
+    --------
+    plot_chart : itineraries over two parameters.
+    plot_pareto : speed against cost of transport.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import capsule_sym as cs
+    >>> sweep = cs.Sweep((cs.Axis.linear("alpha", 0.5, 1.0, 6),), compute=("progression",))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary = cs.run_sweep(sweep, f"{folder}/line")
+    ...     figure = cs.plot_metric(cs.open_results(f"{folder}/line"), "progression")
+    >>> print(figure.axes[0].get_ylabel(), figure.axes[0].lines[0].get_ydata().round(3))
+    progression per period [0.094 0.239 0.412 0.601 0.801 1.003]
     """
     values = metric_of(results, metric)
     if not 1 <= values.ndim <= 2 or any(name not in results.coords for name in values.dims):
@@ -302,8 +340,45 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
     The speed is the absolute average velocity. The cost of transport is the work of the drive
     divided by the friction bound and the distance. A cell is on the front if no other cell is at
     least as fast at no greater cost. Cells of over ten times the front's largest cost are counted,
-    and not shown. Drawn into `axes` if they are given. Raises InvalidInput for a sweep without
-    energies.
+    and not shown.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Results of a sweep with energies, as `open_results` gives, dimensionless. For a device the
+        speed is drawn in SI units.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    axes : Axes of Matplotlib, optional
+        Place to draw into, without the key, in place of a new figure: `axes` of one's own.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For a sweep without energies, and for one in which no cell advances.
+
+    See Also
+    --------
+    pareto : front of optima, without a grid.
+    plot_metric : a metric over the parameters.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import capsule_sym as cs
+    >>> sweep = cs.Sweep((cs.Axis.linear("alpha", 0.5, 3.0, 6),), compute=("energies",))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary = cs.run_sweep(sweep, f"{folder}/line")
+    ...     figure = cs.plot_pareto(cs.open_results(f"{folder}/line"))
+    >>> for line in figure.axes[0].lines:
+    ...     print(line.get_label(), len(line.get_xdata()))
+    cells 6
+    Pareto front 3
     """
     speed, cost = speed_and_cost(results)
     front = non_dominated(speed, cost)

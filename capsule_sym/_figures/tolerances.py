@@ -25,10 +25,41 @@ _HALF = 0.2  # height of half a bar, and how far it is from the middle of its pa
 def plot_tolerances(
     found: Tolerances, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
-    """The samples of each metric as a histogram, and beside it Sobol's indices with intervals.
+    """Samples of each metric as a histogram, and beside it Sobol's indices with intervals.
 
-    `found` is what `tolerances` gives. Lines mark the nominal value and the middle 95 % of the
-    samples. Drawn into `figure`, a figure or a part of one, if it is given.
+    Lines mark the nominal value and the middle 95 % of the samples.
+
+    Parameters
+    ----------
+    found : Tolerances
+        Spread, as `tolerances` gives.
+    width : float, default 7, above 0
+        Width of a new figure, a number of inches. Within `figure_style` the default is its width.
+    figure : Figure or SubFigure of Matplotlib, optional
+        Place to draw into in place of a new figure: `figure` is one of one's own, or a part of one.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InvalidInput
+        For an argument of another type.
+
+    See Also
+    --------
+    tolerances : the computation.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> shares = {"alpha": 0.05, "zeta": 0.1}
+    >>> found = cs.tolerances("velocity", shares, cs.Parameters(alpha=0.9), samples=64)
+    >>> figure = cs.plot_tolerances(found)
+    >>> print([axes.get_xlabel()[:16] for axes in figure.axes])
+    ['average velocity', 'share of the var']
     """
     rows = max(1, len(found.metrics))
     height = 0.4 + rows * max(1.7, 0.3 + 0.35 * len(found.names))

@@ -38,10 +38,55 @@ class Basin(NamedTuple):
 
 
 def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[Summary, Basin]:
-    """Run a basin and add `attractor`, each cell's attractor number, to the results of its store.
+    """Run of a basin, with the attractor number of each cell.
 
-    `how` has the further arguments of `run_sweep`. Raises as `run_sweep` does, and InvalidInput for
-    an axis that is not of the start, or for more than 10^8 cells.
+    The variable `attractor` is added to the results of the store. Attractors are stable orbits that
+    Newton's method finds from the ends of the runs. A cell has the number -1 if its motion is not
+    periodic, or if no stable orbit is found from its final state. The cells compute their
+    itinerary, progression and final state, whatever the sweep requests.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        Sweep whose axes are coordinates of the start: x_r, v_r, v_c or phase. It has at most 10^8
+        cells.
+    store : str or path
+        Directory that receives the results.
+    **how : optional
+        Further arguments of `run_sweep`, such as `workers`, `resume` and `max_seconds`.
+
+    Returns
+    -------
+    Summary
+        Summary of the run, as from `run_sweep`.
+    Basin
+        Named tuple: `attractors`, the most frequent first, and `numbers`, the attractor number of
+        each cell, in the shape of the sweep. It has none if the run did not finish.
+
+    Raises
+    ------
+    InvalidInput
+        For an axis that is not of the start, for more than 10^8 cells, and as `run_sweep`.
+    NotWritten, Lost, KeyboardInterrupt
+        As `run_sweep` raises them.
+
+    See Also
+    --------
+    plot_basin : figure of the results.
+    attractors : attractors without a grid of starts.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import capsule_sym as cs
+    >>> axes = cs.Axis.linear("x_r", -2.0, 2.0, 6), cs.Axis.linear("v_r", -2.0, 2.0, 4)
+    >>> system = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary, basin = cs.run_basin(cs.Sweep(axes, system), f"{folder}/basin")
+    >>> print([(one.count, round(one.progression, 4)) for one in basin.attractors])
+    [(16, 4.2081), (8, -0.3257)]
+    >>> print(basin.numbers[0])
+    [0 0 1 1]
     """
     for axis in sweep.axes:
         for quantity in axis.quantities:

@@ -23,22 +23,94 @@ _SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
 
 
 def load_sweep(path: str | PathLike[str]) -> Sweep:
-    """Sweep from a TOML file, whose table is read as by `read_plan`.
+    r"""Sweep from a TOML file, whose table is read as by `read_plan`.
 
-    Raises InvalidInput if the file cannot be read, is not TOML, or has a value that is not allowed.
+    Parameters
+    ----------
+    path : str or path
+        File in UTF-8.
+
+    Returns
+    -------
+    Sweep
+        The sweep.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read, is not TOML, or has a value that is not allowed.
+
+    See Also
+    --------
+    read_plan : keys of the table.
+    run_sweep : run of the sweep.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import capsule_sym as cs
+    >>> text = "periods = 200\n[axes]\nalpha = { from = 0.5, to = 0.9, count = 5 }\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "sweep.toml")
+    ...     size = path.write_text(text)
+    ...     sweep = cs.load_sweep(path)
+    >>> print(sweep.shape, sweep.periods)
+    (5,) 200
     """
     return read_plan(read_toml(path), path)
 
 
 def read_plan(plan: Mapping[str, Any], path: str | PathLike[str] = "") -> Sweep:
-    """Sweep from a table, which may come from the file `path`.
+    """Sweep from a table.
 
-    The table has the tables `axes`, `parameters` and `start` (x_r, v_r, v_c, phase), and the keys
-    `scene` (as in a file of parameters), `periods`, `tolerance`, `compute` and `chunk`. A table
-    `device` in SI units replaces `parameters`; quantities proportional to one parameter, such as
-    P_d, may then be axes, or vary in a design, in SI units. An axis is a list of values; a table
-    with `from`, `to`, `count` and optionally `spacing = "log"`; or a design, a table with `sobol`
-    (ranges by name), `count` and `seed`. Raises InvalidInput for a value that is not allowed.
+    An axis is a list of values. Or it is a table with `from`, `to`, `count` and optionally
+    `spacing`, "linear" or "log". Or it is a design, a table with `sobol` (ranges by name), `count`
+    and `seed`.
+
+    Parameters
+    ----------
+    plan : mapping of str
+        Table with these keys; all may be missing except `axes`.
+
+        - `axes`: the axes by name.
+        - `parameters`: the fixed parameters, dimensionless; by default those of the scene.
+        - `device`: the fixed parameters in SI units instead. Quantities proportional to one
+          parameter, such as P_d, may then be axes, or vary in a design, in SI units.
+        - `start`: x_r, v_r, v_c and phase, dimensionless; each is 0 by default.
+        - `scene`: the scene, as in a file of parameters.
+        - `periods`: length of a run in excitation periods, 1 or more, by default 300.
+        - `tolerance`: change within which stroboscopic states repeat, dimensionless, above 0 and
+          below 1, by default 1e-9.
+        - `compute`: the quantities, by default `["itinerary"]`: some of itinerary, progression,
+          final, multipliers, energies, forces and lyapunov.
+        - `chunk`: number of cells of a chunk along each axis. By default a chunk takes one to two
+          seconds.
+    path : str or path, default ""
+        File from which the table comes. A folder that `scene` names is relative to it.
+
+    Returns
+    -------
+    Sweep
+        The sweep, of at most 10^10 cells.
+
+    Raises
+    ------
+    InvalidInput
+        For a value that is not allowed, and for an unknown key.
+
+    See Also
+    --------
+    load_sweep : the same from a TOML file.
+    run_sweep : run of the sweep.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> alpha = {"from": 0.01, "to": 1.0, "count": 3, "spacing": "log"}
+    >>> sweep = cs.read_plan({"axes": {"alpha": alpha, "omega": [0.7, 0.9]}, "periods": 100})
+    >>> print(sweep.shape, sweep.axes[0].values.ravel().round(6))
+    (3, 2) [0.01 0.1  1.  ]
     """
     if not isinstance(plan, Mapping):
         raise InvalidInput("plan", plan, "a table")
