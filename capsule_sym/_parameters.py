@@ -6,8 +6,11 @@ Physica D, 2019, doi 10.1016/j.physd.2019.04.008).
 
 from __future__ import annotations
 
+import inspect
 import math
 import os
+import re
+import textwrap
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
@@ -29,6 +32,7 @@ SHIPPED = ("capsule", "slope", "prototype", "reaction", "reaction_pulse")
 """Names of the scenes that ship; the first is the paper's."""
 _ALLOWED = f"{', '.join(SHIPPED)}, or a folder that `python -m capsule_sym.codegen` wrote"
 _Kind = TypeVar("_Kind", bound="_Frozen")
+_FIELD = r'^    (\w+): float(?: = (\S+))?\n    """(.+?)"""'
 _MODULES = {
     "facts": "facts",
     "formulas": "formulas",
@@ -141,7 +145,7 @@ class Scene:
             "__qualname__": f"{self.name}.{name}",
         }
         made: type[_Kind] = type(name, (*generated, base), held)
-        return checked(dataclass(frozen=True)(made))
+        return checked(_described(dataclass(frozen=True)(made)))
 
 
 _known: dict[str, Scene] = {}
@@ -241,6 +245,31 @@ def names_of(parameters: Any) -> tuple[str, ...]:
 @cache
 def _names_of(kind: Any) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind))
+
+
+def _described(kind: type[_Kind]) -> type[_Kind]:
+    """The class, with default, range, meaning and unit of each field in its docstring.
+
+    Meanings are the texts below the fields of the generated classes, which only the source has.
+    """
+    facts, entries = kind.scene.facts, list[str]()
+    with suppress(OSError):  # there is bytecode only
+        source = inspect.getsource(kind.scene.dataclasses)
+        for name, default, meaning in re.findall(_FIELD, source, re.M | re.S):
+            if name in names_of(kind):
+                head, text = f"{name} : float", " ".join(meaning.split())
+                head += f", default {default}" if default else ""
+                if name in facts.RANGES:
+                    head += ", {:.10g} to {:.10g}".format(*facts.RANGES[name])
+                    text += " Dimensionless."
+                elif name in facts.SIGNED:
+                    head += ", of either sign"
+                else:
+                    head += ", above 0" if name in facts.POSITIVE else ", at least 0"
+                entries += [head, textwrap.indent(textwrap.fill(text, 92), "    ")]
+    about, further, rest = inspect.cleandoc(kind.__doc__ or "").partition("\n\nSee Also")
+    kind.__doc__ = "\n".join([about, "", "Parameters", "----------", *entries]) + further + rest
+    return kind
 
 
 class SceneParameters(_Frozen):
@@ -362,18 +391,37 @@ class SceneDevice(_Frozen, Scales):
 
 
 @checked
+@_described
 @dataclass(frozen=True, slots=True)
 class Parameters(Fields, SceneParameters):
     """Dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, omega,
-    gamma and f_b are > 0 and the others are >= 0.
+    gamma and f_b are > 0 and the others are >= 0. The ranges below are those of a run. The
+    quantities of a device in the definitions are those of `PhysicalParameters`: P_f is its
+    `friction_force`, Omega0 its `natural_frequency`.
+
+    See Also
+    --------
+    PhysicalParameters : a device in SI units; its `dimensionless()` gives these parameters.
+    load_parameters : parameters in a file.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> cs.Parameters(alpha=0.9)
+    Parameters(alpha=0.9, omega=0.8, delta=0.02, zeta=0.05, beta=1.5, gamma=3.3, f_b=1.0)
+    >>> cs.Parameters(gamma=0)
+    Traceback (most recent call last):
+    ...
+    capsule_sym._errors.InvalidInput: gamma = 0.0: must be finite and > 0
     """
 
     scene: ClassVar[Scene] = CAPSULE
 
 
 @checked
+@_described
 @dataclass(frozen=True, slots=True)
 class PhysicalParameters(DeviceFields, Relations, SceneDevice):
     """Parameters of the device in SI units, with the scales of results in SI units.
@@ -381,6 +429,23 @@ class PhysicalParameters(DeviceFields, Relations, SceneDevice):
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, the masses,
     k1, Omega, mu and g are > 0 and the others are >= 0, and unless the friction force, the
     natural frequency, the length scale and the dimensionless parameters are representable.
+
+    See Also
+    --------
+    Parameters : the dimensionless parameters.
+    load_parameters : parameters in a file.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> device = cs.PhysicalParameters(
+    ...     M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3.0, Omega=8.0, mu=0.2
+    ... )
+    >>> parameters = device.dimensionless()
+    >>> print(f"alpha = {parameters.alpha:.6f}, omega = {parameters.omega:.3f}")
+    alpha = 0.711187, omega = 0.800
+    >>> print(f"{device.displacement(1.0):.6f} m")  # the unit of length
+    0.084366 m
     """
 
     scene: ClassVar[Scene] = CAPSULE
@@ -394,13 +459,39 @@ def of_paper(parameters: SceneParameters) -> Parameters:
 
 
 def load_parameters(path: str | PathLike[str]) -> SceneParameters | SceneDevice:
-    """Load the parameters in a TOML file: dimensionless or physical, never a mix.
+    """Parameters in a TOML file: dimensionless or of a device, never a mix.
 
-    Keys are at the top level: `scene`, the name of a shipped one or a folder that was loaded before
-    (by default the paper's), and the fields of its `Parameters` (each missing one takes its
-    default) or of its `PhysicalParameters` (all required except those with a default). Raises
-    `InvalidInput` if the file cannot be read, is not TOML, or has a key or a value that is not
-    allowed.
+    Keys are at the top level. The key `scene` is the name of a shipped scene, or a folder, relative
+    to the file, that was loaded before. Without it the scene is the paper's. The other keys are the
+    fields of the scene's `Parameters` or of its `PhysicalParameters`. Each missing field of
+    `Parameters` takes its default. All fields of `PhysicalParameters` are required except those
+    with a default.
+
+    Parameters
+    ----------
+    path : str or PathLike
+        Name of the file.
+
+    Returns
+    -------
+    Parameters or PhysicalParameters
+        Parameters of the scene, dimensionless, or those of a device in SI units.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read, is not TOML, or has a key or a value that is not allowed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import capsule_sym as cs
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "capsule.toml")
+    ...     _ = path.write_text("alpha = 0.9")
+    ...     print(cs.load_parameters(path).alpha)
+    0.9
     """
     return read_parameters(path, CAPSULE)
 

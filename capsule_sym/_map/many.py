@@ -115,19 +115,68 @@ def simulate_many(
     threads: int = 1,
     scene: Scene | str | None = None,
 ) -> Trajectories:
-    """Run the map for n parameter sets, each as by `simulate`.
+    """Runs of the map for n parameter sets, each as by `simulate`.
 
-    `parameters` are n `Parameters` of one scene, or rows (n, 7) of those of `scene` (its name or
-    folder; by default the paper's). States are (n, 3) or (3,), phases (n,) or one number. `keep` is
-    as in `simulate`; times are the same for all runs. Final and stroboscopic states are computed in
-    vector lanes unless `max_segments` is set, and agree with those of single runs up to rounding.
-    `max_segments` limits each run, `max_seconds` all runs together. With `max_open` a run of which
-    the core leaves more segments open ends with the status segment-limit. Kept data take at most
-    4 GiB, of which each run has an equal part. A run that uses up its part ends with the status
-    memory-limit; counts of runs, periods or times that certainly need more are refused. All
-    quantities are dimensionless.
+    Kept data take at most 4 GiB, of which each run has an equal part. A run that uses up its part
+    ends with the status memory-limit. Numbers of runs, periods or times that certainly need more
+    are refused. All quantities are dimensionless.
 
-    Raises InvalidInput for a value that is not allowed.
+    Final and stroboscopic states are computed in vector lanes, and agree with those of single runs
+    up to rounding. The lanes need the C core, `max_segments` None, and for stroboscopic states at
+    most 8,192 periods. Other runs are computed one by one.
+
+    Parameters
+    ----------
+    parameters : sequence of n Parameters, or array of shape (n, 7)
+        Parameters of one scene, dimensionless, or a NumPy array of their rows. A row has the
+        parameters of the scene in their order, 7 in the paper's scene.
+    states : array_like of shape (n, 3) or (3,), default (0, 0, 0), each from -1e20 to 1e20
+        Start states (x_r, v_r, v_c), dimensionless; one state is that of all runs.
+    phases : array_like of shape (n,) or one float, default 0, from 0 to below 2 pi/omega
+        Phases at the starts, dimensionless times in the excitation period.
+    periods : int, default 100, 1 to 10^12
+        Length of each run, in excitation periods.
+    keep : str or array_like of any shape, default "final"
+        Kept data: "segments", "stroboscopic", "switches" or "final", as for `simulate`. An array
+        has absolute times, dimensionless, at which states are kept. The times are the same for all
+        runs, from the latest start to the earliest end.
+    max_segments : int or None, default None, 1 to 10^12
+        Largest number of segments of each run; None is that of `simulate`.
+    max_open : int, default -1
+        Number of segments of each run that the reference map may compute because the core cannot
+        decide their switch. A run with more of them ends with the status segment-limit. A value
+        below 0 is no limit. It applies to runs in vector lanes only.
+    max_seconds : float, default inf, above 0
+        Time limit of all runs together, in seconds of wall time. Runs that did not finish have the
+        status time-limit.
+    threads : int, default 1, 1 to 10^12
+        Number of threads that share the runs.
+    scene : Scene, str or None, default None
+        Scene of the rows, or its name or folder. None is the scene of the given Parameters, and the
+        paper's scene for rows.
+
+    Returns
+    -------
+    Trajectories
+        Final states, statuses and kept data of all runs, as arrays.
+
+    Raises
+    ------
+    InvalidInput
+        For a value that is not allowed, and for Parameters of more than one scene.
+
+    See Also
+    --------
+    simulate : one run, with its segments as objects.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> runs = cs.simulate_many([cs.Parameters(alpha=0.7), cs.Parameters(alpha=0.9)])
+    >>> runs.status.tolist(), runs.states.shape
+    (['finished', 'finished'], (2, 3))
+    >>> runs.states[1].round(6).tolist()  # (x_r, v_r, v_c) after 100 periods
+    [0.971245, 0.388907, 0.172351]
     """
     scene, rows = _rows(parameters, None if scene is None else as_scene(scene))
     count = len(rows)

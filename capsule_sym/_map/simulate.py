@@ -32,25 +32,91 @@ def simulate(
     max_seconds: float = math.inf,
     progress: Callable[[int], object] | None = None,
 ) -> Trajectory:
-    """Return the exact trajectory over whole excitation periods from a state and phase.
+    """Exact trajectory over whole excitation periods from a state and a phase.
 
-    The state is (x_r, v_r, v_c), the phase a time in [0, 2 pi/omega); all quantities are
-    dimensionless. The run ends at phase 0 after `periods` periods. The backend is "c" (the compiled
-    core; the default if it is there), "numpy" (double precision, the readable reference) or
-    "mpmath" (50 digits). With `escalate`, 50 digits decide the switches that double precision
-    cannot; `statistics` of the trajectory count them. A switch that remains undecided has its type
-    in the segment's outcome, and is treated as the exact tangency or corner within the error bound.
+    The run passes from segment to segment by closed forms, and each switch is proved to be the
+    first event. It ends at phase 0 after `periods` excitation periods. All quantities are
+    dimensionless.
 
-    `keep` is one of "segments" (all segments, from which the trajectory can be evaluated at any
-    time, and the states at the ends of periods), "stroboscopic" (only these states), "switches" and
-    "final" (only the final state), or an array of absolute times at which states are kept. In the
-    core, memory does not grow with data that are not kept.
+    The run stops early after `max_segments` segments, after `max_seconds`, if kept data reach
+    4 GiB, or at a point where no successor field is certain. The trajectory then has the results
+    up to that time. Its `status` and `message` give the reason.
 
-    The run stops early after `max_segments` segments (10^6 by default if data of each are kept),
-    after `max_seconds` of wall time, if kept data reach 4 GiB, or at a point where no successor
-    field is certain. The trajectory then has the results up to that time; its `status` and
-    `message` give the reason. `progress` is called now and then with the number of periods passed.
-    Raises InvalidInput for a value that is not allowed.
+    Parameters
+    ----------
+    parameters : Parameters
+        Parameters of the capsule or of another scene, dimensionless; of a device those that its
+        `dimensionless()` gives.
+    state : sequence of 3 floats, default (0, 0, 0), each from -1e20 to 1e20
+        Start state (x_r, v_r, v_c), dimensionless.
+    phase : float, default 0, from 0 to below 2 pi/omega
+        Phase at the start, a dimensionless time in the excitation period.
+    periods : int, default 100, 1 to 10^12
+        Length of the run, in excitation periods.
+    keep : str or array_like of any shape, default "segments"
+        Kept data. The names are "segments", "stroboscopic", "switches" and "final".
+
+        - "segments": all segments, from which the trajectory can be evaluated at any time, and the
+          stroboscopic states.
+        - "stroboscopic": the states at the ends of periods only.
+        - "switches": the switches only.
+        - "final": the final state only.
+
+        An array has absolute times, dimensionless, at which states are kept. They lie between the
+        start and the end of the run, and may be at most 134,217,728, which take 4 GiB. In the core,
+        memory does not grow with data that are not kept.
+    backend : {"c", "numpy", "mpmath"} or None, default None
+        Number system of the run: "c" is the compiled core, "numpy" the readable reference in double
+        precision, "mpmath" has 50 digits. None is "c" if the core is compiled, else "numpy".
+    escalate : bool, default True
+        True to decide by 50 digits the switches that double precision cannot decide. The
+        `statistics` of the trajectory count them. A switch that remains undecided has its type in
+        the segment's outcome. It is treated as the exact tangency or corner within the error bound.
+    max_segments : int or None, default None, 1 to 10^12
+        Largest number of segments. None is 10^6 if data of each segment are kept, as by the
+        backends "numpy" and "mpmath" with every `keep`. For other runs it is 10^12.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time.
+    progress : callable or None, default None
+        Function that is called now and then with the number of periods passed.
+
+    Returns
+    -------
+    Trajectory
+        The run: segments, final time and state, `status`, `message` and `statistics`. Its `success`
+        is False if the run stopped early.
+
+    Raises
+    ------
+    InvalidInput
+        For a value that is not allowed, and for parameters outside the ranges of a run, such as an
+        omega above 10^6.
+
+    See Also
+    --------
+    simulate_many : many runs in one call.
+    solve_orbit : periodic orbit on which a run settles.
+
+    Notes
+    -----
+    The vector fields are those of Eqs. (7)-(12) of Guo and Liu, Physica D, 2019, doi
+    10.1016/j.physd.2019.04.008. Their solutions in a segment are closed forms, so that a run has no
+    time step.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> run = cs.simulate(cs.Parameters(alpha=0.7), periods=100)
+    >>> run.success, run.steady().itinerary
+    (True, ('F5', 'F4', 'F1', 'F2'))
+    >>> run(700.0).round(6).tolist()  # (x_r, v_r, v_c) at one time
+    [0.334048, -0.881049, 0.28404]
+
+    Only the final state is kept, from another start:
+
+    >>> run = cs.simulate(cs.Parameters(alpha=0.7), (0.1, 0.0, 0.5), phase=2.0, keep="final")
+    >>> print(run.final[0].period, run.final[0].phase)
+    100 0.0
     """
     values = check_start(parameters, state, phase, periods)
     kept = checked(keep, phase, int(periods) * parameters.period)

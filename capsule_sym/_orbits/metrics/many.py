@@ -125,14 +125,62 @@ def performance_many(
     threads: int = 1,
     scene: Scene = CAPSULE,
 ) -> Performances:
-    """Periodic motions near given states, with metrics as of `performance`.
+    """Periodic motions near given states, with metrics as of `performance`, by the C core.
 
-    `parameters` are rows of the scene's parameters, (n, 7) in the paper's, or one row; `states` are
-    (n, 3) or one (x_r, v_r, v_c) at forcing angle 0; `period_numbers` are the excitation periods of
-    each motion. All are dimensionless. Only requested metrics are computed. Motions that are not
-    solved in the time of `watch` (by default the present one) have the status "stopped", and nan
-    for values. `threads` share them.
-    Raises InvalidInput for a value that is not allowed, and without a C core.
+    Each motion is closed at forcing angle 0 by Newton's method, in the itinerary of the run from
+    its state. Only requested metrics are computed. Progression, velocity and multipliers are always
+    there. Values that were not requested or not found are nan.
+
+    Parameters
+    ----------
+    parameters : array_like of shape (n, 7) or (7,)
+        Rows of the scene's parameters in their order, dimensionless, 7 in the paper's scene. One
+        row is one motion.
+    states : array_like of shape (n, 3) or (3,)
+        States (x_r, v_r, v_c) at forcing angle 0 near the motions, dimensionless; one state is that
+        of all motions.
+    period_numbers : array_like of shape (n,) or one int, default 1, at least 1
+        Number of excitation periods of each motion.
+    energies : bool, default True
+        True for `work`, `damper_loss` and `friction_loss`.
+    forces : bool, default True
+        True for `peak_force` and `peak_contact`.
+    gradients : bool, default False
+        True for the derivatives of the metrics by the parameters.
+    watch : Watch or None, default None
+        Time limit of the work. Motions that are not solved in its time have the status "stopped",
+        and nan for values. None is the limit of the enclosing work, if there is one.
+    threads : int, default 1, 1 to 10^12
+        Number of threads that share the motions.
+    scene : Scene, default the paper's
+        Scene of the rows, such as `scenes.slope`.
+
+    Returns
+    -------
+    Performances
+        Metrics by name, shape (n,), and states, multipliers, gradients and status of the motions.
+
+    Raises
+    ------
+    InvalidInput
+        For a value that is not allowed, for parameters outside the ranges of a run, and without a
+        C core.
+
+    See Also
+    --------
+    performance : metrics of one orbit, with 50 digits too.
+    simulate_many : states of many runs, at phase 0.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> rows = [[*cs.Parameters(alpha=alpha).to_dict().values()] for alpha in (1.1, 1.2, 1.3)]
+    >>> states = cs.simulate_many([cs.Parameters(*row) for row in rows], periods=300).states
+    >>> found = cs.performance_many(rows, states, gradients=True)
+    >>> found["work"].round(6).tolist(), found.status.tolist()
+    ([1.700301, 2.006505, 2.326266], ['closed', 'closed', 'closed'])
+    >>> print(f"{found.gradients[1, 2, 0]:.6f}")  # of the work, by alpha
+    3.129752
     """
     binding = core(scene)
     rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)), scene)

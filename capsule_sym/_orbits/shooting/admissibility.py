@@ -184,7 +184,33 @@ def _gaps(
 
 
 def tightest(orbit: Orbit) -> Inequality:
-    """Inequality of an orbit's itinerary with the least value."""
+    """Inequality of an orbit's itinerary with the least value.
+
+    An orbit is a motion of the map if all its inequalities are above 0. The least one is the
+    distance of the orbit from a change of its itinerary.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solved orbit, whose `success` is True.
+
+    Returns
+    -------
+    Inequality
+        The inequality. Its `value` is dimensionless, and its meaning depends on `kind`.
+
+    See Also
+    --------
+    is_admissible : the test by a run of the map.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> least = cs.tightest(orbit)
+    >>> print(least.named(orbit.itinerary), f"{least.value:.6f}")
+    minimum of lower in segment 4, F2 0.030337
+    """
     held = inequalities(orbit.numbers, orbit.itinerary, orbit.system)
     return min(held, key=lambda one: one.value)
 
@@ -224,7 +250,33 @@ def _landing(itinerary: Itinerary, flows: Sequence[SegmentFlow], segment: int) -
 def is_admissible(orbit: Orbit) -> bool:
     """True if the certified map, run for the orbit's periods, has the same itinerary.
 
-    If no stop's spring has stiffness, an itinerary without contact represents those with contact.
+    The run starts in the middle of the longest segment, away from all guards. If no stop's spring
+    has stiffness, an itinerary without contact represents those with contact.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solved orbit, whose `success` is True.
+
+    Returns
+    -------
+    bool
+        True if the orbit is a motion of the map.
+
+    See Also
+    --------
+    tightest : the inequality with the least value.
+    solve_admissible : orbit that is admissible.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> cs.is_admissible(orbit)
+    True
+    >>> far = cs.solve_itinerary(cs.Parameters(alpha=2.0), orbit.itinerary, orbit.z)
+    >>> far.success, cs.is_admissible(far)
+    (True, False)
     """
     scene, fields = orbit.scene, tuple(segment.field for segment in rerun(orbit).segments)
     if stiffless(orbit) and not any(contact(field, scene) for field in orbit.itinerary.fields):

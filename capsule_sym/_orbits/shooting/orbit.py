@@ -297,12 +297,63 @@ def solve_itinerary(
 ) -> Orbit:
     """Orbit of an itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
-    All quantities are dimensionless: z has the state (x_r, v_r, v_c), the forcing angle and the
-    durations. The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits,
-    times the largest entry of z if that is above 1; for long itineraries, whose terms are large, it
-    is at most their rounding. A guess may be omitted for an itinerary without switches only. A
-    sequence of values has the order of the itinerary's scene. The search ends after `max_seconds`.
-    Raises InvalidInput for a guess of the wrong size.
+    All quantities are dimensionless. The residual of an orbit is at most 1e-13 in double precision
+    and 1e-50 in 50 digits, times the largest entry of z if that is above 1. For long itineraries,
+    whose terms are large, it is at most their rounding.
+
+    The result solves the equations of the itinerary. It need not be a motion of the map: durations
+    below 0 are allowed. `solve_admissible` tests this too.
+
+    Parameters
+    ----------
+    parameters : Parameters or sequence of numbers
+        Parameters of the capsule or of another scene, dimensionless. A sequence has all parameters
+        of the itinerary's scene in their order, 7 in the paper's.
+    itinerary : Itinerary
+        Itinerary of the orbit, such as `orbit.itinerary` or `Itinerary.parse("F5 F2")`.
+    guess : sequence of k + 4 numbers or None, default None
+        Guess z for k segments, dimensionless: the state (x_r, v_r, v_c) at the start of the
+        first segment, the forcing angle there in radians, and the durations. None is allowed for an
+        itinerary without switches only.
+    backend : {"numpy", "mpmath"}, default "numpy"
+        Number system: double precision, or 50 digits.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time. The status is then "time-limit".
+
+    Returns
+    -------
+    Orbit
+        The orbit, or a result whose `success` is False. Its `status` is then "not-converged",
+        "singular", "not-finite" or "time-limit", and its `message` gives the reason.
+
+    Raises
+    ------
+    InvalidInput
+        For a guess of the wrong size, a missing one, another backend, or an itinerary that the
+        scene does not have.
+
+    See Also
+    --------
+    solve_admissible : the same, with the test of the map.
+    solve_orbit : orbit and itinerary from a start.
+
+    Notes
+    -----
+    The unknowns z satisfy the shooting equations. The state closes modulo drift, the durations sum
+    to whole excitation periods, and at the end of each segment its event function vanishes.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> other = cs.solve_itinerary(cs.Parameters(alpha=0.85), orbit.itinerary, orbit.z)
+    >>> print(other.status, f"{other.progression:.6f}", other.residual < 1e-13)
+    converged 0.699852 True
+
+    An itinerary without switches needs no guess:
+
+    >>> print(cs.solve_itinerary(cs.Parameters(alpha=0.005), cs.Itinerary.parse("F2")).itinerary)
+    F2
     """
     given: Iterable[Number]
     if isinstance(parameters, SceneParameters):

@@ -47,11 +47,52 @@ def solve_orbit(
 ) -> Orbit:
     """Stable orbit on which the simulated motion settles within a number of excitation periods.
 
-    The start state at phase `phase` is dimensionless. The motion need not have settled to the last
-    digit: when the itinerary repeats, the nearby orbit is accepted if it is stable and admissible,
-    and if the motion approaches it. Itineraries over 1 to 16 excitation periods are tried. If there
-    is no orbit, the message names the itineraries at the end of the run and the reason against
-    each. The search ends after `max_seconds`. Raises InvalidInput as `simulate` does.
+    The motion is simulated over 64, 128, 256, ... periods, each time from the start. Where the
+    itinerary at its end repeats over 1 to 16 excitation periods, the nearby orbit is solved for. It
+    is accepted if it is stable and admissible, and if the motion approaches it. The motion need not
+    have settled to the last digit.
+
+    If there is no orbit, the message names the itineraries at the end of the run and the reason
+    against each. The status is then "not-periodic", or that of the refused orbit if the run
+    repeats. A device that drive and load drag without end has no orbit.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Parameters of the capsule or of another scene, dimensionless.
+    state : sequence of 3 floats, default (0, 0, 0), each from -1e20 to 1e20
+        Start state (x_r, v_r, v_c), dimensionless.
+    phase : float, default 0, from 0 to below 2 pi/omega
+        Phase at the start, a dimensionless time in the excitation period.
+    periods : int, default 1024, 1 to 10^12
+        Length of the longest run, in excitation periods.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time. The status is then "time-limit".
+
+    Returns
+    -------
+    Orbit
+        The orbit, or a result whose `success` is False, with `status` and `message`.
+
+    Raises
+    ------
+    InvalidInput
+        For a value that is not allowed, as by `simulate`.
+
+    See Also
+    --------
+    search_orbits : orbits from many random starts, stable or not.
+    solve_itinerary : orbit of a given itinerary, near a guess.
+    continue_orbit : branch of orbits from one orbit.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))  # on which the run from rest settles
+    >>> print(orbit.itinerary, orbit.status, orbit.stable)
+    F5 F4 F1 F2 converged True
+    >>> print(f"{orbit.progression:.6f}")  # per excitation period
+    0.801161
     """
     length, refused = 0, list[_Refused]()
 
@@ -170,8 +211,47 @@ def solve_admissible(
 ) -> Orbit:
     """Orbit of a given itinerary near a guess z, if the map has this itinerary too.
 
-    Otherwise the status is NOT_ADMISSIBLE, and the message names the inequality of the itinerary
-    that fails most. The guess, dimensionless, and `max_seconds` are those of `solve_itinerary`.
+    The orbit is solved for as by `solve_itinerary`. It is admissible if all durations are above 0
+    and the map, run from the orbit, has the same itinerary. Otherwise the status is
+    NOT_ADMISSIBLE, and the message names the inequality of the itinerary that fails most.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Parameters of the capsule or of another scene, dimensionless.
+    itinerary : Itinerary
+        Itinerary of the orbit, such as `orbit.itinerary` or `Itinerary.parse("F5 F2")`.
+    guess : sequence of k + 4 floats or None, default None
+        Guess z for k segments, dimensionless: the state (x_r, v_r, v_c) at the start of the
+        first segment, the forcing angle there in radians, and the durations. None is allowed for an
+        itinerary without switches only.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time. The status is then "time-limit".
+
+    Returns
+    -------
+    Orbit
+        The orbit, or a result whose `success` is False, with `status` and `message`.
+
+    Raises
+    ------
+    InvalidInput
+        For a guess of the wrong size, a missing one, or an itinerary that the scene does not have.
+
+    See Also
+    --------
+    solve_itinerary : the same without the test of the map.
+    tightest : the inequality that fails most, or holds by the least margin.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> cs.solve_admissible(cs.Parameters(alpha=0.85), orbit.itinerary, orbit.z).success
+    True
+    >>> far = cs.solve_admissible(cs.Parameters(alpha=2.0), orbit.itinerary, orbit.z)
+    >>> print(far.status, "-", far.message)
+    not-admissible - minimum of lower in segment 4, F2 is -0.637; it has to be above 0
     """
     orbit: Orbit | None = None
     with Watch(checked_seconds(max_seconds)):
@@ -265,11 +345,65 @@ def search_orbits(
     """Periodic orbits found from random initial states, stable or not, each once.
 
     Newton's method on the map over each number of periods in `period_numbers` starts from every
-    start, and from its state after `transient` excitation periods; the orbit is then solved in its
-    itinerary. Starts are uniform in (-b, b) for the bounds b in `box`, by default twice the largest
-    values of the motion from rest, and at least the gaps. `report` is called after each start with
-    the number of starts and of known orbits. The search ends after `max_seconds`. States and bounds
-    are dimensionless. Raises InvalidInput for a value that is not allowed.
+    start, and from its state after `transient` excitation periods. The orbit is then solved for in
+    its itinerary. All orbits found are admissible, and each is traversed once. A random search may
+    miss orbits.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Parameters of the capsule or of another scene, dimensionless.
+    starts : int, default 50, 1 to 1,000,000
+        Number of random starts, at phase 0.
+    period_numbers : sequence of int, default (1, 2, 3), each 1 to 1,024
+        Numbers of excitation periods over which orbits are searched.
+    box : sequence of 3 floats or None, default None, each finite and at least 0
+        Bounds b of (x_r, v_r, v_c), dimensionless; starts are uniform in (-b, b). None is twice the
+        largest sizes at the switches of the motion from rest over 20 periods, and at least 1 and
+        the gaps.
+    transient : int, default 50, 1 to 10^12
+        Length of the run before the second Newton search from a start, in excitation periods.
+    seed : int, default 0, 0 to 2^64 - 1
+        Seed of the random starts.
+    report : callable or None, default None
+        Function that is called after each start with the number of starts and of known orbits.
+    max_seconds : float, default 600, above 0
+        Time limit, in seconds of wall time. The orbits found so far are then returned, with the
+        status time-limit.
+
+    Returns
+    -------
+    FoundOrbits
+        Tuple of orbits in the order of their period numbers, with `status`, `message`, and the
+        number of `searched` starts.
+
+    Raises
+    ------
+    InvalidInput
+        For a value that is not allowed.
+
+    See Also
+    --------
+    solve_orbit : stable orbit from one start.
+    attractors : stable motions with their basins.
+
+    Notes
+    -----
+    A Newton step uses the derivative of the map, `jacobian`. A step with an entry above 1 plus the
+    largest entry of the state is shortened to that. At most 30 steps are taken.
+
+    Examples
+    --------
+    Two stable orbits, and an unstable one that lies between them:
+
+    >>> import capsule_sym as cs
+    >>> parameters = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    >>> found = cs.search_orbits(parameters, 5, period_numbers=[1], seed=1)
+    >>> for orbit in sorted(found, key=lambda one: one.progression):
+    ...     print(f"{orbit.progression:.3f}", orbit.stable)
+    -2.689 False
+    -0.326 True
+    4.208 True
     """
     check_count("starts", starts, most=_MOST_STARTS)
     check_count("transient", transient)
@@ -384,9 +518,46 @@ def newton_orbit(
 def orbit_at(
     parameters: SceneParameters, state: Sequence[float], period_number: int
 ) -> Orbit | None:
-    """Orbit through a state at phase 0, in the itinerary of the map's run; None if none.
+    """Orbit next to a state at phase 0, in the itinerary of the map's run; None if there is none.
 
-    The state (x_r, v_r, v_c) is dimensionless.
+    The map is run from the state over `period_number` excitation periods. This run is the guess
+    from which the orbit of its itinerary is solved for, so that the state may be slightly off the
+    orbit. The result is None if the run is no cycle of segments, if Newton's method does not
+    converge, or if the orbit is not admissible.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Parameters of the capsule or of another scene, dimensionless.
+    state : sequence of 3 floats, each from -1e20 to 1e20
+        State (x_r, v_r, v_c) at phase 0, dimensionless.
+    period_number : int, 1 to 10^12
+        Number of excitation periods of the run. An orbit that closes earlier is given once.
+
+    Returns
+    -------
+    Orbit or None
+        The orbit, stable or not, or None.
+
+    Raises
+    ------
+    InvalidInput
+        For a value that is not allowed, as by `simulate`.
+
+    See Also
+    --------
+    solve_orbit : orbit on which a run settles.
+    performance_many : orbits next to many states.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> parameters = cs.Parameters(alpha=0.9)
+    >>> state = cs.simulate(parameters, periods=50, keep="final").final[1]
+    >>> print(cs.orbit_at(parameters, state, 1).itinerary)
+    F5 F4 F1 F2
+    >>> print(cs.orbit_at(parameters, (0.0, 0.0, 0.0), 1))
+    None
     """
     return _read_off(simulate(parameters, state, periods=period_number), period_number)
 

@@ -55,11 +55,50 @@ def field(c: Any, state: Sequence[Number] | Vector, cosine: Number) -> Vector:
 
 
 def saltation_matrix(before: Constants, after: Constants, state: Vector, cosine: Number) -> Matrix:
-    """Saltation matrix (3, 3) where the capsule stops and passes from one field to another.
+    """Saltation matrix where the capsule stops and passes from one field to another.
 
-    `before` and `after` are the constants of the two segments, `state` and `cosine` the state and
-    the cosine of the forcing angle at the switch; all dimensionless. Raises InvalidInput for a
-    state that is not three numbers.
+    It carries a deviation of the state (x_r, v_r, v_c) across the switch. If the capsule then
+    sticks, it removes the deviation of v_c.
+
+    Parameters
+    ----------
+    before : constants of a segment
+        Constants of the segment that ends, such as `orbit.system.flows[0].c`, dimensionless.
+    after : constants of a segment
+        Constants of the segment that follows, dimensionless.
+    state : sequence of 3 floats
+        State (x_r, v_r, v_c) at the switch, dimensionless.
+    cosine : float
+        Cosine of the forcing angle at the switch, dimensionless.
+
+    Returns
+    -------
+    ndarray of shape (3, 3)
+        Saltation matrix, dimensionless.
+
+    Raises
+    ------
+    InvalidInput
+        For a state that is not three numbers, or constants that are not those of a segment.
+
+    See Also
+    --------
+    monodromy_matrix : the product over an orbit.
+
+    Notes
+    -----
+    The matrix is S = I + (g - f) n^T/(n^T f) for the fields f before and g after the switch, with
+    n = (0, 0, 1). At all other switches the fields are continuous, and S = I.
+
+    Examples
+    --------
+    >>> import math
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> landing, stick = orbit.system.flows[2:]  # the capsule stops at the end of F1
+    >>> cosine = math.cos(landing.angle + 0.8 * landing.h)  # omega is 0.8
+    >>> abs(cs.saltation_matrix(landing.c, stick.c, landing.end, cosine)).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 0.0]]
     """
     if len(state) != 3:
         raise InvalidInput("state", state, "three numbers (x_r, v_r, v_c)")
@@ -74,10 +113,41 @@ def saltation_matrix(before: Constants, after: Constants, state: Vector, cosine:
 
 
 def monodromy_matrix(orbit: Orbit) -> Matrix:
-    """Monodromy matrix (3, 3) of an orbit at the phase of its start, dimensionless.
+    """Monodromy matrix of an orbit at the phase of its start.
 
     For the first half of a motion that is its own mirror image it is the matrix of half the period
-    times the reflection; its square is that of the motion.
+    times the reflection. Its square is that of the motion.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solved orbit, whose `success` is True.
+
+    Returns
+    -------
+    ndarray of shape (3, 3)
+        Derivative of the state (x_r, v_r, v_c) after the orbit's period by the state at its start,
+        dimensionless, in the number system of the orbit.
+
+    See Also
+    --------
+    floquet_multipliers : its eigenvalues.
+    jacobian : the same derivative of any run.
+
+    Notes
+    -----
+    The matrix is the product of the segments' Jacobians and of the saltation matrices at switches
+    where the capsule stops.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> for row in cs.monodromy_matrix(orbit):
+    ...     print(" ".join(f"{value:9.6f}" for value in row))
+    -0.569805 -0.228763  0.000000
+     0.477978 -0.435885  0.000000
+     0.000000  0.000000  0.000000
     """
     if orbit.system.monodromy is not None:
         return orbit.system.monodromy
@@ -85,9 +155,32 @@ def monodromy_matrix(orbit: Orbit) -> Matrix:
 
 
 def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
-    """The three Floquet multipliers, complex, shape (3,), dimensionless, the largest modulus first.
+    """The three Floquet multipliers of an orbit, complex, the largest modulus first.
 
     One is exactly 0 if the capsule sticks on the orbit: stick ends with v_c = 0 for all deviations.
+    For the first half of a symmetric orbit they are those of the whole orbit.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solved orbit, whose `success` is True.
+
+    Returns
+    -------
+    ndarray of complex, shape (3,)
+        Floquet multipliers, dimensionless. The orbit is stable if all are below 1 in modulus.
+
+    See Also
+    --------
+    monodromy_matrix : the matrix of which they are eigenvalues.
+    lyapunov_exponents : growth rates along any trajectory.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=0.9))
+    >>> abs(cs.floquet_multipliers(orbit)).round(6).tolist()
+    [0.598091, 0.598091, 0.0]
     """
     flows = orbit.system.flows
     sticking = [i for i, flow in enumerate(flows) if not flow.c.drift]
@@ -118,10 +211,42 @@ def _product(orbit: Orbit, first: int) -> Matrix:
 
 
 def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArray[np.float64]:
-    """Derivative (3, 3) of a run's final state with respect to its start state.
+    """Derivative of a run's final state with respect to its start state.
 
-    Dimensionless: the product of the segments' derivatives and the saltation matrices, in double
-    precision with every backend. After `max_seconds` of wall-clock time the result is nan.
+    It is the product of the segments' derivatives and the saltation matrices, in double precision
+    with every backend.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A run with all its segments: `keep` is "segments", the default of `simulate`.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time. After it the result is nan.
+
+    Returns
+    -------
+    ndarray of shape (3, 3)
+        Derivatives of (x_r, v_r, v_c) at the end by those at the start, dimensionless.
+
+    Raises
+    ------
+    InvalidInput
+        If the segments were not kept, and for a `max_seconds` that is not above 0.
+
+    See Also
+    --------
+    monodromy_matrix : the derivative over a periodic orbit.
+    lyapunov_exponents : its growth rates, for long runs.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> run = cs.simulate(cs.Parameters(alpha=1.2), (0.1, 0.0, 0.5), periods=1)
+    >>> for row in cs.jacobian(run):
+    ...     print(" ".join(f"{value:9.6f}" for value in row))
+     0.400054 -0.162556 -0.057553
+     1.313807  0.220278  0.848364
+    -0.099720 -0.041980 -0.092403
     """
     product, done = np.eye(3), False
     with Watch(checked_seconds(max_seconds)):
@@ -162,8 +287,48 @@ def lyapunov_exponents(
     """The three Lyapunov exponents along a trajectory, per unit of time.
 
     Only the part after `transient` excitation periods counts. An exponent is -inf once the capsule
-    has stuck. Computed in double precision with every backend. After `max_seconds` of wall-clock
-    time they cover the part done so far. Raises InvalidInput if no part is left.
+    has stuck. They are computed in double precision with every backend.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A run with all its segments: `keep` is "segments", the default of `simulate`.
+    transient : int, default 0, from 0 to below the periods of the run
+        Length of the part that does not count, in excitation periods.
+    max_seconds : float, default inf, above 0
+        Time limit, in seconds of wall time. After it the exponents cover the part done so far, and
+        the status is time-limit.
+
+    Returns
+    -------
+    LyapunovExponents
+        Exponents as `values`, descending, dimensionless; the covered `time` and the `status`.
+
+    Raises
+    ------
+    InvalidInput
+        If no part is left after the transient, if the segments were not kept, and for a
+        `max_seconds` that is not above 0.
+
+    See Also
+    --------
+    floquet_multipliers : multipliers of a periodic orbit.
+
+    Notes
+    -----
+    On an orbit of period T the largest exponent is log(abs(m))/T for the largest multiplier m.
+
+    Examples
+    --------
+    >>> import math
+    >>> import capsule_sym as cs
+    >>> parameters = cs.Parameters(alpha=0.9)
+    >>> found = cs.lyapunov_exponents(cs.simulate(parameters, periods=50), transient=10)
+    >>> found.values.round(3).tolist()
+    [-0.065, -0.068, -inf]
+    >>> largest = abs(cs.solve_orbit(parameters).multipliers[0])
+    >>> print(f"{math.log(largest) / parameters.period:.3f}")
+    -0.065
     """
     ends, omega = trajectory.final[0], trajectory.parameters.omega
     if not 0 <= transient < ends.period + (ends.phase > 0):

@@ -67,6 +67,28 @@ def mirror_image(orbit: Orbit) -> bool:
     """True if an orbit is its own mirror image: (x_r, v_r, v_c) is reversed half a period later.
 
     Over an even number of excitation periods no orbit is its own image.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solved orbit, whose `success` is True; not a first half, as `half_orbit` gives.
+
+    Returns
+    -------
+    bool
+        True if the states of both halves are opposite within 1e-7 times 1 + their largest size.
+
+    See Also
+    --------
+    half_orbit : the first half of such an orbit.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> cs.mirror_image(cs.solve_orbit(cs.Parameters(alpha=1.2, delta=10.0)))  # without contact
+    True
+    >>> cs.mirror_image(cs.solve_orbit(cs.Parameters(alpha=0.9)))
+    False
     """
     if orbit.itinerary.period_number % 2 == 0:
         return False
@@ -78,7 +100,30 @@ def mirror_image(orbit: Orbit) -> bool:
 
 
 def whole_orbit(orbit: Orbit) -> Orbit:
-    """Whole orbit, if this is the first half; a segment keeps its index."""
+    """Whole orbit, if this is the first half; a segment keeps its index.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solved orbit, or the first half of one, as `half_orbit` gives.
+
+    Returns
+    -------
+    Orbit
+        The whole orbit; the given one if it is whole.
+
+    See Also
+    --------
+    half_orbit : the first half.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=1.2, delta=10.0))
+    >>> whole = cs.whole_orbit(cs.half_orbit(orbit))
+    >>> print(whole.itinerary, abs(whole.z - orbit.z).max() < 1e-12)
+    F1 F3 True
+    """
     if not orbit.itinerary.mirrored:
         return orbit
     itinerary, durations = orbit.itinerary.whole, orbit.durations
@@ -92,7 +137,40 @@ def whole_orbit(orbit: Orbit) -> Orbit:
 def half_orbit(orbit: Orbit) -> Orbit | None:
     """First half of an orbit that is its own mirror image, None for any other.
 
-    If the only stop has stiffness 0, the half is given in the fields without contact.
+    The equations of the half have each event once, where the whole orbit has it twice. If the only
+    stop has stiffness 0, the half is given in the fields without contact.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A solved orbit, whose `success` is True; not a half itself.
+
+    Returns
+    -------
+    Orbit or None
+        The first half, whose `itinerary.mirrored` is True. None if the orbit is not its own image,
+        if the parameters are not symmetric, if the capsule meets a single stop with a force, or if
+        the equations of the half are not solved.
+
+    See Also
+    --------
+    mirror_image : the test of the symmetry.
+    whole_orbit : the whole orbit from its half.
+
+    Notes
+    -----
+    Parameters are symmetric if both friction bounds are equal, there is no load, two stops are
+    equal, and pulses are as long and as high as the intervals between them.
+
+    Examples
+    --------
+    >>> import capsule_sym as cs
+    >>> orbit = cs.solve_orbit(cs.Parameters(alpha=1.2, delta=10.0))  # without contact
+    >>> half = cs.half_orbit(orbit)
+    >>> orbit.durations.round(6).tolist(), half.durations.round(6).tolist()
+    ([3.926991, 3.926991], [3.926991])
+    >>> print(cs.half_orbit(cs.solve_orbit(cs.Parameters(alpha=0.9))))
+    None
     """
     plain = _without_contact(orbit)
     if plain is None:
