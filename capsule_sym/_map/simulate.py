@@ -54,7 +54,7 @@ def simulate(
     periods : int, default 100, 1 to 10^12
         Length of the run, in excitation periods.
     keep : str or array_like of any shape, default "segments"
-        Kept data. The names are "segments", "stroboscopic", "switches" and "final".
+        Kept data, by name or at times.
 
         - "segments": all segments, from which the trajectory can be evaluated at any time, and the
           stroboscopic states.
@@ -63,8 +63,8 @@ def simulate(
         - "final": the final state only.
 
         An array has absolute times, dimensionless, at which states are kept. They lie between the
-        start and the end of the run, and may be at most 134,217,728, which take 4 GiB. In the core,
-        memory does not grow with data that are not kept.
+        start and the end of the run. There may be 134,217,728 of them, which take 4 GiB. In the
+        core, memory does not grow with data that are not kept.
     backend : {"c", "numpy", "mpmath"} or None, default None
         Number system of the run: "c" is the compiled core, "numpy" the readable reference in double
         precision, "mpmath" has 50 digits. None is "c" if the core is compiled, else "numpy".

@@ -128,8 +128,9 @@ def performance_many(
     """Periodic motions near given states, with metrics as of `performance`, by the C core.
 
     Each motion is closed at forcing angle 0 by Newton's method, in the itinerary of the run from
-    its state. Only requested metrics are computed. Progression, velocity and multipliers are always
-    there. Values that were not requested or not found are nan.
+    its state. A motion of more than 256 segments is not found. Only requested metrics are computed.
+    Progression, velocity and multipliers are always there. Values that were not requested or not
+    found are nan.
 
     Parameters
     ----------

@@ -298,8 +298,8 @@ def solve_itinerary(
     """Orbit of an itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
     All quantities are dimensionless. The residual of an orbit is at most 1e-13 in double precision
-    and 1e-50 in 50 digits, times the largest entry of z if that is above 1. For long itineraries,
-    whose terms are large, it is at most their rounding.
+    and 1e-50 in 50 digits. If the largest entry of z is above 1, these limits are multiplied by it.
+    For long itineraries, whose terms are large, the residual is at most their rounding.
 
     The result solves the equations of the itinerary. It need not be a motion of the map: durations
     below 0 are allowed. `solve_admissible` tests this too.

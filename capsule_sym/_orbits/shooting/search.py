@@ -211,9 +211,10 @@ def solve_admissible(
 ) -> Orbit:
     """Orbit of a given itinerary near a guess z, if the map has this itinerary too.
 
-    The orbit is solved for as by `solve_itinerary`. It is admissible if all durations are above 0
-    and the map, run from the orbit, has the same itinerary. Otherwise the status is
-    NOT_ADMISSIBLE, and the message names the inequality of the itinerary that fails most.
+    The orbit is solved for as by `solve_itinerary`, with the same statuses. It is admissible if all
+    durations are above 0 and the map, run from the orbit, has the same itinerary. Otherwise the
+    status is "not-admissible". The message then names the inequality of the itinerary that fails
+    most, or states that all hold.
 
     Parameters
     ----------

@@ -87,8 +87,8 @@ def saltation_matrix(before: Constants, after: Constants, state: Vector, cosine:
 
     Notes
     -----
-    The matrix is S = I + (g - f) n^T/(n^T f) for the fields f before and g after the switch, with
-    n = (0, 0, 1). At all other switches the fields are continuous, and S = I.
+    The matrix is S = I + (g - f) n^T/(n^T f), with n = (0, 0, 1). The field is f before the switch
+    and g after it. At all other switches the fields are continuous, and S = I.
 
     Examples
     --------
@@ -126,8 +126,8 @@ def monodromy_matrix(orbit: Orbit) -> Matrix:
     Returns
     -------
     ndarray of shape (3, 3)
-        Derivative of the state (x_r, v_r, v_c) after the orbit's period by the state at its start,
-        dimensionless, in the number system of the orbit.
+        Derivative of the state (x_r, v_r, v_c) after the orbit's period by the state at its start.
+        It is dimensionless, in the number system of the orbit.
 
     See Also
     --------
@@ -316,7 +316,8 @@ def lyapunov_exponents(
 
     Notes
     -----
-    On an orbit of period T the largest exponent is log(abs(m))/T for the largest multiplier m.
+    If the motion settles on an orbit of period T, the largest exponent tends to log(abs(m))/T for
+    the largest Floquet multiplier m.
 
     Examples
     --------

@@ -76,7 +76,8 @@ def mirror_image(orbit: Orbit) -> bool:
     Returns
     -------
     bool
-        True if the states of both halves are opposite within 1e-7 times 1 + their largest size.
+        True if the states of both halves are opposite at 16 times, within 1e-7 times 1 plus the
+        largest entry of the states.
 
     See Also
     --------
@@ -149,8 +150,8 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
     -------
     Orbit or None
         The first half, whose `itinerary.mirrored` is True. None if the orbit is not its own image,
-        if the parameters are not symmetric, if the capsule meets a single stop with a force, or if
-        the equations of the half are not solved.
+        or touches a single stop that exerts a force. It is also None if the parameters are not
+        symmetric, or if the equations of the half are not solved.
 
     See Also
     --------
@@ -159,8 +160,8 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
 
     Notes
     -----
-    Parameters are symmetric if both friction bounds are equal, there is no load, two stops are
-    equal, and pulses are as long and as high as the intervals between them.
+    Parameters are symmetric if there is no load and both friction bounds are equal. Two stops have
+    to be equal. Pulses have to be as long and as high as the intervals between them.
 
     Examples
     --------
