@@ -173,9 +173,9 @@ def attractors(
 ) -> Attractors:
     """Attractors of a set of starts, each as a closed orbit, with the fraction of the starts.
 
-    Each start is run until it lies in a neighbourhood of an orbit that the map carries into itself,
-    until it repeats itself, or for `periods` excitation periods. Unknown orbits are solved by
-    Newton's method from the ends of runs that nearly repeat.
+    Each start is run for at most `periods` excitation periods. The run ends before if it lies in a
+    neighbourhood of an orbit that the map carries into itself, or if it repeats itself. Unknown
+    orbits are solved by Newton's method from the ends of runs that nearly repeat.
 
     A start that does not settle within `periods` has the number -1. Its motion is chaotic, an orbit
     of more than 16 periods, or a slow approach. After `max_seconds` the result has the attractors

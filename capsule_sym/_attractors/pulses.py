@@ -101,16 +101,16 @@ def switch_by_pulse(
     Returns
     -------
     Pulse
-        `value` and `periods` of the pulse, the `interval` around the value that leads to the end
-        too, its `work`, and the `transient` in excitation periods. In SI units if the system is a
-        device, else dimensionless. `status` is "found", "no-pulse", "attractor-lost" if an
-        attractor does not exist at an end of the tolerances, or "time-limit".
+        `value` and `periods` of the pulse, its `work`, and the `transient` in excitation periods.
+        `interval` is the range around the value that leads to the end too. In SI units if the
+        system is a device, else dimensionless. `status` is "found", "no-pulse", "attractor-lost" if
+        an attractor does not exist at an end of the tolerances, or "time-limit".
 
     Raises
     ------
     InvalidInput
-        For orbits that are equal, not stable or at different parameters, for an unknown parameter
-        of the drive, and for a value outside its range.
+        For orbits that are equal, not stable or at different parameters. Also for an unknown
+        parameter of the drive, and for a value outside its range.
 
     See Also
     --------

@@ -179,8 +179,8 @@ def check_switches(
     segments before it. From `horizon` on no double can follow the motion, and switches are not
     compared. The exact run stops after `max_seconds`; switches are then compared up to there.
 
-    A switch whose time is wrong by less than an eighth of a period, of the drive or of the mass on
-    its spring, whichever is shorter, counts as found.
+    A switch counts as found if its time is wrong by less than an eighth of a period. It is the
+    period of the drive or of the mass on its spring, whichever is shorter.
 
     Parameters
     ----------

@@ -89,8 +89,8 @@ def plot_bifurcations(
     Raises
     ------
     InvalidInput
-        For a record that lacks something, for another number of axes, and for a device of another
-        scene, frequency, mass ratio or friction bound than that of the orbits.
+        For a record that lacks something, and for another number of axes. Also for a device of
+        another scene, frequency, mass ratio or friction bound than that of the orbits.
 
     See Also
     --------
@@ -373,8 +373,8 @@ def plot_energies(
     Raises
     ------
     InvalidInput
-        For a record that lacks something, for another number of axes, and for a device of another
-        scene, frequency, mass ratio or friction bound than that of the orbits.
+        For a record that lacks something, and for another number of axes. Also for a device of
+        another scene, frequency, mass ratio or friction bound than that of the orbits.
 
     See Also
     --------

@@ -75,8 +75,8 @@ def plot_itineraries(
     Raises
     ------
     InvalidInput
-        If `motions` is empty, for a record that lacks something, and for a device of another scene,
-        frequency, mass ratio or friction bound than that of the motions.
+        If `motions` is empty, and for a record that lacks something. Also for a device of another
+        scene, frequency, mass ratio or friction bound than that of the motions.
 
     See Also
     --------

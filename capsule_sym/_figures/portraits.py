@@ -239,7 +239,7 @@ def plot_motion(
     Raises
     ------
     InvalidInput
-        For a value outside its range, for another number of axes, and for a device of another
+        For a value outside its range, and for another number of axes. Also for a device of another
         scene, frequency, mass ratio or friction bound than that of the motion.
 
     See Also
@@ -373,9 +373,9 @@ def plot_margins(
 ) -> Figure:
     """Distance of every guard from firing, over a run's last periods or an orbit, by acting field.
 
-    A switch happens where the mass meets a stop, where the capsule's velocity reaches 0, or where
-    the pull on a sticking capsule reaches a friction bound. A curve is thin where its quantity is
-    no guard of the acting field.
+    A switch happens where the mass meets a stop, or where the capsule's velocity reaches 0. A
+    sticking capsule switches where the pull on it reaches a friction bound. A curve is thin where
+    its quantity is no guard of the acting field.
 
     Parameters
     ----------
@@ -401,7 +401,7 @@ def plot_margins(
     Raises
     ------
     InvalidInput
-        For a value outside its range, for another number of axes, and for a device of another
+        For a value outside its range, and for another number of axes. Also for a device of another
         scene, frequency, mass ratio or friction bound than that of the motion.
 
     See Also

@@ -37,10 +37,10 @@ def plot_shock(
 ) -> Figure:
     """A motion, its minimal shock, and the runs from either side of it.
 
-    The phase portrait has an arrow from the motion to the boundary of its basin, the edge state
-    there, and the motion that it is lost to. Beside it is the distance of two runs from the motion
-    at the beginning of each excitation period. They begin with shocks smaller and larger by 0.1 %:
-    both pass the edge state, then one comes back, and one is lost.
+    The phase portrait has an arrow from the motion to the boundary of its basin. It has the edge
+    state there, and the motion that it is lost to. Beside it is the distance of two runs from the
+    motion at the beginning of each excitation period. They begin with shocks smaller and larger by
+    0.1 %: both pass the edge state, then one comes back, and one is lost.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def plot_shock(
     Raises
     ------
     InvalidInput
-        If no shock was found, for another number of axes, and for a device of another scene,
+        If no shock was found, and for another number of axes. Also for a device of another scene,
         frequency, mass ratio or friction bound than that of the motion.
 
     See Also

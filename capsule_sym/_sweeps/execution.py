@@ -160,8 +160,8 @@ def run_sweep(
     ------
     InvalidInput
         For a value outside its range, and for a store that cannot be used. Such a store exists and
-        `resume` is False, has other content, belongs to another sweep or to other kernels, or is in
-        use by another run. One of another core needs `any_core`.
+        `resume` is False, or has other content. Or it belongs to another sweep or to other kernels,
+        or is in use by another run. One of another core needs `any_core`.
     NotWritten
         If results cannot be written, as on a full disk.
     Lost
