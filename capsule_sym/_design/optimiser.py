@@ -42,6 +42,7 @@ _ROUNDS = ((0, 10), (80, 6), (150, 4))
 _POLISHED = 2  # places of which conditions are solved
 _PASSED = 8  # best places on the way of a search, or inside a boundary, that are tried as its end
 _STEPS = (0.02, 0.02, 2e-4)  # of the bounds: reaches of populations, one after another
+_FINE = 1e-11  # deviation of their merits, over the mean, at which they end
 _MEMBERS, _GENERATIONS = 6, 50  # of each, for each variable, and of it
 _LAST = 4  # times the effort of other places: of the last one
 _AROUND, _CLOSE = 32, 1e-6  # places around one, and their distance, of the bounds
@@ -211,6 +212,7 @@ class Optimiser:
                 partial(self.merit, near=place),
                 [*zip(low, high, strict=True)],
                 _GENERATIONS,
+                _FINE,
                 x0=place.u,
                 popsize=_MEMBERS,
                 rng=0,

@@ -29,21 +29,25 @@ _ON_FACES = 1.5  # factor of every third place's distance from the middle, up to
 _MEMBERS = 12  # of the population, for each variable
 _NEIGHBOURS = 4  # of a place, for each variable, that a start of a search betters
 _APART = 0.02  # of the bounds: between two starts of searches
-_SETTLED = 1e-7  # spread of the merits of a population, over their mean, at which it ends
+_SETTLED = 1e-7  # deviation of the merits of a population, over their mean, at which it ends
 
 
 def evolved(
     merit: Callable[[Matrix], Vector],
     bounds: Sequence[tuple[float, float]],
     generations: int,
+    tol: float,
     **begin: Any,
 ) -> Any:
-    """Population within bounds after some generations, by a merit of many places at once."""
+    """Population within bounds after some generations, by a merit of many places at once.
+
+    It ends before where the deviation of its merits is below `tol` of their mean.
+    """
     return package("scipy.optimize").differential_evolution(
         lambda x: np.minimum(merit(x.T), BEYOND**1.5),
         bounds,
         maxiter=generations,
-        tol=_SETTLED,
+        tol=tol,
         polish=False,
         vectorized=True,
         updating="deferred",
@@ -103,7 +107,12 @@ class Survey:
         if len(order) < 5 or not generations or core_of(self.program.system.scene) is None:
             return  # the method takes five members
         evolved(
-            self.look, [(0.0, 1.0)] * k, generations, init=self.cells.u[order], rng=len(self.cells)
+            self.look,
+            [(0.0, 1.0)] * k,
+            generations,
+            _SETTLED,
+            init=self.cells.u[order],
+            rng=len(self.cells),
         )
 
     def starts(self, most: int) -> list[int]:
