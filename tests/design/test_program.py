@@ -324,15 +324,18 @@ def test_metrics_know_no_friction_bound_but_those_of_the_model(monkeypatch, boun
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("at", "least"), [("survey", 0), ("between 3 points", 2), ("point 6 of ", 5)]
+    ("at", "least", "most"),
+    [("survey", 0, 8), ("between 3 points", 2, 8), ("point 6 of ", 9, 9)],  # 5 of these polished
 )
-def test_a_front_that_is_out_of_time_has_the_points_that_were_found(monkeypatch, at, least) -> None:
+def test_a_front_that_is_out_of_time_has_the_points_that_were_found(
+    monkeypatch, at, least, most
+) -> None:
     clock = Clock(monkeypatch, at)
     over = {"alpha": (0.8, 1.2), "omega": (0.7, 0.9)}
     how = {"samples": 8, "max_seconds": LIMIT, "progress": clock.progress}
     found = cs.pareto("speed", "cost_of_transport", over, points=9, **how)
     assert (found.status, found.success) == ("time-limit", False)
-    assert least <= len(found.points) < 9
+    assert least <= len(found.points) <= most
     for point in found.points:
         assert point.value == pytest.approx(abs(cs.performance(point.orbits[0]).velocity.value))
 
