@@ -15,7 +15,7 @@ with (ROOT / "pyproject.toml").open("rb") as file:
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
+    "numpydoc",
     "sphinx_click",
     "drawn",
     "commands",
@@ -34,7 +34,7 @@ html_math_renderer = "mathml"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-napoleon_google_docstring = False  # numpydoc's sections
+numpydoc_show_class_members = False
 python_use_unqualified_type_names = True
 
 html_theme = "furo"
