@@ -129,8 +129,13 @@ def _scalable(value: Any) -> bool:
 
 
 def _instance(name: str, words: str) -> _Kind:
-    """Objects of a class and of those derived from it, by its name."""
-    return _Kind(lambda v: any(one.__name__ == name for one in type(v).__mro__), words, True)
+    """Objects of a class and of those derived from it, by its name, but no orbit that is none."""
+
+    def allows(value: Any) -> bool:
+        every = [one.__name__ for one in type(value).__mro__]
+        return name in every and every[0] != "NoOrbit"
+
+    return _Kind(allows, words, True)
 
 
 _AXES = _instance("Axes", "")
@@ -192,7 +197,7 @@ def _kind(node: Any, item: str = "") -> _Kind | None:
     mixed = of == "tuple" and len({ast.unparse(one) for one in parts} - {"..."}) > 1
     known = None if mixed else _kind(parts[of == "Mapping"], "item")
     part = known or _Kind(lambda _: True, "values")
-    several = re.sub(r"^an? (.*?)(, .*)?$", r"\1s\2", part.words)
+    several = re.sub(r"^an? (.*?)s?( of .*|, .*)?$", r"\1s\2", part.words)
     if of == "Mapping":
         columns = part is _ITEMS["ArrayLike"]
         several += " by name" + ", as read_measured(file) gives" * columns

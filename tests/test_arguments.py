@@ -35,6 +35,7 @@ _CASES = {
     "run": "cs.simulate(p, periods=3)",
     "runs": "cs.simulate_many([p, p], periods=3)",
     "orbit": "cs.solve_orbit(p)",
+    "none": "cs.solve_itinerary(p, cs.Itinerary.parse('52'), [math.nan] * 6)",
     "itinerary": "orbit.itinerary",
     "branch": "cs.continue_orbit(orbit, 'alpha', 0.4, points=5)",
     "record": "branch_record(branch)",
@@ -181,6 +182,7 @@ _CALLS = {
 _OWN = {
     "cs": cs,
     "np": np,
+    "math": math,
     "xr": xr,
     "BOX": _BOX,
     "TIMES": _TIMES,
@@ -341,11 +343,25 @@ def test_every_public_function_is_tried() -> None:
             r"bounds of zeta = \(1.0,\): must be two ascending numbers",
         ),
         ("certify_run(run, {'alpah': '0.5'})", "did you mean alpha"),
+        ("performance(none)", "orbit = <NoOrbit .*an Orbit, as solve_orbit"),
+        ("half_orbit(none)", "orbit = <NoOrbit .*an Orbit, as solve_orbit"),
+        ("continue_both_ways(none, 'alpha', 0.1, 0.9)", "orbit = <NoOrbit .*an Orbit, as solve"),
+        ("continue_orbit(none, 'alpha', 0.9)", "orbit = <NoOrbit .*an Orbit, as solve_orbit"),
+        (
+            "certify_orbit(cs.solve_orbit(cs.scenes.slope.Parameters()))",
+            "scene = 'slope': must be capsule",
+        ),
+        ("attractors(p, {'x_r': (0, 1)}, phases=3.0)", "phases = 3.0: must be 0 for a box"),
+        (
+            "solve_itinerary((0.7, 0.8), cs.Itinerary.parse('F2'), [0.0] * 5)",
+            "values of alpha, omega",
+        ),
+        ("simulate_many(p)", "must be a list of Parameters"),
     ],
 )
 def test_a_mistake_is_named_with_what_was_expected(call: str, words: str) -> None:
     with pytest.raises(cs.InvalidInput, match=words):
-        eval(f"cs.{call}", {**_OWN, "math": math}, cases())
+        eval(f"cs.{call}", _OWN, cases())
 
 
 @pytest.mark.parametrize(

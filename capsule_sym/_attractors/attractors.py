@@ -271,6 +271,8 @@ def checked_starts(
         if states.ndim != 2 or states.shape[1] != 3 or not len(states):
             raise InvalidInput("starts", starts, "a box, or states of shape (n, 3)")
         return states, spread("phases", phases, (len(states),))
+    if np.any(phases):
+        raise InvalidInput("phases", phases, "0 for a box of starts, which may have a 'phase'")
     check_count("count", count, 1, _MOST_STARTS)
     names = (*parameters.scene.facts.STATE, "phase")
     low, high = np.zeros(4), np.zeros(4)

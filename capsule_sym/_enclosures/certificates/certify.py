@@ -31,6 +31,7 @@ from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CurvePoint
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import CAPSULE
 
 _BITS, _BITS_A_SEGMENT, _PLACES = 256, 4, 30
 
@@ -80,6 +81,13 @@ def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[
             raise InvalidInput(f"exact {name}", text, "a decimal such as 0.05")
     given = zip(PARAMETERS, values, strict=True)
     return {name: _shortest((exact or {}).get(name, exactly(value))) for name, value in given}
+
+
+def _own(orbit: Orbit) -> Orbit:
+    """Orbit, if it is one of the scene that certificates are written for."""
+    if orbit.scene != CAPSULE:
+        raise InvalidInput("scene", orbit.scene.name, CAPSULE.name)
+    return orbit
 
 
 def _shortest(text: str) -> str:
@@ -142,7 +150,7 @@ def certify_orbit(
     >>> print(certificate["durations"][0])
     0.981818749997849077221677549776
     """
-    parameters = _decimals(orbit.values, exact)
+    parameters = _decimals(_own(orbit).values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         tube = enclose(shooting, guess_of(shooting, orbit), held(shooting))
@@ -216,7 +224,7 @@ def certify_bifurcation(
     free = found.parameter if isinstance(found, Bifurcation) else "alpha"
     if free != "alpha":
         raise Unproved("certificate", "the checker solves for alpha only")
-    orbit = found.orbit
+    orbit = _own(found.orbit)
     parameters = _decimals(orbit.values, exact)
     with Watch(checked_seconds(max_seconds)), precision(_BITS):
         event = prove_event(orbit, (found.segment,), (free,), parameters)

@@ -362,6 +362,9 @@ def solve_itinerary(
         given = parameters
     with _backend(backend, itinerary.scene) as numbers:
         values = tuple(numbers.number(value) for value in given)
+        names = itinerary.scene.facts.PARAMETERS
+        if len(values) != len(names):
+            raise InvalidInput("parameters", values, f"the values of {', '.join(names)}")
         if guess is None:
             guess = _stick_guess(numbers, values, itinerary)
         if len(guess) != len(itinerary) + 4:

@@ -45,7 +45,7 @@ from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING, SYMME
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.admissibility import is_admissible, tightest
 from capsule_sym._orbits.shooting.equations import Vector
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, same, springless, whole_orbit
 from capsule_sym._parameters import SceneParameters
@@ -238,8 +238,6 @@ def _begin(problem: Problem, orbit: Orbit) -> tuple[Continuation, Vector]:
 
 def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
     """Axis from an orbit on a path to a value of the varied parameter; raises InvalidInput."""
-    if isinstance(orbit, NoOrbit):
-        raise InvalidInput("orbit", orbit, f"an orbit that was found ({orbit.message})")
     if not math.isfinite(to):
         raise InvalidInput(path.name, to, "finite")
     if path.name in path.names:
