@@ -29,7 +29,7 @@ def sections(text: str) -> dict[str, str]:
 
 
 def lacks(name: str, parameters: dict[str, inspect.Parameter], text: str) -> list[str]:
-    """What a docstring does not say of the parameters of its function."""
+    """Parameters, units and defaults that a docstring does not name."""
     entries = {
         one.strip(" *"): f"{head}\n{body}"
         for names, head, body in ENTRY.findall(sections(text).get("Parameters", ""))
