@@ -90,6 +90,10 @@ def test_what_is_clicked_in_a_diagram_is_shown(open_page, tmp_path):
         assert _quantity(tab, "progression") == pytest.approx([value], abs=1e-6)
         tab.get_by_role("tab", name="Diagram").click()
         _finished(tab, "diagram")
+        # A click before the picture is laid out again meets no point.
+        tab.evaluate(
+            "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+        )
 
 
 def test_keys_choose_among_motions_that_coexist(open_page):
