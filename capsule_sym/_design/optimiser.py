@@ -205,7 +205,6 @@ class Optimiser:
         """Best place that the starts lead to, next to a given one, by populations around it."""
         if core_of(self.program.system.scene) is None:
             return place
-
         for step in _STEPS:
             low, high = np.maximum(place.u - step, 0.0), np.minimum(place.u + step, 1.0)
             found = evolved(

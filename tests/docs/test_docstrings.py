@@ -17,7 +17,7 @@ FUNCTIONS = [
 HEADING = re.compile(r"\n(Parameters|Returns|Raises|Notes|See Also|Examples)\n-+\n")
 ENTRY = re.compile(r"^(\*{0,2}[a-zA-Z_][\w, *]*) : (.*)\n((?:    .*\n?|\n)*)", re.M)
 UNIT = re.compile(
-    r"dimensionless|seconds?\b|periods?\b|radians?\b|\bunits?\b|rad/s|share|number|count|metres?\b"
+    r"dimensionless|seconds?\b|periods?\b|radians?\b|\bunits?\b|rad/s|shares?\b|inch|metres?\b"
     r"|\((kg|N|m)[ )/]",
     re.I,
 )
@@ -69,6 +69,7 @@ def test_what_a_docstring_lacks_is_found() -> None:
     assert lacks("drawn", given, good) == []
     for old, new, found in (
         ("In SI units", "Fast", "speed has no unit"),
+        ("In SI units", "A number", "speed has no unit"),
         ("count :", "counts :", "count is not named"),
         (", default 3", "", "count has no default"),
         ("count :", "count, other :", "no parameter other"),
