@@ -59,7 +59,8 @@ lines: $(READY)  ## print the size of the house beside its goals
 generate: $(READY)  ## derive and write generated/
 	$(BIN)/python -m capsule_sym.codegen
 
-INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation -C build-dir=.venv/core --editable
+INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation -C build-dir=.venv/core \
+    -C cmake.define.CAPSULE_CORES=all --editable
 core: $(READY)  ## compile what changed of the C cores, as after `make generate`
 	$(INSTALL) . --no-deps
 

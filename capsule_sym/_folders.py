@@ -6,12 +6,8 @@ import hashlib
 import os
 import stat
 import sys
-from importlib.machinery import (
-    EXTENSION_SUFFIXES,
-    ExtensionFileLoader,
-    FileFinder,
-    SourceFileLoader,
-)
+from collections.abc import Iterable
+from importlib.machinery import FileFinder, SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any, NoReturn
@@ -31,10 +27,11 @@ def digest_of(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def digest_of_sources() -> str:
-    """Digest of the C and Cython sources from which cores are compiled."""
-    paths = (path for path in sorted((_HERE / "_native").iterdir()) if path.is_file())
-    texts = (path.read_bytes() for path in paths if path.suffix in (".c", ".h", ".pyx"))
+def digest_of_sources(further: Iterable[str] = ()) -> str:
+    """Digest of the C sources from which cores are compiled, and of those in further folders."""
+    folders = (_HERE / "_native", *further)
+    paths = (path for folder in folders for path in sorted(Path(folder).iterdir()))
+    texts = (path.read_bytes() for path in paths if path.suffix in (".c", ".h"))
     return digest_of(b"\0".join(texts))
 
 
@@ -70,8 +67,7 @@ def imported(given: str, folder: str, name: str) -> None:
         said = f"readable ({error.filename}: {error.strerror})"
         raise InvalidInput("scene", given, said) from None
     # Submodules, which are imported on their first use, are found by this entry.
-    kinds = (ExtensionFileLoader, EXTENSION_SUFFIXES), (_Checked, [".py"])
-    sys.path_importer_cache[folder] = FileFinder(folder, *kinds)
+    sys.path_importer_cache[folder] = FileFinder(folder, (_Checked, [".py"]))
     path = os.path.join(folder, "__init__.py")
     loader = _Checked(name, path)
     spec = spec_from_file_location(name, path, loader=loader, submodule_search_locations=[folder])

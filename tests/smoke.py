@@ -25,9 +25,10 @@ def command(*arguments: str) -> str:
 
 def main() -> None:
     assert not Path(capsule_sym.__file__).is_relative_to(Path(__file__).resolve().parents[1])
-    cores = [path for path in files("capsule-sym") if path.name.startswith("_core.")]
-    (module,) = {path.name for path in cores} - {"_core.pyx"}
-    assert "abi3" in module or module == "_core.pyd", module
+    shipped = [path.name for path in files("capsule-sym")]
+    (module,) = {name for name in shipped if name.startswith("_binding.")} - {"_binding.pyx"}
+    assert "abi3" in module or module == "_binding.pyd", module
+    assert shipped.count("core.dll" if sys.platform == "win32" else "core.so") == 5
 
     run = simulate(Parameters(), periods=100)
     assert run.backend == "c"

@@ -16,6 +16,8 @@ from pathlib import Path
 import pytest
 
 import capsule_sym
+from capsule_sym import _native as native
+from capsule_sym._compile import CORE
 from capsule_sym._native import core
 from tests.sampling import sampled, some
 
@@ -229,22 +231,24 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
     assert any(name.endswith(".c") for name in GENERATED)
     assert {f"capsule_sym/{name}" for name in GENERATED if "__pycache__" not in name} <= shipped
     assert "capsule_sym/py.typed" in shipped
-    assert not [n for n in shipped if n.startswith("capsule_sym/codegen") and n.endswith(".in")]
+    assert {"interface.toml", "kernels.toml"} == {
+        Path(name).name for name in shipped if name.startswith("capsule_sym/codegen/inputs/")
+    }
     done = installed(unpacked, "import capsule_sym.generated.capsule as g; print(g.__file__)")
     assert done.stdout.startswith(str(unpacked)), done.stderr
     if core is None:
         pytest.skip("no compiler here")
-    (module,) = (
-        name for name in shipped if name.startswith("capsule_sym/generated/capsule/_core.abi3.")
-    )
+    (module,) = (name for name in shipped if name.startswith("capsule_sym/_native/_binding.abi3."))
     assert module.endswith((".so", ".pyd"))
+    assert f"capsule_sym/generated/capsule/{CORE}" in shipped
     done = installed(unpacked, f"{BACKEND}; print(r.backend)", "-W", "error")
     assert done.stdout == "c\n", done.stderr
 
 
 @pytest.mark.long
 def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Path) -> None:
-    assert [path.name for path in plain.rglob("_core.*")] == ["_core.pyx"]
+    assert [path.name for path in plain.rglob("_binding.*")] == ["_binding.pyx"]
+    assert not [*plain.rglob(CORE)]
     (about,) = plain.glob("*.dist-info")
     assert {path.name for path in plain.iterdir()} == {"capsule_sym", about.name}
     explorer = "capsule_sym/_explorer/page.html"
@@ -252,7 +256,7 @@ def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Pa
     again = f"{BACKEND}; r = simulate(Parameters(), periods=1); print(r.backend)"
     done = installed(plain, again, "-W", "always")
     assert done.stdout == "numpy\n", done.stderr
-    assert done.stderr.count("no compiled core in") == 1
+    assert done.stderr.count("no compiled core of scene capsule") == 1
     refused = installed(plain, f"{BACKEND[:-1]}, backend='c')")
     assert "backend = 'c': must be numpy or mpmath" in refused.stderr
 
@@ -266,26 +270,29 @@ def test_python_started_in_a_clone_takes_the_installed_core(installed_core, tmp_
     beside.mkdir(parents=True)
     package = Path("capsule_sym") / "generated" / "capsule"
     (tmp_path / package).mkdir(parents=True)
+    shutil.copy(native._imported().__file__, beside)
     if installed_core in ("own", "older"):
-        shutil.copy(core.__file__, tmp_path / package)
+        shutil.copy(core.library._name, tmp_path / package)
         shutil.copy(ROOT / "capsule_sym" / "_native" / "run.c", beside)
     if installed_core == "older":
         (beside / "step.h").write_text("/* as it was */")
+    if installed_core == "none":
+        (beside / Path(native._imported().__file__).name).unlink()
     if installed_core == "other":
-        (tmp_path / package / "_core.py").write_text("def digest(): return 'other'")
+        slope = Path(core.library._name).parents[1] / "slope" / CORE
+        shutil.copy(slope, tmp_path / package / CORE)
     path = os.pathsep.join([str(tmp_path), sysconfig.get_path("purelib")])
     code = f"{BACKEND}; import capsule_sym; print(capsule_sym.__file__, r.backend)"
     done = python("-S", "-c", code, cwd=str(ROOT), env=os.environ | {"PYTHONPATH": path})
     if installed_core == "other":
-        assert "the compiled core has kernels other, the package has" in done.stderr
+        assert "has structs of another layout than" in done.stderr
         return
     if installed_core == "older":
         assert f"the core in {beside} was compiled from another step.h than that in" in done.stderr
         return
     backend = "c" if installed_core == "own" else "numpy"
     assert done.stdout.split() == [str(ROOT / "capsule_sym" / "__init__.py"), backend], done.stderr
-    told = f"no compiled core in {ROOT / package} or {tmp_path / package}: "
-    assert (told in done.stderr) == (installed_core == "none")
+    assert ("no compiled core of scene capsule: " in done.stderr) == (installed_core == "none")
 
 
 @pytest.mark.long
@@ -300,8 +307,7 @@ def test_the_version_tells_which_core_is_live(plain: Path) -> None:
 
 @pytest.mark.long
 def test_a_core_that_cannot_be_loaded_is_not_taken_for_none(plain: Path) -> None:
-    package = plain / "capsule_sym" / "generated" / "capsule"
-    broken = package / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}"
+    broken = plain / "capsule_sym/_native" / f"_binding{sysconfig.get_config_var('EXT_SUFFIX')}"
     broken.write_bytes(b"not a library")
     try:
         done = installed(plain, "import capsule_sym._native")
@@ -355,11 +361,10 @@ def test_the_binding_passes_pointers_of_their_types(tmp_path: Path) -> None:
     """As compilers ask for by themselves from GCC 14 on."""
     native = ROOT / "capsule_sym" / "_native"
     translated = str(tmp_path / "core.c")
-    kernels = str(ROOT / "generated" / "capsule" / "c")
-    done = python("-m", "cython", "-3", "-I", kernels, str(native / "_core.pyx"), "-o", translated)
+    done = python("-m", "cython", "-3", str(native / "_binding.pyx"), "-o", translated)
     assert done.returncode == 0, done.stderr
     strict = ("incompatible-pointer-types", "int-conversion", "implicit-function-declaration")
-    folders = (native, kernels, sysconfig.get_path("include"))
+    folders = (native, sysconfig.get_path("include"))
     command = ["cc", "-fsyntax-only", *(f"-Werror={name}" for name in strict)]
     done = subprocess.run(
         [*command, *(f"-I{folder}" for folder in folders), translated],

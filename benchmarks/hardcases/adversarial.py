@@ -127,7 +127,7 @@ def code() -> str:
     files += [here / f"{name}.py" for name in ("adversarial", "lanes", "reference", "starts")]
     parts = [DIGEST.encode(), *map(_meaning, files)]
     if core is not None:
-        parts.append(Path(str(core.__file__)).read_bytes())
+        parts.append(Path(core.library._name).read_bytes())
     return sha256(b"".join(parts)).hexdigest()[:16]
 
 

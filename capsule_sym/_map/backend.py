@@ -11,7 +11,6 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from importlib import import_module
 from typing import Any
 
 from capsule_sym._errors import InvalidInput
@@ -150,9 +149,8 @@ def _is_compiled(scene: Scene) -> bool:
 
     if core_of(scene) is not None:
         return True
-    searched = import_module(scene.package).__path__
     warnings.warn(
-        f"no compiled core in {' or '.join(searched)}: the NumPy backend runs, slower by far; "
+        f"no compiled core of scene {scene.shown}: the NumPy backend runs, slower by far; "
         f"to have the core, {how_compiled(scene)}",
         RuntimeWarning,
         stacklevel=4,

@@ -33,9 +33,7 @@ def borrowed(parameters: SceneParameters) -> Any:
     try:
         native = kept.pop()
     except IndexError:
-        return core_of(parameters.scene).Map(  # type: ignore[union-attr]
-            np.array(numbers(parameters))
-        )
+        return core_of(parameters.scene).map(numbers(parameters))
     native.remake(*numbers(parameters))
     return native
 

@@ -373,7 +373,7 @@ def _side_by_side(
     strobe = np.empty((count, periods + 1, 3)) if strobed else None
     if strobe is not None:
         strobe[:, 0] = starts
-    records, stops = np.empty(count, binding.STATE), np.empty(count, np.int8)
+    records, stops = np.empty(count, binding.records.STATE), np.empty(count, np.int8)
     binding.start_many(rows, starts, phases, records, watch)
     # Dealt in turn, each thread has as many long runs; but each gets enough runs to fill the lanes.
     shares = min(threads, max(1, count // _SIDE_BY_SIDE))
@@ -412,7 +412,7 @@ def _finish(
 
     It ends after `most` such segments, unless that is below 0.
     """
-    native = core(run.scene).Map(np.array([*run.parameters.to_dict().values()]))
+    native = core(run.scene).map([*run.parameters.to_dict().values()])
     run.marks = 0 if strobe is None else periods
     while record["period"] < periods and not run.watch.over:
         if not most:

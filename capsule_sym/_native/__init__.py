@@ -1,14 +1,16 @@
-"""Bindings of the compiled cores of scenes, or None without them."""
+"""Compiled cores of scenes, or None without them."""
 
 from __future__ import annotations
 
+import ctypes
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from os import listdir
-from os.path import isdir
-from types import ModuleType
+from os.path import dirname, isdir, isfile, join
+from typing import Any
 
+from capsule_sym._compile import CORE, kept
 from capsule_sym._errors import CapsuleError
 from capsule_sym._native.watch import TimeUp, Watch, check_time, present
 from capsule_sym._parameters import CAPSULE, SHIPPED, Scene
@@ -17,11 +19,11 @@ __all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "core_of", "liv
 
 
 class StaleCore(CapsuleError, ImportError):
-    """Raised if the compiled core was built from other kernels or sources than the package's."""
+    """Raised if a compiled core is not that of the package's kernels and sources."""
 
 
 def _check_sources(installed: str) -> None:
-    """Refuse a core that was installed with other C sources than those here."""
+    """Refuse a binding that was installed with other sources than those here."""
     from filecmp import cmpfiles
 
     here = __path__[0]
@@ -35,44 +37,63 @@ def _check_sources(installed: str) -> None:
         )
 
 
-def _lies_elsewhere(scene: Scene) -> bool:
-    """True if the core is where pip installed the package, and Python imports a clone of it."""
+def _lies_elsewhere() -> bool:
+    """True if the binding is where pip installed the package, and Python imports a clone of it."""
     from importlib.metadata import distributions  # loads 50 modules
 
     installed = next(iter(distributions(name="capsule-sym")), None)
-    if installed is None or scene.source not in SHIPPED:
+    if installed is None:
         return False
-    folder = str(installed.locate_file(scene.package.replace(".", "/")))
-    searched = import_module(scene.package).__path__
-    if folder not in searched:
-        searched.append(folder)
-    if find_spec(f"{scene.package}._core") is None:
+    folder = str(installed.locate_file("capsule_sym/_native"))
+    if folder not in __path__:
+        __path__.append(folder)
+    if find_spec(f"{__name__}._binding") is None:
         return False
-    _check_sources(str(installed.locate_file("capsule_sym/_native")))
+    _check_sources(folder)
     return True
 
 
 @cache
-def core_of(scene: Scene) -> ModuleType | None:
-    """Binding of a scene's core; None if it was not compiled.
+def _imported() -> Any:
+    """Binding of all cores; None if it was not compiled."""
+    name = f"{__name__}._binding"
+    return import_module(name) if find_spec(name) is not None or _lies_elsewhere() else None
+
+
+def _opened(binding: Any, path: str, scene: Scene) -> Any:
+    """Core in a library; raises StaleCore if it is none, or one of other kernels."""
+    again = "install capsule-sym again, which compiles it"
+    if scene.source not in SHIPPED:
+        again = f"`python -m capsule_sym.codegen --scene FILE --out {scene.source} --core`"
+    try:
+        library = ctypes.CDLL(path)
+        table = library.capsule_core
+        table.restype = ctypes.c_void_p
+        core = binding.Core(table(), scene.records, library)
+    except (OSError, AttributeError) as error:
+        raise StaleCore(f"{path} is no core for this machine ({error}): {again}") from error
+    except ValueError as error:
+        raise StaleCore(f"the core {path} has {error}: {again}") from error
+    if core.digest() != scene.digest:
+        has = f"has kernels {core.digest()}, the package has {scene.digest}"
+        raise StaleCore(f"the core {path} {has}: {again}")
+    return core
+
+
+@cache
+def core_of(scene: Scene) -> Any:
+    """Core of a scene; None if it was not compiled. One that ships is compiled at its first use.
 
     Raises StaleCore if it was compiled from other kernels or sources.
     """
-    name, again = f"{scene.package}._core", "install capsule-sym again, which compiles it"
-    if scene.source not in SHIPPED:
-        again = f"`python -m capsule_sym.codegen --scene FILE --out {scene.source} --core`"
-    if find_spec(name) is None and not _lies_elsewhere(scene):
+    if (binding := _imported()) is None:
         return None
-    try:
-        module = import_module(name)
-    except AssertionError as error:  # of the binding, for a struct of another layout
-        raise StaleCore(f"the compiled core has other structs than the package: {again}") from error
-    if module.digest() != scene.digest:
-        raise StaleCore(
-            f"the compiled core has kernels {module.digest()}, the package has {scene.digest}: "
-            f"{again}"
-        )
-    return module
+    path = join(scene.source, CORE)
+    if scene.source in SHIPPED:
+        path = join(dirname(dirname(binding.__file__)), "generated", scene.source, CORE)
+        if not isfile(path):
+            path = kept(scene.source, join(import_module(scene.package).__path__[0], "c"))
+    return _opened(binding, path, scene) if isfile(path) else None
 
 
 core = core_of(CAPSULE)

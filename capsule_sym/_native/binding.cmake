@@ -1,5 +1,6 @@
-# Python's binding, by its stable interface where the build asks for that: then one module serves all
-# Pythons from SKBUILD_SABI_VERSION on.
+# Python's binding of cores, which knows no scene, and cores of scenes beside their generated code. It
+# is by Python's stable interface where the build asks for that: then one module serves all Pythons from
+# SKBUILD_SABI_VERSION on.
 cmake_minimum_required(VERSION 3.26)
 if(SKBUILD_SABI_VERSION)
     find_package(Python REQUIRED COMPONENTS Interpreter Development.SABIModule)
@@ -9,33 +10,38 @@ else()
     set(INTERFACE "")
 endif()
 
-# A core for each scene, beside its generated code, or for one in a folder of its own.
-if(SKBUILD)
-    file(GLOB FOUND LIST_DIRECTORIES TRUE CONFIGURE_DEPENDS ${GENERATED}/*/c)
-else()
-    set(FOUND ${CAPSULE_SCENE}/c)
-endif()
-foreach(KERNELS ${FOUND})
-    set(SCENE own)
-    set(PLACE .)
-    if(SKBUILD)
-        get_filename_component(SCENE ${KERNELS} DIRECTORY)
-        get_filename_component(SCENE ${SCENE} NAME)
-        set(PLACE capsule_sym/generated/${SCENE})
-    endif()
-    set(LIBRARY capsule_${SCENE})
-    add_library(${LIBRARY} STATIC ${SOURCES} ${KERNELS}/capsule_kernels.c)
-    capsule_settings(${LIBRARY} ${KERNELS})
+set(BINDING ${CMAKE_CURRENT_BINARY_DIR}/_binding.c)
+add_custom_command(
+    OUTPUT ${BINDING}
+    COMMAND Python::Interpreter -m cython -3 ${CMAKE_CURRENT_SOURCE_DIR}/_binding.pyx -o ${BINDING}
+    DEPENDS _binding.pyx)
+Python_add_library(_binding MODULE WITH_SOABI ${INTERFACE} ${BINDING})
+target_include_directories(_binding PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+# It passes arrays on, and is large: it is compiled as fast as it can be.
+target_compile_options(_binding PRIVATE ${STRICT} $<$<NOT:$<BOOL:${MSVC}>>:-O1>)
+install(TARGETS _binding DESTINATION capsule_sym/_native)
 
-    set(BINDING ${CMAKE_CURRENT_BINARY_DIR}/${SCENE}/_core.c)
-    add_custom_command(
-        OUTPUT ${BINDING}
-        COMMAND Python::Interpreter -m cython -3 -I ${KERNELS} ${CMAKE_CURRENT_SOURCE_DIR}/_core.pyx -o ${BINDING}
-        DEPENDS _core.pyx ${KERNELS}/capsule_interface.pxi)
-    Python_add_library(core_${SCENE} MODULE WITH_SOABI ${INTERFACE} ${BINDING})
-    set_target_properties(core_${SCENE} PROPERTIES OUTPUT_NAME _core
+# The other scenes that ship are compiled at their first use.
+set(CAPSULE_CORES capsule CACHE STRING "scenes whose cores are compiled, or all")
+set(CORES ${CAPSULE_CORES})
+if(CORES STREQUAL all)
+    file(GLOB CORES RELATIVE ${GENERATED} CONFIGURE_DEPENDS ${GENERATED}/*/c)
+    list(TRANSFORM CORES REPLACE "/c$" "")
+endif()
+foreach(SCENE ${CORES})
+    add_library(core_${SCENE} MODULE ${SOURCES} ${GENERATED}/${SCENE}/c/capsule_kernels.c)
+    capsule_settings(core_${SCENE} ${GENERATED}/${SCENE}/c)
+    target_compile_definitions(core_${SCENE} PRIVATE CAPSULE_EXPORTS)
+    if(WIN32)
+        set(SUFFIX .dll)
+    else()
+        set(SUFFIX .so)
+    endif()
+    set_target_properties(core_${SCENE} PROPERTIES PREFIX "" OUTPUT_NAME core SUFFIX ${SUFFIX}
         LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/${SCENE})
-    target_compile_options(core_${SCENE} PRIVATE ${STRICT})
-    target_link_libraries(core_${SCENE} PRIVATE ${LIBRARY})
-    install(TARGETS core_${SCENE} DESTINATION ${PLACE})
+    install(TARGETS core_${SCENE} DESTINATION capsule_sym/generated/${SCENE})
 endforeach()
+
+# What the generator reads, so that a scene of one's own is derived from an installed package.
+file(GLOB INPUTS CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/../../codegen/*.toml)
+install(FILES ${INPUTS} DESTINATION capsule_sym/codegen/inputs)

@@ -16,6 +16,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "capsule_core.h"
 #include "capsule_interface.h"
 #include "capsule_kernels.h"
 
@@ -73,20 +74,6 @@ typedef struct {
     capsule_table table[CAPSULE_FLOW_COUNT]; /* by contact and drift */
     int may_rest; /* 1 if the forcing alone leaves a capsule without contact at rest, 2 if for some periods */
 } capsule_map;
-
-/* Stops long work, at a limit of work (which is independent of clocks) or on request of `ask`. Both are
-   checked after about every CAPSULE_WORK expansions, which take milliseconds. `ask` (may be null) is
-   called in the working thread and returns 0 to continue. After another number it must not return 0 until
-   the call has ended. To resume after the limit, raise it by more than one segment takes, since a stopped
-   segment starts again. A segment that rests up to the end counts 1 for each row of `strobe`. Each thread has
-   its own watch, whose `done` and `work` are 0 at first. */
-typedef struct {
-    int (*ask)(void *about);
-    void *about;
-    int64_t most; /* expansions in all, rounded up to CAPSULE_WORK; 0 for no limit */
-    int64_t done; /* of them, at the last check */
-    int64_t work; /* since then */
-} capsule_watch;
 
 #define CAPSULE_WORK 8192
 
@@ -326,12 +313,6 @@ capsule_stop capsule_solve_itinerary(const capsule_itinerary *itinerary,
                                      const capsule_itinerary_request *request,
                                      capsule_parameters *parameters, double *z,
                                      capsule_system *system, capsule_solution *solution);
-
-/* An interior extremum: 1 for a minimum, -1 for a maximum; its time after the start; its value. */
-typedef struct {
-    int kind;
-    double time, value;
-} capsule_extremum;
 
 /* Finds all interior extrema of a quantity in a segment of a duration, in the order of time: the rate is
    proved to keep its sign between two of them. `zeros` is 1 if the rate vanishes at the start, as that of

@@ -28,7 +28,7 @@ foreach(LIBRARY capsule capsule_static)
 endforeach()
 
 install(TARGETS capsule capsule_static EXPORT capsule)
-install(FILES capsule.h ${KERNELS}/capsule_interface.h ${KERNELS}/capsule_kernels.h
+install(FILES capsule.h capsule_core.h ${KERNELS}/capsule_interface.h ${KERNELS}/capsule_kernels.h
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/capsule)
 
 set(PACKAGE ${CMAKE_INSTALL_LIBDIR}/cmake/capsule)

@@ -142,7 +142,7 @@ class _Cells:
         """Run cells in the C core; returns the indices of those that it could not decide."""
         count, last, watch = len(chosen), min(self.periods, 2 * LONGEST), self.watch
         rows, states, phases = self.rows[chosen], self.states[chosen], self.phases[chosen]
-        records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
+        records, motions = np.empty(count, core.records.STATE), np.zeros(count, core.records.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
         strobe = np.empty((count, last + 1, self.states.shape[1]))
         core.start_many(rows, states, phases, records, watch)

@@ -10,7 +10,9 @@ if TYPE_CHECKING:
 __all__ = ["COMMAND", "INPUTS", "Model", "vocabulary"]
 
 COMMAND = "python -m capsule_sym.codegen"
-INPUTS = Path(__file__).resolve().parents[2] / "codegen"
+_HERE = Path(__file__).resolve().parent
+INPUTS = _HERE / "inputs" if (_HERE / "inputs").is_dir() else _HERE.parents[1] / "codegen"
+"""Folder of the generator's tables, which the build puts into an installed package."""
 
 
 def __getattr__(name: str) -> object:

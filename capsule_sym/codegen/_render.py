@@ -29,7 +29,9 @@ def generator() -> str:
     """Digest of the project's files from which the text is generated."""
     hasher = hashlib.sha256()
     for path in sources():
-        hasher.update(path.relative_to(_PACKAGE.parent).as_posix().encode())
+        inputs = path.suffix == ".toml"
+        name = f"codegen/{path.name}" if inputs else path.relative_to(_PACKAGE.parent).as_posix()
+        hasher.update(name.encode())
         hasher.update(path.read_bytes())
     return hasher.hexdigest()[:16]
 

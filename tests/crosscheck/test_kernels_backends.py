@@ -92,7 +92,7 @@ def native(batch: list[Case]) -> list[tuple[Rows, Rows]]:
         pytest.skip("the C core was not compiled")
     found = []
     for case in batch:
-        fields = core.Fields(np.array(astuple(case.parameters)))
+        fields = core.fields(np.array(astuple(case.parameters)))
         start = np.array(case.start(double, float))
         values, rows = fields.closed_form(case.field, start, case.duration)
         count = 4 if case.constants(double, float).drift else 2

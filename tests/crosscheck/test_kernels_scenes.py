@@ -342,7 +342,7 @@ def test_doubles_are_right_to_their_conditioning(name: str) -> None:
             rows = [given.kernels.jacobian(c, start, h), slopes[..., i]]
             if core is not None:
                 p = np.array([float(case.parameters[n]) for n in given.facts.PARAMETERS])
-                values, by = core.Fields(p).closed_form(index, np.array(start, float), h)
+                values, by = core.fields(p).closed_form(index, np.array(start, float), h)
                 found.append(values[: len(found[0])])
                 rows.append(by[: len(found[0])])
             with mp.workdps(DIGITS):

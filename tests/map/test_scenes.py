@@ -180,7 +180,7 @@ def test_both_gaps_are_known_after_an_edge_that_ends_a_long_segment() -> None:
 def test_a_copied_scene_is_told_from_the_one_that_ships(tmp_path: Path) -> None:
     """Its folder stands in messages; without a core they say what compiles one."""
     copied = tmp_path / "copy"
-    ignored = shutil.ignore_patterns("_core*", "__pycache__")
+    ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(Path(scenes.slope.facts.__file__).parent, copied, ignore=ignored)
     own = scenes.load(str(copied))
     with pytest.raises(InvalidInput, match=r"must be of one scene, here slope$"):

@@ -280,7 +280,7 @@ def stretch(rng: np.random.Generator, vanishing: tuple[int, int] | None) -> Stre
     values = np.array([alpha, omega, delta, zeta, beta, gamma, 1.0])
     duration = 10 ** rng.uniform(-0.5, 1.5) / max(np.sqrt(stiff), omega)
     start = np.array([x_r, x_r - delta, v_r, 0.0, 0.0, np.cos(angle), np.sin(angle)])
-    closed_form, sizes = core.Map(values).closed_form, []  # type: ignore[union-attr]
+    closed_form, sizes = core.map(values).closed_form, []  # type: ignore[union-attr]
     for h in np.linspace(0, duration, 101):
         change, _ = closed_form(field, start, h)
         at, speed = x_r + change[0], change[1]

@@ -46,7 +46,7 @@ def test_every_turn_of_the_pull_is_found_and_no_other(name: str) -> None:
         P = (1 + c.kappa) * (x_r + x) - c.kappa * 0.1 + 2 * p["zeta"] * v
         Q = P - drive
         for quantity, values in ((pull, Q), (force, P)):
-            found = core.Fields(np.array(parameters)).extrema(field, start, quantity, 0, 12.0)
+            found = core.fields(np.array(parameters)).extrema(field, start, quantity, 0, 12.0)
             if found is None:
                 continue
             turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1

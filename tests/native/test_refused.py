@@ -19,7 +19,7 @@ NONE += [("gap", math.inf), ("v_r", -math.inf), ("v_c", math.nan)]
 
 @pytest.mark.parametrize(("name", "value"), NONE)
 def test_a_record_that_is_no_state_is_refused(name: str, value: float) -> None:
-    native = core.Map(ROWS[0])
+    native = core.map(ROWS[0])
     record, strobe = native.state_at(0.0, 0.0, 0.0, 0.0), np.zeros((6, 3))
     record[name] = value
     with pytest.raises(ValueError, match="no run from"):
@@ -33,7 +33,7 @@ def test_a_record_that_is_no_state_is_refused(name: str, value: float) -> None:
     assert stops[3] == core.REFUSED
     assert not marks[3].any()
     assert (np.delete(stops, 3) == core.DONE).all()
-    stops[:], motions = core.DONE, np.zeros(len(ROWS), core.MOTION)
+    stops[:], motions = core.DONE, np.zeros(len(ROWS), core.records.MOTION)
     switches = np.zeros((len(ROWS), 64), np.uint8)
     core.steady_many(ROWS, records, marks, 1e-9, stops, motions, switches)
     # The motion is counted from the end of the run on.
@@ -45,7 +45,7 @@ def test_a_record_that_is_no_state_is_refused(name: str, value: float) -> None:
 def test_parameters_that_are_none_are_refused(place: int, value: float) -> None:
     row = ROWS[0].copy()
     row[place] = value
-    native = core.Map(row)
+    native = core.map(row)
     for phase in (0.0, -1e308):
         with pytest.raises(ValueError, match="no run from"):
             native.run(native.state_at(0.0, 0.0, 0.0, phase), 5, strobe=np.empty((6, 3)))
@@ -55,9 +55,9 @@ def test_parameters_that_are_none_are_refused(place: int, value: float) -> None:
 
 def test_arrays_of_other_sizes_are_refused() -> None:
     count = len(ROWS)
-    records, stops = np.empty(count, core.STATE), np.zeros(count, np.int8)
+    records, stops = np.empty(count, core.records.STATE), np.zeros(count, np.int8)
     starts, phases = np.zeros((count, 3)), np.zeros(count)
-    motions, switches = np.zeros(count, core.MOTION), np.zeros((count, 64), np.uint8)
+    motions, switches = np.zeros(count, core.records.MOTION), np.zeros((count, 64), np.uint8)
     marks = np.zeros((count, 6, 3))
     core.start_many(ROWS, starts, phases, records)
     for call in (
@@ -81,9 +81,9 @@ def test_arrays_of_other_sizes_are_refused() -> None:
         lambda: core.steady_many(ROWS, records, marks, 1e-9, stops, motions[1:], switches),
         lambda: core.steady_many(ROWS, records, marks, 1e-9, stops, records, switches),
         lambda: core.steady_many(ROWS, records, marks, 1e-9, stops, motions, switches[1:]),
-        lambda: core.Map(ROWS[0]).run(np.zeros(()), 5),
-        lambda: core.Map(ROWS[0]).run(records[0], 5, strobe=np.zeros((5, 3))),
-        lambda: core.Map(ROWS[0][:6]),
+        lambda: core.map(ROWS[0]).run(np.zeros(()), 5),
+        lambda: core.map(ROWS[0]).run(records[0], 5, strobe=np.zeros((5, 3))),
+        lambda: core.map(ROWS[0][:6]),
     ):
         with pytest.raises((ValueError, TypeError)):
             call()

@@ -173,7 +173,7 @@ def test_a_segment_held_at_no_duration_is_the_bifurcation() -> None:
         values[0] *= 1.001
         guess = 1.001 * np.array(orbit.z, dtype=float)
         guess[place] = 0.0
-        z, _, status, steps, residual, found = core.Fields(values).solve_itinerary(
+        z, _, status, steps, residual, found = core.fields(values).solve_itinerary(
             fields, itinerary.period_number, itinerary.mirrored, guess, np.eye(7)[0], place
         )
         assert (status, z[place]) == (Solving.SOLVED, 0.0)
@@ -192,7 +192,7 @@ def test_a_part_of_the_start_held_is_a_point_of_the_branch() -> None:
             continue
         guess = one.z.copy()
         guess[held] = other.z[held]
-        z, _, status, _, _, values = core.Fields(np.array(one.values)).solve_itinerary(
+        z, _, status, _, _, values = core.fields(np.array(one.values)).solve_itinerary(
             fields, 1, False, guess, 0.3 * np.eye(len(PARAMETERS))[0], held
         )
         assert status == Solving.SOLVED
@@ -205,7 +205,7 @@ def test_parameters_stay_what_a_model_may_have() -> None:
     guess = orbit.z.copy()
     guess[0] = -1.0
     fields = np.array(orbit.itinerary.fields, np.int32)
-    *_, status, _, _, values = core.Fields(np.array(orbit.values)).solve_itinerary(
+    *_, status, _, _, values = core.fields(np.array(orbit.values)).solve_itinerary(
         fields, 1, False, guess, np.eye(7)[4], 0
     )
     assert status != Solving.SOLVED
@@ -213,7 +213,7 @@ def test_parameters_stay_what_a_model_may_have() -> None:
 
 
 def test_a_search_that_begins_nowhere_takes_no_step() -> None:
-    fields = core.Fields(parameter_rows(cs.Parameters())[0])
+    fields = core.fields(parameter_rows(cs.Parameters())[0])
     found = fields.solve_itinerary(np.array([1, 2], np.int32), 1, False, [np.nan] * 6)
     assert found[2:4] == (Solving.NOT_FINITE, 0)
 
@@ -221,14 +221,14 @@ def test_a_search_that_begins_nowhere_takes_no_step() -> None:
 def test_a_mirrored_half_is_over_an_odd_number_of_periods() -> None:
     with pytest.raises(cs.InvalidInput, match="period_number = 2: must be odd"):
         cs.Itinerary.of([2, 3], 2, True)
-    fields, at = np.array([2, 3], np.int32), core.Fields(parameter_rows(cs.Parameters())[0])
+    fields, at = np.array([2, 3], np.int32), core.fields(parameter_rows(cs.Parameters())[0])
     with pytest.raises(ValueError, match="fields"):
         at.solve_itinerary(fields, 2, True, [0.89, -0.64, 0.0, 24.5, 3.0, 0.9])
 
 
 def test_a_map_is_remade_of_all_parameters() -> None:
-    remade = core.Map(parameter_rows(cs.Parameters())[0])
-    with pytest.raises(ValueError, match="7 parameters are needed"):
+    remade = core.map(parameter_rows(cs.Parameters())[0])
+    with pytest.raises(ValueError, match=r"parameters must have shape \(7,\)"):
         remade.remake(1.0)
 
 
@@ -255,7 +255,7 @@ def test_a_watch_stops_the_search() -> None:
     watch = Watch()
     watch.stop()
     z = np.array([*orbit.z[:4], *(200 * orbit.z[4:].tolist())]) * 1.01
-    found = core.Fields(np.array(orbit.values)).solve_itinerary(
+    found = core.fields(np.array(orbit.values)).solve_itinerary(
         np.array(long.fields, np.int32), 200, False, z, watch=watch
     )
     assert found[2] is None
@@ -266,7 +266,7 @@ def test_what_is_too_long_for_the_core_is_solved_without_it(monkeypatch) -> None
     long = cs.Itinerary(1025 * orbit.itinerary.segments, 1025)
     z = np.array([*orbit.z[:4], *(1025 * orbit.z[4:].tolist())])
     with pytest.raises(ValueError, match="fields 1 to 6"):
-        core.Fields(np.array(orbit.values)).solve_itinerary(
+        core.fields(np.array(orbit.values)).solve_itinerary(
             np.array(long.fields, np.int32), 1025, False, z
         )
     monkeypatch.setattr(closed, "_LONGEST", 1)

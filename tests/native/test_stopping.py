@@ -62,7 +62,7 @@ def test_ctrl_c_interrupts_every_call_whose_work_is_in_c() -> None:
 def test_a_watch_stops_runs_in_threads_and_they_go_on_from_where_they_were() -> None:
     watch = Watch()
     count = len(ROWS)
-    records, stops = np.empty(count, core.STATE), np.full(count, -1, np.int8)
+    records, stops = np.empty(count, core.records.STATE), np.full(count, -1, np.int8)
     core.start_many(ROWS, np.zeros((count, 3)), np.zeros(count), records, watch)
     given, how = (ROWS, records, FOR_EVER, stops), {"position": True, "watch": watch}
     work = threading.Thread(target=core.run_many, args=given, kwargs=how)
@@ -92,7 +92,7 @@ def test_what_is_stopped_before_it_begins_is_told_and_left_alone() -> None:
     # Maps of many flows: some starts are made before the watch is looked at, and no run takes on
     # those that are not.
     rows = parameter_rows(Parameters(), zeta=np.linspace(0.01, 1.0, count))
-    records, stops = np.empty(count, core.STATE), np.empty(count, np.int8)
+    records, stops = np.empty(count, core.records.STATE), np.empty(count, np.int8)
     core.start_many(rows, np.full((count, 3), 0.25), np.zeros(count), records, watch)
     made = np.isfinite(records["gap"])
     assert 0 < made.sum() < count
@@ -100,7 +100,7 @@ def test_what_is_stopped_before_it_begins_is_told_and_left_alone() -> None:
     with pytest.raises(ValueError, match="no runs from some"):
         core.run_many(rows[~made][:3], records[~made][:3].copy(), 1, stops[:3])
     # ... nor is a motion looked for.
-    motions, switches = np.zeros(count, core.MOTION), np.zeros((count, 64), np.uint8)
+    motions, switches = np.zeros(count, core.records.MOTION), np.zeros((count, 64), np.uint8)
     stops[:] = core.DONE
     core.steady_many(rows, records, np.zeros((count, 3, 3)), 1e-9, stops, motions, switches, watch)
     assert 0 < (stops == core.DONE).sum() < 1000
@@ -114,7 +114,7 @@ def test_a_time_limit_holds_for_a_batch() -> None:
 
 def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end() -> None:
     """The time is over from the start: the core works only until its next check."""
-    native, watch, periods = core.Map(ROWS[0]), Watch(-1.0), 20_000
+    native, watch, periods = core.map(ROWS[0]), Watch(-1.0), 20_000
     record = native.state_at(0.0, 0.0, 0.0, 0.0)
     passed = [0]
     while native.run(record, periods, position=True, watch=watch)[0] == core.STOPPED:
@@ -151,7 +151,7 @@ def test_a_motion_at_rest_takes_no_room_for_its_periods() -> None:
 def test_all_states_of_a_run_of_many_periods_are_kept() -> None:
     periods = 20_000  # more than there are rows for at a time
     run = simulate(Parameters(), periods=periods, backend="c")
-    native = core.Map(ROWS[10])  # alpha = 0.7
+    native = core.map(ROWS[10])  # alpha = 0.7
     strobe = np.empty((periods + 1, 3))
     native.run(native.state_at(0.0, 0.0, 0.0, 0.0), periods, strobe=strobe)
     assert len(run.stroboscopic) == periods + 1
@@ -166,7 +166,7 @@ def test_a_long_run_stays_in_c() -> None:
 
 @pytest.mark.parametrize("rows", [1, 100, 8191])
 def test_too_few_rows_for_the_states_are_refused(rows: int) -> None:
-    native = core.Map(ROWS[0])
+    native = core.map(ROWS[0])
     record = native.state_at(0.0, 0.0, 0.0, 0.0)
     with pytest.raises(ValueError, match="strobe must have shape"):
         native.run(record, 10_000, strobe=np.empty((rows, 3)))

@@ -30,9 +30,9 @@ class CheckedRun(Run):
         flow, switch = super().first_switch(state, begin, limit)
         if not (known and switch.guards):
             return flow, switch
-        record, segments = np.zeros((), core.STATE), np.empty(1, core.SEGMENT)
+        record, segments = np.zeros((), core.records.STATE), np.empty(1, core.records.SEGMENT)
         record[...] = (*state[:5], state.angle_rest, 0.0, 0, state.bound, 0, 0)
-        native = core.Map(parameter_rows(self.parameters)[0])
+        native = core.map(parameter_rows(self.parameters)[0])
         assert native.run(record, 10**6, segments=segments)[1] == 1
         with fifty_digits() as digits:
             c = digits.constants(begin.field, self.parameters)

@@ -91,7 +91,7 @@ def native_fields(values: tuple[float, ...], scene: Scene = CAPSULE) -> Any:
 
 @lru_cache(maxsize=8)
 def _made(scene: Scene, values: tuple[float, ...]) -> Any:
-    return core_of(scene).Fields(np.array(values, dtype=float))  # type: ignore[union-attr]
+    return core_of(scene).fields(values)
 
 
 # Newton steps at one parameter set use the same constants.

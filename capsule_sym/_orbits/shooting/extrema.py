@@ -98,8 +98,7 @@ def _by_core(
     core = native_fields(_parameters(scene, c), scene)
     if core is None:
         return None
-    start = tuple(map(float, flow.closed))
-    found = core.extrema(flow.segment.field, start, quantity, zeros, float(flow.h))
+    found = core.extrema(flow.segment.field, flow.closed, quantity, zeros, float(flow.h))
     return None if found is None else [Extremum(*one) for one in found]
 
 

@@ -2,11 +2,10 @@
 
 from capsule_sym.codegen._backend import Backend
 from capsule_sym.codegen.backends.c import C
-from capsule_sym.codegen.backends.cython import Cython
 from capsule_sym.codegen.backends.python import Python
 from capsule_sym.codegen.backends.shared import Shared
 
-BACKENDS: tuple[type[Backend], ...] = (Python, C, Cython)
+BACKENDS: tuple[type[Backend], ...] = (Python, C)
 """Backends of a scene; `Shared` writes what all scenes have in common."""
 
 __all__ = ["BACKENDS", "Backend", "Shared"]
