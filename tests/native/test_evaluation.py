@@ -174,7 +174,7 @@ def test_what_is_no_segment_is_refused(run: Trajectory) -> None:
             native_map.evaluate(records, times, states)
     with pytest.raises(ValueError, match="states must have shape"):
         native_map.evaluate(run.records, times, states[:1])
-    with pytest.raises(TypeError, match="an array of records \('start_period'"):
+    with pytest.raises(TypeError, match=r"an array of records \('start_period'"):
         native_map.evaluate(np.zeros(3), times, states)
 
 
