@@ -221,12 +221,18 @@ def installed(unpacked: Path, code: str, *options: str) -> subprocess.CompletedP
     return python(*options, "-S", "-c", code, cwd=str(unpacked.parent), env=environment)
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wheel of this machine, unpacked."""
+    return wheel(tmp_path_factory.mktemp("whole"))
+
+
 BACKEND = "from capsule_sym import Parameters, simulate; r = simulate(Parameters(), periods=1)"
 
 
 @pytest.mark.long
-def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Path) -> None:
-    unpacked = wheel(tmp_path)
+def test_the_wheel_holds_the_generated_files_and_the_compiled_core(whole: Path) -> None:
+    unpacked = whole
     shipped = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*.*")}
     assert any(name.endswith(".c") for name in GENERATED)
     assert {f"capsule_sym/{name}" for name in GENERATED if "__pycache__" not in name} <= shipped
@@ -243,6 +249,32 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
     assert f"capsule_sym/generated/capsule/{CORE}" in shipped
     done = installed(unpacked, f"{BACKEND}; print(r.backend)", "-W", "error")
     assert done.stdout == "c\n", done.stderr
+
+
+@pytest.mark.long
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler cc here")
+def test_a_wheel_declares_and_compiles_a_scene_with_a_compiler_alone(whole, tmp_path) -> None:
+    """In a folder of its own, without CMake and Cython, both for one's own scene and for one that ships."""
+    tools = tmp_path / "bin"
+    tools.mkdir()
+    for name in ("cc", "as", "ld"):
+        (tools / name).symlink_to(shutil.which(name))
+    shutil.copy(ROOT / "tests" / "scenes" / "two_stops.py", tmp_path)
+    path = os.pathsep.join([str(whole), sysconfig.get_path("purelib")])
+    environment = {"PATH": str(tools), "PYTHONPATH": path, "XDG_CACHE_HOME": str(tmp_path)}
+    generator = ("-S", "-m", "capsule_sym.codegen", "--scene", "two_stops.py", "--core")
+    done = python(*generator, cwd=str(tmp_path), env=environment)
+    assert done.returncode == 0, done.stderr
+    assert "compiled the C core of two_stops in" in done.stdout
+    run = (
+        "from capsule_sym import scenes, simulate\n"
+        "for scene in (scenes.load('two_stops'), scenes.slope):\n"
+        "    print(simulate(scene.Parameters(), periods=5).backend)"
+    )
+    compiling = "compiling the C core of scene slope, once: about 15 s\n"
+    for told in (compiling, ""):
+        done = python("-S", "-c", run, cwd=str(tmp_path), env=environment)
+        assert (done.stdout, done.stderr) == ("c\nc\n", told)
 
 
 @pytest.mark.long

@@ -13,6 +13,7 @@ from enum import StrEnum
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from secrets import token_hex
 from time import perf_counter
 from typing import Any
 
@@ -20,7 +21,7 @@ from capsule_sym._errors import CapsuleError, counted
 from capsule_sym._map.checks import SEARCH_SECONDS, check_count, checked_seconds
 from capsule_sym._map.result import brief
 from capsule_sym._native import TimeUp, Watch, check_time, present
-from capsule_sym._parameters import SHIPPED, load
+from capsule_sym._parameters import load
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block, compute
 from capsule_sym._sweeps.quantities import CellOutcome
@@ -303,14 +304,17 @@ def _submitting(executor: futures.Executor | None, workers: int) -> Iterator[Sub
 
 
 def _send(executor: futures.Executor, part: Sweep) -> futures.Future[Block]:
-    """Chunk of an executor, which may be another process; the caller has loaded the scene."""
-    if (source := part.parameters.scene.source) in SHIPPED:
-        return executor.submit(compute, part)
-    return executor.submit(_compute_in, source, pickle.dumps(part))
+    """Chunk of an executor, which may be another process; the caller has loaded the scene.
+
+    No two calls have equal arguments: Dask takes such calls for one, which it may have cancelled.
+    """
+    return executor.submit(
+        _compute_in, part.parameters.scene.source, pickle.dumps(part), token_hex(8)
+    )
 
 
-def _compute_in(folder: str, part: bytes) -> Block:
-    load(folder)
+def _compute_in(source: str, part: bytes, once: str) -> Block:
+    load(source)
     return compute(pickle.loads(part))
 
 
