@@ -20,14 +20,14 @@ help:  ## list the targets
 paper: $(READY)  ## the main job: the paper's case study, and results/report.html
 	$(BIN)/python -m paper
 
-sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),$(addprefix $(at),/*.* /*/*.* /*/*/*.*))))
+sources = $(shell find $(1) -type f ! -name '*.pyc')
 within = $(call sources,$(addprefix capsule_sym/,$(1)))
 PROVED := $(call sources,$(addprefix paper/,claims proofs study)) $(wildcard paper/*.py paper/*.toml capsule_sym/_*.py) \
     paper/commands/claims.py capsule_sym/_commands/verify.py $(call within,_symbolic _enclosures _orbits _map _native generated)
 
 # A test that stands still shows what each thread is at, and fails; the longest takes two minutes.
 STILL := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
-PYTEST := $(BIN)/python -m pytest -q $(STILL)
+PYTEST := $(BIN)/python -m pytest -q --durations=10 $(STILL)
 
 test: $(READY)  ## run the tests of the tool, the paper and the benchmarks
 	$(PYTEST) -n 2 --max-worker-restart 2 --dist loadscope --no-loadscope-reorder
@@ -129,4 +129,6 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
 	@$(call bring,dev)
 	$(INSTALL) '.[all]'
+	@$(BIN)/python -m capsule_sym --version | grep -q '(C core, ' || \
+	    echo 'No C compiler was found: runs are computed by NumPy, hundreds of times slower. Install one (gcc or clang), then: make core' >&2
 	@touch $@

@@ -254,7 +254,7 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(whole: Path) 
 @pytest.mark.long
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler cc here")
 def test_a_wheel_declares_and_compiles_a_scene_with_a_compiler_alone(whole, tmp_path) -> None:
-    """In a folder of its own, without CMake and Cython, both for one's own scene and for one that ships."""
+    """In an empty folder, without CMake and Cython: a scene of one's own, and one that ships."""
     tools = tmp_path / "bin"
     tools.mkdir()
     for name in ("cc", "as", "ld"):
