@@ -20,7 +20,7 @@ help:  ## list the targets
 paper: $(READY)  ## the main job: the paper's case study, and results/report.html
 	$(BIN)/python -m paper
 
-sources = $(shell find $(1) -type f ! -name '*.pyc')
+sources = $(shell find -H $(1) -type f ! -name '*.pyc')
 within = $(call sources,$(addprefix capsule_sym/,$(1)))
 PROVED := $(call sources,$(addprefix paper/,claims proofs study)) $(wildcard paper/*.py paper/*.toml capsule_sym/_*.py) \
     paper/commands/claims.py capsule_sym/_commands/verify.py $(call within,_symbolic _enclosures _orbits _map _native generated)
