@@ -28,7 +28,7 @@ def main() -> None:
     shipped = [path.name for path in files("capsule-sym")]
     (module,) = {name for name in shipped if name.startswith("_binding.")} - {"_binding.pyx"}
     assert "abi3" in module or module == "_binding.pyd", module
-    assert shipped.count("core.dll" if sys.platform == "win32" else "core.so") == 5
+    assert shipped.count("core.dll" if sys.platform == "win32" else "core.so.1") == 5
 
     run = simulate(Parameters(), periods=100)
     assert run.backend == "c"

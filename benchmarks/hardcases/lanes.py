@@ -36,7 +36,7 @@ def first_switch(numbers: Backend, start: Start, lanes: int) -> LaneSwitch | Non
     away, onward = (1.0 if x_r > p.delta else -1.0), (v_c > 0) - (v_c < 0)
     starts = np.column_stack([x_r + away * off, np.full(lanes, v_r), v_c + onward * off])
     rows = np.tile(list(p.to_dict().values()), (lanes, 1))
-    records, events = np.empty(lanes, core().STATE), np.zeros(lanes, core().EVENT)
+    records, events = np.empty(lanes, core().records.STATE), np.zeros(lanes, core().records.EVENT)
     core().start_many(rows, starts, np.full(lanes, start.phase), records)
     stop = core().first_switches(rows, records, start.periods, events, lanes)[own]
     event, end = events[own], records[own]

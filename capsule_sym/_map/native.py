@@ -12,7 +12,7 @@ from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import evaluation
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.keep import Keeper
-from capsule_sym._map.segments import Instant, instant, records_of
+from capsule_sym._map.segments import Instant, Segments, instant, records_of
 from capsule_sym._map.trajectory import (
     FINISHED,
     MEMORY_IS_FULL,
@@ -27,6 +27,8 @@ from capsule_sym._parameters import CAPSULE, Scene, SceneParameters
 from capsule_sym.generated.interface import Precision
 
 _NOTHING = Kept("final")
+_SHORT = 40
+"""Periods of a run whose segments nearly always fit into one piece, of 512."""
 
 
 def core(scene: Scene = CAPSULE) -> Any:
@@ -37,25 +39,33 @@ def core(scene: Scene = CAPSULE) -> Any:
     return found
 
 
-def end_of_run(
+def short_run(
     parameters: SceneParameters,
     values: tuple[float, float, float],
     phase: float,
     periods: int,
     escalate: bool,
+    whole: bool,
 ) -> Trajectory | None:
-    """End of a run of which nothing else is kept; None if the core cannot decide a switch.
+    """Run of which all or only the end is kept; None if it is long, or the core cannot decide it.
 
     It takes the same steps as `NativeRun`, in one call.
     """
-    if periods >= core(parameters.scene).ROWS:
+    if periods >= (_SHORT if whole else core(parameters.scene).ROWS):
         return None
     native = evaluation.borrowed(parameters)
     precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
-    found = native.end_of_run(*values, phase, periods, precision)
+    run = native.short_run if whole else native.end_of_run
+    found, kept = run(*values, phase, periods, precision), _NOTHING
     evaluation.give_back(parameters, native)
     if found is None:
         return None
+    if whole:
+        found, records, strobe = found
+        records.flags.writeable = False
+        segments = Segments(records, parameters.omega, scene=parameters.scene)
+        strobe[0], first = values, 0 if phase == 0.0 else 1
+        kept = Kept("segments", segments, strobe[first:], np.arange(first, periods + 1))
     state, position, passed, angle, *took = found
     return Trajectory(
         parameters,
@@ -66,7 +76,7 @@ def end_of_run(
         Status.FINISHED,
         FINISHED,
         Statistics(*took),
-        _NOTHING,
+        kept,
     )
 
 

@@ -13,7 +13,7 @@ from capsule_sym._map.backend import backend as backend_of
 from capsule_sym._map.backend import default_backend
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._map.keep import STATE, check_memory, checked, most_segments, reduced
-from capsule_sym._map.native import NativeRun, end_of_run
+from capsule_sym._map.native import NativeRun, short_run
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import Watch, check_time, present
 from capsule_sym._parameters import SceneParameters
@@ -128,10 +128,10 @@ def simulate(
     chosen = backend or default_backend(parameters.scene)
     start = values, phase, int(periods)
     unlimited = max_segments is None and progress is None and watch.deadline == math.inf
-    if unlimited and chosen == "c" and isinstance(kept, str) and kept == "final":
-        end = end_of_run(parameters, *start, escalate)
-        if end is not None:
-            return end
+    if unlimited and chosen == "c" and isinstance(kept, str) and kept in ("final", "segments"):
+        short = short_run(parameters, *start, escalate, kept == "segments")
+        if short is not None:
+            return short
     found = run(parameters, start, kept, max_segments, watch, chosen, escalate, progress)
     check_time()  # of the work that contains this run
     return found

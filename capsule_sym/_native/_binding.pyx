@@ -50,7 +50,7 @@ cdef extern from "capsule_core.h" nogil:
         int (*solve_itinerary)(const int32_t *, int, int, int, const double *, int, double *, double *,
                                double *, double *, double *, void *, capsule_watch *) noexcept nogil
         void (*state_at)(const void *, const double *, void *) noexcept nogil
-        int (*end_of_run)(const void *, const double *, int64_t, int, void *, size_t,
+        int (*end_of_run)(const void *, const double *, int64_t, int, double (*)[3], void *, size_t,
                           capsule_ended *, capsule_watch *) noexcept nogil
         int (*run)(const void *, void *, int64_t, double (*)[3], int64_t, void *, size_t, int, int,
                    size_t *, int *, capsule_watch *) noexcept nogil
@@ -554,17 +554,36 @@ cdef class Map(Fields):
         Returns (x_r, v_r, v_c), x_c, whole periods and angle, and the numbers of segments,
         evaluations and segments in 106 bits; None if a switch is undecided.
         """
+        if self.piece is None:
+            self.piece = _Memory(PIECE * self.table.segment)
+        return self._ended(x_r, v_r, v_c, phase, periods, precision, NULL, self.piece.at)
+
+    def short_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods,
+                  int precision):
+        """End of a run as by `end_of_run`, its segments, and the states at the ends of periods.
+
+        The first row of the states is not written. None for more segments than one piece as well.
+        """
+        segments, strobe = np.empty(PIECE, self.core.records.SEGMENT), np.empty((periods + 1, 3))
+        cdef double[:, ::1] marks = strobe
+        end = self._ended(x_r, v_r, v_c, phase, periods, precision, <double (*)[3]> &marks[0, 0],
+                          _memory(segments, self.core.records.SEGMENT))
+        if end is None:
+            return None
+        segments.resize(end[4], refcheck=False)
+        return end, segments, strobe
+
+    cdef object _ended(self, double x_r, double v_r, double v_c, double phase, int64_t periods,
+                       int precision, double (*strobe)[3], void *segments):
         cdef attention a
         cdef capsule_ended end
         cdef double start[4]
         cdef int stop
         start[0], start[1], start[2], start[3] = x_r, v_r, v_c, phase
-        if self.piece is None:
-            self.piece = _Memory(PIECE * self.table.segment)
         cdef capsule_watch *limit = _attend(&a, None)
         with nogil:
-            stop = self.table.end_of_run(self.map, start, periods, precision, self.piece.at, PIECE, &end,
-                                         limit)
+            stop = self.table.end_of_run(self.map, start, periods, precision, strobe, segments, PIECE,
+                                         &end, limit)
         _raised(&a)
         if stop == _REFUSED:
             raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")

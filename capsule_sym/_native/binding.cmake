@@ -35,7 +35,7 @@ foreach(SCENE ${CORES})
     if(WIN32)
         set(SUFFIX .dll)
     else()
-        set(SUFFIX .so)
+        set(SUFFIX .so.1) # no module for Python
     endif()
     set_target_properties(core_${SCENE} PROPERTIES PREFIX "" OUTPUT_NAME core SUFFIX ${SUFFIX}
         LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/${SCENE})

@@ -75,9 +75,11 @@ typedef struct {
                            capsule_watch *watch);
 
     void (*state_at)(const void *map, const double start[4], void *state);
-    /* Runs to the end of period `periods` in pieces of `room` segments, which are counted and not kept. */
+    /* Runs to the end of period `periods` in pieces of `room` segments, which are counted. With `strobe`,
+       of periods + 1 rows, there is one piece, which is kept. */
     int (*end_of_run)(const void *map, const double start[4], int64_t periods, int precision,
-                      void *segments, size_t room, capsule_ended *end, capsule_watch *watch);
+                      double (*strobe)[3], void *segments, size_t room, capsule_ended *end,
+                      capsule_watch *watch);
     int (*run)(const void *map, void *state, int64_t periods, double (*strobe)[3], int64_t rows,
                void *segments, size_t room, int position, int precision, size_t *written, int *open,
                capsule_watch *watch);

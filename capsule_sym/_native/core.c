@@ -104,10 +104,11 @@ static void state_at(const void *map, const double start[4], void *state)
 }
 
 static int end_of_run(const void *map, const double start[4], int64_t periods, int precision,
-                      void *segments, size_t room, capsule_ended *end, capsule_watch *watch)
+                      double (*strobe)[3], void *segments, size_t room, capsule_ended *end,
+                      capsule_watch *watch)
 {
     const capsule_segment *const piece = segments;
-    const capsule_request request = {.segments = segments, .room = room, .precision = precision,
+    const capsule_request request = {.strobe = strobe, .segments = segments, .room = room, .precision = precision,
                                      .watch = watch};
     capsule_state state = capsule_state_at(map, start[0], start[1], start[2], start[3]);
     capsule_stop stop;
@@ -121,7 +122,7 @@ static int end_of_run(const void *map, const double start[4], int64_t periods, i
             end->evaluations += piece[i].evaluations;
             end->wide += piece[i].wide;
         }
-    } while (stop == CAPSULE_FULL);
+    } while (stop == CAPSULE_FULL && !strobe);
     end->state[0] = state.x_r, end->state[1] = state.v_r, end->state[2] = state.v_c;
     end->position = state.position, end->angle = state.angle, end->period = state.period;
     return stop;

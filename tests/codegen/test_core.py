@@ -41,4 +41,4 @@ def test_a_scene_of_ones_own_runs_in_its_compiled_core(tmp_path: Path) -> None:
     generator = [sys.executable, "-m", "capsule_sym.codegen", "--scene", str(declared)]
     subprocess.run([*generator, "--out", str(folder), "--core"], check=True)
     subprocess.run([sys.executable, "-c", RUN.format(folder=str(folder))], check=True)
-    assert {path.suffix for path in folder.iterdir()} <= {"", ".py", ".json", ".so", ".dll"}
+    assert {path.suffix for path in folder.iterdir()} <= {"", ".py", ".json", ".1", ".dll"}

@@ -53,7 +53,7 @@ def test_a_library_that_is_not_the_core_of_these_kernels_is_refused(monkeypatch,
     monkeypatch.setitem(vars(CAPSULE), "records", scenes.prototype.records)
     with pytest.raises(native.StaleCore, match=f"has structs of another layout than .*{again}"):
         native.core_of.__wrapped__(CAPSULE)
-    binding, wrong = native._imported(), tmp_path / "core.so"
+    binding, wrong = native._imported(), tmp_path / "core.so.1"
     table = np.frombuffer((ctypes.c_char * 400)(), np.intc).copy()
     table[0] = 99
     with pytest.raises(ValueError, match="a table of version 99, not 1"):

@@ -239,6 +239,9 @@ def test_what_the_reference_map_takes_over_is_kept_exactly(monkeypatch: pytest.M
         def run(self, *_: Any, **__: Any) -> tuple[int, int, str]:
             return core.OPEN, 0, "undecided"
 
+        def short_run(self, *_: Any) -> None:
+            return None
+
     monkeypatch.setattr(
         evaluation, "borrowed", lambda p: Refused(core.map(np.array([*p.to_dict().values()])))
     )

@@ -54,7 +54,7 @@ def simulated(backend: str) -> Run:
 def side_by_side(starts: Sequence[Start], lanes: int) -> list[tuple[float, ...]]:
     """Final states by so many lanes, of runs that last as long as the first."""
     rows = np.array([list(s.parameters.to_dict().values()) for s in starts])
-    records, stops = np.empty(len(starts), core().STATE), np.empty(len(starts), np.int8)
+    records, stops = np.empty(len(starts), core().records.STATE), np.empty(len(starts), np.int8)
     core().start_many(rows, np.array([s.state for s in starts]), np.zeros(len(starts)), records)
     core().run_many(rows, records, starts[0].periods, stops, lanes=lanes)
     return [(float(r["x_r"]), float(r["v_r"]), float(r["v_c"])) for r in records]
