@@ -9,7 +9,7 @@ from collections.abc import Callable
 from capsule_sym._errors import CapsuleError, InvalidInput
 
 CORE = "core.dll" if os.name == "nt" else "core.so.1"
-"""Name of a core beside the code of its scene, with the version of its table; Python imports none."""
+"""Name of a core beside the code of its scene, with its table's version: no module of Python."""
 _SOURCES = os.path.join(os.path.dirname(__file__), "_native")
 # As CMake compiles it (CMakeLists.txt), so that the bits are the same.
 _FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden", "-w"]
