@@ -51,7 +51,8 @@ def short_run(
 
     It takes the same steps as `NativeRun`, in one call.
     """
-    if periods >= (_SHORT if whole else core(parameters.scene).ROWS):
+    most = core(parameters.scene).ROWS
+    if periods >= (_SHORT if whole else most):
         return None
     native = evaluation.borrowed(parameters)
     precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE

@@ -197,8 +197,12 @@ def _compile(target: Path, manifest: dict[str, Any]) -> None:
     """Compile the core of the code in a folder; on failure exits with 1 and the reason."""
     started = time.perf_counter()
     try:
-        with click.progressbar(length=1, label="compiling the C core", file=sys.stderr) as bar:
-            compiled(f"{target}/c", f"{target / CORE}", lambda done, total: bar.update(1 / total))
+        with click.progressbar(length=100, label="compiling the C core", file=sys.stderr) as bar:
+            compiled(
+                f"{target}/c",
+                f"{target / CORE}",
+                lambda done, total: bar.update(100 * done // total - bar.pos),
+            )
     except NotCompiled as error:
         click.echo(f"error: the core was not compiled: {error}", err=True)
         sys.exit(1)
