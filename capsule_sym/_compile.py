@@ -26,9 +26,8 @@ def compiler() -> list[str]:
     from shutil import which
 
     named = split(os.environ.get("CC", ""))
-    if named and which(named[0]):
-        return named
-    return [name for name in ("cc", "gcc", "clang") if which(name)][:1]
+    here = [name for name in ("cc", "gcc", "clang") if which(name)]
+    return named if named and which(named[0]) else here[:1]
 
 
 def compiled(kernels: str, out: str, report: Callable[[int, int], object]) -> None:
@@ -40,13 +39,11 @@ def compiled(kernels: str, out: str, report: Callable[[int, int], object]) -> No
     from glob import glob
     from tempfile import TemporaryDirectory
 
-    from capsule_sym._files import write_whole
+    from capsule_sym._files import whole
 
     command = compiler()
     if not command:
-        raise NotCompiled(
-            "no C compiler was found (cc, gcc or clang): install one, or name it in CC"
-        )
+        raise NotCompiled("no C compiler (cc, gcc or clang): install one, or name it in CC")
     sources = [*sorted(glob(f"{_SOURCES}/*.c")), f"{kernels}/capsule_kernels.c"]
     flags = [*_FLAGS, f"-I{_SOURCES}", f"-I{kernels}"]
     with TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -58,10 +55,9 @@ def compiled(kernels: str, out: str, report: Callable[[int, int], object]) -> No
         for count, one in enumerate([*done], 1):
             one.result()
             report(count, len(sources))
-        _run([*command, "-shared", *objects, "-lm", "-o", f"{folder}/{CORE}"])
         try:
-            with open(f"{folder}/{CORE}", "rb") as made:
-                write_whole(out, made.read())
+            with whole(out) as part:
+                _run([*command, "-shared", *objects, "-lm", "-o", str(part)])
         except InvalidInput as error:
             raise NotCompiled(f"{out} cannot be written: {error.allowed}") from error
 

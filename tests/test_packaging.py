@@ -16,7 +16,6 @@ from pathlib import Path
 import pytest
 
 import capsule_sym
-from capsule_sym import _native as native
 from capsule_sym._compile import CORE
 from capsule_sym._native import core
 from tests.sampling import sampled, some
@@ -302,14 +301,14 @@ def test_python_started_in_a_clone_takes_the_installed_core(installed_core, tmp_
     beside.mkdir(parents=True)
     package = Path("capsule_sym") / "generated" / "capsule"
     (tmp_path / package).mkdir(parents=True)
-    shutil.copy(native._imported().__file__, beside)
+    shutil.copy(import_module("capsule_sym._native._binding").__file__, beside)
     if installed_core in ("own", "older"):
         shutil.copy(core.library._name, tmp_path / package)
         shutil.copy(ROOT / "capsule_sym" / "_native" / "run.c", beside)
     if installed_core == "older":
         (beside / "step.h").write_text("/* as it was */")
     if installed_core == "none":
-        (beside / Path(native._imported().__file__).name).unlink()
+        (beside / Path(import_module("capsule_sym._native._binding").__file__).name).unlink()
     if installed_core == "other":
         slope = Path(core.library._name).parents[1] / "slope" / CORE
         shutil.copy(slope, tmp_path / package / CORE)

@@ -38,7 +38,9 @@ def first_switch(numbers: Backend, start: Start, lanes: int) -> LaneSwitch | Non
     rows = np.tile(list(p.to_dict().values()), (lanes, 1))
     records, events = np.empty(lanes, core().records.STATE), np.zeros(lanes, core().records.EVENT)
     core().start_many(rows, starts, np.full(lanes, start.phase), records)
-    stop = core().first_switches(rows, records, start.periods, events, lanes)[own]
+    stops = np.zeros(lanes, np.int8)
+    core().run_many(rows, records, start.periods, stops, lanes=lanes, first=events)
+    stop = stops[own]
     event, end = events[own], records[own]
     if stop == core().OPEN:
         return None

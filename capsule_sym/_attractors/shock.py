@@ -12,8 +12,7 @@ import numpy as np
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin
-from capsule_sym._attractors.nearest import ACCURACY
-from capsule_sym._attractors.smallest import Search, ShockStatus
+from capsule_sym._attractors.smallest import ACCURACY, Search, ShockStatus
 from capsule_sym._errors import InvalidInput, counted
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds, is_real
@@ -145,9 +144,9 @@ def minimal_shock(
 
     A shock is a sudden change of (x_r, v_r, v_c). The motion is lost if it leads to another
     attractor, or has not returned within `periods` excitation periods. Shocks at all times of the
-    motion's period are tried, of growing size, up to `largest`. From the smallest one that loses
-    the motion the boundary of the basin is followed to its nearest point. At the end `samples`
-    smaller shocks are tried, none of which loses the motion.
+    motion's period are tried, of growing size, up to `largest`. The smallest one that loses the
+    motion is made smaller by random changes of its time and direction, while one of them still
+    loses it. At the end `samples` smaller shocks are tried, none of which loses the motion.
 
     The shock leads to the nearest point of the boundary, within 1e-4 of its size. It is not proved
     that no other part of the boundary is nearer. A run that the core cannot decide has a tenth of
@@ -244,7 +243,7 @@ def _beyond(search: Search) -> Orbit | None:
     """Attractor of the run after the knock; None without a knock or a periodic motion."""
     if search.best is None:
         return None
-    basin, ((time,), (state,)) = search.basin, search.knocks.starts(search.best[None])
+    basin, ((time,), (state,)) = search.basin, search.starts(search.best[None])
     phase = float(basin.phases(time))
     found = solve_orbit(basin.parameters, state.tolist(), phase, basin.periods)
     return found if found.success else None
@@ -254,7 +253,7 @@ def _result(search: Search, attractor: Orbit | None, weights: tuple[float, ...])
     """Result of a search."""
     found: dict[str, Any] = dict.fromkeys(("knock", "phase", "start"))
     if search.best is not None:
-        times, (state,) = search.knocks.starts(search.best[None])
+        times, (state,) = search.starts(search.best[None])
         (start,) = search.basin.state(times)
         found = {"knock": state - start, "phase": float(times[0]), "start": start}
     return Shock(

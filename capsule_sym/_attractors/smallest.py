@@ -3,8 +3,8 @@
 Knocks at all times of the motion's period are sampled on a sphere in the state space. The sphere
 shrinks to the smallest knock that loses the motion. Samples are drawn all over the sphere, near the
 best knock, and near those from which the motion takes longest to return: they are next to the
-boundary of its basin. From the best knock the boundary is followed downhill. At the end smaller
-samples are tried again.
+boundary of its basin. The best knock is polished by samples next to it, at distances of all orders.
+At the end smaller samples are tried again.
 """
 
 from __future__ import annotations
@@ -14,28 +14,36 @@ from collections.abc import Callable
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._arrays import Vector
 from capsule_sym._attractors.boundary import Basin, bisect
-from capsule_sym._attractors.nearest import ACCURACY, WIDTH, Knocks, nearest, sizes
 from capsule_sym._orbits.shooting.orbit import Orbit
 
+ACCURACY = 1e-4
+"""Relative accuracy of a minimal shock."""
+WIDTH = 0.01 * ACCURACY
+"""Relative distance of two knocks between which the boundary is."""
 _GENERATION = 768  # knocks at once, some 0.1 s
 _LARGEST = 4.0  # radius, over the motion's size, up to which knocks are tried by default
 _SMALLEST = 2.0**-10  # the same of the first sphere, from which it doubles
-_QUIET = 3 * _GENERATION  # knocks in a row that return, before the boundary is followed
+_QUIET = 3 * _GENERATION  # knocks in a row that return, before the best one is polished
+_BESIDE = 192  # knocks of a generation next to the best one, some 30 ms
+_EARLIER = 8  # best knocks whose differences are directions
+_STILL = 12  # of these generations in a row without a smaller knock, after which it is polished
 _RAYS = 24  # knocks of a generation that are shortened, some of which are nearer to the boundary
 _NEAR = 0.1  # share of the smallest knock within which a run has returned, far below a loss
 _SLOWEST = 0.06  # share of a generation with the longest returns, some fifty
 _ASIDE = 0.1  # distance in direction and angle of time, within which the best knock is searched
 _LEAST, _DEEPEST = ACCURACY, 0.7  # least and largest share by which knocks are smaller
 _SPREAD = -4.0, -0.3  # logarithms of distances at which knocks are drawn near others, of all orders
+_CLOSE = -5.0, -1.0  # the same next to the best one
 
 
 class ShockStatus(StrEnum):
     """Status of a minimal shock."""
 
-    #: The boundary is smooth or has a kink at the knock, and none next to it is smaller.
+    #: The boundary leads to a periodic edge state, and no knock that was tried is smaller.
     FOUND = "found"
     #: The boundary has no periodic edge state and may be fractal: the smallest knock tried.
     SAMPLED = "sampled"
@@ -57,7 +65,7 @@ class Search:
         seed: int,
         progress: Callable[[str], object] | None,
     ) -> None:
-        self.knocks, self.basin, self.samples = Knocks(basin, units), basin, samples
+        self.units, self.basin, self.samples = units, basin, samples
         self.random, self.report = np.random.default_rng(seed), progress or (lambda said: None)
         unit = basin.size / float(abs(units).max())
         self.near = _NEAR * float(abs(units).sum(axis=0).min())
@@ -69,7 +77,7 @@ class Search:
         self.tried, self.status = 0, ShockStatus.TIME_LIMIT
 
     def run(self) -> None:
-        """Grow a sphere until a knock loses the motion, shrink it, and follow the boundary inwards.
+        """Grow a sphere until a knock loses the motion, shrink it, and polish the smallest knock.
 
         This is repeated while a smaller knock is found that loses the motion. Then the boundary is
         followed to its edge state.
@@ -81,7 +89,7 @@ class Search:
         self._shrink(_QUIET)
         while True:
             self.report(f"a knock of {self.radius:.6g}: looking for nearer points of the boundary")
-            self._take(nearest(self.knocks, self.best)[None])
+            self._polish()
             self.report(f"a knock of {self.radius:.6g}: trying smaller ones")
             if not self._shrink(self.samples):
                 break
@@ -89,7 +97,7 @@ class Search:
         self.basin.patience = self.basin.periods
         ends = np.stack([self.best, self.best])
         ends[0, 1:] *= 1 - 2 * WIDTH
-        (time, _), states = self.knocks.starts(ends)
+        (time, _), states = self.starts(ends)
         self.edge = self.basin.edge_state(float(time), *states)
         self.status = ShockStatus.SAMPLED if self.edge is None else ShockStatus.FOUND
 
@@ -118,11 +126,40 @@ class Search:
                 self.report(f"a knock of {self.radius:.6g}")
         return self.radius < first
 
+    def _polish(self) -> None:
+        """Try knocks next to the best one, smaller by a hair, until none loses the motion.
+
+        Half of them are moved along the differences of earlier ones, which lie along the edges of
+        the boundary.
+        """
+        still, earlier = 0, [_resized(self.best[None], 1.0)[0]]
+        while still < _STILL:
+            before, best = self.radius, _resized(self.best[None], 1.0)
+            points = self._near(best.repeat(_BESIDE, 0), _CLOSE)
+            along = best - np.array(earlier)[self.random.integers(len(earlier), size=_BESIDE // 2)]
+            points[::2] += self.random.normal(size=(_BESIDE // 2, 1)) * along
+            earlier = [*earlier[-_EARLIER:], best[0]]
+            self._try(_resized(points, 1.0), np.full(_BESIDE, self.radius * (1 - WIDTH)))
+            still = 0 if self.radius < before * (1 - 2 * WIDTH) else still + 1
+
+    def starts(self, points: Vector) -> tuple[Vector, Vector]:
+        """Times within the motion's period, (n,), and states after knocks at them, (n, 3).
+
+        A knock is a point: its time, in excitation periods, and m components; `units`, (3, m), has
+        the change of the state by each of them. Points are (n, 1 + m).
+        """
+        times = np.mod(points[:, 0] * self.basin.period, self.basin.length)
+        return times, self.basin.state(times) + points[:, 1:] @ self.units.T
+
+    def lost(self, points: Vector) -> NDArray[np.bool_]:
+        """True for knocks after which the motion is lost, (n,)."""
+        return self.basin.lost(*self.starts(points))
+
     def _try(self, points: Vector, radii: Vector) -> Vector:
         """Try knocks of size 1 at other sizes; excitation periods until runs return."""
         self.tried += len(points)
         points = _resized(points, radii)
-        waits = self.basin.returns(*self.knocks.starts(points))
+        waits = self.basin.returns(*self.starts(points))
         self._take(points[np.isinf(waits)])
         return waits
 
@@ -131,17 +168,17 @@ class Search:
         while len(lost):
             lost = lost[np.argsort(sizes(lost), kind="stable")][:_RAYS]
             motion, width = _resized(lost, np.zeros(len(lost))), np.full(len(lost), WIDTH)
-            ends = bisect(self.knocks.lost, motion, lost, width, every=False)[1]
+            ends = bisect(self.lost, motion, lost, width, every=False)[1]
             least = ends[[sizes(ends).argmin()]]
-            if self.basin.stays_lost(*self.knocks.starts(least)):
+            if self.basin.stays_lost(*self.starts(least)):
                 self.best, self.radius = least[0], float(sizes(least)[0])
                 self.basin.near = self.near * self.radius
                 break
-            lost = lost[self.knocks.lost(lost)]
+            lost = lost[self.lost(lost)]
 
     def _all_over(self, count: int) -> Vector:
         """Knocks of size 1 at uniform random times and directions."""
-        points = self.random.normal(size=(count, 1 + self.knocks.units.shape[1]))
+        points = self.random.normal(size=(count, 1 + self.units.shape[1]))
         points[:, 0] = self.random.uniform(0, self.basin.length / self.basin.period, count)
         return _resized(points, 1.0)
 
@@ -155,11 +192,21 @@ class Search:
         order = np.argsort(np.where(abs(apart).max(axis=1) > _ASIDE, -waits, 0), kind="stable")
         slowest = order[: 1 + int(_SLOWEST * len(waits))]
         about = np.concatenate([best.repeat(third, 0), points[self.random.choice(slowest, third)]])
-        spread = 10 ** self.random.uniform(*_SPREAD, (2 * third, 1))
+        about = self._near(about, _SPREAD)
+        return np.concatenate([self._all_over(count - 2 * third), about])
+
+    def _near(self, points: Vector, spread: tuple[float, float]) -> Vector:
+        """Knocks of size 1 near others, at distances whose logarithms are spread evenly."""
+        far = 10 ** self.random.uniform(*spread, points.shape)
         # A turn of the forcing by one radian counts as a change of direction by one radian.
-        spread = spread * np.append(1 / math.tau, np.ones(len(best[0]) - 1))
-        about += spread * self.random.normal(size=about.shape)
-        return np.concatenate([self._all_over(count - 2 * third), _resized(about, 1.0)])
+        far = far * np.append(1 / math.tau, np.ones(points.shape[1] - 1))
+        return _resized(points + far * self.random.normal(size=points.shape), 1.0)
+
+
+def sizes(points: Vector) -> Vector:
+    """Sizes of knocks, (n,)."""
+    found: Vector = np.linalg.norm(points[:, 1:], axis=1)
+    return found
 
 
 def _resized(points: Vector, radii: Vector | float) -> Vector:

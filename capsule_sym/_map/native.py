@@ -68,16 +68,13 @@ def short_run(
         strobe[0], first = values, 0 if phase == 0.0 else 1
         kept = Kept("segments", segments, strobe[first:], np.arange(first, periods + 1))
     state, position, passed, angle, *took = found
-    return Trajectory(
-        parameters,
-        "c",
+    origin, final = (
         (Instant(0, phase, parameters.omega), values),
-        (instant(passed, angle, parameters.omega), state),
-        position,
-        Status.FINISHED,
-        FINISHED,
-        Statistics(*took),
-        kept,
+        instant(passed, angle, parameters.omega),
+    )
+    reason = Status.FINISHED, FINISHED
+    return Trajectory(
+        parameters, "c", origin, (final, state), position, *reason, Statistics(*took), kept
     )
 
 
@@ -120,16 +117,10 @@ class NativeRun:
         end = instant(period, angle, omega)
         kept = keeper.kept(native, period * self.parameters.period + end.phase)
         evaluation.give_back(self.parameters, native)
+        origin, final = (Instant(0, phase, omega), values), (end, (x_r, v_r, v_c))
+        took = keeper.statistics
         return Trajectory(
-            self.parameters,
-            "c",
-            (Instant(0, phase, omega), values),
-            (end, (x_r, v_r, v_c)),
-            position,
-            status,
-            message,
-            keeper.statistics,
-            kept,
+            self.parameters, "c", origin, final, position, status, message, took, kept
         )
 
     def _run(

@@ -6,8 +6,7 @@ import ctypes
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
-from os import listdir
-from os.path import dirname, isdir, isfile, join
+from os.path import dirname, isfile, join
 from typing import Any
 
 from capsule_sym._compile import CORE, kept
@@ -22,44 +21,6 @@ class StaleCore(CapsuleError, ImportError):
     """Raised if a compiled core is not that of the package's kernels and sources."""
 
 
-def _check_sources(installed: str) -> None:
-    """Refuse a binding that was installed with other sources than those here."""
-    from filecmp import cmpfiles
-
-    here = __path__[0]
-    present = listdir(installed) if isdir(installed) else ()
-    names = [name for name in present if name.endswith((".c", ".h", ".pyx"))]
-    _, others, _ = cmpfiles(here, installed, names, shallow=False)
-    if others:
-        raise StaleCore(
-            f"the core in {installed} was compiled from another {min(others)} than that in {here}: "
-            "install capsule-sym again, which compiles it"
-        )
-
-
-def _lies_elsewhere() -> bool:
-    """True if the binding is where pip installed the package, and Python imports a clone of it."""
-    from importlib.metadata import distributions  # loads 50 modules
-
-    installed = next(iter(distributions(name="capsule-sym")), None)
-    if installed is None:
-        return False
-    folder = str(installed.locate_file("capsule_sym/_native"))
-    if folder not in __path__:
-        __path__.append(folder)
-    if find_spec(f"{__name__}._binding") is None:
-        return False
-    _check_sources(folder)
-    return True
-
-
-@cache
-def _imported() -> Any:
-    """Binding of all cores; None if it was not compiled."""
-    name = f"{__name__}._binding"
-    return import_module(name) if find_spec(name) is not None or _lies_elsewhere() else None
-
-
 def _opened(binding: Any, path: str, scene: Scene) -> Any:
     """Core in a library; raises StaleCore if it is none, or one of other kernels."""
     again = "install capsule-sym again, which compiles it"
@@ -70,13 +31,12 @@ def _opened(binding: Any, path: str, scene: Scene) -> Any:
         table = library.capsule_core
         table.restype = ctypes.c_void_p
         core = binding.Core(table(), scene.records, library)
+        if core.digest() != scene.digest:
+            raise ValueError(f"kernels {core.digest()}, the package has {scene.digest}")
     except (OSError, AttributeError) as error:
         raise StaleCore(f"{path} is no core for this machine ({error}): {again}") from error
     except ValueError as error:
         raise StaleCore(f"the core {path} has {error}: {again}") from error
-    if core.digest() != scene.digest:
-        has = f"has kernels {core.digest()}, the package has {scene.digest}"
-        raise StaleCore(f"the core {path} {has}: {again}")
     return core
 
 
@@ -86,8 +46,9 @@ def core_of(scene: Scene) -> Any:
 
     Raises StaleCore if it was compiled from other kernels or sources.
     """
-    if (binding := _imported()) is None:
+    if find_spec(name := f"{__name__}._binding") is None:
         return None
+    binding = import_module(name)
     path = join(scene.source, CORE)
     if scene.source in SHIPPED:
         path = join(dirname(dirname(binding.__file__)), "generated", scene.source, CORE)

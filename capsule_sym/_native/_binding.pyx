@@ -37,13 +37,10 @@ cdef extern from "capsule_core.h" nogil:
         const size_t *layouts[8]
         int (*lanes)() noexcept nogil
         int (*widest)() noexcept nogil
-        int (*map_constants)(const double *, void *) noexcept nogil
-        int (*map_make)(const double *, void *) noexcept nogil
-        int (*map_remake)(const double *, void *) noexcept nogil
+        void (*make)(const double *, void *, char) noexcept nogil
         void (*constants_of)(const void *, int, double *) noexcept nogil
         void (*closed_form)(const void *, int, const double *, double, double *, double *) noexcept nogil
-        int (*extrema)(const void *, int, const double *, int, int, double, capsule_extremum *,
-                       int) noexcept nogil
+        int (*extrema)(const void *, int, const double *, int, int, double, capsule_extremum *, int) noexcept nogil
         void (*rooms)(int, size_t *) noexcept nogil
         int (*evaluate_itinerary)(const void *, const int32_t *, int, int, int, const double *,
                                   double *, double *) noexcept nogil
@@ -86,7 +83,6 @@ cdef extern from *:
     int PyErr_CheckSignals() noexcept
 
 cdef int _DONE = Stop.DONE, _OPEN = Stop.OPEN, _REFUSED = Stop.REFUSED
-_stops = [int(stop) for stop in Stop]
 cdef enum:
     _ROWS = 8192
     PIECE = 512  # segments written at a time: a run that pauses resumes within a rounding
@@ -136,7 +132,7 @@ cdef capsule_watch *_attend(attention *a, watch):
 
 
 cdef int _raised(attention *a) except -1:
-    """Re-raise the exception of a signal's handler."""
+    # Re-raise the exception of a signal's handler.
     return -1 if a.raised else 0
 
 
@@ -147,10 +143,9 @@ cdef int _need(bint met, name, shape) except -1:
 
 
 cdef void *_memory(object array, dtype, Py_ssize_t rows=-1, bint kept=False) except? NULL:
-    """First byte of an array of records, contiguous and of one axis; NULL if it is empty.
-
-    It is written to unless it is `kept`.
-    """
+    # First byte of an array of records, contiguous and of one axis; NULL if it is empty.
+    #
+    # It is written to unless it is `kept`.
     cdef const signed char[::1] view
     if array.dtype != dtype or array.ndim != 1:
         raise TypeError(f"an array of records {dtype.names} is needed, shape (n,)")
@@ -168,7 +163,7 @@ cdef const double *_rows(const double[:, ::1] array, name, Py_ssize_t rows, Py_s
 
 
 cdef class _Memory:
-    """Zeroed memory for structs of a scene, kept for later calls."""
+    # Zeroed memory for structs of a scene, kept for later calls.
 
     cdef void *at
 
@@ -182,15 +177,14 @@ cdef class _Memory:
 
 
 cdef class Core:
-    """Core of a scene, by the address of its table.
+    # Core of a scene, by the address of its table.
+    #
+    # `records` are the scene's, and `library` what has to stay loaded. Raises ValueError for a table
+    # of another version, and for structs of another layout.
 
-    `records` are the scene's, and `library` what has to stay loaded. Raises ValueError for a table
-    of another version, and for structs of another layout.
-    """
-
-    DONE, FULL, OPEN, STOPPED, REFUSED = _stops
+    DONE, FULL, OPEN, STOPPED, REFUSED = [int(stop) for stop in Stop]
     ROWS = _ROWS
-    """Least rows of a strobe whose rows are reused."""
+    # Least rows of a strobe whose rows are reused.
     cdef const capsule_core_table *table
     cdef object kept
     cdef readonly object records, library
@@ -207,23 +201,23 @@ cdef class Core:
                 raise ValueError(f"structs of another layout than {dtype.names}")
 
     def digest(self):
-        """Digest of the generator's inputs from which the kernels were made."""
+        # Digest of the generator's inputs from which the kernels were made.
         return self.table.digest.decode()
 
     def lanes(self):
-        """Number of runs side by side on this processor: 8 (AVX-512), 4 (AVX2) or 1."""
+        # Number of runs side by side on this processor: 8 (AVX-512), 4 (AVX2) or 1.
         return self.table.lanes()
 
     def widths(self):
-        """Numbers of lanes that may be requested for runs, besides one."""
+        # Numbers of lanes that may be requested for runs, besides one.
         return tuple(width for width in (4, 8) if width <= self.table.widest())
 
     def fields(self, parameters):
-        """Closed forms of the fields at one parameter set, an array in the order of `Parameters`."""
+        # Closed forms of the fields at one parameter set, an array in the order of `Parameters`.
         return Fields(self, parameters, False)
 
     def map(self, parameters):
-        """Map at one parameter set, an array in the order of `Parameters`."""
+        # Map at one parameter set, an array in the order of `Parameters`.
         return Map(self, parameters, True)
 
     cdef _Memory _take(self, str name, size_t size):
@@ -232,10 +226,9 @@ cdef class Core:
 
     def start_many(self, const double[:, ::1] parameters, const double[:, ::1] starts,
                    const double[::1] phases, states, watch=None):
-        """Write the state records at the starts of runs, one per row of the others.
-
-        Records that the watch prevents have the gap nan, and no run accepts them.
-        """
+        # Write the state records at the starts of runs, one per row of the others.
+        #
+        # Records that the watch prevents have the gap nan, and no run accepts them.
         cdef Py_ssize_t count = len(states)
         cdef void *records = _memory(states, self.records.STATE)
         cdef const double *rows = _rows(parameters, "parameters", count, self.table.parameters)
@@ -246,26 +239,27 @@ cdef class Core:
         cdef capsule_watch *limit = _attend(&a, watch)
         if count:
             with nogil:
-                self.table.start_many(rows, <const double (*)[3]> begin, &phases[0], records, count,
-                                      map_.at, limit)
+                self.table.start_many(rows, <const double (*)[3]> begin, &phases[0], records, count, map_.at, limit)
         _raised(&a)
         self.kept.map = map_
 
     def run_many(self, const double[:, ::1] parameters, states, int64_t periods, int8_t[::1] stops,
                  double[:, :, ::1] strobe=None, bint position=False, size_t stride=1, watch=None,
-                 int lanes=0, int precision=0):
-        """Run every row, or every `stride`-th, to the end of period `periods`; states are replaced.
-
-        `stops` receives the result of each run; `strobe`, shape (rows, periods + 1, 3), the states
-        at the ends of the periods. Another call resumes runs that the watch stopped. `lanes` is the
-        number of runs side by side, 0 for as many as the processor has; `precision` is that of runs
-        outside the lanes. Returns the number of undecided runs.
-        """
+                 int lanes=0, int precision=0, first=None):
+        # Run every row, or every `stride`-th, to the end of period `periods`; states are replaced.
+        #
+        # `stops` receives the result of each run; `strobe`, shape (rows, periods + 1, 3), the states
+        # at the ends of the periods. Another call resumes runs that the watch stopped. `lanes` is the
+        # number of runs side by side, 0 for as many as the processor has; `precision` is that of runs
+        # outside the lanes. Returns the number of undecided runs. `first` (events) receives the first
+        # switch of each run, which ends there: its field is 0 if none came before the end, and the
+        # `plane` of its state is 0 if lanes found it, instead of the scalar code.
         if stride < 1:
             raise ValueError("stride must be at least 1")
         cdef Py_ssize_t i, left_open = 0, refused = 0, count = len(states)
         cdef void *records = _memory(states, self.records.STATE)
         cdef const double *rows = _rows(parameters, "parameters", count, self.table.parameters)
+        cdef void *events = NULL if first is None else _memory(first, self.records.EVENT, count)
         cdef double (*marks)[3]
         marks = NULL
         _need(stops.shape[0] == count, "stops", (count,))
@@ -278,7 +272,7 @@ cdef class Core:
         cdef capsule_watch *limit = _attend(&a, watch)
         if count:
             with nogil:
-                self.table.run_many(rows, records, &stops[0], marks, NULL, stride, position, lanes,
+                self.table.run_many(rows, records, &stops[0], marks, events, stride, position, lanes,
                                     precision, count, periods, work.at, limit)
                 for i from 0 <= i < count by stride:
                     left_open += stops[i] == _OPEN
@@ -289,39 +283,16 @@ cdef class Core:
             raise ValueError("no runs from some of the states")
         return left_open
 
-    def first_switches(self, const double[:, ::1] parameters, states, int64_t periods, events,
-                       int lanes):
-        """Run every row up to its first switch, `lanes` side by side; `events` receives it.
-
-        The field of an event is 0 if none came before the end of period `periods`, or if its run is
-        undecided, as the returned stops show. A state's `plane` is 0 if lanes found the switch,
-        instead of the scalar code.
-        """
-        cdef Py_ssize_t count = len(states)
-        stops = np.zeros(count, dtype=np.int8)
-        cdef int8_t[::1] why = stops
-        cdef void *records = _memory(states, self.records.STATE)
-        cdef void *first = _memory(events, self.records.EVENT, count)
-        cdef const double *rows = _rows(parameters, "parameters", count, self.table.parameters)
-        cdef _Memory work = self._take("workspace", self.table.workspace)
-        if count:
-            with nogil:
-                self.table.run_many(rows, records, &why[0], NULL, first, 1, 0, lanes, 0, count, periods,
-                                    work.at, NULL)
-        self.kept.workspace = work
-        return stops
-
     def steady_many(self, const double[:, ::1] parameters, states, double[:, :, ::1] strobe,
                     double tolerance, int8_t[::1] stops, motions, uint8_t[:, ::1] switches,
                     watch=None):
-        """Find the periodic motion of every finished row, one whose stop is DONE.
-
-        `states` holds the final states of runs, at the end of a period, and row i of `strobe` the
-        state before the last periods and those at their ends, as `run_many` writes them. `stops`
-        receives the result of the search, `motions` the motions. Row i of `switches` receives one
-        byte for every switch of a period of the motion, the field before it, from the end of the run
-        on; a motion with more switches than half the row holds stops at FULL.
-        """
+        # Find the periodic motion of every finished row, one whose stop is DONE.
+        #
+        # `states` holds the final states of runs, at the end of a period, and row i of `strobe` the
+        # state before the last periods and those at their ends, as `run_many` writes them. `stops`
+        # receives the result of the search, `motions` the motions. Row i of `switches` receives one
+        # byte for every switch of a period of the motion, the field before it, from the end of the run
+        # on; a motion with more switches than half the row holds stops at FULL.
         cdef Py_ssize_t count = len(states)
         cdef void *records = _memory(states, self.records.STATE)
         cdef void *found = _memory(motions, self.records.MOTION, count)
@@ -329,8 +300,7 @@ cdef class Core:
         _need(stops.shape[0] == count, "stops", (count,))
         _need(strobe.shape[0] == count and strobe.shape[1] > 1 and strobe.shape[2] == 3, "strobe",
               (count, "2 or more", 3))
-        _need(switches.shape[0] == count and switches.shape[1] > 0, "switches",
-              (count, "1 or more"))
+        _need(switches.shape[0] == count and switches.shape[1] > 0, "switches", (count, "1 or more"))
         if not count:
             return
         cdef attention a
@@ -346,12 +316,11 @@ cdef class Core:
     def orbit_many(self, const double[:, ::1] parameters, const double[:, ::1] states,
                    const int32_t[::1] period_numbers, int8_t[::1] stops, orbits, fields=None,
                    bint energies=False, bint forces=False, bint gradients=False, watch=None):
-        """Solve for the periodic motions near states (n, 3) at forcing angle 0, in `orbits`.
-
-        `stops` receives the result of each; rows whose stop is not DONE at the start are skipped. Row
-        i of `fields` receives the fields of its run from angle 0, as many as fit, followed by 0.
-        Other results are computed on request. A motion with more than 256 segments stops at FULL.
-        """
+        # Solve for the periodic motions near states (n, 3) at forcing angle 0, in `orbits`.
+        #
+        # `stops` receives the result of each; rows whose stop is not DONE at the start are skipped. Row
+        # i of `fields` receives the fields of its run from angle 0, as many as fit, followed by 0.
+        # Other results are computed on request. A motion with more than 256 segments stops at FULL.
         cdef Py_ssize_t count = parameters.shape[0]
         cdef const double *rows = _rows(parameters, "parameters", count, self.table.parameters)
         cdef const double *begin = _rows(states, "states", count, 3)
@@ -382,7 +351,7 @@ cdef class Core:
 
 
 cdef class Fields:
-    """Closed forms of the fields at one parameter set of a core; `whole` if runs follow."""
+    # Closed forms of the fields at one parameter set of a core; `whole` if runs follow.
 
     cdef Core core
     cdef const capsule_core_table *table
@@ -392,12 +361,11 @@ cdef class Fields:
     def __cinit__(self, Core core, parameters, bint whole):
         self.core, self.table = core, core.table
         self.parameters = np.array(parameters, dtype=float)
-        _need(self.parameters.shape[0] == self.table.parameters, "parameters",
-              (self.table.parameters,))
+        _need(self.parameters.shape[0] == self.table.parameters, "parameters", (self.table.parameters,))
         self.map = calloc(1, self.table.map)
         if self.map is NULL:
             raise MemoryError()
-        (self.table.map_make if whole else self.table.map_constants)(&self.parameters[0], self.map)
+        self.table.make(&self.parameters[0], self.map, c'm' if whole else c'c')
 
     def __dealloc__(self):
         free(self.map)
@@ -408,12 +376,11 @@ cdef class Fields:
         return 0
 
     def closed_form(self, int field, const double[::1] start, double h):
-        """Values (4,) and Jacobian (4, 12) of one segment's closed form a duration h after start.
-
-        `start` holds x_r, gap, v_r, v_c, margin, cosine and sine of the angle. The values are
-        the change of x_r, v_r, the change of v_c, and x_c's advance; the Jacobian has their rows
-        and the columns of the generated `jacobian`. At rest the last two of each are zero.
-        """
+        # Values (4,) and Jacobian (4, 12) of one segment's closed form a duration h after start.
+        #
+        # `start` holds x_r, gap, v_r, v_c, margin, cosine and sine of the angle. The values are
+        # the change of x_r, v_r, the change of v_c, and x_c's advance; the Jacobian has their rows
+        # and the columns of the generated `jacobian`. At rest the last two of each are zero.
         self._check(field)
         _need(start.shape[0] == 7, "start", (7,))
         values, rows = np.zeros(4), np.zeros((4, self.table.columns))
@@ -423,11 +390,10 @@ cdef class Fields:
         return values, rows
 
     def extrema(self, int field, start, int quantity, int zeros, double duration):
-        """Extrema inside a segment, (kind, time, value) each; None if they are undecided.
-
-        `start` is as for `closed_form`; `quantity` is one of `interface.Quantity`. The first `zeros`
-        derivatives of its rate vanish at the start.
-        """
+        # Extrema inside a segment, (kind, time, value) each; None if they are undecided.
+        #
+        # `start` is as for `closed_form`; `quantity` is one of `interface.Quantity`. The first `zeros`
+        # derivatives of its rate vanish at the start.
         cdef const double[::1] at = np.array(start, dtype=float)
         cdef capsule_extremum found[MOST_EXTREMA]
         cdef int count
@@ -437,14 +403,13 @@ cdef class Fields:
         if not 0 <= zeros <= 1:
             raise ValueError("zeros must be 0 or 1")
         with nogil:
-            count = self.table.extrema(self.map, field, &at[0], quantity, zeros, duration, found,
-                                       MOST_EXTREMA)
+            count = self.table.extrema(self.map, field, &at[0], quantity, zeros, duration, found, MOST_EXTREMA)
         if count < 0:
             return None
         return [(found[i].kind, found[i].time, found[i].value) for i in range(count)]
 
     def constants(self, int field):
-        """Constants of a field, in the order of the kernels' own."""
+        # Constants of a field, in the order of the kernels' own.
         self._check(field)
         constants = np.empty(self.table.constants)
         cdef double[::1] out = constants
@@ -452,30 +417,25 @@ cdef class Fields:
         return constants.tolist()
 
     cdef object _arrays(self, object block, int count, double advance, const size_t *room):
-        """Arrays of a system, laid out in a block."""
+        # Arrays of a system, laid out in a block.
         cdef Py_ssize_t unknowns = count + 4, columns = unknowns + self.table.parameters
         flow = self.core.records.SEGMENT_FLOW
         end = count * flow.itemsize // 8
         parts = np.split(block[room[0] :], np.cumsum([(count + 1) * 3 * columns, unknowns * columns]))
-        return (
-            block[:end].view(flow),
-            parts[0].reshape(count + 1, 3, columns),
-            block[end : end + unknowns],
+        return (block[:end].view(flow), parts[0].reshape(count + 1, 3, columns), block[end : end + unknowns],
             parts[1].reshape(unknowns, columns),
             parts[2][:columns],
             advance,
             block[end + unknowns : end + unknowns + 9].reshape(3, 3),
         )
 
-    def evaluate_itinerary(self, const int32_t[::1] fields, int periods, bint mirrored,
-                           const double[::1] z):
-        """Equations of an itinerary at unknowns z: a state, the forcing angle, n durations.
-
-        Returns the segments as records (n,) of SEGMENT_FLOW; derivatives (n + 1, 3, columns) of the
-        states at their starts and of the last end; the residual (n + 4,) with its derivatives (n +
-        4, columns); those of x_c's advance (columns,); that advance; and the monodromy matrix (3,
-        3). Columns are the unknowns and the parameters.
-        """
+    def evaluate_itinerary(self, const int32_t[::1] fields, int periods, bint mirrored, const double[::1] z):
+        # Equations of an itinerary at unknowns z: a state, the forcing angle, n durations.
+        #
+        # Returns the segments as records (n,) of SEGMENT_FLOW; derivatives (n + 1, 3, columns) of the
+        # states at their starts and of the last end; the residual (n + 4,) with its derivatives (n +
+        # 4, columns); those of x_c's advance (columns,); that advance; and the monodromy matrix (3,
+        # 3). Columns are the unknowns and the parameters.
         cdef int count = <int> fields.shape[0]
         cdef size_t room[3]
         cdef double advance
@@ -485,18 +445,16 @@ cdef class Fields:
         cdef double[::1] numbers = block
         if self.table.evaluate_itinerary(self.map, &fields[0], count, periods, mirrored, &z[0],
                                          &numbers[0], &advance) != _DONE:
-            raise ValueError(
-                f"no itinerary of fields 1 to {self.table.fields}, each led to by one guard")
+            raise ValueError(f"no itinerary of fields 1 to {self.table.fields}, each led to by one guard")
         return self._arrays(block, count, advance, room)
 
     def solve_itinerary(self, const int32_t[::1] fields, int periods, bint mirrored, z,
                         const double[::1] direction=None, int held=0, watch=None):
-        """Solve the equations of an itinerary near unknowns z, as `capsule_solve_itinerary` does.
-
-        Returns z, the system as of `evaluate_itinerary`, the status, the steps and the residual of the
-        search, and the parameters, which move along `direction` in place of unknown `held`. The
-        status and the system are None if the watch stopped it.
-        """
+        # Solve the equations of an itinerary near unknowns z, as `capsule_solve_itinerary` does.
+        #
+        # Returns z, the system as of `evaluate_itinerary`, the status, the steps and the residual of the
+        # search, and the parameters, which move along `direction` in place of unknown `held`. The
+        # status and the system are None if the watch stopped it.
         cdef int stop, count = <int> fields.shape[0]
         cdef size_t room[3]
         cdef double advance
@@ -527,43 +485,39 @@ cdef class Fields:
 
 
 cdef class Map(Fields):
-    """Map at one parameter set."""
+    # Map at one parameter set.
 
     cdef _Memory piece
 
     def remake(self, *values):
-        """Make this the map at other parameters; quick if those of the flow are unchanged."""
+        # Make this the map at other parameters; quick if those of the flow are unchanged.
         cdef Py_ssize_t i
         _need(len(values) == self.table.parameters, "parameters", (self.table.parameters,))
         for i, value in enumerate(values):
             self.parameters[i] = value
-        self.table.map_remake(&self.parameters[0], self.map)
+        self.table.make(&self.parameters[0], self.map, c'r')
 
     def state_at(self, double x_r, double v_r, double v_c, double phase):
-        """State record of a start, at a time in the excitation period."""
+        # State record of a start, at a time in the excitation period.
         out = np.empty(1, self.core.records.STATE)
         cdef double start[4]
         start[0], start[1], start[2], start[3] = x_r, v_r, v_c, phase
         self.table.state_at(self.map, start, _memory(out, out.dtype))
         return out.reshape(())
 
-    def end_of_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods,
-                   int precision):
-        """End of a run, by `run` in pieces of records that are counted and not kept.
-
-        Returns (x_r, v_r, v_c), x_c, whole periods and angle, and the numbers of segments,
-        evaluations and segments in 106 bits; None if a switch is undecided.
-        """
+    def end_of_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods, int precision):
+        # End of a run, by `run` in pieces of records that are counted and not kept.
+        #
+        # Returns (x_r, v_r, v_c), x_c, whole periods and angle, and the numbers of segments,
+        # evaluations and segments in 106 bits; None if a switch is undecided.
         if self.piece is None:
             self.piece = _Memory(PIECE * self.table.segment)
         return self._ended(x_r, v_r, v_c, phase, periods, precision, NULL, self.piece.at)
 
-    def short_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods,
-                  int precision):
-        """End of a run as by `end_of_run`, its segments, and the states at the ends of periods.
-
-        The first row of the states is not written. None for more segments than one piece as well.
-        """
+    def short_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods, int precision):
+        # End of a run as by `end_of_run`, its segments, and the states at the ends of periods.
+        #
+        # The first row of the states is not written. None for more segments than one piece as well.
         segments, strobe = np.empty(PIECE, self.core.records.SEGMENT), np.empty((periods + 1, 3))
         cdef double[:, ::1] marks = strobe
         end = self._ended(x_r, v_r, v_c, phase, periods, precision, <double (*)[3]> &marks[0, 0],
@@ -582,8 +536,7 @@ cdef class Map(Fields):
         start[0], start[1], start[2], start[3] = x_r, v_r, v_c, phase
         cdef capsule_watch *limit = _attend(&a, None)
         with nogil:
-            stop = self.table.end_of_run(self.map, start, periods, precision, strobe, segments, PIECE,
-                                         &end, limit)
+            stop = self.table.end_of_run(self.map, start, periods, precision, strobe, segments, PIECE, &end, limit)
         _raised(&a)
         if stop == _REFUSED:
             raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")
@@ -594,15 +547,14 @@ cdef class Map(Fields):
 
     def run(self, state, int64_t periods, segments=None, strobe=None, bint position=False,
             watch=None, int precision=0):
-        """Continue to the end of period `periods`; requested results are written to given arrays.
-
-        `state` is a record of STATE, replaced by the final one; `segments` is an array of its
-        dtype; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS: then the state at
-        the end of period k is in row k % rows, and the run pauses when half of them are new. For a
-        motion that rests forever the last ones are written. Returns the reason to stop, the number
-        of segments written, and the outcome that is undecided. `precision` is one of
-        `interface.Precision`.
-        """
+        # Continue to the end of period `periods`; requested results are written to given arrays.
+        #
+        # `state` is a record of STATE, replaced by the final one; `segments` is an array of its
+        # dtype; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS: then the state at
+        # the end of period k is in row k % rows, and the run pauses when half of them are new. For a
+        # motion that rests forever the last ones are written. Returns the reason to stop, the number
+        # of segments written, and the outcome that is undecided. `precision` is one of
+        # `interface.Precision`.
         cdef void *at = _memory(state.reshape(1), self.core.records.STATE)
         cdef void *to = NULL
         cdef double[:, ::1] marks
@@ -633,13 +585,12 @@ cdef class Map(Fields):
         return stop, written, OUTCOMES[open_]
 
     def evaluate(self, segments, const double[::1] times, double[:, ::1] states, bint more=False):
-        """Write the states (x_r, v_r, v_c, x_c) at absolute times, shape (n, 4).
-
-        `segments` are records of SEGMENT in their order; times that ascend, except for steps back
-        over few segments, take least. Before the first segment and after the last the state is that
-        of its start or end; with `more` to follow, it ends at the first time after the last one's
-        end. Returns the number of states.
-        """
+        # Write the states (x_r, v_r, v_c, x_c) at absolute times, shape (n, 4).
+        #
+        # `segments` are records of SEGMENT in their order; times that ascend, except for steps back
+        # over few segments, take least. Before the first segment and after the last the state is that
+        # of its start or end; with `more` to follow, it ends at the first time after the last one's
+        # end. Returns the number of states.
         cdef size_t done, n = times.shape[0], count = len(segments)
         cdef void *records = _memory(segments, self.core.records.SEGMENT, -1, True)
         _need(<size_t> states.shape[0] == n and states.shape[1] == 4, "states", (n, 4))
@@ -657,14 +608,13 @@ cdef class Map(Fields):
 
     def differentiate(self, segments, const double[::1] times, double[:, ::1] switches,
                       double[:, :, ::1] slopes, watch=None):
-        """Write the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
-
-        Returns the number of segments passed, less than n + 1 if the watch ends it.
-
-        `segments` are all records of a run, n + 1 of them; `times` ascend, and `slopes` has the shape
-        (times, 4, 12). The columns are the start's x_r, v_r, v_c and phase, the parameters, and of
-        `slopes` the rate of change.
-        """
+        # Write the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
+        #
+        # Returns the number of segments passed, less than n + 1 if the watch ends it.
+        #
+        # `segments` are all records of a run, n + 1 of them; `times` ascend, and `slopes` has the shape
+        # (times, 4, 12). The columns are the start's x_r, v_r, v_c and phase, the parameters, and of
+        # `slopes` the rate of change.
         cdef size_t done, n = times.shape[0], count = len(segments)
         cdef void *records = _memory(segments, self.core.records.SEGMENT, -1, True)
         _need(switches.shape[0] + 1 == <Py_ssize_t> count and switches.shape[1] == self.table.slopes,

@@ -291,10 +291,6 @@ capsule_stop capsule_evaluate_itinerary(const capsule_parameters *parameters,
                                         const capsule_itinerary *itinerary, const double *z,
                                         capsule_system *system);
 
-/* Monodromy matrix over one whole cycle of the segments, from `first` on. */
-capsule_stop capsule_monodromy(const capsule_parameters *parameters, const capsule_itinerary *itinerary,
-                               const capsule_segment_flow *flows, int first, double *monodromy);
-
 /* Options for the solution of an itinerary's equations. */
 typedef struct {
     double *workspace;       /* of CAPSULE_ITINERARY_ROOM(count) */

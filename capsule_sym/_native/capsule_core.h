@@ -49,16 +49,14 @@ typedef struct {
 
     int (*lanes)(void);
     int (*widest)(void);
-    int (*map_constants)(const double *parameters, void *map);
-    int (*map_make)(const double *parameters, void *map);
-    int (*map_remake)(const double *parameters, void *map);
+    /* A map: anew, from one made before or zeroed memory, or its constants alone. */
+    void (*make)(const double *parameters, void *map, char how); /* 'm', 'r' or 'c' */
 
     /* Constants of a field, in the order of the kernels' own. */
     void (*constants_of)(const void *map, int field, double *constants);
     /* The changes of x_r and v_c, v_r, and x_c's advance, in the order (x_r, v_r, v_c, x_c), and a row of
        derivatives for each; at rest the last two of each are 0. */
-    void (*closed_form)(const void *map, int field, const double *start, double h, double *values,
-                        double *rows);
+    void (*closed_form)(const void *map, int field, const double *start, double h, double *values, double *rows);
     int (*extrema)(const void *map, int field, const double *start, int quantity, int zeros,
                    double duration, capsule_extremum *found, int room);
 

@@ -11,19 +11,10 @@ enum { MAP_WORK = 32 }; /* work of making a map, in expansions */
 
 #define NUMBERS(pointer) ((const capsule_parameters *)(pointer))
 
-static int map_constants(const double *parameters, void *map)
+static void make(const double *parameters, void *map, char how)
 {
-    return capsule_map_constants(NUMBERS(parameters), map);
-}
-
-static int map_make(const double *parameters, void *map)
-{
-    return capsule_map_make(NUMBERS(parameters), map);
-}
-
-static int map_remake(const double *parameters, void *map)
-{
-    return capsule_map_remake(NUMBERS(parameters), map);
+    (how == 'm' ? capsule_map_make : how == 'r' ? capsule_map_remake : capsule_map_constants)(
+        NUMBERS(parameters), map);
 }
 
 static const capsule_constants *field_of(const void *map, int field)
@@ -47,8 +38,7 @@ static void constants_of(const void *map, int field, double *constants)
     CONSTANTS(WRITTEN)
 }
 
-static void closed_form(const void *map, int field, const double *start, double h, double *values,
-                        double *rows)
+static void closed_form(const void *map, int field, const double *start, double h, double *values, double *rows)
 {
     const capsule_constants *const c = field_of(map, field);
     const capsule_start *const at = (const capsule_start *)start;
@@ -220,8 +210,7 @@ static void orbit_many(const double *parameters, const double (*states)[3],
                        capsule_watch *watch)
 {
     const capsule_segment *const passed = segments;
-    const capsule_orbit_request request = {segments, room, results & 1, results >> 1 & 1,
-                                           results >> 2 & 1, watch};
+    const capsule_orbit_request request = {segments, room, results & 1, results >> 1 & 1, results >> 2 & 1, watch};
     capsule_orbit *const found = orbits;
     int stopped = 0;
     for (size_t i = 0; i < count; i++) {
@@ -248,38 +237,14 @@ static const size_t PARAMETERS[] = CAPSULE_PARAMETERS_LAYOUT, STATE[] = CAPSULE_
 const capsule_core_table *capsule_core(void)
 {
     static const capsule_core_table table = {
-        .version = CAPSULE_CORE_VERSION,
-        .digest = CAPSULE_DIGEST,
-        .parameters = CAPSULE_PARAMETER_COUNT,
-        .fields = CAPSULE_FIELD_COUNT,
-        .columns = CAPSULE_COLUMN_COUNT,
-        .slopes = CAPSULE_SLOPE_COUNT,
-        .constants = CONSTANTS(COUNTED),
-        .map = sizeof(capsule_map),
-        .workspace = sizeof(capsule_workspace),
-        .segment = sizeof(capsule_segment),
-        .event = sizeof(capsule_event),
-        .layouts = {PARAMETERS, STATE, SEGMENT, EVENT, MOTION, ORBIT, SOLUTION, FLOW},
-        .lanes = capsule_lanes,
-        .widest = capsule_widest,
-        .map_constants = map_constants,
-        .map_make = map_make,
-        .map_remake = map_remake,
-        .constants_of = constants_of,
-        .closed_form = closed_form,
-        .extrema = extrema,
-        .rooms = rooms,
-        .evaluate_itinerary = evaluate_itinerary,
-        .solve_itinerary = solve_itinerary,
-        .state_at = state_at,
-        .end_of_run = end_of_run,
-        .run = run,
-        .evaluate = evaluate,
-        .differentiate = differentiate,
-        .start_many = start_many,
-        .run_many = run_many,
-        .steady_many = steady_many,
-        .orbit_many = orbit_many,
+        CAPSULE_CORE_VERSION, CAPSULE_DIGEST,
+        CAPSULE_PARAMETER_COUNT, CAPSULE_FIELD_COUNT, CAPSULE_COLUMN_COUNT, CAPSULE_SLOPE_COUNT,
+        CONSTANTS(COUNTED),
+        sizeof(capsule_map), sizeof(capsule_workspace), sizeof(capsule_segment), sizeof(capsule_event),
+        {PARAMETERS, STATE, SEGMENT, EVENT, MOTION, ORBIT, SOLUTION, FLOW},
+        capsule_lanes, capsule_widest, make, constants_of, closed_form, extrema, rooms,
+        evaluate_itinerary, solve_itinerary, state_at, end_of_run, run, evaluate, differentiate,
+        start_many, run_many, steady_many, orbit_many,
     };
     return &table;
 }

@@ -248,16 +248,14 @@ static void landed(const capsule_constants *c, const capsule_constants *next, co
     chain_saltation(c, next, &start, p->duration, p->end, deviation);
 }
 
-/* Monodromy matrix over one whole cycle of the segments, from `first` on. */
+/* Monodromy matrix over one whole cycle of the segments. */
 static void multiply(const capsule_constants field[CAPSULE_FIELD_COUNT], const capsule_itinerary *it,
-                     const capsule_segment_flow *flows, int first, double product[STATES][STATES])
+                     const capsule_segment_flow *flows, double product[STATES][STATES])
 {
-    const int n = it->count;
     for (int i = 0; i < STATES; i++)
         for (int k = 0; k < STATES; k++)
             product[i][k] = i == k ? (it->mirrored ? -1.0 : 1.0) : 0.0;
-    for (int k = first; k < first + n; k++) {
-        const int i = k % n;
+    for (int i = 0; i < it->count; i++) {
         const capsule_segment_flow *p = &flows[i];
         double moved[STATES][STATES];
         for (int r = 0; r < STATES; r++)
@@ -387,7 +385,7 @@ int capsule_differentiate_equations(const capsule_equations *e, const double *z,
 
 void capsule_complete_system(const capsule_equations *e, const double *z, capsule_system *to)
 {
-    multiply(e->field, e->itinerary, to->flows, 0, (double (*)[STATES])to->monodromy);
+    multiply(e->field, e->itinerary, to->flows, (double (*)[STATES])to->monodromy);
     if (to->by || to->states_by || to->advance_by)
         capsule_differentiate_equations(e, z, to, NULL, NULL);
 }
@@ -443,17 +441,6 @@ capsule_stop capsule_evaluate_itinerary(const capsule_parameters *parameters,
     const capsule_equations e = capsule_equations_of(parameters, itinerary, NULL);
     capsule_evaluate_equations(&e, z, system);
     capsule_complete_system(&e, z, system);
-    return CAPSULE_DONE;
-}
-
-capsule_stop capsule_monodromy(const capsule_parameters *parameters, const capsule_itinerary *itinerary,
-                               const capsule_segment_flow *flows, int first, double *monodromy)
-{
-    if (!parameters || !capsule_itinerary_allowed(itinerary) || !flows || first < 0 ||
-        first >= itinerary->count || !monodromy)
-        return CAPSULE_REFUSED;
-    const capsule_equations e = capsule_equations_of(parameters, itinerary, NULL);
-    multiply(e.field, itinerary, flows, first, (double (*)[STATES])monodromy);
     return CAPSULE_DONE;
 }
 

@@ -198,11 +198,8 @@ def _compile(target: Path, manifest: dict[str, Any]) -> None:
     started = time.perf_counter()
     try:
         with click.progressbar(length=100, label="compiling the C core", file=sys.stderr) as bar:
-            compiled(
-                f"{target}/c",
-                f"{target / CORE}",
-                lambda done, total: bar.update(100 * done // total - bar.pos),
-            )
+            at = str(target)
+            compiled(f"{at}/c", f"{at}/{CORE}", lambda i, n: bar.update(100 * i // n - bar.pos))
     except NotCompiled as error:
         click.echo(f"error: the core was not compiled: {error}", err=True)
         sys.exit(1)

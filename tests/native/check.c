@@ -398,7 +398,7 @@ static int itineraries(void)
         capsule_system system = capsule_system_in(block, n), alone = capsule_equations_in(less, n);
         capsule_solution solution;
         capsule_itinerary_request request = {.workspace = workspace};
-        double z[CAPSULE_UNKNOWNS(MOST)] = {0.1, 0.2, 0.0, 1.0}, matrix[9];
+        double z[CAPSULE_UNKNOWNS(MOST)] = {0.1, 0.2, 0.0, 1.0};
         for (int k = 0; k < n; k++)
             z[4 + k] = (0.5 + k) * 12.0 / (n * n * p.omega) / (1 + mirrored);
         if (i % 2)
@@ -411,9 +411,6 @@ static int itineraries(void)
             continue;
         if (i % 2 ? z[3 + n] != 0.0 : p.alpha != given.alpha)
             return failed("what is held has moved", &given);
-        if (capsule_monodromy(&p, &itinerary, system.flows, n - 1, matrix) != CAPSULE_DONE ||
-            capsule_monodromy(&p, &itinerary, system.flows, n, matrix) != CAPSULE_REFUSED)
-            return failed("a monodromy matrix from no segment", &given);
         if (solution.status != CAPSULE_SOLVED)
             continue;
         if (capsule_evaluate_itinerary(&p, &itinerary, z, &alone) != CAPSULE_DONE ||
@@ -457,10 +454,9 @@ static int without_value(const capsule_parameters *p, const double z[8])
     capsule_system system = capsule_system_in(block, COUNT);
     capsule_parameters at = *p;
     capsule_solution solution = {0};
-    double found[8], matrix[9], largest = 0.0;
+    double found[8], largest = 0.0;
     memcpy(found, z, sizeof found);
-    if (capsule_evaluate_itinerary(p, &itinerary, z, &system) != CAPSULE_DONE ||
-        capsule_monodromy(p, &itinerary, system.flows, 0, matrix) != CAPSULE_DONE)
+    if (capsule_evaluate_itinerary(p, &itinerary, z, &system) != CAPSULE_DONE)
         return 0;
     for (int k = 0; k < 8; k++)
         largest = isfinite(system.residual[k]) ? fmax(largest, fabs(system.residual[k])) : INFINITY;

@@ -2,6 +2,7 @@
 
 import ctypes
 import json
+from importlib import import_module
 from importlib.machinery import EXTENSION_SUFFIXES
 from itertools import pairwise
 from pathlib import Path
@@ -53,7 +54,7 @@ def test_a_library_that_is_not_the_core_of_these_kernels_is_refused(monkeypatch,
     monkeypatch.setitem(vars(CAPSULE), "records", scenes.prototype.records)
     with pytest.raises(native.StaleCore, match=f"has structs of another layout than .*{again}"):
         native.core_of.__wrapped__(CAPSULE)
-    binding, wrong = native._imported(), tmp_path / "core.so.1"
+    binding, wrong = import_module("capsule_sym._native._binding"), tmp_path / "core.so.1"
     table = np.frombuffer((ctypes.c_char * 400)(), np.intc).copy()
     table[0] = 99
     with pytest.raises(ValueError, match="a table of version 99, not 1"):

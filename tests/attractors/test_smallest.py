@@ -1,0 +1,90 @@
+"""The smallest knock near one that loses a motion: corners by geometry; bisection of lines."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from capsule_sym._attractors.boundary import bisect
+from capsule_sym._attractors.smallest import ACCURACY, Search
+
+Vector = NDArray[np.float64]
+
+
+class Corner(Search):
+    """Motions are lost beyond all planes n x = c; c of each has a kink at the time 0.3."""
+
+    def __init__(self, normals: Any, rates: Any, start: Vector) -> None:
+        self.normals, self.rates = np.array(normals, dtype=float), np.array(rates, dtype=float)
+        self.random, self.tried, self.near = np.random.default_rng(0), 0, 0.0
+
+        def returns(points: Vector) -> Vector:
+            return np.where(self.lost(points), math.inf, 0.0)
+
+        self.basin: Any = SimpleNamespace(returns=returns, stays_lost=self.lost, near=0.0)
+        self._take(start[None])
+        self._polish()
+
+    def starts(self, points: Vector) -> Any:
+        return (points,)
+
+    def lost(self, points: Vector) -> NDArray[np.bool_]:
+        levels = 1 + self.rates * abs(points[:, :1] - 0.3)
+        return (points[:, 1:] @ self.normals.T >= levels).all(axis=1)
+
+
+@pytest.mark.parametrize(
+    ("normals", "rates", "corner"),
+    [
+        # A plane, an edge and a corner, in a time that matters for one plane or for all.
+        ([[0, 0, 1]], [5], [0, 0, 1]),
+        ([[1, 0, 0], [0, 1, 0]], [30, 0.1], [1, 1, 0]),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [30, 30, 30], [1, 1, 1]),
+    ],
+)
+def test_the_smallest_knock_at_a_corner_is_found(normals: Any, rates: Any, corner: Any) -> None:
+    found = Corner(normals, rates, np.array([0.34, 3.0, 3.3, 3.6]))
+    assert found.radius == pytest.approx(np.linalg.norm(corner), rel=ACCURACY)
+    assert found.best[0] == pytest.approx(0.3, abs=1e-3)
+    np.testing.assert_allclose(found.best[1:], corner, rtol=0, atol=2e-2)
+
+
+@pytest.mark.parametrize("seed", range(170, 180))
+def test_the_smallest_knock_beyond_random_planes_is_found(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    normals = random.normal(size=(random.integers(2, 6), 3)) ** 2 + 0.02
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    start = np.append(0.3 + random.uniform(-0.05, 0.05), abs(random.normal(size=3)))
+    start[1:] *= 1e4
+    found = Corner(normals, 10 ** random.uniform(-1, 2, len(normals)), start)
+    assert found.lost(found.best[None])[0]
+    # The least x with normals x >= 1, by Lawson's and Hanson's least distance programming.
+    equations, last = np.vstack([normals.T, np.ones(len(normals))]), np.array([0, 0, 0, 1.0])
+    rest = equations @ nnls(equations, last)[0] - last
+    least = np.linalg.norm(rest[:3]) / abs(rest[3])
+    assert found.radius == pytest.approx(least, rel=ACCURACY)
+    assert found.radius > least * (1 - 1e-12)
+
+
+def test_bisection_takes_the_first_boundary_of_each_line_or_the_least_of_all() -> None:
+    # On the lines from 0 to 1 runs are lost beyond these points, except in a gap of the first.
+    lengths, ends = np.array([1.0, 2.0, 4.0]), np.array([0.3, 0.05, 0.9])
+
+    def lost(points: Vector) -> NDArray[np.bool_]:
+        number = points[:, 1].astype(int)
+        share = points[:, 0] / lengths[number]
+        return (share >= ends[number]) & ~((number == 0) & (share > 0.45) & (share < 0.55))
+
+    starts = np.column_stack([np.zeros(3), np.arange(3)])
+    finish = np.column_stack([lengths, np.arange(3)])
+    inside, outside = bisect(lost, starts, finish, np.full(3, 1e-9))
+    assert outside[:, 0] == pytest.approx(ends * lengths, abs=1e-8)
+    assert (inside[:, 0] < ends * lengths).all()
+    assert (outside[:, 0] >= ends * lengths).all()
+    least = bisect(lost, starts, finish, np.full(3, 1e-9), every=False)[1]
+    assert least[1, 0] == pytest.approx(0.1, abs=1e-8)
+    assert least[:, 0].argmin() == 1
