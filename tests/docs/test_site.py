@@ -108,13 +108,13 @@ def test_formulas_are_typeset() -> None:
         text = path.read_text(encoding="utf-8")
         assert "MathJax" not in text
         assert '<span class="problematic"' not in text
-    shown = [path.read_text(encoding="utf-8") for path in SITE.glob("theory/statements/*.html")]
+    shown = [path.read_text(encoding="utf-8") for path in SITE.glob("paper/statements/*.html")]
     assert len(shown) == 3
     assert sum(text.count("<math") for text in shown) > 300
     # Each section of the proofs is in one page.
     found = [(ROOT / "results" / name).read_text("utf-8") for name in ("claims.md", "verify.md")]
     titles = re.findall(r"^## (.+)$", "\n".join(found), re.M)
-    pages_of = [*shown, (SITE / "theory" / "errata.html").read_text(encoding="utf-8")]
+    pages_of = [*shown, (SITE / "paper" / "errata.html").read_text(encoding="utf-8")]
     # The errata are a page of their own, and the tables have titles of their own beside the map.
     for title in (t for t in titles if t not in ("Errata", "Tables 1 and 2", "Table 3")):
         words = title.replace("Printed statements that hold under", "Those that hold under")

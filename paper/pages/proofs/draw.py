@@ -1,6 +1,6 @@
 """Figure of the page on what is proved, and the record that it is drawn from.
 
-`python docs/theory/proved/draw.py ENCLOSED REGIONS FROM-REST` writes the record from the results
+`python paper/pages/proofs/draw.py ENCLOSED REGIONS FROM-REST` writes the record from the results
 of `enclose`: of --json, --region and --from-rest. Files may be compressed (.gz).
 """
 
