@@ -11,6 +11,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable, Iterator
+from enum import StrEnum
 
 import click
 import pytest
@@ -18,6 +19,8 @@ from click.testing import CliRunner
 
 import capsule_sym
 from capsule_sym._cli import group
+from capsule_sym._commands import present
+from capsule_sym._sweeps.quantities import CellOutcome
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
 SLOW = {
@@ -32,6 +35,7 @@ SLOW = {
     "docs/howto/pulse.md",
     "docs/howto/rig.md",
     "docs/howto/sweep.md",
+    "docs/output.md",
     "docs/tutorials/prototype.md",
 }
 """Pages that take more than a second. `make docs` runs them."""
@@ -107,6 +111,29 @@ def test_the_commands_of_a_page_print_what_it_shows(page: Page, line, tmp_path, 
     done = CliRunner().invoke(group, arguments, catch_exceptions=False)
     assert done.exit_code == 0
     page.assert_shown(line, done.stdout)
+
+
+@pytest.mark.long
+def test_every_printed_word_is_explained(tmp_path, monkeypatch) -> None:
+    """Heads of tables, labels of rows, and statuses, collected from an example of each command."""
+    monkeypatch.chdir(tmp_path)
+    (page,) = [page for page in PAGES if page.name == "docs/output.md"]
+    lay(page, tmp_path)
+    words = {name.lower().replace("_", " ") for name in CellOutcome.__members__}
+    monkeypatch.setattr(present, "table", lambda heads, *_, **__: words.update(heads))
+    monkeypatch.setattr(present, "grid", lambda rows: words.update(row[0] for row in rows))
+    lines = [shlex.split(line)[2:] for line in page.console]
+    assert {line[0] for line in lines} | {"basin", "explore", "figure"} == set(group.commands)
+    for line in lines:
+        printed = CliRunner().invoke(group, line, catch_exceptions=False).stdout
+        if line[0] == "sweep":
+            words |= {label[:16].strip() for label in printed.splitlines()}
+    kinds = [kind for kind in StrEnum.__subclasses__() if kind.__module__.startswith("capsule_sym.")]
+    words |= {value.value for kind in kinds for value in kind}
+    words = {re.sub(r"^(greatest|least|axis) .*|^by |^in (?=[xv]_)", r"\1", word.strip()) for word in words}
+    prose = re.sub(r"^```.*?^```$", "", page.text, flags=re.M | re.S).replace("\\|", "|")
+    explained = set(re.findall(r"`([^`]+)`", prose)) | set(capsule_sym.Parameters().to_dict())
+    assert words - explained - {"", "cost_of_transport"} == set()
 
 
 def lines_of(page: Page) -> list[str]:
