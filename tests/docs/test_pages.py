@@ -20,6 +20,7 @@ from click.testing import CliRunner
 import capsule_sym
 from capsule_sym._cli import group
 from capsule_sym._commands import present
+from capsule_sym._orbits.continuation.points.kinds import INITIALS
 from capsule_sym._sweeps.quantities import CellOutcome
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
@@ -128,9 +129,10 @@ def test_every_printed_word_is_explained(tmp_path, monkeypatch) -> None:
         printed = CliRunner().invoke(group, line, catch_exceptions=False).stdout
         if line[0] == "sweep":
             words |= {label[:16].strip() for label in printed.splitlines()}
-    kinds = [kind for kind in StrEnum.__subclasses__() if kind.__module__.startswith("capsule_sym.")]
-    words |= {value.value for kind in kinds for value in kind}
-    words = {re.sub(r"^(greatest|least|axis) .*|^by |^in (?=[xv]_)", r"\1", word.strip()) for word in words}
+    kinds = [kind for kind in StrEnum.__subclasses__() if "capsule_sym." in kind.__module__]
+    words |= {*INITIALS, *(value.value for kind in kinds for value in kind)}
+    named = r"^(greatest|least|axis) .*|^by |^in (?=[xv]_)"
+    words = {re.sub(named, r"\1", word.strip()) for word in words}
     prose = re.sub(r"^```.*?^```$", "", page.text, flags=re.M | re.S).replace("\\|", "|")
     explained = set(re.findall(r"`([^`]+)`", prose)) | set(capsule_sym.Parameters().to_dict())
     assert words - explained - {"", "cost_of_transport"} == set()
