@@ -20,8 +20,8 @@ pytestmark = [
 
 # Of the pages on a wide screen one of each kind is looked at, unless all are requested.
 KINDS = [
-    *("index.html", "gallery.html", "theory/system.html", "performance.html"),
-    *("glossary.html", "cli.html", "api/run.html"),
+    *("index.html", "api/figures.html", "theory/system.html", "performance.html"),
+    *("glossary.html", "cli/orbits.html", "api/run.html"),
 ]
 LOOKS = {"phone": ("dark", 390, BUILT), "wide": ("light", 1280, BUILT if ALL else KINDS)}
 # Parts of formulas, of which a page has up to ten thousand, say nothing and look as the text beside

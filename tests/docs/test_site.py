@@ -59,15 +59,16 @@ def test_every_name_that_an_example_imports_is_documented(documented) -> None:
 
 
 def test_every_command_and_option_is_in_the_reference() -> None:
-    page = (SITE / "cli.html").read_text(encoding="utf-8")
+    """Options of all commands are there once, for COMMAND."""
+    text = "".join(path.read_text(encoding="utf-8") for path in (SITE / "cli").glob("*.html"))
     for name in group.commands:
         _, command, _ = group.resolve_command(click.Context(group), [name])
-        assert f'id="capsule-sym-{name}"' in page
+        assert text.count(f'id="capsule-sym-{name}"') == 1
         for parameter in command.params:
             if isinstance(parameter, click.Option) and not parameter.hidden:
-                for option in parameter.opts:
-                    anchor = f"cmdoption-capsule-sym-{name}-{option.strip('-')}"
-                    assert f'id="{anchor}"' in page
+                for option in (one.strip("-") for one in parameter.opts):
+                    anchors = (f"cmdoption-capsule-sym-{of}-{option}" for of in (name, "COMMAND"))
+                    assert sum(text.count(f'id="{anchor}"') for anchor in anchors) == 1
 
 
 class Loads(HTMLParser):
