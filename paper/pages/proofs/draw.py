@@ -125,8 +125,8 @@ def record(enclosed: str, regions: str, from_rest: str) -> dict[str, Any]:
     """Record of the figure."""
     bars = _merged([*_orbits(enclosed), *_from_rest(from_rest)])
     plane = _turned(_merged(_turned(_merged(_plane(regions)))))
-    names = {box[4] for box in (*bars, *plane)} - {_CURVE}
-    names = [*sorted(names, key=lambda name: (len(name), name)), _CURVE]
+    found = {box[4] for box in (*bars, *plane)} - {_CURVE}
+    names = [*sorted(found, key=lambda name: (len(name), name)), _CURVE]
     told = {
         key: [[*(round(x, 6) for x in box[:4]), names.index(box[4])] for box in boxes]
         for key, boxes in (("bars", bars), ("plane", plane))
