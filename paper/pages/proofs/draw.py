@@ -17,7 +17,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from capsule_sym._figures.style import REGIONS, styled
+from capsule_sym._figures.interface import REGIONS, styled
 from paper.proofs import parts
 from paper.proofs.case import ALPHA, GAMMA, GAMMAS
 
