@@ -30,15 +30,20 @@ for _name in group.commands:
     globals()[_name] = _made
 
 
+def _code(line: str) -> str:
+    """A line of a help text with its options as code, since each is one word."""
+    return re.sub(r"(?<![`\w-])--[a-zA-Z][a-zA-Z-]*", r"``\g<0>``", line)
+
+
 def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
-    """Help texts are plain: a bar in them opens no substitution, and an option is one word."""
-    lines[:] = [re.sub(r"\|(?=\S)", r"\\|", line) for line in lines]
-    lines[:] = [re.sub(r"(?<![`\w-])--[a-z][a-z-]*", r"``\g<0>``", line) for line in lines]
+    """Help texts are plain: a bar in them opens no substitution."""
+    lines[:] = [_code(re.sub(r"\|(?=\S)", r"\\|", line)) for line in lines]
 
 
 def _bars(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
     """Bars around a name, an absolute value, are no substitution."""
     lines[:] = [re.sub(r"\|(\w+)\|", r"\|\1\|", line) for line in lines]
+    lines[:] = [_code(line) if re.match(r" +\w", line) else line for line in lines]
 
 
 def _outdated(app: Sphinx, *_: object) -> list[str]:
