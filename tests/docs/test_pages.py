@@ -203,7 +203,7 @@ def test_what_the_readme_links_to_is_there() -> None:
 
 def test_what_has_to_hold_is_what_is_run_before_a_change_is_taken() -> None:
     run = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    (page,) = [page for page in PAGES if page.name == "docs/contributing.md"]
+    page = Page(ROOT / "CONTRIBUTING.md")
     targets = "test lint types contract check-generated second-model docs wheel packaging"
     assert re.findall(r"^for target in (.+); do$", run, re.M) == [targets]
     assert re.findall(r"`make (test lint [^`]+)`", page.text) == [targets]
