@@ -201,6 +201,15 @@ def test_what_the_readme_links_to_is_there() -> None:
     assert [path for path in linked if not (ROOT / path).exists()] == []
 
 
+def test_each_reference_has_a_doi_and_a_use() -> None:
+    (page,) = [page for page in PAGES if page.name == "docs/references.md"]
+    rows = re.findall(r"^\| (?!reference)(.+?) \| (.+) \|$", page.text, re.M)
+    assert len(rows) > 20
+    for reference, use in rows:
+        assert re.search(r"\[(10\.\d{4,5}/\S+)\]\(https://doi\.org/\1\)$", reference), reference
+        assert len(use) > 4
+
+
 def test_what_has_to_hold_is_what_is_run_before_a_change_is_taken() -> None:
     run = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     page = Page(ROOT / "CONTRIBUTING.md")
