@@ -120,7 +120,7 @@ def test_every_printed_word_is_explained(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     (page,) = [page for page in PAGES if page.name == "docs/output.md"]
     lay(page, tmp_path)
-    words = {name.lower().replace("_", " ") for name in CellOutcome.__members__}
+    words = {name.lower() for name in CellOutcome.__members__}
     monkeypatch.setattr(present, "table", lambda heads, *_, **__: words.update(heads))
     monkeypatch.setattr(present, "grid", lambda rows: words.update(row[0] for row in rows))
     lines = [shlex.split(line)[2:] for line in page.console]
