@@ -1,6 +1,8 @@
 """Signatures as they are written: by the aliases of array types, which Sphinx spells out."""
 
+import inspect
 import re
+from importlib import import_module
 from typing import Any
 
 from docutils import nodes
@@ -72,10 +74,18 @@ def _linked(
     return nodes.reference("", "", shown, refuri=address, internal=False) if address else None
 
 
+def _home(_app: Sphinx, module: str, name: str) -> str | None:
+    """The module in which a public function, or the class of a member, is defined."""
+    public = inspect.unwrap(getattr(import_module(module), name.partition(".")[0], None))
+    home: str | None = getattr(public, "__globals__", {}).get("__name__")
+    return home or getattr(public, "__module__", None)
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Have every signature shortened, and types of other packages linked."""
+    """Have every signature shortened, types of other packages and sources linked."""
     app.connect("autodoc-process-signature", _process)
     app.connect("autodoc-process-docstring", _untold)
     app.connect("doctree-resolved", _attributes)
     app.connect("missing-reference", _linked)
+    app.connect("viewcode-follow-imported", _home)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
