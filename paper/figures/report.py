@@ -313,8 +313,11 @@ def formulas(line: str) -> Any:
 
     from paper.claims.formulas import with_formulas
 
+    # Each scrolls by itself where it is wider than the screen.
+    formula = Markup('<span class="formula">{}</span>')
     parts = enumerate(with_formulas(line).split("$"))
-    return Markup("").join(typeset(part, False) if at % 2 else maths(part) for at, part in parts)
+    shown = (formula.format(typeset(part, False)) if at % 2 else maths(part) for at, part in parts)
+    return Markup("").join(shown)
 
 
 def typeset(formula: str, as_block: bool = True) -> Any:

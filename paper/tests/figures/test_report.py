@@ -210,7 +210,7 @@ def test_mathematics_becomes_html(text: str, html: str) -> None:
 
 def test_a_printed_formula_is_typeset() -> None:
     shown = str(report.formulas("slip for P2 >= delta, a_b"))
-    assert shown.startswith("slip for <math")
+    assert shown.startswith('slip for <span class="formula"><math')
     assert "<mo>≥</mo>" in shown
 
 
