@@ -15,8 +15,10 @@ with (ROOT / "pyproject.toml").open("rb") as file:
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.viewcode",
     "numpydoc",
     "sphinx_click",
+    "sphinx_copybutton",
     "drawn",
     "commands",
     "headers",
@@ -37,6 +39,9 @@ autodoc_typehints_format = "short"
 numpydoc_show_class_members = False
 python_use_unqualified_type_names = True
 
+copybutton_prompt_text = "$ "  # of a session only the commands are copied
+
+pygments_dark_style = "github-dark"
 html_theme = "furo"
 html_title = "capsule-sym"
 html_static_path = ["_static", "explorer.png", "../capsule_sym/_explorer/page.html"]

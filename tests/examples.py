@@ -44,6 +44,8 @@ def shown(block: str) -> list[str]:
 
 
 README = Page(ROOT / "README.md")
-PAGES = [Page(path) for path in sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [
+    Page(path) for home in ("docs", "paper/pages") for path in sorted((ROOT / home).rglob("*.md"))
+]
 
 MAIN_JOB = "$ make paper"

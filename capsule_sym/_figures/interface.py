@@ -14,6 +14,7 @@ from capsule_sym._figures.portraits import boundary_handles, field_handles, unse
 from capsule_sym._figures.regions import Plane, Region
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
-    Colours, describe, field_colour, figure_of, labels_of, LOOKS, mathematical, on_page, styled,
+    Colours, describe, field_colour, figure_of, labels_of, LOOKS, mathematical, on_page, REGIONS,
+    styled,
 )
 from capsule_sym._figures.units import DIMENSIONLESS

@@ -1,33 +1,59 @@
-"""The command line with every command imported, for the reference that is made from it."""
+"""The commands for the reference that is made from them: one object each, by its name.
+
+The options that most of them have are those of `shared`, and not repeated.
+"""
 
 import re
 
 import click
 from sphinx.application import Sphinx
 
-from capsule_sym._cli import group as lazy
+from capsule_sym._cli import group
 
-group = click.Group(lazy.name, help=lazy.help, params=lazy.params)
-for _name in lazy.commands:
-    _, _command, _ = lazy.resolve_command(click.Context(lazy), [_name])
-    assert _command is not None
-    group.add_command(_command, _name)
+
+def _command(name: str) -> click.Command:
+    """A command of the tool with all its options."""
+    _, command, _ = group.resolve_command(click.Context(group), [name])
+    assert command is not None
+    return command
+
+
+_RANGED = _command("branch").params
+_SCENE = [one.name for one in _RANGED].index("scene")
+# Up to --scene these are parameters; those of the device have no values of their own.
+COMMON = [*_RANGED[: _SCENE + 1], *(one for one in _RANGED if not one.expose_value), _RANGED[-1]]
+_NAMES = {one.name for one in COMMON}
+shared = click.Command("COMMAND", params=COMMON)
+for _name in group.commands:
+    _made = _command(_name)
+    _made.params = [one for one in _made.params if one.name not in _NAMES]
+    globals()[_name] = _made
+
+
+def _code(line: str) -> str:
+    """A line of a help text with its options as code, since each is one word."""
+    return re.sub(r"(?<![`\w-])--[a-zA-Z][a-zA-Z-]*", r"``\g<0>``", line)
 
 
 def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
-    """Help texts are plain: a bar in them opens no substitution, and an option is one word."""
-    lines[:] = [re.sub(r"\|(?=\S)", r"\\|", line) for line in lines]
-    lines[:] = [re.sub(r"(?<![`\w-])--[a-z][a-z-]*", r"``\g<0>``", line) for line in lines]
+    """Help texts are plain: a bar in them opens no substitution."""
+    lines[:] = [_code(re.sub(r"\|(?=\S)", r"\\|", line)) for line in lines]
 
 
 def _bars(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
     """Bars around a name, an absolute value, are no substitution."""
     lines[:] = [re.sub(r"\|(\w+)\|", r"\|\1\|", line) for line in lines]
+    lines[:] = [_code(line) if re.match(r" +\w", line) else line for line in lines]
+
+
+def _outdated(app: Sphinx, *_: object) -> list[str]:
+    """Pages of the reference, which are read with every build."""
+    return [name for name in app.env.found_docs if name.startswith("cli/")]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Keep the line breaks of help texts, and rebuild the reference with every build."""
-    app.connect("env-get-outdated", lambda *_: ["cli"])
+    app.connect("env-get-outdated", _outdated)
     app.connect("sphinx-click-process-description", _escape)
     app.connect("sphinx-click-process-options", _bars)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

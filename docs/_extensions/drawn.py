@@ -94,8 +94,10 @@ class Drawn(SphinxDirective):
         alone = "alone" in self.options
         shown: list[nodes.Node] = []
         for width in widths[-1:] if alone else widths:
-            uri = os.path.relpath(folder / f"{name}.{width}.svg", source.parent)
+            uri = f"/{os.path.relpath(folder, self.env.srcdir)}/{name}.{width}.svg"
             classes = ["alone" if alone else width if len(widths) == 2 else "only"]
+            if "<image" in (folder / f"{name}.{width}.svg").read_text(encoding="utf-8"):
+                classes.append("coloured")  # areas, whose colours dark pages do not exchange
             shown.append(nodes.image(uri=uri, alt=self.options["alt"], classes=classes))
         code = nodes.literal_block(text, text, language="sh" if shell else "python")
         return [nodes.container("", *shown, classes=["picture"]), *([] if alone else [code])]

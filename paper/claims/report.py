@@ -6,12 +6,10 @@ the derived ones.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
 from capsule_sym._symbolic.theory import (
-    LETTERS,
     SCENARIOS,
     SEGMENTS,
     Report,
@@ -29,6 +27,7 @@ from capsule_sym._symbolic.theory import (
     witnesses,
 )
 from paper.claims.case_study import BRACKETS
+from paper.claims.formulas import with_formulas
 from paper.claims.tables import printed_maps
 from paper.printed import events, read
 
@@ -56,63 +55,6 @@ evaluated in rational numbers. The sentence after "Proof" is the same argument b
 """
 
 
-_NAME = (
-    rf"(?:{'|'.join(LETTERS)}|abs|cos|sin|sqrt|sign|mu|Omega(?:_0|\d)?|[A-Za-z]{{1,2}}_\w+|"
-    r"[PFSLOH]\d+(?:\^\(\d\))?|[XVAGHPcgtvx])(?![\w^])'?"
-)
-_TOKEN = rf"(?:P_\{{[^}}]*\}}|\{{[^}}]*\}}|{_NAME}|\d[\d.]*(?!\w)|[-−+*/=<>≤≥±∘|()²³])"
-_FORMULA = re.compile(rf"(?<![\w.]){_TOKEN}(?: ?{_TOKEN})*")
-_NAMED = {"abs": "operatorname{abs}", "sqrt": "operatorname{sqrt}", "sign": "operatorname{sign}"}
-_NAMED |= {word: word for word in (*LETTERS, "cos", "sin", "mu", "Omega")}
-_MARKS = {"**": "^", "==": "=", "<=": r"\le ", ">=": r"\ge ", "≤": r"\le ", "≥": r"\ge ", "*": " "}
-_MARKS |= {
-    "±": r"\pm ",
-    "∘": r"\circ ",
-    "−": "-",
-    "Σ": r"\Sigma",
-    "²": "^2",
-    "³": "^3",
-    "|": r"\vert ",
-}
-
-
-def _latex(formula: str) -> str:
-    """A formula of the transcription as LaTeX, term for term as it is printed."""
-    formula = re.sub(r"P_\{[^}]*\}", lambda map_: re.sub(r"(\d+)", r"_{\1}", map_[0]), formula)
-    formula = re.sub(
-        r"(?<!_)\{([^}_]|(?<!P)_)*\}", lambda set_: rf"\lbrace {set_[0][1:-1]}\rbrace ", formula
-    )
-    formula = re.sub(r"\b([A-Za-z]+)(\d+)\b", r"\1_{\2}", formula)
-    formula = re.sub(r"\b([A-Za-z]{1,2})_([A-Za-z]\w+)", r"\1_{\2}", formula)
-    formula = re.sub(
-        r"[A-Za-z]+",
-        lambda word: rf"\{_NAMED[word[0]]} " if word[0] in _NAMED else word[0],
-        formula,
-    )
-    for old, new in _MARKS.items():
-        formula = formula.replace(old, new)
-    return formula
-
-
-def _shown(line: str) -> str:
-    """A line of text, its formulas in LaTeX."""
-
-    def one(found: re.Match[str]) -> str:
-        term = found[0].rstrip(" (")
-        before, after = "", found[0][len(term) :]
-        while term.count("(") > term.count(")") and term.startswith("("):
-            term, before = term[1:], f"{before}("
-        while term.count(")") > term.count("(") and term.endswith(")"):
-            term, after = term[:-1], f"){after}"
-        whole = term.count("(") == term.count(")")
-        if not whole or not re.search(r"\w.*[=<>≤≥*/'].*\w|P_\{|\{.*\}", term):
-            return found[0]
-        return f"{before}${_latex(term)}${after}"
-
-    parts = re.split(r"(\$[^$]*\$)", _FORMULA.sub(one, line))
-    return "".join(part if part.startswith("$") else text(part) for part in parts)
-
-
 def _alike(result: Result) -> tuple[str, ...]:
     """Key of printed statements that are shown together."""
     item = result.statement
@@ -126,15 +68,15 @@ def _beside(results: Sequence[Result], number: int) -> Iterator[str]:
     yield f"### {numbers}. {item.equation}: {results[0].status}\n"
     once = len({one.statement.printed for one in results}) == 1
     if once:
-        yield f"- **Printed:** {_shown(item.printed)}"
-    yield f"- **Derived:** {_shown(item.derived)}"
+        yield f"- **Printed:** {with_formulas(item.printed)}"
+    yield f"- **Derived:** {with_formulas(item.derived)}"
     if item.proof:
         yield f"- **Proof:** {text(item.proof)}"
     if item.consequence:
         yield f"- **Consequence:** {text(item.consequence)}"
     for one in results:
         own = one.statement.says if once else one.statement.printed
-        label = "" if len(results) == 1 else f": {_shown(own)}"
+        label = "" if len(results) == 1 else f": {with_formulas(own)}"
         yield f"- `{one.statement.name}`, {one.seconds:.2f} s{label}"
         if one.witness:
             yield f"  - **Witness:** {point(one)}"

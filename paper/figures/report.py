@@ -89,7 +89,7 @@ def page(colours: Colours, track: Track, workers: int = 1) -> str:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"maths": maths, "line_name": _line_name, "number": _number}
-    environment.filters["typeset"] = typeset
+    environment.filters |= {"typeset": typeset, "formulas": formulas}
     template = environment.from_string(
         (files(__package__) / "report.html.j2").read_text(encoding="utf-8")
     )
@@ -307,11 +307,24 @@ EQUATIONS = (
 """Eqs. (7)-(12) of the paper, each with its meaning."""
 
 
-def typeset(formula: str) -> Any:
-    """A formula of LaTeX as MathML on a line of its own."""
+def formulas(line: str) -> Any:
+    """A line of text with its formulas as MathML."""
+    from markupsafe import Markup
+
+    from paper.claims.formulas import with_formulas
+
+    # Each scrolls by itself where it is wider than the screen.
+    formula = Markup('<span class="formula">{}</span>')
+    parts = enumerate(with_formulas(line).split("$"))
+    shown = (formula.format(typeset(part, False)) if at % 2 else maths(part) for at, part in parts)
+    return Markup("").join(shown)
+
+
+def typeset(formula: str, as_block: bool = True) -> Any:
+    """A formula of LaTeX as MathML, on a line of its own or within one."""
     try:
         from docutils.utils.math.latex2mathml import tex2mathml
         from markupsafe import Markup
     except ModuleNotFoundError as missing:
         raise NotInstalled(missing) from missing
-    return Markup(tex2mathml(formula, as_block=True))
+    return Markup(tex2mathml(formula, as_block=as_block))

@@ -15,7 +15,7 @@ from capsule_sym.generated.capsule import DIGEST
 from paper.study import casestudy
 from tests.examples import MAIN_JOB, ROOT, Page
 
-TUTORIAL = Page(ROOT / "docs" / "tutorials" / "paper.md")
+TUTORIAL = Page(ROOT / "paper" / "pages" / "index.md")
 JUDGES = ROOT / "tests" / "judges" / "data"
 
 

@@ -51,7 +51,7 @@ def check(folder: Path, line: list[str]) -> None:
 
 
 def test_the_page_of_the_command_line_names_every_status() -> None:
-    page = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "cli" / "index.md").read_text(encoding="utf-8")
     named = set(map(int, re.findall(r"^\| (\d+) \|", page, re.M)))
     assert fuzz.ENDS | {fuzz.NOT_PROVED, fuzz.INTERRUPTED} < named
 

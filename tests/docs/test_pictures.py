@@ -1,4 +1,4 @@
-"""Pictures of how-tos and tutorials: one on the first screen, and no scrolling sideways."""
+"""Pictures of pages on tasks, scenes and theory: one on the first screen."""
 
 import pytest
 
@@ -13,7 +13,7 @@ pytestmark = [
 
 SHOWING = sorted(
     page.relative_to(ROOT / "docs").with_suffix(".html").as_posix()
-    for folder in ("howto", "tutorials")
+    for folder in ("howto", "scenes", "theory", "tutorials")
     for page in (ROOT / "docs" / folder).glob("*.md")
 )
 SCREENS = {"wide": (1280, 800), "phone": (390, 844)}

@@ -7,7 +7,8 @@ import pytest
 from capsule_sym import scenes
 from tests.examples import ROOT, Page
 
-PAGE = {name: name for name in scenes.SHIPPED} | {"reaction_pulse": "reaction"}
+PAGE = {name: f"scenes/{name}" for name in scenes.SHIPPED}
+PAGE |= {"capsule": "theory/system", "reaction_pulse": "scenes/reaction"}
 RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
 
 
@@ -21,7 +22,7 @@ def number(text: str) -> float:
 
 @pytest.mark.parametrize("name", scenes.SHIPPED)
 def test_a_page_has_the_parameters_of_its_scene(name: str) -> None:
-    text = Page(ROOT / "docs" / "scenes" / f"{PAGE[name]}.md").text
+    text = Page(ROOT / "docs" / f"{PAGE[name]}.md").text
     rows = re.findall(r"^\| `(\w+)` \| \$.+?\$ \| (.+?) to (.+?) \| (.+?) \| (.*) \|$", text, re.M)
     alone = [row for row in rows if not row[4].endswith(" alone") or f"`{name}` alone" in row[4]]
     facts = getattr(scenes, name).facts
@@ -31,7 +32,7 @@ def test_a_page_has_the_parameters_of_its_scene(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["capsule", "prototype", "reaction", "reaction_pulse"])
 def test_a_page_has_the_planes_of_its_scene(name: str) -> None:
-    text = Page(ROOT / "docs" / "scenes" / f"{PAGE[name]}.md").text
+    text = Page(ROOT / "docs" / f"{PAGE[name]}.md").text
     column = 2 if name == "reaction_pulse" else 1
     rows = [[cell.strip() for cell in row.split("|")] for row in text.splitlines() if "Σ" in row]
     named = {row[column]: row[-2] for row in rows if len(row) > 3 and "Σ" in row[column]}

@@ -59,15 +59,16 @@ def test_every_name_that_an_example_imports_is_documented(documented) -> None:
 
 
 def test_every_command_and_option_is_in_the_reference() -> None:
-    page = (SITE / "cli.html").read_text(encoding="utf-8")
+    """Options of all commands are there once, for COMMAND."""
+    text = "".join(path.read_text(encoding="utf-8") for path in (SITE / "cli").glob("*.html"))
     for name in group.commands:
         _, command, _ = group.resolve_command(click.Context(group), [name])
-        assert f'id="capsule-sym-{name}"' in page
+        assert text.count(f'id="capsule-sym-{name}"') == 1
         for parameter in command.params:
             if isinstance(parameter, click.Option) and not parameter.hidden:
-                for option in parameter.opts:
-                    anchor = f"cmdoption-capsule-sym-{name}-{option.strip('-')}"
-                    assert f'id="{anchor}"' in page
+                for option in (one.strip("-") for one in parameter.opts):
+                    anchors = (f"cmdoption-capsule-sym-{of}-{option}" for of in (name, "COMMAND"))
+                    assert sum(text.count(f'id="{anchor}"') for anchor in anchors) == 1
 
 
 class Loads(HTMLParser):
@@ -108,13 +109,13 @@ def test_formulas_are_typeset() -> None:
         text = path.read_text(encoding="utf-8")
         assert "MathJax" not in text
         assert '<span class="problematic"' not in text
-    shown = [path.read_text(encoding="utf-8") for path in SITE.glob("theory/statements/*.html")]
+    shown = [path.read_text(encoding="utf-8") for path in SITE.glob("paper/statements/*.html")]
     assert len(shown) == 3
     assert sum(text.count("<math") for text in shown) > 300
     # Each section of the proofs is in one page.
     found = [(ROOT / "results" / name).read_text("utf-8") for name in ("claims.md", "verify.md")]
     titles = re.findall(r"^## (.+)$", "\n".join(found), re.M)
-    pages_of = [*shown, (SITE / "theory" / "errata.html").read_text(encoding="utf-8")]
+    pages_of = [*shown, (SITE / "paper" / "errata.html").read_text(encoding="utf-8")]
     # The errata are a page of their own, and the tables have titles of their own beside the map.
     for title in (t for t in titles if t not in ("Errata", "Tables 1 and 2", "Table 3")):
         words = title.replace("Printed statements that hold under", "Those that hold under")

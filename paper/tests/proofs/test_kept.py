@@ -38,7 +38,7 @@ def share(name: str) -> float:
 
 
 def drawn(bars: str) -> list[list[float]]:
-    path = ROOT / "docs/theory/proved/parts.json"
+    path = ROOT / "paper/pages/proofs/parts.json"
     return json.loads(path.read_text(encoding="utf-8"))[bars]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from capsule_sym import Parameters, simulate, simulate_many
-from capsule_sym._figures.style import styled
+from capsule_sym._figures.interface import styled
 from paper.proofs.horseshoe import kept
 
 _SIDE, _ONE = np.linspace(-1, 1, 101), np.ones(101)

@@ -1,6 +1,6 @@
 """Figure of the page on what is proved, and the record that it is drawn from.
 
-`python docs/theory/proved/draw.py ENCLOSED REGIONS FROM-REST` writes the record from the results
+`python paper/pages/proofs/draw.py ENCLOSED REGIONS FROM-REST` writes the record from the results
 of `enclose`: of --json, --region and --from-rest. Files may be compressed (.gz).
 """
 
@@ -17,7 +17,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from capsule_sym._figures.style import REGIONS, styled
+from capsule_sym._figures.interface import REGIONS, styled
 from paper.proofs import parts
 from paper.proofs.case import ALPHA, GAMMA, GAMMAS
 
@@ -125,8 +125,8 @@ def record(enclosed: str, regions: str, from_rest: str) -> dict[str, Any]:
     """Record of the figure."""
     bars = _merged([*_orbits(enclosed), *_from_rest(from_rest)])
     plane = _turned(_merged(_turned(_merged(_plane(regions)))))
-    names = {box[4] for box in (*bars, *plane)} - {_CURVE}
-    names = [*sorted(names, key=lambda name: (len(name), name)), _CURVE]
+    found = {box[4] for box in (*bars, *plane)} - {_CURVE}
+    names = [*sorted(found, key=lambda name: (len(name), name)), _CURVE]
     told = {
         key: [[*(round(x, 6) for x in box[:4]), names.index(box[4])] for box in boxes]
         for key, boxes in (("bars", bars), ("plane", plane))
