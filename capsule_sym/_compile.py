@@ -17,7 +17,7 @@ _FLAGS += [] if os.name == "nt" else ["-fPIC"]
 
 
 class NotCompiled(CapsuleError):
-    """Raised if a core cannot be compiled; the text says why, in one line."""
+    """Raised if a core cannot be compiled; the text is the reason, in one line."""
 
 
 def compiler() -> list[str]:

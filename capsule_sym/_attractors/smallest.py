@@ -132,13 +132,14 @@ class Search:
         Half of them are moved along the differences of earlier ones, which lie along the edges of
         the boundary.
         """
-        still, earlier = 0, [_resized(self.best[None], 1.0)[0]]
+        still, earlier = 0, list[Vector]()
         while still < _STILL:
+            assert self.best is not None
             before, best = self.radius, _resized(self.best[None], 1.0)
+            earlier = [*earlier[-_EARLIER:], best[0]]
             points = self._near(best.repeat(_BESIDE, 0), _CLOSE)
             along = best - np.array(earlier)[self.random.integers(len(earlier), size=_BESIDE // 2)]
             points[::2] += self.random.normal(size=(_BESIDE // 2, 1)) * along
-            earlier = [*earlier[-_EARLIER:], best[0]]
             self._try(_resized(points, 1.0), np.full(_BESIDE, self.radius * (1 - WIDTH)))
             still = 0 if self.radius < before * (1 - 2 * WIDTH) else still + 1
 

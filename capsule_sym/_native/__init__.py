@@ -48,7 +48,7 @@ def core_of(scene: Scene) -> Any:
     """
     if find_spec(name := f"{__name__}._binding") is None:
         return None
-    binding = import_module(name)
+    binding: Any = import_module(name)
     path = join(scene.source, CORE)
     if scene.source in SHIPPED:
         path = join(dirname(dirname(binding.__file__)), "generated", scene.source, CORE)

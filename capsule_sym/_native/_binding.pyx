@@ -1,7 +1,7 @@
 # cython: boundscheck=False, wraparound=False, cdivision=True, embedsignature=True
 """Binding of C cores by their tables: arrays in, arrays out, without the GIL while they run.
 
-It knows no scene: counts, sizes and functions are those of the table. Long work stops at Ctrl-C, with
+It is the same for all scenes: counts, sizes and functions are those of the table. Long work stops at Ctrl-C, with
 the exception of its handler, and at a `Watch`.
 """
 

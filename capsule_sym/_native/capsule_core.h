@@ -1,5 +1,5 @@
-/* The core of a scene as a table of functions, for a program that knows no scene: Python's binding. A program
-   for one scene includes capsule.h, which says what the functions do.
+/* The core of a scene as a table of functions, for a program of any scene: Python's binding. A program
+   for one scene includes capsule.h, which describes the functions.
 
    A shared library of a scene exports `capsule_core`. Structs of the scene are memory of the sizes in the
    table. A `start` of a closed form is x_r, gap, v_r, v_c, margin, cosine and sine. */
@@ -49,7 +49,7 @@ typedef struct {
 
     int (*lanes)(void);
     int (*widest)(void);
-    /* A map: anew, from one made before or zeroed memory, or its constants alone. */
+    /* A map: from nothing, from one made before or zeroed memory, or its constants alone. */
     void (*make)(const double *parameters, void *map, char how); /* 'm', 'r' or 'c' */
 
     /* Constants of a field, in the order of the kernels' own. */
