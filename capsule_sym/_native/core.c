@@ -146,7 +146,7 @@ static size_t differentiate(const void *map, const void *segments, size_t count,
                                  times, n, (double (*)[4][CAPSULE_COLUMN_COUNT])slopes, watch);
 }
 
-/* True if the rest of the rows is left: a watch that has stopped the work goes on to stop it. */
+/* True if the rest of the rows is left: a watch that has stopped the work is not read again. */
 static int over(capsule_watch *watch, int *stopped)
 {
     return *stopped = *stopped || capsule_asked(watch, MAP_WORK);
