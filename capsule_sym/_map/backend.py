@@ -161,7 +161,7 @@ def _is_compiled(scene: Scene) -> bool:
 def how_compiled(scene: Scene) -> str:
     """Command or advice to compile the core of a scene."""
     if scene.source in SHIPPED:
-        return "install capsule-sym where there is a C compiler"
+        return "run make core in a clone, or install capsule-sym where there is a C compiler"
     return f"run python -m capsule_sym.codegen --scene FILE --out {scene.source} --core"
 
 
