@@ -12,8 +12,9 @@ CORE = "core.dll" if os.name == "nt" else "core.so.1"
 """Name of a core beside the code of its scene, with its table's version: no module of Python."""
 _SOURCES = os.path.join(os.path.dirname(__file__), "_native")
 # As CMake compiles it (CMakeLists.txt), so that the bits are the same.
-_FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden", "-w"]
-_FLAGS += [] if os.name == "nt" else ["-fPIC"]
+_FLAGS = ["-std=gnu99", "-O3", "-DNDEBUG", "-ffp-contract=off", "-fvisibility=hidden", "-w"]
+_FLAGS += ["-DCAPSULE_EXPORTS"] if os.name == "nt" else ["-fPIC"]
+_LINKED = [] if os.name == "nt" else ["-lm"]
 
 
 class NotCompiled(CapsuleError):
@@ -25,9 +26,8 @@ def compiler() -> list[str]:
     from shlex import split
     from shutil import which
 
-    named = split(os.environ.get("CC", ""))
-    here = [name for name in ("cc", "gcc", "clang") if which(name)]
-    return named if named and which(named[0]) else here[:1]
+    named = split(os.environ.get("CC", ""), posix=os.name != "nt")
+    return named if named and which(named[0]) else [*filter(which, ("cc", "gcc", "clang"))][:1]
 
 
 def compiled(kernels: str, out: str, report: Callable[[int, int], object]) -> None:
@@ -36,30 +36,30 @@ def compiled(kernels: str, out: str, report: Callable[[int, int], object]) -> No
     `report` receives the number of compiled files, and of all. Raises NotCompiled.
     """
     from concurrent.futures import ThreadPoolExecutor  # these load some 50 modules
-    from glob import glob
     from tempfile import TemporaryDirectory
 
     from capsule_sym._files import whole
 
-    command = compiler()
-    if not command:
+    if not (command := compiler()):
         raise NotCompiled("no C compiler (cc, gcc or clang): install one, or name it in CC")
-    sources = [*sorted(glob(f"{_SOURCES}/*.c")), f"{kernels}/capsule_kernels.c"]
-    flags = [*_FLAGS, f"-I{_SOURCES}", f"-I{kernels}"]
-    with TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
-        objects = [f"{folder}/{os.path.basename(source)}.o" for source in sources]
-        done = (
-            pool.submit(_run, [*command, *flags, "-c", source, "-o", made])
-            for source, made in zip(sources, objects, strict=True)
-        )
-        for count, one in enumerate([*done], 1):
-            one.result()
-            report(count, len(sources))
-        try:
-            with whole(out) as part:
-                _run([*command, "-shared", *objects, "-lm", "-o", str(part)])
-        except InvalidInput as error:
-            raise NotCompiled(f"{out} cannot be written: {error.allowed}") from error
+    names = (name for name in sorted(os.listdir(_SOURCES)) if name.endswith(".c"))
+    sources = [*(os.path.join(_SOURCES, name) for name in names), f"{kernels}/capsule_kernels.c"]
+    compile_ = [*command, *_FLAGS, f"-I{_SOURCES}", f"-I{kernels}", "-c"]
+    try:
+        with TemporaryDirectory() as folder, whole(out) as part, ThreadPoolExecutor() as pool:
+            objects = [f"{folder}/{os.path.basename(source)}.o" for source in sources]
+            pairs = zip(sources, objects, strict=True)
+            jobs = [pool.submit(_run, [*compile_, source, "-o", made]) for source, made in pairs]
+            try:
+                for count, job in enumerate(jobs, 1):
+                    job.result()
+                    report(count, len(jobs))
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+            _run([*command, "-shared", *objects, *_LINKED, "-o", str(part)])
+    except InvalidInput as error:
+        raise NotCompiled(f"{out} cannot be written: {error.allowed}") from error
 
 
 def _run(command: list[str]) -> None:
@@ -71,31 +71,39 @@ def _run(command: list[str]) -> None:
     except OSError as error:
         raise NotCompiled(f"{command[0]}: {error.strerror}") from error
     if done.returncode:
-        lines = [line for line in done.stderr.splitlines() if line.strip()]
-        said = (
-            [line for line in lines if "error" in line] or lines or [f"ended by {done.returncode}"]
-        )
-        raise NotCompiled(f"{command[0]}: {said[0]}")
+        said = [line for line in done.stderr.splitlines() if line.strip()]
+        first = [line for line in said if "error" in line] or said
+        raise NotCompiled(f"{command[0]}: {[*first, f'ended by {done.returncode}'][0]}")
 
 
 def kept(name: str, kernels: str) -> str:
     """Core of a shipped scene from the user's cache, compiled there at the first use.
 
-    Empty without a compiler, and after a line on the standard error if it fails.
+    Empty without a compiler, and after a line on the standard error if it fails. A file that cannot
+    be loaded, cut or for another machine, is compiled again.
     """
-    from sysconfig import get_platform
+    import ctypes
+    import platform
 
     from platformdirs import user_cache_dir
 
     from capsule_sym._folders import digest_of_sources
 
     digest = digest_of_sources([kernels])[:16]
+    machine = f"{sys.platform}{platform.libc_ver()[0]}-{platform.machine()}"
     home = user_cache_dir("capsule-sym", appauthor=False)
-    path = os.path.join(home, f"{name}-{get_platform()}-{digest}", CORE)
-    if not os.path.isfile(path) and compiler():
-        print(f"compiling the C core of scene {name}, once: about 15 s", file=sys.stderr)
+    path = os.path.join(home, f"{name}-{machine}-{digest}", CORE)
+    if os.path.isfile(path):
         try:
-            compiled(kernels, path, lambda done, total: None)
-        except NotCompiled as error:
-            print(f"no C core of scene {name}: {error}", file=sys.stderr)
+            ctypes.CDLL(path)
+            return path
+        except OSError:
+            os.unlink(path)
+    if not compiler():
+        return ""
+    print(f"compiling the C core of scene {name}, once: about 15 s", file=sys.stderr)
+    try:
+        compiled(kernels, path, lambda done, total: None)
+    except NotCompiled as error:
+        print(f"no C core of scene {name}: {error}", file=sys.stderr)
     return path if os.path.isfile(path) else ""

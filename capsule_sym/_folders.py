@@ -29,8 +29,8 @@ def digest_of(data: bytes) -> str:
 
 def digest_of_sources(further: Iterable[str] = ()) -> str:
     """Digest of the C sources from which cores are compiled, and of those in further folders."""
-    folders = (str(_HERE / "_native"), *further)
-    paths = (path for folder in folders for path in sorted(Path(folder).iterdir()))
+    folders = (_HERE / "_native", *map(Path, further))
+    paths = (path for folder in folders for path in sorted(folder.iterdir()))
     texts = (path.read_bytes() for path in paths if path.suffix in (".c", ".h"))
     return digest_of(b"\0".join(texts))
 

@@ -32,6 +32,7 @@ from capsule_sym import (
     scenes,
     simulate,
 )
+from capsule_sym._compile import CORE
 from capsule_sym._figures.computed import orbit_of
 from capsule_sym._folders import digest_of
 from capsule_sym._sweeps.files import sealed
@@ -214,7 +215,7 @@ BROKEN: dict[str, tuple[Edit, str]] = {
         lambda f: (f / "facts").mkdir() or (f / "facts" / "__init__.py").write_text(PLANTED),
         "facts/__init__.py is not of it: remove that",
     ),
-    "further core": (lambda f: (f / "core.so.1").touch(), "core.so.1 is not of it"),
+    "further core": (lambda f: (f / CORE).touch(), f"{CORE} is not of it"),
     "linked file": (lambda f: linked(f, "facts.py"), "facts.py is a link"),
     "linked folder": (lambda f: linked(f, "c"), "c is not of it"),
     "linked manifest": (lambda f: linked(f, "manifest.json"), "its manifest.json is damaged"),
@@ -228,7 +229,7 @@ BROKEN: dict[str, tuple[Edit, str]] = {
         "manifest.json is damaged",
     ),
     "core of another version": (
-        entry(core={"core.so.1": ""}, core_sources="0"),
+        entry(core={CORE: ""}, core_sources="0"),
         "another version compiled its core; " + AGAIN + " --core",
     ),
     "file a folder": (

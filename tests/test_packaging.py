@@ -280,6 +280,7 @@ def test_a_wheel_declares_and_compiles_a_scene_with_a_compiler_alone(whole, tmp_
 def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Path) -> None:
     assert [path.name for path in plain.rglob("_binding.*")] == ["_binding.pyx"]
     assert not [*plain.rglob(CORE)]
+    assert len([*plain.glob("capsule_sym/codegen/inputs/*.toml")]) == 2
     (about,) = plain.glob("*.dist-info")
     assert {path.name for path in plain.iterdir()} == {"capsule_sym", about.name}
     explorer = "capsule_sym/_explorer/page.html"

@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from importlib.util import find_spec
 from typing import Any
 
 from capsule_sym._errors import InvalidInput
@@ -160,7 +161,7 @@ def _is_compiled(scene: Scene) -> bool:
 
 def how_compiled(scene: Scene) -> str:
     """Command or advice to compile the core of a scene."""
-    if scene.source in SHIPPED:
+    if scene.source in SHIPPED or find_spec("capsule_sym._native._binding") is None:
         return "run make core in a clone, or install capsule-sym where there is a C compiler"
     return f"run python -m capsule_sym.codegen --scene FILE --out {scene.source} --core"
 

@@ -51,8 +51,7 @@ def short_run(
 
     It takes the same steps as `NativeRun`, in one call.
     """
-    most = core(parameters.scene).ROWS
-    if periods >= (_SHORT if whole else most):
+    if (whole and periods >= _SHORT) or periods >= core(parameters.scene).ROWS:
         return None
     native = evaluation.borrowed(parameters)
     precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE

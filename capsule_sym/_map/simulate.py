@@ -131,6 +131,7 @@ def simulate(
     if unlimited and chosen == "c" and isinstance(kept, str) and kept in ("final", "segments"):
         short = short_run(parameters, *start, escalate, kept == "segments")
         if short is not None:
+            check_time()  # of the work that contains this run
             return short
     found = run(parameters, start, kept, max_segments, watch, chosen, escalate, progress)
     check_time()  # of the work that contains this run

@@ -18,7 +18,7 @@ __all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "core_of", "liv
 
 
 class StaleCore(CapsuleError, ImportError):
-    """Raised if a compiled core is not that of the package's kernels and sources."""
+    """Raised if a compiled core is not that of the package's kernels."""
 
 
 def _opened(binding: Any, path: str, scene: Scene) -> Any:
@@ -44,7 +44,7 @@ def _opened(binding: Any, path: str, scene: Scene) -> Any:
 def core_of(scene: Scene) -> Any:
     """Core of a scene; None if it was not compiled. One that ships is compiled at its first use.
 
-    Raises StaleCore if it was compiled from other kernels or sources.
+    Raises StaleCore if it was compiled from other kernels, or is for another machine.
     """
     if find_spec(name := f"{__name__}._binding") is None:
         return None
@@ -53,7 +53,7 @@ def core_of(scene: Scene) -> Any:
     if scene.source in SHIPPED:
         path = join(dirname(dirname(binding.__file__)), "generated", scene.source, CORE)
         if not isfile(path):
-            path = kept(scene.source, join(import_module(scene.package).__path__[0], "c"))
+            path = kept(scene.source, join(dirname(scene.facts.__file__), "c"))
     return _opened(binding, path, scene) if isfile(path) else None
 
 

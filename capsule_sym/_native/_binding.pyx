@@ -101,9 +101,7 @@ ctypedef struct attention:
 cdef int _ask(void *about) noexcept nogil:
     cdef attention *a = <attention *> about
     cdef double time = now()
-    if a.stopped or time > a.deadline:
-        a.stopped = True
-    elif a.flag is not NULL and (<const volatile int *> a.flag)[0]:
+    if a.stopped or time > a.deadline or (a.flag is not NULL and (<const volatile int *> a.flag)[0]):
         a.stopped = True
     elif a.signals and not (0.0 <= time - a.looked < 0.01):
         a.looked = time
@@ -183,8 +181,7 @@ cdef class Core:
     # of another version, and for structs of another layout.
 
     DONE, FULL, OPEN, STOPPED, REFUSED = [int(stop) for stop in Stop]
-    ROWS = _ROWS
-    # Least rows of a strobe whose rows are reused.
+    ROWS = _ROWS  # least rows of a strobe whose rows are reused
     cdef const capsule_core_table *table
     cdef object kept
     cdef readonly object records, library
@@ -358,7 +355,7 @@ cdef class Fields:
     cdef void *map
     cdef double[::1] parameters
 
-    def __cinit__(self, Core core, parameters, bint whole):
+    def __cinit__(self, Core core not None, parameters, bint whole):
         self.core, self.table = core, core.table
         self.parameters = np.array(parameters, dtype=float)
         _need(self.parameters.shape[0] == self.table.parameters, "parameters", (self.table.parameters,))
@@ -618,7 +615,7 @@ cdef class Map(Fields):
         cdef size_t done, n = times.shape[0], count = len(segments)
         cdef void *records = _memory(segments, self.core.records.SEGMENT, -1, True)
         _need(switches.shape[0] + 1 == <Py_ssize_t> count and switches.shape[1] == self.table.slopes,
-              "switches", (count - 1, self.table.slopes))
+              "switches", (<Py_ssize_t> count - 1, self.table.slopes))
         _need(<size_t> slopes.shape[0] == n and slopes.shape[1] == 4 and
               slopes.shape[2] == self.table.columns, "slopes", (n, 4, self.table.columns))
         cdef attention a

@@ -31,8 +31,10 @@ endif()
 foreach(SCENE ${CORES})
     add_library(core_${SCENE} MODULE ${SOURCES} ${GENERATED}/${SCENE}/c/capsule_kernels.c)
     capsule_settings(core_${SCENE} ${GENERATED}/${SCENE}/c)
-    target_compile_definitions(core_${SCENE} PRIVATE CAPSULE_EXPORTS)
+    # Elsewhere `capsule_core` is exported, and no more: calls within the library stay within it, whatever
+    # else is loaded.
     if(WIN32)
+        target_compile_definitions(core_${SCENE} PRIVATE CAPSULE_EXPORTS)
         set(SUFFIX .dll)
     else()
         set(SUFFIX .so.1) # no module for Python
@@ -41,7 +43,3 @@ foreach(SCENE ${CORES})
         LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/${SCENE})
     install(TARGETS core_${SCENE} DESTINATION capsule_sym/generated/${SCENE})
 endforeach()
-
-# What the generator reads, so that a scene of one's own is derived from an installed package.
-file(GLOB INPUTS CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/../../codegen/*.toml)
-install(FILES ${INPUTS} DESTINATION capsule_sym/codegen/inputs)

@@ -17,10 +17,7 @@ static void make(const double *parameters, void *map, char how)
         NUMBERS(parameters), map);
 }
 
-static const capsule_constants *field_of(const void *map, int field)
-{
-    return &((const capsule_map *)map)->field[field - 1];
-}
+#define FIELD_OF(map, number) (&((const capsule_map *)(map))->field[(number) - 1])
 
 #if CAPSULE_PULSED
 #define RESONANCE(of)
@@ -33,14 +30,14 @@ static const capsule_constants *field_of(const void *map, int field)
 
 static void constants_of(const void *map, int field, double *constants)
 {
-    const capsule_constants *const c = field_of(map, field);
+    const capsule_constants *const c = FIELD_OF(map, field);
 #define WRITTEN(name) *constants++ = c->name;
     CONSTANTS(WRITTEN)
 }
 
 static void closed_form(const void *map, int field, const double *start, double h, double *values, double *rows)
 {
-    const capsule_constants *const c = field_of(map, field);
+    const capsule_constants *const c = FIELD_OF(map, field);
     const capsule_start *const at = (const capsule_start *)start;
     values[2] = values[3] = 0.0;
     capsule_flow(c, at, h, values);
@@ -52,7 +49,7 @@ static void closed_form(const void *map, int field, const double *start, double 
 static int extrema(const void *map, int field, const double *start, int quantity, int zeros,
                    double duration, capsule_extremum *found, int room)
 {
-    return capsule_find_extrema(field_of(map, field), (const capsule_start *)start,
+    return capsule_find_extrema(FIELD_OF(map, field), (const capsule_start *)start,
                                 (capsule_quantity)quantity, zeros, duration, found, room);
 }
 
@@ -185,7 +182,7 @@ static void steady_many(const double *parameters, const void *states, double (*s
     const capsule_state *const records = states;
     const capsule_event *const passed = events;
     capsule_motion *const found = motions;
-    int stopped = 0, made = 0;
+    int stopped = 0;
     capsule_outcome open;
     for (size_t i = 0; i < count; i++) {
         if (stops[i] != CAPSULE_DONE)
@@ -194,8 +191,7 @@ static void steady_many(const double *parameters, const void *states, double (*s
             stops[i] = CAPSULE_STOPPED;
             continue;
         }
-        (made ? capsule_map_remake : capsule_map_make)(NUMBERS(parameters) + i, map);
-        made = 1;
+        capsule_map_remake(NUMBERS(parameters) + i, map);
         stops[i] = (int8_t)capsule_steady(map, &records[i], strobe + i * ((size_t)periods + 1) + 1,
                                           periods, tolerance, events, room, watch, &found[i], &open);
         for (int k = 0; k < found[i].switches; k++)

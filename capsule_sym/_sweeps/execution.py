@@ -308,14 +308,13 @@ def _send(executor: futures.Executor, part: Sweep) -> futures.Future[Block]:
 
     No two calls have equal arguments: Dask takes such calls for one, which it may have cancelled.
     """
-    return executor.submit(
-        _compute_in, part.parameters.scene.source, pickle.dumps(part), token_hex(8)
-    )
+    source, pickled = part.parameters.scene.source, pickle.dumps(part)
+    return executor.submit(_in_scene, compute, source, pickled, token_hex(8))
 
 
-def _compute_in(source: str, part: bytes, once: str) -> Block:
+def _in_scene(work: Callable[[Sweep], Block], source: str, part: bytes, once: str) -> Block:
     load(source)
-    return compute(pickle.loads(part))
+    return work(pickle.loads(part))
 
 
 def _reason(error: Exception) -> str:

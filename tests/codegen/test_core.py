@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from capsule_sym._compile import kept
+from capsule_sym._native import core
 from capsule_sym.codegen import __main__ as command
 
 ROOT = Path(__file__).parents[2]
@@ -31,6 +33,36 @@ def test_a_core_of_its_own_is_beside_code_of_its_own(given: list[str]) -> None:
     done = CliRunner().invoke(command.main, ["--core", *given])
     assert done.exit_code == 2
     assert done.output == "error: --core needs --scene FILE or --out, and no --check\n"
+
+
+@pytest.mark.skipif(core is None or sys.platform == "win32", reason="no core, or no shell")
+def test_a_core_that_ships_is_compiled_once_and_anew_where_it_cannot_be_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    compiler = tmp_path / "cc"
+    compiler.write_text(f'#!/bin/sh\nfor out; do :; done\ncp {core.library._name} "$out"\n')
+    compiler.chmod(0o755)
+    monkeypatch.setenv("CC", str(compiler))
+
+    def tried(home: Path, said: str) -> str:
+        monkeypatch.setenv("XDG_CACHE_HOME", str(home))
+        path = kept("slope", str(ROOT / "generated" / "slope" / "c"))
+        told = capfd.readouterr().err
+        assert said in told if said else not told
+        return path
+
+    once, first, second = "compiling the C core of scene slope", tmp_path / "1", tmp_path / "2"
+    path = tried(first, once)
+    assert tried(first, "") == path
+    cut = second / Path(path).relative_to(first)
+    cut.parent.mkdir(parents=True)
+    cut.write_bytes(b"cut")
+    assert tried(second, once) == str(cut)
+    assert cut.read_bytes() == Path(core.library._name).read_bytes()
+    assert tried(compiler, "cannot be written") == ""
+    compiler.write_text("#!/bin/sh\necho 'a.c:1: error: wrong' >&2\nkill -9 $$\n")
+    assert tried(tmp_path / "3", "cc: a.c:1: error: wrong") == ""
+    assert not [*(tmp_path / "3").rglob("*.*")]
 
 
 @pytest.mark.long

@@ -66,6 +66,22 @@ def test_a_library_that_is_not_the_core_of_these_kernels_is_refused(monkeypatch,
             native._opened(binding, str(wrong), CAPSULE)
 
 
+@pytest.mark.parametrize("phase", [0.0, 1.25])
+@pytest.mark.parametrize("alpha", [0.0, 0.25, 1.2])
+def test_a_short_call_gives_what_the_general_one_does(alpha: float, phase: float) -> None:
+    for p in (Parameters(alpha=alpha), scenes.prototype.Parameters(alpha=alpha + 0.1)):
+        for periods in (1, 12):
+            short = simulate(p, (0.1, 0.2, 0.0), phase, periods)
+            general = simulate(p, (0.1, 0.2, 0.0), phase, periods, progress=[].append)
+            for name in ("records", "stroboscopic", "stroboscopic_periods"):
+                one, other = getattr(short, name), getattr(general, name)
+                np.testing.assert_array_equal(one, other)
+                assert one.dtype == other.dtype
+                assert not one.flags.writeable
+            for name in ("origin", "final", "advance", "statistics", "status", "message"):
+                assert getattr(short, name) == getattr(general, name)
+
+
 @pytest.mark.parametrize("gamma", ["3.3", "3.0"])
 def test_final_states_have_all_digits_of_independent_truth(gamma: str) -> None:
     truth = json.loads((DATA / f"reference_gamma{gamma.replace('.', '')}.json").read_text())

@@ -86,7 +86,7 @@ class Here(Executor):
         if len(self.parts) == self.stop_after:
             raise KeyboardInterrupt
         future: Future[Any] = Future()
-        key = pickle.dumps((fn, args))
+        key = pickle.dumps(args[1:])
         assert key not in self.keys
         self.keys.add(key)
         try:
@@ -95,7 +95,7 @@ class Here(Executor):
             future.set_result(fn(*args, **kwargs))
         except Exception as error:
             future.set_exception(error)
-        self.parts.append(pickle.loads(args[1]))
+        self.parts.append(pickle.loads(args[2]))
         return future
 
 
