@@ -53,7 +53,7 @@ def core_of(scene: Scene) -> Any:
     if scene.source in SHIPPED:
         path = join(dirname(dirname(binding.__file__)), "generated", scene.source, CORE)
         if not isfile(path):
-            path = kept(scene.source, join(dirname(scene.facts.__file__), "c"))
+            path = kept(scene.source, join(dirname(str(scene.facts.__file__)), "c"))
     return _opened(binding, path, scene) if isfile(path) else None
 
 
