@@ -67,14 +67,9 @@ def short_run(
         strobe[0], first = values, 0 if phase == 0.0 else 1
         kept = Kept("segments", segments, strobe[first:], np.arange(first, periods + 1))
     state, position, passed, angle, *took = found
-    origin, final = (
-        (Instant(0, phase, parameters.omega), values),
-        instant(passed, angle, parameters.omega),
-    )
-    reason = Status.FINISHED, FINISHED
-    return Trajectory(
-        parameters, "c", origin, (final, state), position, *reason, Statistics(*took), kept
-    )
+    origin, end = Instant(0, phase, parameters.omega), instant(passed, angle, parameters.omega)
+    ends, reason = ((origin, values), (end, state)), (Status.FINISHED, FINISHED)
+    return Trajectory(parameters, "c", *ends, position, *reason, Statistics(*took), kept)
 
 
 class NativeRun:

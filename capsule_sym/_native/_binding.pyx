@@ -419,7 +419,10 @@ cdef class Fields:
         flow = self.core.records.SEGMENT_FLOW
         end = count * flow.itemsize // 8
         parts = np.split(block[room[0] :], np.cumsum([(count + 1) * 3 * columns, unknowns * columns]))
-        return (block[:end].view(flow), parts[0].reshape(count + 1, 3, columns), block[end : end + unknowns],
+        return (
+            block[:end].view(flow),
+            parts[0].reshape(count + 1, 3, columns),
+            block[end : end + unknowns],
             parts[1].reshape(unknowns, columns),
             parts[2][:columns],
             advance,

@@ -149,6 +149,14 @@ static int over(capsule_watch *watch, int *stopped)
     return *stopped = *stopped || capsule_asked(watch, MAP_WORK);
 }
 
+/* True if a row is left: its stop is not CAPSULE_DONE, or becomes CAPSULE_STOPPED. */
+static int passed_over(int8_t *stop, capsule_watch *watch, int *stopped)
+{
+    if (*stop == CAPSULE_DONE && over(watch, stopped))
+        *stop = CAPSULE_STOPPED;
+    return *stop != CAPSULE_DONE;
+}
+
 static void start_many(const double *parameters, const double (*starts)[3], const double *phases,
                        void *states, size_t count, void *map, capsule_watch *watch)
 {
@@ -185,12 +193,8 @@ static void steady_many(const double *parameters, const void *states, double (*s
     int stopped = 0;
     capsule_outcome open;
     for (size_t i = 0; i < count; i++) {
-        if (stops[i] != CAPSULE_DONE)
+        if (passed_over(&stops[i], watch, &stopped))
             continue;
-        if (over(watch, &stopped)) {
-            stops[i] = CAPSULE_STOPPED;
-            continue;
-        }
         capsule_map_remake(NUMBERS(parameters) + i, map);
         stops[i] = (int8_t)capsule_steady(map, &records[i], strobe + i * ((size_t)periods + 1) + 1,
                                           periods, tolerance, events, room, watch, &found[i], &open);
@@ -210,12 +214,8 @@ static void orbit_many(const double *parameters, const double (*states)[3],
     capsule_orbit *const found = orbits;
     int stopped = 0;
     for (size_t i = 0; i < count; i++) {
-        if (stops[i] != CAPSULE_DONE)
+        if (passed_over(&stops[i], watch, &stopped))
             continue;
-        if (over(watch, &stopped)) {
-            stops[i] = CAPSULE_STOPPED;
-            continue;
-        }
         capsule_map_remake(NUMBERS(parameters) + i, map);
         stops[i] = (int8_t)capsule_solve_orbit(map, states[i], period_numbers[i], &request, &found[i]);
         for (size_t k = 0; k < kept; k++)
