@@ -69,6 +69,7 @@ class Drawn(SphinxDirective):
     option_spec: ClassVar[dict[str, Any]] = {
         "alt": directives.unchanged_required,
         "alone": directives.flag,  # the narrow figure, without the code
+        "bare": directives.flag,  # the figure of the screen's width, without the code
     }
 
     def run(self) -> list[nodes.Node]:
@@ -91,7 +92,7 @@ class Drawn(SphinxDirective):
                     shutil.copy(one, empty)
                 (_command if shell else _draw)(text, folder / name)
         widths = [one for one in ("wide", "narrow") if (folder / f"{name}.{one}.svg").exists()]
-        alone = "alone" in self.options
+        alone, bare = "alone" in self.options, {"alone", "bare"} & set(self.options)
         shown: list[nodes.Node] = []
         for width in widths[-1:] if alone else widths:
             uri = f"/{os.path.relpath(folder, self.env.srcdir)}/{name}.{width}.svg"
@@ -100,7 +101,7 @@ class Drawn(SphinxDirective):
                 classes.append("coloured")  # areas, whose colours dark pages do not exchange
             shown.append(nodes.image(uri=uri, alt=self.options["alt"], classes=classes))
         code = nodes.literal_block(text, text, language="sh" if shell else "python")
-        return [nodes.container("", *shown, classes=["picture"]), *([] if alone else [code])]
+        return [nodes.container("", *shown, classes=["picture"]), *([] if bare else [code])]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
