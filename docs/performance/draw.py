@@ -9,11 +9,11 @@ from capsule_sym import figure_style
 
 
 @figure_style()
-def draw() -> Figure:
+def draw(width: float = 5.4) -> Figure:
     """Draw a circle for each tool, open if it missed or invented a switch."""
     with Path("speed.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    figure = Figure(figsize=(5.4, 3.6), layout="constrained")
+    figure = Figure(figsize=(width, 3.6), layout="constrained")
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log", xlim=(1, 5e5), ylim=(1e-16, 1e-1))
     axes.set(xlabel="processor time (µs a period)", ylabel="error of the final state")
