@@ -15,7 +15,7 @@ def draw(width: float = 5.4) -> Figure:
         rows = list(csv.DictReader(file))
     figure = Figure(figsize=(width, 3.6), layout="constrained")
     axes = figure.subplots()
-    axes.set(xscale="log", yscale="log", xlim=(1, 5e5), ylim=(1e-16, 1e-1))
+    axes.set(xscale="log", yscale="log", xlim=(1, 2e6), ylim=(1e-16, 1e-1))
     axes.set(xlabel="processor time (µs a period)", ylabel="error of the final state")
     for row in rows:
         x, y, wrong = float(row["microseconds"]), float(row["error"]), int(row["wrong"])
