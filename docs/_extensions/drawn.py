@@ -79,6 +79,8 @@ class Drawn(SphinxDirective):
         source = Path(self.env.doc2path(self.env.docname))
         page = source.read_text(encoding="utf-8")
         beside = sorted(source.with_suffix("").glob("*.*"))
+        for one in beside:
+            self.env.note_dependency(str(one))
         device = re.findall(r"^```toml\n(.*?)^```$", page, re.M | re.S)[-1:]
         known = "".join([text, *device]).encode() + b"".join(one.read_bytes() for one in beside)
         name = hashlib.sha256(known).hexdigest()[:16]
