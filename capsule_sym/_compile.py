@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
 
 from capsule_sym._errors import CapsuleError, InvalidInput
 
@@ -26,7 +28,9 @@ def compiler() -> list[str]:
     from shlex import split
     from shutil import which
 
-    named = split(os.environ.get("CC", ""), posix=os.name != "nt")
+    named: list[str] = []
+    with suppress(ValueError):  # of a quotation without its end
+        named = split(os.environ.get("CC", ""), posix=os.name != "nt")
     return named if named and which(named[0]) else [*filter(which, ("cc", "gcc", "clang"))][:1]
 
 
@@ -76,13 +80,30 @@ def _run(command: list[str]) -> None:
         raise NotCompiled(f"{command[0]}: {[*first, f'ended by {done.returncode}'][0]}")
 
 
+def opened(path: str) -> Any:
+    """Library at a path; raises OSError for one that cannot be loaded.
+
+    The loader of Linux ends the process where a file is cut. Its last part there is the table of
+    sections, whose place and size are in its head (64 bits).
+    """
+    import ctypes
+    from struct import unpack_from
+
+    with open(path, "rb") as file:
+        head = file.read(64)
+    if head[:5] == b"\x7fELF\2" and len(head) == 64:
+        (begin,), (size, count) = unpack_from("=Q", head, 40), unpack_from("=2H", head, 58)
+        if os.path.getsize(path) < begin + size * count:
+            raise OSError("the file is cut")
+    return ctypes.CDLL(path)
+
+
 def kept(name: str, kernels: str) -> str:
     """Core of a shipped scene from the user's cache, compiled there at the first use.
 
     Empty without a compiler, and after a line on the standard error if it fails. A file that cannot
     be loaded, cut or for another machine, is compiled again.
     """
-    import ctypes
     import platform
 
     from platformdirs import user_cache_dir
@@ -95,7 +116,7 @@ def kept(name: str, kernels: str) -> str:
     path = os.path.join(home, f"{name}-{machine}-{digest}", CORE)
     if os.path.isfile(path):
         try:
-            ctypes.CDLL(path)
+            opened(path)
             return path
         except OSError:
             os.unlink(path)

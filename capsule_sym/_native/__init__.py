@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from os.path import dirname, isfile, join
 from typing import Any
 
-from capsule_sym._compile import CORE, kept
+from capsule_sym._compile import CORE, kept, opened
 from capsule_sym._errors import CapsuleError
 from capsule_sym._native.watch import TimeUp, Watch, check_time, present
 from capsule_sym._parameters import CAPSULE, SHIPPED, Scene
@@ -27,7 +27,7 @@ def _opened(binding: Any, path: str, scene: Scene) -> Any:
     if scene.source not in SHIPPED:
         again = f"`python -m capsule_sym.codegen --scene FILE --out {scene.source} --core`"
     try:
-        library = ctypes.CDLL(path)
+        library = opened(path)
         table = library.capsule_core
         table.restype = ctypes.c_void_p
         core = binding.Core(table(), scene.records, library)

@@ -1,14 +1,16 @@
 """The compiled core of a scene of one's own, by one command."""
 
+import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym._compile import kept
+from capsule_sym._compile import compiler, kept
 from capsule_sym._native import core
 from capsule_sym.codegen import __main__ as command
 
@@ -39,10 +41,10 @@ def test_a_core_of_its_own_is_beside_code_of_its_own(given: list[str]) -> None:
 def test_a_core_that_ships_is_compiled_once_and_anew_where_it_cannot_be_loaded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    compiler = tmp_path / "cc"
-    compiler.write_text(f'#!/bin/sh\nfor out; do :; done\ncp {core.library._name} "$out"\n')
-    compiler.chmod(0o755)
-    monkeypatch.setenv("CC", str(compiler))
+    fake = tmp_path / "cc"
+    fake.write_text(f'#!/bin/sh\nfor out; do :; done\ncp {core.library._name} "$out"\n')
+    fake.chmod(0o755)
+    monkeypatch.setenv("CC", str(fake))
 
     def tried(home: Path, said: str) -> str:
         monkeypatch.setenv("XDG_CACHE_HOME", str(home))
@@ -59,10 +61,33 @@ def test_a_core_that_ships_is_compiled_once_and_anew_where_it_cannot_be_loaded(
     cut.write_bytes(b"cut")
     assert tried(second, once) == str(cut)
     assert cut.read_bytes() == Path(core.library._name).read_bytes()
-    assert tried(compiler, "cannot be written") == ""
-    compiler.write_text("#!/bin/sh\necho 'a.c:1: error: wrong' >&2\nkill -9 $$\n")
+    assert tried(fake, "cannot be written") == ""
+    fake.write_text("#!/bin/sh\necho 'a.c:1: error: wrong' >&2\nkill -9 $$\n")
     assert tried(tmp_path / "3", "cc: a.c:1: error: wrong") == ""
     assert not [*(tmp_path / "3").rglob("*.*")]
+
+
+@pytest.mark.skipif(core is None or sys.platform == "win32", reason="no core, or no shell")
+def test_two_processes_that_compile_a_core_at_once_both_have_a_whole_one(tmp_path: Path) -> None:
+    """Both are in the compiler before either goes on."""
+    fake, met, slope = tmp_path / "cc", tmp_path / "met", ROOT / "generated" / "slope" / "c"
+    met.mkdir()
+    wait = f'touch {met}/$PPID\nuntil [ "$(ls {met} | wc -l)" -eq 2 ]; do sleep .01; done'
+    copy = f'for out; do :; done\ncp {core.library._name} "$out"'
+    fake.write_text(f"#!/bin/sh\n{wait}\n{copy}\n")
+    fake.chmod(0o755)
+    call = f"from capsule_sym._compile import kept; print(kept('slope', {str(slope)!r}))"
+    named = {**os.environ, "CC": str(fake), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    how: dict[str, Any] = {"env": named, "stdout": subprocess.PIPE, "text": True}
+    both = [subprocess.Popen([sys.executable, "-c", call], **how) for _ in range(2)]
+    (path,) = {Path(one.communicate()[0].strip()) for one in both}
+    assert path.read_bytes() == Path(core.library._name).read_bytes()
+    assert [*path.parent.iterdir()] == [path]
+
+
+def test_a_compiler_that_cannot_be_read_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "gcc 'no end")
+    assert compiler() == [*filter(shutil.which, ("cc", "gcc", "clang"))][:1]
 
 
 @pytest.mark.long
