@@ -10,20 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 import capsule_sym
-from capsule_sym import (
-    InvalidInput,
-    Orbit,
-    Parameters,
-    PhysicalParameters,
-    Pulse,
-    PulseStatus,
-    SceneParameters,
-    scenes,
-    simulate,
-    simulate_many,
-    solve_orbit,
-    switch_by_pulse,
-)
+import capsule_sym as cs
 from capsule_sym._attractors.pulse_search import intervals
 from capsule_sym._cli import main
 from capsule_sym._native import Watch
@@ -31,30 +18,30 @@ from capsule_sym._orbits.metrics.work import drive_force, drive_work
 from tests.design.clock import LIMIT, Clock
 
 # Two motions of about the same speed, backward and forward.
-BOTH_WAYS = Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
+BOTH_WAYS = cs.Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
 BACK, FORTH = (0.5, -0.9, -0.9), (0.4, 0.9, 0.1)
 # From the second motion no pulse of fewer than four periods leads to the first.
-LONG = Parameters(alpha=0.85, omega=0.746, delta=0.375, zeta=0.035, beta=15.0, gamma=5.9)
+LONG = cs.Parameters(alpha=0.85, omega=0.746, delta=0.375, zeta=0.035, beta=15.0, gamma=5.9)
 LONG_STARTS = (0.5, -0.9, -0.9), (0.8, -0.4, -0.7)
 # Motions of two periods, forward and backward.
-DOUBLE = Parameters(alpha=2.8, omega=1.146, delta=0.437, zeta=0.02, beta=24.0, gamma=4.8)
+DOUBLE = cs.Parameters(alpha=2.8, omega=1.146, delta=0.437, zeta=0.02, beta=24.0, gamma=4.8)
 DOUBLE_STARTS = (-1.9, 1.3, 0.8), (0.5, -0.9, -0.9)
 SETTLED = 300  # excitation periods after which the runs of these tests are at rest on an orbit
 
 
-def motions(parameters: SceneParameters, *starts: tuple[float, float, float]) -> list[Orbit]:
+def motions(parameters: cs.SceneParameters, *starts: tuple[float, float, float]) -> list[cs.Orbit]:
     """The motions that starts settle on."""
-    return [solve_orbit(parameters, start) for start in starts]
+    return [cs.solve_orbit(parameters, start) for start in starts]
 
 
-def cycle(parameters: SceneParameters, start: tuple[float, ...], length: int) -> np.ndarray:
+def cycle(parameters: cs.SceneParameters, start: tuple[float, ...], length: int) -> np.ndarray:
     """The states at phase 0 of the motion that a run from a start settles on."""
-    run = simulate(parameters, start, periods=SETTLED + length - 1, keep="stroboscopic")
+    run = cs.simulate(parameters, start, periods=SETTLED + length - 1, keep="stroboscopic")
     return np.array(run.stroboscopic[-length:])
 
 
 def leads(
-    system: SceneParameters,
+    system: cs.SceneParameters,
     marks: np.ndarray,
     state: np.ndarray,
     name: str,
@@ -63,15 +50,15 @@ def leads(
 ) -> np.ndarray:
     """Mask of pulses from a state that end on the motion with these states, by runs alone."""
     pulsed = [system.replace(**{name: value}) for value in values.tolist()]
-    after = simulate_many(pulsed, state, periods=periods).states
-    ends = simulate_many([system] * len(values), after, periods=SETTLED).states
+    after = cs.simulate_many(pulsed, state, periods=periods).states
+    ends = cs.simulate_many([system] * len(values), after, periods=SETTLED).states
     return abs(ends[:, None] - marks).max(axis=2).min(axis=1) < 1e-6
 
 
 @pytest.fixture(scope="module")
-def reversal() -> Pulse:
+def reversal() -> cs.Pulse:
     """From backward to forward, the shortest pulse."""
-    return switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH))
+    return cs.switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH))
 
 
 class Line:
@@ -113,7 +100,7 @@ def test_a_pulse_reverses_the_direction_as_the_map_itself_does(reversal) -> None
 
 
 def test_the_frequency_may_be_what_changes() -> None:
-    found = switch_by_pulse(*motions(BOTH_WAYS, FORTH, BACK), {"omega": (0.3, 0.6)})
+    found = cs.switch_by_pulse(*motions(BOTH_WAYS, FORTH, BACK), {"omega": (0.3, 0.6)})
     marks, state = cycle(BOTH_WAYS, BACK, 1), cycle(BOTH_WAYS, FORTH, 1)[0]
     low, high = found.interval
     values = np.array([low + 1e-7, found.value, high - 1e-7])
@@ -148,8 +135,8 @@ def test_the_frequency_may_be_what_changes() -> None:
     ],
 )
 def test_pulses_switch_in_other_scenes(scene, given, starts) -> None:
-    system = getattr(scenes, scene).Parameters(**given)
-    found = switch_by_pulse(*motions(system, *starts))
+    system = getattr(cs.scenes, scene).Parameters(**given)
+    found = cs.switch_by_pulse(*motions(system, *starts))
     assert found.success
     marks = cycle(system, starts[1], found.end.itinerary.period_number)
     values, name = np.array([found.value, *found.interval]), found.parameter
@@ -158,7 +145,7 @@ def test_pulses_switch_in_other_scenes(scene, given, starts) -> None:
 
 @pytest.mark.long
 def test_no_shorter_pulse_is_found_by_trying_all() -> None:
-    found = switch_by_pulse(*motions(LONG, *LONG_STARTS))
+    found = cs.switch_by_pulse(*motions(LONG, *LONG_STARTS))
     marks, state = cycle(LONG, LONG_STARTS[1], 1), cycle(LONG, LONG_STARTS[0], 1)[0]
     values = np.linspace(0, 2 * LONG.alpha, 1001)
     shorter = [leads(LONG, marks, state, "alpha", values, n) for n in range(1, found.periods)]
@@ -170,7 +157,7 @@ def test_no_shorter_pulse_is_found_by_trying_all() -> None:
 
 @pytest.mark.long
 def test_of_a_motion_of_two_periods_the_pulse_begins_at_the_better_one() -> None:
-    found = switch_by_pulse(*motions(DOUBLE, *DOUBLE_STARTS))
+    found = cs.switch_by_pulse(*motions(DOUBLE, *DOUBLE_STARTS))
     marks = cycle(DOUBLE, DOUBLE_STARTS[1], 2)
     widths = [0.0, 0.0]
     values = np.linspace(0, 2 * DOUBLE.alpha, 201)
@@ -178,7 +165,7 @@ def test_of_a_motion_of_two_periods_the_pulse_begins_at_the_better_one() -> None
         # The pulse begins at `found.state`, or a period later.
         state = found.state
         if begins:
-            state = simulate(DOUBLE, found.state, periods=1, keep="final").final[1]
+            state = cs.simulate(DOUBLE, found.state, periods=1, keep="final").final[1]
         good = leads(DOUBLE, marks, np.array(state), "alpha", values, found.periods)
         runs = np.diff(np.flatnonzero(np.diff(np.concatenate([[0], good, [0]]).astype(int))))[::2]
         widths[begins] = runs.max(initial=0) * values[1]
@@ -189,8 +176,8 @@ def test_of_a_motion_of_two_periods_the_pulse_begins_at_the_better_one() -> None
 
 @pytest.mark.parametrize("scene", ["capsule", "reaction", "prototype"])
 def test_work_and_force_of_the_drive_are_those_of_a_quadrature(scene) -> None:
-    system = getattr(scenes, scene).Parameters(alpha=1.3)
-    run = simulate(system, (0.2, 0.1, 0.0), 0.3, periods=3)
+    system = getattr(cs.scenes, scene).Parameters(alpha=1.3)
+    run = cs.simulate(system, (0.2, 0.1, 0.0), 0.3, periods=3)
     ends = run.span[0] + np.cumsum([0.0, *run.records["duration"]])
 
     def force(time: float) -> float:
@@ -211,12 +198,12 @@ def test_work_and_force_of_the_drive_are_those_of_a_quadrature(scene) -> None:
 @pytest.mark.long
 def test_no_pulse_takes_less_work_than_the_least() -> None:
     ends = motions(BOTH_WAYS, BACK, FORTH)
-    found = switch_by_pulse(*ends, least="work", most_periods=1, margin=0.0)
+    found = cs.switch_by_pulse(*ends, least="work", most_periods=1, margin=0.0)
     marks, state = cycle(BOTH_WAYS, FORTH, 1), cycle(BOTH_WAYS, BACK, 1)[0]
     values, works = np.linspace(0, 5, 201), []
     good = leads(BOTH_WAYS, marks, state, "alpha", values, 1)
     for value in values[good].tolist():
-        run = simulate(BOTH_WAYS.replace(alpha=value), state, periods=1)
+        run = cs.simulate(BOTH_WAYS.replace(alpha=value), state, periods=1)
         times = np.linspace(*run.span, 4001)
         _, v_r, v_c = run(times).T
         power = value * np.cos(BOTH_WAYS.omega * times) * (v_r + v_c)
@@ -229,8 +216,8 @@ def test_no_pulse_takes_less_work_than_the_least() -> None:
 @pytest.mark.long
 def test_with_tolerances_the_same_pulse_leads_there_at_all_ends() -> None:
     ends, share = motions(BOTH_WAYS, FORTH, BACK), {"alpha": 0.02, "zeta": 0.1}
-    found = switch_by_pulse(*ends, tolerances=share)
-    plain = switch_by_pulse(*ends, most_periods=found.periods)
+    found = cs.switch_by_pulse(*ends, tolerances=share)
+    plain = cs.switch_by_pulse(*ends, most_periods=found.periods)
     assert found.success
     failed = 0
     for alpha, zeta in product((0.98, 1.02), (0.9, 1.1)):
@@ -246,17 +233,17 @@ def test_with_tolerances_the_same_pulse_leads_there_at_all_ends() -> None:
 
 
 def test_an_attractor_that_tolerances_lose_is_named() -> None:
-    found = switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH), tolerances={"alpha": 0.6})
-    assert found.status is PulseStatus.ATTRACTOR_LOST
+    found = cs.switch_by_pulse(*motions(BOTH_WAYS, BACK, FORTH), tolerances={"alpha": 0.6})
+    assert found.status is cs.PulseStatus.ATTRACTOR_LOST
     assert "alpha by " in found.message
     assert (found.success, found.periods, found.columns["time"].size) == (False, 0, 0)
 
 
 def test_where_no_pulse_leads_that_is_said() -> None:
-    found = switch_by_pulse(
+    found = cs.switch_by_pulse(
         *motions(LONG, *LONG_STARTS), {"alpha": (0.8, 0.9)}, most_periods=2, values=50
     )
-    assert found.status is PulseStatus.NO_PULSE
+    assert found.status is cs.PulseStatus.NO_PULSE
     assert "at most 2 periods with alpha from 0.8 to 0.9" in found.message
     assert math.isnan(found.value)
 
@@ -265,7 +252,7 @@ def test_a_search_that_is_out_of_time_says_so(monkeypatch) -> None:
     ends = motions(BOTH_WAYS, BACK, FORTH)
     clock = Clock(monkeypatch, "pulses of 2")
     how = {"least": "work", "max_seconds": LIMIT, "progress": clock.progress}
-    found = switch_by_pulse(*ends, **how)
+    found = cs.switch_by_pulse(*ends, **how)
     assert (found.status, found.success, found.periods) == ("time-limit", False, 1)
     assert found.interval[0] < found.value < found.interval[1]
 
@@ -277,22 +264,22 @@ def test_an_interrupted_search_keeps_the_pulse_it_has(monkeypatch) -> None:
 
     ends = motions(BOTH_WAYS, BACK, FORTH)
     how = {"most_periods": 2, "values": 200, "progress": interrupt, "max_seconds": 1e6}
-    found = switch_by_pulse(*ends, least="work", **how)
+    found = cs.switch_by_pulse(*ends, least="work", **how)
     assert (found.status, found.success) == ("time-limit", False)
     monkeypatch.undo()
-    run = simulate(found.drives[1], found.state, periods=found.periods)
+    run = cs.simulate(found.drives[1], found.state, periods=found.periods)
     assert found.work == pytest.approx(drive_work(run), rel=1e-9)
 
 
 def test_a_device_has_its_pulse_in_its_units(reversal) -> None:
-    device = PhysicalParameters(
+    device = cs.PhysicalParameters(
         M_m=0.5, M_c=1.1, k1=50, k2=600, c=0.25, G=0.0, P_d=1.0, Omega=4.1, mu=0.1
     )
     unit = device.friction_force, device.length_scale, device.natural_frequency
     device = device.replace(P_d=2.5 * unit[0], G=0.41 * unit[1], Omega=0.41 * unit[2])
     same = device.dimensionless()
     assert same.to_dict() == pytest.approx(BOTH_WAYS.to_dict(), rel=1e-9)
-    found = switch_by_pulse(*motions(same, BACK, FORTH), base=device)
+    found = cs.switch_by_pulse(*motions(same, BACK, FORTH), base=device)
     assert found.parameter == "P_d"
     assert found.value == pytest.approx(reversal.value * unit[0], rel=1e-6)
     assert found.work == pytest.approx(reversal.work * unit[0] * unit[1], rel=1e-6)
@@ -332,25 +319,25 @@ def test_columns_follow_the_motion_through_the_pulse(reversal) -> None:
         ({"margin": 0.7}, "margin"),
         ({"values": 2}, "values"),
         ({"tolerances": {"alpha": 1.5}}, "tolerance of alpha"),
-        ({"base": Parameters()}, "base"),
+        ({"base": cs.Parameters()}, "base"),
         ({"max_seconds": 0}, "max_seconds"),
     ],
 )
 def test_what_is_not_allowed_is_named(reversal, given, field) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        switch_by_pulse(reversal.start, reversal.end, **given)
+    with pytest.raises(cs.InvalidInput) as caught:
+        cs.switch_by_pulse(reversal.start, reversal.end, **given)
     assert caught.value.field == field
 
 
 def test_orbits_that_are_one_or_elsewhere_are_refused(reversal) -> None:
     (again,) = motions(BOTH_WAYS, BACK)
-    with pytest.raises(InvalidInput, match="another orbit than the start"):
-        switch_by_pulse(reversal.start, again)
-    (other,) = motions(Parameters(), (0.0, 0.0, 0.0))
-    with pytest.raises(InvalidInput, match="at the parameters of the start"):
-        switch_by_pulse(reversal.start, other)
-    with pytest.raises(InvalidInput, match="an Orbit, as solve_orbit"):
-        switch_by_pulse(reversal.start, None)  # type: ignore[arg-type]
+    with pytest.raises(cs.InvalidInput, match="another orbit than the start"):
+        cs.switch_by_pulse(reversal.start, again)
+    (other,) = motions(cs.Parameters(), (0.0, 0.0, 0.0))
+    with pytest.raises(cs.InvalidInput, match="at the parameters of the start"):
+        cs.switch_by_pulse(reversal.start, other)
+    with pytest.raises(cs.InvalidInput, match="an Orbit, as solve_orbit"):
+        cs.switch_by_pulse(reversal.start, None)  # type: ignore[arg-type]
 
 
 SYSTEM = (
@@ -419,6 +406,6 @@ def test_without_a_motion_the_other_way_the_json_says_so(call) -> None:
 
 
 def test_a_pulse_that_was_not_found_has_no_picture() -> None:
-    none = switch_by_pulse(*motions(LONG, *LONG_STARTS), most_periods=1, values=9)
-    with pytest.raises(InvalidInput, match="a pulse that was found"):
+    none = cs.switch_by_pulse(*motions(LONG, *LONG_STARTS), most_periods=1, values=9)
+    with pytest.raises(cs.InvalidInput, match="a pulse that was found"):
         capsule_sym.plot_pulse(none)

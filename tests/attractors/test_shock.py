@@ -6,70 +6,60 @@ from functools import partial
 import numpy as np
 import pytest
 
-from capsule_sym import (
-    InvalidInput,
-    Orbit,
-    Parameters,
-    Shock,
-    minimal_shock,
-    search_orbits,
-    simulate,
-    simulate_many,
-    solve_orbit,
-)
+import capsule_sym as cs
 from capsule_sym._attractors.boundary import Basin
 from capsule_sym._attractors.settling import Settling
 
-BISTABLE = Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+BISTABLE = cs.Parameters(alpha=2.8, omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
 # Two motions of two excitation periods and of one.
-DOUBLE = Parameters(
+DOUBLE = cs.Parameters(
     alpha=1.0663, omega=2.1903, delta=0.6909, zeta=0.029, beta=28.0035, gamma=6.8652
 )
 # Beside the boundary of this motion without slip, rounding decides between two motions.
-STUCK = Parameters(
+STUCK = cs.Parameters(
     alpha=0.4504, omega=1.3857, delta=0.6834, zeta=0.0792, beta=20.8794, gamma=6.8539
 )
 # Other parts of the boundary are far from the nearest one.
-TONGUES = Parameters(
+TONGUES = cs.Parameters(
     alpha=0.3364, omega=2.3862, delta=0.2044, zeta=0.0254, beta=18.7293, gamma=2.0233
 )
 
 
 @pytest.fixture(scope="module")
-def shock() -> Shock:
-    return minimal_shock(solve_orbit(BISTABLE), samples=500, max_seconds=math.inf)
+def shock() -> cs.Shock:
+    return cs.minimal_shock(cs.solve_orbit(BISTABLE), samples=500, max_seconds=math.inf)
 
 
-def on_motion(orbit: Orbit, time: float) -> np.ndarray:
+def on_motion(orbit: cs.Orbit, time: float) -> np.ndarray:
     """A motion's state, by a run that has long settled on it."""
     period = orbit.parameters.period
-    run = simulate(orbit.parameters, periods=400)
+    run = cs.simulate(orbit.parameters, periods=400)
     whole, phase = divmod(time, period)
-    run = simulate(orbit.parameters, run.final[1], periods=int(whole) + 1)
+    run = cs.simulate(orbit.parameters, run.final[1], periods=int(whole) + 1)
     return run(whole * period + phase)
 
 
-def comes_back(orbit: Orbit, time: float, state: np.ndarray) -> bool:
+def comes_back(orbit: cs.Orbit, time: float, state: np.ndarray) -> bool:
     """True if a run ends on the motion, by the scalar map."""
     phase = math.fmod(time, orbit.parameters.period)
-    run = simulate(orbit.parameters, state.tolist(), phase, 400)
-    own = [simulate(orbit.parameters, periods=400 + k).final[1] for k in range(2)]
+    run = cs.simulate(orbit.parameters, state.tolist(), phase, 400)
+    own = [cs.simulate(orbit.parameters, periods=400 + k).final[1] for k in range(2)]
     return min(abs(np.array(run.final[1]) - np.array(one)).max() for one in own) < 1e-6
 
 
-def losses(orbit: Orbit, size: float, count: int, seed: int) -> int:
+def losses(orbit: cs.Orbit, size: float, count: int, seed: int) -> int:
     """Number of random knocks of a size, at random times, that lose the motion from rest."""
     random = np.random.default_rng(seed)
     period, number = orbit.parameters.period, orbit.itinerary.period_number
-    settled = simulate(orbit.parameters, periods=400 * number)
-    run = simulate(orbit.parameters, settled.final[1], periods=number)
+    settled = cs.simulate(orbit.parameters, periods=400 * number)
+    run = cs.simulate(orbit.parameters, settled.final[1], periods=number)
     marks = np.array(run.stroboscopic)
     times = random.uniform(0, number * period, count)
     knocks = random.normal(size=(count, 3))
     states = run(times) + size * knocks / np.linalg.norm(knocks, axis=1)[:, None]
     # Long enough for what comes back to shrink by e^20.
     length = max(100, math.ceil(-20 / math.log(max(abs(orbit.multipliers)))))
-    ends = simulate_many([orbit.parameters] * count, states, times % period, length).states
+    ends = cs.simulate_many([orbit.parameters] * count, states, times % period, length).states
     return int((abs(ends[:, None] - marks).max(axis=2).min(axis=1) > 1e-6).sum())
 
 
@@ -83,31 +73,31 @@ def test_the_motion_comes_back_from_a_smaller_knock_and_is_lost_after_a_larger_o
     np.testing.assert_allclose(shock.start, start, rtol=0, atol=1e-9)
     assert comes_back(shock.orbit, shock.phase, start + (1 - 3e-6) * shock.knock)
     assert not comes_back(shock.orbit, shock.phase, start + (1 + 1e-8) * shock.knock)
-    lost = simulate(BISTABLE, start + (1 + 1e-3) * shock.knock, shock.phase, 400)
+    lost = cs.simulate(BISTABLE, start + (1 + 1e-3) * shock.knock, shock.phase, 400)
     assert shock.attractor is not None
     assert shock.attractor.progression == pytest.approx(lost.steady().progression, rel=1e-9)
 
 
 @pytest.mark.long
-def test_no_random_knock_that_is_smaller_loses_the_motion(shock: Shock) -> None:
+def test_no_random_knock_that_is_smaller_loses_the_motion(shock: cs.Shock) -> None:
     assert losses(shock.orbit, (1 - 1e-4) * shock.size, 2000, 1) == 0
     assert losses(shock.orbit, 1.5 * shock.size, 2000, 1) > 20
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("parameters", [BISTABLE, DOUBLE, STUCK, TONGUES])
-def test_no_one_of_a_hundred_thousand_knocks_is_smaller(parameters: Parameters) -> None:
-    found = minimal_shock(solve_orbit(parameters), max_seconds=math.inf)
+def test_no_one_of_a_hundred_thousand_knocks_is_smaller(parameters: cs.Parameters) -> None:
+    found = cs.minimal_shock(cs.solve_orbit(parameters), max_seconds=math.inf)
     assert found.status == "found"
     assert losses(found.orbit, (1 - 1e-4) * found.size, 100_000, 2) == 0
     assert losses(found.orbit, 1.05 * found.size, 100_000, 2) > 0
 
 
 @pytest.mark.long
-def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: Shock) -> None:
+def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: cs.Shock) -> None:
     edge = shock.edge
     assert edge is not None
-    known = [one for one in search_orbits(BISTABLE, 30) if abs(one.multipliers[0]) > 1]
+    known = [one for one in cs.search_orbits(BISTABLE, 30) if abs(one.multipliers[0]) > 1]
     assert [one.itinerary for one in known] == [edge.itinerary]
     sizes = abs(edge.multipliers)
     assert sizes[0] > 1 > sizes[1]
@@ -117,8 +107,8 @@ def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: Shock) -> None:
         back = comes_back(shock.orbit, shock.phase, shock.start + share * shock.knock)
         inner, outer = (share, outer) if back else (inner, share)
     state = shock.start + inner * shock.knock
-    run = simulate(BISTABLE, state, shock.phase, 30, keep="stroboscopic")
-    settled = simulate(BISTABLE, known[0].z[:3], known[0].z[3] / BISTABLE.omega, 1).final[1]
+    run = cs.simulate(BISTABLE, state, shock.phase, 30, keep="stroboscopic")
+    settled = cs.simulate(BISTABLE, known[0].z[:3], known[0].z[3] / BISTABLE.omega, 1).final[1]
     assert abs(np.array(run.stroboscopic) - np.array(settled)).max(axis=1).min() < 1e-5
 
 
@@ -134,19 +124,19 @@ def test_a_run_from_the_boundary_tends_to_the_edge_state(shock: Shock) -> None:
     ],
 )
 def test_the_size_is_that_of_the_stable_manifold(
-    parameters: Parameters, size: float, shock: Shock
+    parameters: cs.Parameters, size: float, shock: cs.Shock
 ) -> None:
     found = (
         shock
         if parameters == BISTABLE
-        else minimal_shock(solve_orbit(parameters), max_seconds=math.inf)
+        else cs.minimal_shock(cs.solve_orbit(parameters), max_seconds=math.inf)
     )
     assert found.size == pytest.approx(size, rel=found.accuracy)
 
 
 def test_runs_return_are_lost_or_are_left_open(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs from all over, by the scalar map; those that do not finish do not count as lost."""
-    orbit = solve_orbit(BISTABLE)
+    orbit = cs.solve_orbit(BISTABLE)
     basin, random = Basin(orbit, (), None), np.random.default_rng(5)
     times, states = random.uniform(0, basin.length, 12), random.uniform(-2, 2, (12, 3))
     back = [comes_back(orbit, *one) for one in zip(times.tolist(), states, strict=True)]
@@ -155,10 +145,10 @@ def test_runs_return_are_lost_or_are_left_open(monkeypatch: pytest.MonkeyPatch) 
     basin.near = 0.2
     waits = basin.returns(times, states)
     assert np.isfinite(waits).tolist() == back
-    final = simulate(BISTABLE, periods=400).final[1]
+    final = cs.simulate(BISTABLE, periods=400).final[1]
     for time, state, wait in zip(times.tolist(), states, waits, strict=True):
         if math.isfinite(wait):
-            run = simulate(BISTABLE, state.tolist(), time, int(wait))
+            run = cs.simulate(BISTABLE, state.tolist(), time, int(wait))
             assert np.linalg.norm(np.array(run.final[1]) - final) < 0.3
     assert basin.patience < basin.periods
     assert basin.stays_lost(times[[back.index(False)]], states[[back.index(False)]])
@@ -172,8 +162,8 @@ def test_runs_return_are_lost_or_are_left_open(monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.long
-def test_weights_scale_the_size_and_forbid_components(shock: Shock) -> None:
-    search = partial(minimal_shock, shock.orbit, samples=500, max_seconds=math.inf)
+def test_weights_scale_the_size_and_forbid_components(shock: cs.Shock) -> None:
+    search = partial(cs.minimal_shock, shock.orbit, samples=500, max_seconds=math.inf)
     heavy = search(weights=(64.0, 64.0, 64.0))  # which rounds nothing
     assert heavy.size == pytest.approx(64 * shock.size, rel=1e-9)
     np.testing.assert_allclose(heavy.knock, shock.knock, rtol=0, atol=1e-5)
@@ -187,14 +177,16 @@ def test_weights_scale_the_size_and_forbid_components(shock: Shock) -> None:
 
 def test_a_motion_without_contact_is_never_lost() -> None:
     """The energy of the difference of two motions without contact never grows."""
-    found = minimal_shock(solve_orbit(Parameters(alpha=2.0, beta=0.0, delta=1e6)), samples=500)
+    found = cs.minimal_shock(
+        cs.solve_orbit(cs.Parameters(alpha=2.0, beta=0.0, delta=1e6)), samples=500
+    )
     assert (found.status, found.knock, found.edge, found.attractor) == ("not-lost", *[None] * 3)
     assert found.success
-    with pytest.raises(InvalidInput, match="a result with a knock"):
+    with pytest.raises(cs.InvalidInput, match="a result with a knock"):
         _ = found.runs
 
 
-def test_results_are_records(shock: Shock) -> None:
+def test_results_are_records(shock: cs.Shock) -> None:
     record = shock.to_dict()
     assert (record["status"], record["accuracy"]) == ("found", 1e-4)
     assert list(record["knock"]) == ["x_r", "v_r", "v_c"]
@@ -204,7 +196,7 @@ def test_results_are_records(shock: Shock) -> None:
 
 
 def test_after_its_time_a_search_tells_what_it_found() -> None:
-    found = minimal_shock(solve_orbit(BISTABLE), max_seconds=1e-9)
+    found = cs.minimal_shock(cs.solve_orbit(BISTABLE), max_seconds=1e-9)
     assert (found.status, found.success, found.knock) == ("time-limit", False, None)
 
 
@@ -223,11 +215,11 @@ def test_after_its_time_a_search_tells_what_it_found() -> None:
     ],
 )
 def test_values_that_are_not_allowed_are_refused(field: str, value: object) -> None:
-    with pytest.raises(InvalidInput, match=field):
-        minimal_shock(solve_orbit(BISTABLE), **{field: value})
+    with pytest.raises(cs.InvalidInput, match=field):
+        cs.minimal_shock(cs.solve_orbit(BISTABLE), **{field: value})
 
 
-def test_an_unstable_motion_is_refused(shock: Shock) -> None:
+def test_an_unstable_motion_is_refused(shock: cs.Shock) -> None:
     assert shock.edge is not None
-    with pytest.raises(InvalidInput, match="stable"):
-        minimal_shock(shock.edge)
+    with pytest.raises(cs.InvalidInput, match="stable"):
+        cs.minimal_shock(shock.edge)

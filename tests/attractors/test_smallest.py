@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from capsule_sym._attractors.boundary import bisect
-from capsule_sym._attractors.smallest import ACCURACY, Search
+from capsule_sym._attractors.smallest import ACCURACY, KnockSearch
 
 Vector = NDArray[np.float64]
 
 
-class Corner(Search):
+class Corner(KnockSearch):
     """Motions are lost beyond all planes n x = c; c of each has a kink at the time 0.3."""
 
     def __init__(self, normals: Any, rates: Any, start: Vector) -> None:

@@ -10,23 +10,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from capsule_sym import (
-    Front,
-    Parameters,
-    continue_attractors,
-    continue_orbit,
-    figure_style,
-    minimal_shock,
-    plot_attractors,
-    plot_bifurcations,
-    plot_chart,
-    plot_diagram,
-    plot_front,
-    plot_pulse,
-    plot_residuals,
-    plot_shock,
-    plot_tolerances,
-)
+import capsule_sym as cs
 from capsule_sym._figures import branches, sweeps
 from capsule_sym._figures.catalogue import FIGURES
 from capsule_sym._figures.curves import plot_curves
@@ -41,7 +25,7 @@ COLUMN, PAGE = 3.35, 7.0
 
 
 def looked_at(figure: Any) -> list[str]:
-    with figure_style():
+    with cs.figure_style():
         return problems(figure)
 
 
@@ -77,9 +61,9 @@ def scattered() -> xr.Dataset:
 
 
 def coexisting() -> Any:
-    system = Parameters(omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
+    system = cs.Parameters(omega=0.4, zeta=0.01, beta=5.0, gamma=5.0)
     box = {"x_r": (-2, 2), "v_r": (-2, 2)}
-    return continue_attractors(system, "alpha", [1.5, 1.52, 1.54, 1.56], box, count=20)
+    return cs.continue_attractors(system, "alpha", [1.5, 1.52, 1.54, 1.56], box, count=20)
 
 
 def crowd() -> dict[str, Any]:
@@ -102,27 +86,27 @@ def crowd() -> dict[str, Any]:
     }
 
 
-def drive() -> Front:
+def drive() -> cs.Front:
     return front_of((1.0, 2.0, 3.0), (0.1, 0.2, 0.25), STATUSES, 2)
 
 
 STATUSES = ("optimal", "optimal-at-border", "not-converged")
 OTHERS: dict[str, Callable[[Any, float], Any]] = {
     "curves": lambda branch, width: plot_curves(crowd(), width=width),
-    "chart": lambda branch, width: plot_chart(swept(), [CURVE], width=width),
+    "chart": lambda branch, width: cs.plot_chart(swept(), [CURVE], width=width),
     "basin": lambda branch, width: sweeps.plot_basin(swept(), width=width),
     "pareto": lambda branch, width: sweeps.plot_pareto(swept(), width=width),
-    "front": lambda branch, width: plot_front(drive(), width=width),
-    "residuals": lambda branch, width: plot_residuals(fitted(), width=width),
-    "pulse": lambda branch, width: plot_pulse(pulse(), width=width),
-    "tolerances": lambda branch, width: plot_tolerances(spread(), width=width),
-    "attractors": lambda branch, width: plot_attractors(coexisting(), width=width),
-    "shock": lambda branch, width: plot_shock(minimal_shock(pulse().start), width=width),
+    "front": lambda branch, width: cs.plot_front(drive(), width=width),
+    "residuals": lambda branch, width: cs.plot_residuals(fitted(), width=width),
+    "pulse": lambda branch, width: cs.plot_pulse(pulse(), width=width),
+    "tolerances": lambda branch, width: cs.plot_tolerances(spread(), width=width),
+    "attractors": lambda branch, width: cs.plot_attractors(coexisting(), width=width),
+    "shock": lambda branch, width: cs.plot_shock(cs.minimal_shock(pulse().start), width=width),
     "pareto of cells": lambda branch, width: sweeps.plot_pareto(scattered(), width=width),
-    "diagram": lambda branch, width: plot_diagram(
+    "diagram": lambda branch, width: cs.plot_diagram(
         {**branch, "switched": [], "origin": None}, width=width
     ),
-    "bifurcations": lambda branch, width: plot_bifurcations(many_of(branch), width=width),
+    "bifurcations": lambda branch, width: cs.plot_bifurcations(many_of(branch), width=width),
 }
 
 
@@ -137,7 +121,7 @@ def many_of(branch: Any) -> Any:
 
 
 def test_statuses_are_told_in_words() -> None:
-    (key,) = plot_front(drive()).legends
+    (key,) = cs.plot_front(drive()).legends
     shown = [text.get_text() for text in key.get_texts()]
     assert shown == [
         "between parts of the front",
@@ -175,7 +159,7 @@ def test_a_name_that_can_be_read_is_none() -> None:
 @pytest.mark.long
 def test_labels_of_bifurcations_that_are_not_spread_are_found(branch, monkeypatch) -> None:
     monkeypatch.setattr(branches, "spread", lambda places, room: list(places))
-    found = looked_at(plot_bifurcations(branch, width=COLUMN))
+    found = looked_at(cs.plot_bifurcations(branch, width=COLUMN))
     assert {"on another: CS1 / SS1", "on another: SS1 / GS1"} <= set(found)
 
 
@@ -219,7 +203,7 @@ def test_turned_names_side_by_side_do_not_meet() -> None:
 
 def test_areas_of_attractors_end_at_the_solved_bifurcations_and_are_named() -> None:
     found = coexisting()
-    figure = plot_attractors(found)
+    figure = cs.plot_attractors(found)
     (axes,) = figure.axes
     for branch, area in zip(found.branches, axes.collections, strict=True):
         places = area.get_paths()[0].vertices[:, 0]
@@ -228,7 +212,7 @@ def test_areas_of_attractors_end_at_the_solved_bifurcations_and_are_named() -> N
                 # The bifurcation by itself, on the orbit's branch from inside.
                 at = float(branch.values[row])
                 beyond = change.interval[0] if row == 0 else change.interval[1]
-                followed = continue_orbit(branch.orbit(row), found.name, beyond, points=5)
+                followed = cs.continue_orbit(branch.orbit(row), found.name, beyond, points=5)
                 assert any(end == pytest.approx(o.value, rel=1e-9) for o in followed.bifurcations)
                 assert end != at
     shown = [text.get_text() for text in figure.legends[0].get_texts()]

@@ -13,60 +13,47 @@ import pytest
 from matplotlib.figure import Figure
 
 import capsule_sym
-from capsule_sym import (
-    Front,
-    FrontPart,
-    Optimum,
-    OptimumStatus,
-    Parameters,
-    fit,
-    plot_front,
-    plot_pulse,
-    plot_residuals,
-    plot_tolerances,
-    simulate,
-    solve_orbit,
-    switch_by_pulse,
-    tolerances,
-)
+import capsule_sym as cs
 from tests.sampling import sampled, some
 
 
 def fitted() -> Any:
     times = np.linspace(0.0, 20.0, 60)
-    x_r, *_, x_c = simulate(Parameters(), periods=3)(times, position=True).T
-    return fit({"t": times, "x_m": x_r + x_c, "x_c": x_c}, Parameters(alpha=0.71), ("alpha",))
+    x_r, *_, x_c = cs.simulate(cs.Parameters(), periods=3)(times, position=True).T
+    return cs.fit({"t": times, "x_m": x_r + x_c, "x_c": x_c}, cs.Parameters(alpha=0.71), ("alpha",))
 
 
 def spread() -> Any:
-    return tolerances(("speed", "work"), {"alpha": 0.02}, Parameters(), samples=64)
+    return cs.tolerances(("speed", "work"), {"alpha": 0.02}, cs.Parameters(), samples=64)
 
 
 def pulse() -> Any:
-    both = Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
-    ends = (solve_orbit(both, start) for start in ((0.5, -0.9, -0.9), (0.4, 0.9, 0.1)))
-    return switch_by_pulse(*ends, values=100)
+    both = cs.Parameters(alpha=2.5, omega=0.41, delta=0.41, zeta=0.025, beta=12.0, gamma=2.2)
+    ends = (cs.solve_orbit(both, start) for start in ((0.5, -0.9, -0.9), (0.4, 0.9, 0.1)))
+    return cs.switch_by_pulse(*ends, values=100)
 
 
 def front_of(
     costs: Sequence[float], values: Sequence[float], statuses: Sequence[str], second: int
-) -> Front:
+) -> cs.Front:
     """A front of two parts: points from number `second` on are of the second."""
-    kinds = map(OptimumStatus, statuses)
+    kinds = map(cs.OptimumStatus, statuses)
     points = [
-        Optimum("speed", True, Parameters(), value=value, status=kind)
+        cs.Optimum("speed", True, cs.Parameters(), value=value, status=kind)
         for value, kind in zip(values, kinds, strict=True)
     ]
-    parts = FrontPart(0, second - 1, "", ""), FrontPart(second, len(costs) - 1, "", "")
-    status, slopes = OptimumStatus.OPTIMAL, np.full(len(costs), np.nan)
-    return Front(("speed", "work"), True, tuple(points), np.array(costs), slopes, parts, status, "")
+    parts = cs.FrontPart(0, second - 1, "", ""), cs.FrontPart(second, len(costs) - 1, "", "")
+    status, slopes = cs.OptimumStatus.OPTIMAL, np.full(len(costs), np.nan)
+    return cs.Front(
+        ("speed", "work"), True, tuple(points), np.array(costs), slopes, parts, status, ""
+    )
 
 
 Arguments = Callable[[], tuple[Any, ...]]
 COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
-    "residuals": (plot_residuals, lambda: (fitted(),)),
-    "tolerances": (plot_tolerances, lambda: (spread(),)),
-    "pulse": (plot_pulse, lambda: (pulse(),)),
+    "residuals": (cs.plot_residuals, lambda: (fitted(),)),
+    "tolerances": (cs.plot_tolerances, lambda: (spread(),)),
+    "pulse": (cs.plot_pulse, lambda: (pulse(),)),
 }
 
 
@@ -134,11 +121,11 @@ def test_every_figure_can_be_drawn_into_ones_own(name) -> None:
 
 def test_an_outlier_does_not_flatten_the_residuals() -> None:
     times = np.linspace(0.0, 20.0, 60)
-    x_r, *_ = simulate(Parameters(), periods=3)(times, position=True).T
+    x_r, *_ = cs.simulate(cs.Parameters(), periods=3)(times, position=True).T
     x_r = x_r + 1e-3 * np.random.default_rng(0).normal(size=60)
     x_r[30] += 10.0
-    found = fit({"t": times, "x_r": x_r}, Parameters(alpha=0.71), ("alpha",), loss="cauchy")
-    (panel,) = plot_residuals(found).axes
+    found = cs.fit({"t": times, "x_r": x_r}, cs.Parameters(alpha=0.71), ("alpha",), loss="cauchy")
+    (panel,) = cs.plot_residuals(found).axes
     beyond = [line for line in panel.lines if str(line.get_label()).startswith("outlier")]
     assert times[30] in np.concatenate([line.get_xdata() for line in beyond])
     assert np.abs(panel.get_ylim()).max() < 20
@@ -150,7 +137,7 @@ def test_a_histogram_has_the_bins_that_its_samples_deserve() -> None:
     for size in (64, 4096):
         samples = np.random.default_rng(0).normal(size=(size, 2))
         samples[0] = 1e6
-        axes = plot_tolerances(replace(found, values=samples)).axes[0]
+        axes = cs.plot_tolerances(replace(found, values=samples)).axes[0]
         counts.append(len(axes.patches))
         assert axes.get_xlim()[1] < 10
         assert sum(bar.get_height() for bar in axes.patches) == size - 1
@@ -161,7 +148,7 @@ def test_a_histogram_has_the_bins_that_its_samples_deserve() -> None:
 def test_an_outlier_of_a_front_does_not_squeeze_it() -> None:
     costs = [0.1, 0.2, 0.3, 0.4, 0.5, 1e5]
     front = front_of(costs, [1.0, 1.2, 1.4, 1.6, 1.8, 2.0], ["optimal"] * 6, 5)
-    (axes,) = plot_front(front).axes
+    (axes,) = cs.plot_front(front).axes
     low, high = axes.get_xlim()
     assert low < 0.1 < 0.5 < high < 1.0
     (beyond,) = [one for one in axes.lines if str(one.get_label()).startswith("outlier")]
